@@ -1,0 +1,58 @@
+//! What can go wrong, and the exit code of each.
+
+use std::fmt::Display;
+
+/// The kind of a failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// An input or output failed.
+    Failed,
+    /// Wrong usage.
+    Usage,
+    /// No usable adapter.
+    NoAdapter,
+    /// The device was lost.
+    DeviceLost,
+    /// The user said stop.
+    Interrupted,
+}
+
+/// A message for the user, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// Its kind.
+    pub kind: Kind,
+    /// One line.
+    pub message: String,
+    /// One line.
+    pub hint: String,
+}
+
+impl Failure {
+    /// A failure of any kind.
+    pub fn new(kind: Kind, message: impl Display, hint: impl Display) -> Self {
+        let line = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        Self { kind, message: line(message.to_string()), hint: line(hint.to_string()) }
+    }
+
+    /// Wrong usage.
+    pub fn usage(message: impl Display, hint: impl Display) -> Self {
+        Self::new(Kind::Usage, message, hint)
+    }
+
+    /// The exit code, by contract.
+    pub fn code(&self) -> u8 {
+        match self.kind {
+            Kind::Failed => 1,
+            Kind::Usage => 2,
+            Kind::NoAdapter => 3,
+            Kind::DeviceLost => 4,
+            Kind::Interrupted => 130,
+        }
+    }
+
+    /// Says it on standard error.
+    pub fn print(&self) {
+        eprintln!("error: {}\nhint: {}", self.message, self.hint);
+    }
+}

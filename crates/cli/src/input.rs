@@ -1,0 +1,121 @@
+//! Inputs: files, folders, standard input and the built-in demos.
+
+use crate::failure::{Failure, Kind};
+use manypass_scene::{Scene, gltf_file};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Where a scene comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// A file.
+    File(PathBuf),
+    /// A .glb on standard input.
+    Stdin,
+    /// A built-in scene.
+    Demo(String),
+}
+
+/// The built-in scenes.
+pub mod demo {
+    use manypass_scene::Scene;
+
+    /// Their names.
+    pub const NAMES: &[&str] = &[];
+
+    /// The scene called `name`.
+    pub fn scene(_name: &str) -> Option<Scene> {
+        None
+    }
+}
+
+impl Input {
+    /// The inputs that an argument names: a folder is every glTF file in it, by name.
+    ///
+    /// # Errors
+    /// If a folder cannot be read or holds no glTF file.
+    pub fn parse(argument: &str) -> Result<Vec<Self>, Failure> {
+        if argument == "-" {
+            return Ok(vec![Self::Stdin]);
+        }
+        if let Some(name) = argument.strip_prefix("demo:") {
+            if !demo::NAMES.contains(&name) {
+                let hint = match demo::NAMES {
+                    [] => "there are no built-in demos in this build".into(),
+                    names => format!("demos: {}", names.join(", ")),
+                };
+                return Err(Failure::usage(format!("unknown demo `{name}`"), hint));
+            }
+            return Ok(vec![Self::Demo(name.to_owned())]);
+        }
+        let path = Path::new(argument);
+        if !path.is_dir() {
+            return Ok(vec![Self::File(path.to_owned())]);
+        }
+        let failed = |error: &dyn std::fmt::Display| {
+            Failure::new(
+                Kind::Failed,
+                format!("cannot read {argument}: {error}"),
+                "name a folder of .glb or .gltf files",
+            )
+        };
+        let entries = std::fs::read_dir(path).map_err(|error| failed(&error))?;
+        let is_gltf = |path: &PathBuf| {
+            path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"))
+        };
+        let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_gltf).collect();
+        files.sort();
+        if files.is_empty() {
+            return Err(failed(&"it holds no .glb or .gltf file"));
+        }
+        Ok(files.into_iter().map(Self::File).collect())
+    }
+
+    /// The `{stem}` of outputs.
+    pub fn stem(&self) -> String {
+        match self {
+            Self::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            Self::Stdin => "stdin".into(),
+            Self::Demo(name) => name.clone(),
+        }
+    }
+
+    /// The name for messages.
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Stdin => "standard input".into(),
+            Self::Demo(name) => format!("demo:{name}"),
+        }
+    }
+
+    /// Reads the scene, and what its reader warns of.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn load(&self) -> Result<(Scene, Vec<String>), Failure> {
+        let failed = |error: &dyn std::fmt::Display, hint: &str| {
+            Failure::new(Kind::Failed, format!("{}: {error}", self.name()), hint)
+        };
+        let loaded = match self {
+            Self::File(path) => gltf_file::load_path(path)
+                .map_err(|error| failed(&error, "`manypass info FILE` reads a .glb or .gltf file"))?,
+            Self::Stdin => {
+                let mut bytes = Vec::new();
+                std::io::stdin()
+                    .lock()
+                    .read_to_end(&mut bytes)
+                    .map_err(|error| failed(&error, "pipe a .glb file in"))?;
+                gltf_file::load_bytes(&bytes).map_err(|error| failed(&error, "pipe a .glb file in"))?
+            }
+            Self::Demo(name) => {
+                let mut scene = demo::scene(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;
+                scene.update_transforms();
+                return Ok((scene, Vec::new()));
+            }
+        };
+        let mut scene = loaded.scene;
+        scene.update_transforms();
+        Ok((scene, loaded.warnings))
+    }
+}

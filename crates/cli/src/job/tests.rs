@@ -1,0 +1,51 @@
+use super::*;
+use crate::args::{Cli, Command};
+use clap::Parser;
+
+fn job(flags: &[&str]) -> Result<Job, Failure> {
+    let cli = Cli::try_parse_from(["manypass", "render", "a.glb"].iter().chain(flags));
+    match cli.map_err(|error| Failure::usage(error, ""))?.command {
+        Command::Render(args) => Job::new(&args, false, &["depth", "normal"]),
+        _ => Err(Failure::usage("not render", "")),
+    }
+}
+
+#[test]
+fn lists_may_begin_with_a_minus() {
+    let orbit = Place::Orbit { yaw_deg: -30.0, pitch_deg: 10.0, radius_m: Some(2.0) };
+    assert_eq!(job(&["--orbit", "-30,10,2"]).expect("two words").camera.place, orbit);
+    assert_eq!(job(&["--orbit=-30,10,2"]).expect("one word").camera.place, orbit);
+    assert_eq!(job(&["--eye", "-1,2,-3"]).expect("eye").camera.place, Place::Eye(Vec3::new(-1.0, 2.0, -3.0)));
+}
+
+#[test]
+fn conflicts_and_nonsense_are_wrong_usage() {
+    let wrong: &[&[&str]] = &[
+        &["--camera", "0", "--eye", "1,2,3"],
+        &["--camera", "0", "--orbit", "1,2,3"],
+        &["--size", "0x5"],
+        &["--size", "99999x5"],
+        &["-o", "a.jpg", "--background", "transparent"],
+        &["--aov", "dpth"],
+        &["--frames", "5..2"],
+        &["--orbit", "auto,1,1"],
+        &["-o", "-"],
+        &["-o", "a.gif"],
+        &["--environment", "12345"],
+        &["--near", "2", "--far", "1"],
+        &["--fov-y", "180"],
+        &["--set", "a"],
+        &["--up", "0,0,0"],
+    ];
+    for flags in wrong {
+        assert_eq!(job(flags).expect_err(&flags.join(" ")).code(), 2);
+    }
+}
+
+#[test]
+fn colours_are_srgb_and_patterns_expand() {
+    assert_eq!(job(&["--background", "#ff0000"]).expect("job").background, Backdrop::Color([1.0, 0.0, 0.0]));
+    assert_eq!(job(&["--background", "00ff00"]).expect("job").background, Backdrop::Color([0.0, 1.0, 0.0]));
+    assert_eq!(expand("o/{stem}.{frame:04}.{aov}.png", "a", 7, "depth"), PathBuf::from("o/a.0007.depth.png"));
+    assert_eq!(job(&["-o", "out/"]).expect("job").output, Output::Pattern("out/{stem}.png".into()));
+}

@@ -1,0 +1,305 @@
+//! Finds contradictions in a graph, in declaration order.
+
+use crate::graph::{ColorLoad, Graph, Part, PassNode, Use, UseKind, part_suffix};
+use crate::{DepthLoad, PlanError, TextureDesc};
+
+/// More layers than any pass needs; the least that WebGL 2 offers.
+const MAX_LAYERS: u32 = 256;
+const NOBODY: u32 = u32::MAX;
+
+/// The first subresource of each texture in lists of all subresources.
+pub(crate) fn subresource_bases(graph: &Graph<'_>) -> (Vec<u32>, u32) {
+    let mut total = 0;
+    let bases = graph
+        .textures
+        .iter()
+        .map(|texture| {
+            let base = total;
+            total += texture.desc.subresources();
+            base
+        })
+        .collect();
+    (bases, total)
+}
+
+pub(crate) fn desc_of(graph: &Graph<'_>, used: &Use) -> TextureDesc {
+    let desc = graph.textures[used.texture as usize].desc;
+    match used.part {
+        Part::Whole => desc,
+        Part::One { mip, .. } => desc.of_mip(mip),
+    }
+}
+
+struct Checker<'a, 'frame> {
+    graph: &'a Graph<'frame>,
+    bases: Vec<u32>,
+    /// The pass that wrote each subresource last.
+    writers: Vec<u32>,
+}
+
+pub(crate) fn check(graph: &Graph<'_>) -> Result<(), PlanError> {
+    for (index, texture) in graph.textures.iter().enumerate() {
+        check_size(graph, index as u32, &texture.desc)?;
+    }
+    let (bases, total) = subresource_bases(graph);
+    let mut checker = Checker { graph, bases, writers: vec![NOBODY; total as usize] };
+    for (index, pass) in graph.passes.iter().enumerate() {
+        checker.pass(index as u32, pass)?;
+    }
+    for &(texture, part) in &graph.exports {
+        let used = Use { texture, part, kind: UseKind::DepthReadOnly };
+        if !checker.has_contents(&used) {
+            return Err(PlanError::ExportUnwritten { texture: checker.name(&used), writer: checker.writer(&used) });
+        }
+    }
+    Ok(())
+}
+
+fn check_size(graph: &Graph<'_>, index: u32, desc: &TextureDesc) -> Result<(), PlanError> {
+    let limit = graph.limits.max_texture_size;
+    let good = (1..=limit).contains(&desc.width)
+        && (1..=limit).contains(&desc.height)
+        && (1..=MAX_LAYERS).contains(&desc.layers)
+        && (1..=desc.max_mips()).contains(&desc.mips)
+        && matches!(desc.samples, 1 | 2 | 4 | 8 | 16);
+    if good {
+        return Ok(());
+    }
+    let user = graph.passes.iter().find(|pass| {
+        let uses = pass.uses.start as usize..pass.uses.end as usize;
+        graph.uses[uses].iter().any(|used| used.texture == index)
+    });
+    Err(PlanError::BadSize {
+        texture: graph.textures[index as usize].name.to_string(),
+        user: user.map_or_else(|| "no pass".to_owned(), |pass| format!("pass `{}`", pass.name)),
+        width: desc.width,
+        height: desc.height,
+        layers: desc.layers,
+        mips: desc.mips,
+        samples: desc.samples,
+        limit,
+    })
+}
+
+impl Checker<'_, '_> {
+    fn pass(&mut self, index: u32, pass: &PassNode<'_>) -> Result<(), PlanError> {
+        let graph = self.graph;
+        let uses = &graph.uses[pass.uses.start as usize..pass.uses.end as usize];
+        let mut first: Option<&Use> = None;
+        for (position, used) in uses.iter().enumerate() {
+            self.format(pass, used)?;
+            if used.kind.is_attachment() {
+                self.attachment(pass, used, first)?;
+                first.get_or_insert(used);
+            }
+            self.overlap(pass, used, &uses[..position])?;
+            self.contents(index, pass, used)?;
+        }
+        if first.is_none() {
+            let previous = index.checked_sub(1).map_or_else(
+                || "the beginning of the frame".to_owned(),
+                |previous| format!("`{}`", graph.passes[previous as usize].name),
+            );
+            return Err(PlanError::NoAttachment { pass: pass.name.to_string(), previous });
+        }
+        self.color_budget(pass, uses)?;
+        for used in uses.iter().filter(|used| used.kind.is_write()) {
+            for subresource in self.subresources(used) {
+                self.writers[subresource] = index;
+            }
+        }
+        Ok(())
+    }
+
+    fn format(&self, pass: &PassNode<'_>, used: &Use) -> Result<(), PlanError> {
+        let format = self.graph.textures[used.texture as usize].desc.format;
+        let depth_stencil = format.is_depth_stencil_format();
+        let (good, role, remedy) = match used.kind {
+            UseKind::Color(_) => (
+                !depth_stencil && format.target_pixel_byte_cost().is_some(),
+                "a colour target",
+                "a renderable colour format, or `depth_stencil`",
+            ),
+            UseKind::DepthStencil(_) | UseKind::DepthReadOnly => {
+                (depth_stencil, "a depth-stencil target", "a depth format, or `color`")
+            }
+            UseKind::Sampled { depth_only, .. } => (
+                format.has_depth_aspect() || (!depth_only && !depth_stencil),
+                "a sampled texture this way",
+                "`read_depth` for formats with depth and `read` for colour formats",
+            ),
+        };
+        if good {
+            return Ok(());
+        }
+        Err(PlanError::FormatMismatch {
+            pass: pass.name.to_string(),
+            texture: self.name(used),
+            writer: self.writer(used),
+            format,
+            role,
+            remedy,
+        })
+    }
+
+    fn attachment(&self, pass: &PassNode<'_>, used: &Use, first: Option<&Use>) -> Result<(), PlanError> {
+        let desc = desc_of(self.graph, used);
+        if desc.subresources() != 1 {
+            return Err(PlanError::NotOneView {
+                pass: pass.name.to_string(),
+                texture: self.name(used),
+                writer: self.writer(used),
+                mips: desc.mips,
+                layers: desc.layers,
+            });
+        }
+        let Some(first) = first else { return Ok(()) };
+        let other = desc_of(self.graph, first);
+        if (desc.width, desc.height) != (other.width, other.height) {
+            return Err(PlanError::SizeMismatch {
+                pass: pass.name.to_string(),
+                texture: self.name(used),
+                writer: self.writer(used),
+                width: desc.width,
+                height: desc.height,
+                other: self.name(first),
+                other_writer: self.writer(first),
+                other_width: other.width,
+                other_height: other.height,
+            });
+        }
+        if desc.samples != other.samples {
+            return Err(PlanError::SampleMismatch {
+                pass: pass.name.to_string(),
+                texture: self.name(used),
+                writer: self.writer(used),
+                samples: desc.samples,
+                other: self.name(first),
+                other_writer: self.writer(first),
+                other_samples: other.samples,
+            });
+        }
+        Ok(())
+    }
+
+    /// Two uses of one subresource in one pass: only two reads are allowed.
+    fn overlap(&self, pass: &PassNode<'_>, used: &Use, before: &[Use]) -> Result<(), PlanError> {
+        let range = self.subresources(used);
+        for other in before {
+            let others = self.subresources(other);
+            let disjoint = range.end <= others.start || others.end <= range.start;
+            let attached = (used.kind.is_attachment(), other.kind.is_attachment());
+            if disjoint || attached == (false, false) {
+                continue;
+            }
+            let (pass, texture) = (pass.name.to_string(), self.name(used));
+            let writer = self.writer(used);
+            return Err(if attached == (true, true) {
+                PlanError::AttachedTwice { pass, texture, writer }
+            } else {
+                PlanError::Feedback { pass, texture, writer }
+            });
+        }
+        Ok(())
+    }
+
+    fn contents(&self, index: u32, pass: &PassNode<'_>, used: &Use) -> Result<(), PlanError> {
+        if !used.kind.needs_contents() || self.has_contents(used) {
+            return Ok(());
+        }
+        let (pass, texture) = (pass.name.to_string(), self.name(used));
+        let writer = self.later_writer(index, used);
+        Err(match used.kind {
+            UseKind::Color(ColorLoad::Keep) | UseKind::DepthStencil(DepthLoad::Keep) => {
+                PlanError::KeepUndefined { pass, texture, writer }
+            }
+            _ => PlanError::ReadBeforeWrite { pass, texture, writer },
+        })
+    }
+
+    /// WebGPU's "calculating color attachment bytes per sample".
+    fn color_budget(&self, pass: &PassNode<'_>, uses: &[Use]) -> Result<(), PlanError> {
+        let limits = &self.graph.limits;
+        let colors = || uses.iter().filter(|used| matches!(used.kind, UseKind::Color(_)));
+        let count = colors().count() as u32;
+        let mut bytes = 0_u32;
+        for used in colors() {
+            if count > limits.max_color_attachments {
+                return Err(PlanError::TooManyColorTargets {
+                    pass: pass.name.to_string(),
+                    count,
+                    limit: limits.max_color_attachments,
+                    first: self.name(used),
+                    writer: self.writer(used),
+                });
+            }
+            let format = self.graph.textures[used.texture as usize].desc.format;
+            let alignment = format.target_component_alignment().unwrap_or(1);
+            let cost = format.target_pixel_byte_cost().unwrap_or(0);
+            bytes = bytes.next_multiple_of(alignment) + cost;
+            if bytes > limits.max_color_bytes_per_sample {
+                return Err(PlanError::ColorBytesExceeded {
+                    pass: pass.name.to_string(),
+                    texture: self.name(used),
+                    writer: self.writer(used),
+                    bytes,
+                    limit: limits.max_color_bytes_per_sample,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn subresources(&self, used: &Use) -> std::ops::Range<usize> {
+        let texture = used.texture as usize;
+        let base = self.bases[texture];
+        let range = used.part.subresources(&self.graph.textures[texture].desc);
+        (base + range.start) as usize..(base + range.end) as usize
+    }
+
+    fn has_contents(&self, used: &Use) -> bool {
+        self.graph.textures[used.texture as usize].persistent
+            || self.writers[self.subresources(used)].iter().all(|&writer| writer != NOBODY)
+    }
+
+    fn name(&self, used: &Use) -> String {
+        let texture = &self.graph.textures[used.texture as usize];
+        match used.part {
+            Part::Whole => texture.name.to_string(),
+            Part::One { mip, layer } => {
+                format!("{}{}", texture.name, part_suffix(&texture.desc, mip, layer))
+            }
+        }
+    }
+
+    /// Where the contents of a use come from.
+    fn writer(&self, used: &Use) -> String {
+        let writers = &self.writers[self.subresources(used)];
+        let last =
+            writers.iter().filter(|&&writer| writer != NOBODY).max().map(|&writer| &self.graph.passes[writer as usize]);
+        match last {
+            Some(pass) => format!("written by `{}`", pass.name),
+            None if self.graph.textures[used.texture as usize].persistent => "imported".to_owned(),
+            None => "written by no pass before".to_owned(),
+        }
+    }
+
+    /// The pass that would have to come earlier for a use to have contents.
+    fn later_writer(&self, index: u32, wanted: &Use) -> String {
+        let wanted_range = self.subresources(wanted);
+        let later = self.graph.passes[index as usize + 1..].iter().find(|pass| {
+            let uses = pass.uses.start as usize..pass.uses.end as usize;
+            self.graph.uses[uses].iter().any(|used| {
+                let range = self.subresources(used);
+                used.kind.is_write() && range.start < wanted_range.end && wanted_range.start < range.end
+            })
+        });
+        match later {
+            Some(pass) => format!("`{}` writes it later", pass.name),
+            None if self.writers[wanted_range].iter().any(|&writer| writer != NOBODY) => {
+                format!("only part of it is {}", self.writer(wanted))
+            }
+            None => "no pass writes it".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Contradictions in a frame's declaration.
+
+use thiserror::Error;
+
+/// Why a graph cannot be executed. `writer` fields say where the texture comes
+/// from: the pass that wrote it last, an import, or nothing yet.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields are")]
+#[non_exhaustive]
+pub enum PlanError {
+    /// An attachment differs in size from the others of its pass.
+    #[error(
+        "pass `{pass}`: `{texture}` ({writer}) is {width}x{height}, but `{other}` ({other_writer}) is \
+         {other_width}x{other_height}; give all attachments of a pass one size, or split the pass"
+    )]
+    SizeMismatch {
+        pass: String,
+        texture: String,
+        writer: String,
+        width: u32,
+        height: u32,
+        other: String,
+        other_writer: String,
+        other_width: u32,
+        other_height: u32,
+    },
+    /// An attachment differs in sample count from the others of its pass.
+    #[error(
+        "pass `{pass}`: `{texture}` ({writer}) has {samples} samples, but `{other}` ({other_writer}) has \
+         {other_samples}; give all attachments of a pass one sample count"
+    )]
+    SampleMismatch {
+        pass: String,
+        texture: String,
+        writer: String,
+        samples: u32,
+        other: String,
+        other_writer: String,
+        other_samples: u32,
+    },
+    /// A colour format used as depth, or the other way round.
+    #[error(
+        "pass `{pass}`: `{texture}` ({writer}) has format {format:?}, which cannot be used as {role}; \
+         use {remedy}"
+    )]
+    FormatMismatch {
+        pass: String,
+        texture: String,
+        writer: String,
+        format: wgpu::TextureFormat,
+        role: &'static str,
+        remedy: &'static str,
+    },
+    /// A pass samples what it has attached.
+    #[error(
+        "pass `{pass}` reads `{texture}` ({writer}) while it is attached to the same pass; read another \
+         mip or layer, an earlier copy, or (for depth) linear depth"
+    )]
+    Feedback { pass: String, texture: String, writer: String },
+    /// A pass attaches one view twice.
+    #[error("pass `{pass}` attaches `{texture}` ({writer}) twice; attach each view once")]
+    AttachedTwice { pass: String, texture: String, writer: String },
+    /// An attachment must be one mip of one layer.
+    #[error(
+        "pass `{pass}` attaches all of `{texture}` ({writer}), which has {mips} mips and {layers} layers; \
+         attach one `Graph::subview` of it"
+    )]
+    NotOneView { pass: String, texture: String, writer: String, mips: u32, layers: u32 },
+    /// A pass has nothing to draw to.
+    #[error("pass `{pass}` (after {previous}) has no attachment; call `color` or `depth_stencil`")]
+    NoAttachment { pass: String, previous: String },
+    /// A pass has more colour targets than the adapter.
+    #[error(
+        "pass `{pass}` has {count} colour targets (the first of `{first}`, {writer}), the adapter allows \
+         {limit}; split the pass or pack targets together"
+    )]
+    TooManyColorTargets { pass: String, count: u32, limit: u32, first: String, writer: String },
+    /// The colour targets of a pass are too wide for the adapter.
+    #[error(
+        "pass `{pass}`: with `{texture}` ({writer}) the colour targets take {bytes} bytes per sample \
+         (Rgba8Unorm counts 8), the adapter allows {limit}; use narrower formats or split the pass"
+    )]
+    ColorBytesExceeded { pass: String, texture: String, writer: String, bytes: u32, limit: u32 },
+    /// A pass needs contents that nothing has written yet.
+    #[error(
+        "pass `{pass}` reads `{texture}` before anything writes it ({writer}); declare its writer first, \
+         or import it"
+    )]
+    ReadBeforeWrite { pass: String, texture: String, writer: String },
+    /// A pass keeps contents that nothing has written yet.
+    #[error(
+        "pass `{pass}` keeps the contents of `{texture}`, which has none yet ({writer}); clear it, or \
+         declare its writer first"
+    )]
+    KeepUndefined { pass: String, texture: String, writer: String },
+    /// A result of the frame has no contents.
+    #[error("`{texture}` is exported, but not all of it is written ({writer}); write it, or drop the export")]
+    ExportUnwritten { texture: String, writer: String },
+    /// A size is zero or beyond the adapter.
+    #[error(
+        "texture `{texture}` (first used by {user}) is {width}x{height} with {layers} layers, {mips} mips, \
+         {samples} samples; sizes go from 1 to {limit}, layers to 256, mips down to one texel"
+    )]
+    BadSize { texture: String, user: String, width: u32, height: u32, layers: u32, mips: u32, samples: u32, limit: u32 },
+    /// A view outside its texture, or a view of a view.
+    #[error(
+        "`{texture}` has no view of mip {mip}, layer {layer}: it has {mips} mips and {layers} layers, and \
+         views are taken of whole textures only"
+    )]
+    NoSuchView { texture: String, mip: u32, layer: u32, mips: u32, layers: u32 },
+    /// A handle of one graph was used in another.
+    #[error(
+        "`{pass}` uses `{texture}`, a handle from another graph; declare the texture in this graph, or \
+         import it"
+    )]
+    ForeignHandle { pass: String, texture: String },
+}

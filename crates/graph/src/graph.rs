@@ -1,0 +1,354 @@
+//! Declaring a frame: textures, passes, and who reads and writes what.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::execute::PassContext;
+use crate::{Limits, Plan, PlanError, TextureDesc};
+
+/// One version of a texture, or of one mip and layer of it.
+///
+/// Neither `Clone` nor `Copy`: writing consumes a handle and returns the next
+/// version.
+#[derive(Debug)]
+pub struct Handle {
+    pub(crate) graph: u32,
+    pub(crate) texture: u32,
+    pub(crate) part: Part,
+    name: Cow<'static, str>,
+    desc: TextureDesc,
+}
+
+impl Handle {
+    /// The texture's name; a view of one mip or layer appends `.mip2`, `.layer1`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The shape of what this handle stands for: for a view, of that one mip.
+    pub fn desc(&self) -> TextureDesc {
+        self.desc
+    }
+}
+
+/// Which subresources of a texture are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Part {
+    Whole,
+    One { mip: u32, layer: u32 },
+}
+
+impl Part {
+    /// Subresources within a texture, in the order of [`TextureDesc::subresources`].
+    pub(crate) fn subresources(self, desc: &TextureDesc) -> Range<u32> {
+        match self {
+            Self::Whole => 0..desc.subresources(),
+            Self::One { mip, layer } => {
+                let index = layer * desc.mips + mip;
+                index..index + 1
+            }
+        }
+    }
+}
+
+/// Appends what distinguishes a view from the whole texture.
+pub(crate) fn part_suffix(desc: &TextureDesc, mip: u32, layer: u32) -> String {
+    match (desc.mips > 1, desc.layers > 1) {
+        (true, true) => format!(".layer{layer}.mip{mip}"),
+        (true, false) => format!(".mip{mip}"),
+        (false, true) => format!(".layer{layer}"),
+        (false, false) => String::new(),
+    }
+}
+
+/// Fetches a view of a declared read while the pass runs
+/// ([`PassContext::view`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Read {
+    pub(crate) graph: u32,
+    pub(crate) use_index: u32,
+}
+
+/// What a colour target holds when its pass begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ColorLoad {
+    /// One colour everywhere.
+    Clear(wgpu::Color),
+    /// What earlier passes wrote.
+    Keep,
+    /// Anything: the pass overwrites every texel. (Executed as a clear, which
+    /// costs the same and cannot show stale memory.)
+    Discard,
+}
+
+/// What a depth-stencil target holds when its pass begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthLoad {
+    /// One value everywhere.
+    Clear {
+        /// Depth, 0 to 1. With reversed depth the far plane is 0.
+        depth: f32,
+        /// Stencil; ignored by formats without one.
+        stencil: u32,
+    },
+    /// What earlier passes wrote.
+    Keep,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum UseKind {
+    Color(ColorLoad),
+    DepthStencil(DepthLoad),
+    DepthReadOnly,
+    Sampled { dimension: Option<wgpu::TextureViewDimension>, depth_only: bool },
+}
+
+impl UseKind {
+    pub(crate) fn is_write(self) -> bool {
+        matches!(self, Self::Color(_) | Self::DepthStencil(_))
+    }
+
+    pub(crate) fn is_attachment(self) -> bool {
+        !matches!(self, Self::Sampled { .. })
+    }
+
+    /// Whether the pass needs what was there before.
+    pub(crate) fn needs_contents(self) -> bool {
+        matches!(
+            self,
+            Self::Color(ColorLoad::Keep)
+                | Self::DepthStencil(DepthLoad::Keep)
+                | Self::DepthReadOnly
+                | Self::Sampled { .. }
+        )
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Use {
+    pub(crate) texture: u32,
+    pub(crate) part: Part,
+    pub(crate) kind: UseKind,
+}
+
+pub(crate) struct TextureNode {
+    pub(crate) name: Cow<'static, str>,
+    pub(crate) desc: TextureDesc,
+    pub(crate) import: Option<wgpu::TextureView>,
+    /// Whether the planner treats the texture as imported. Differs from
+    /// `import.is_some()` only in tests, which have no device to make views with.
+    pub(crate) persistent: bool,
+}
+
+pub(crate) type RunFn<'frame> = Box<dyn FnOnce(&mut PassContext<'_, '_>) + 'frame>;
+
+pub(crate) struct PassNode<'frame> {
+    pub(crate) name: Cow<'static, str>,
+    pub(crate) uses: Range<u32>,
+    pub(crate) side_effect: bool,
+    pub(crate) run: Option<RunFn<'frame>>,
+}
+
+/// The passes and textures of one frame. Built anew every frame.
+pub struct Graph<'frame> {
+    pub(crate) id: u32,
+    pub(crate) limits: Limits,
+    pub(crate) textures: Vec<TextureNode>,
+    pub(crate) passes: Vec<PassNode<'frame>>,
+    /// The uses of all passes in one list: a pass owns a range of it, so that
+    /// declaring a pass allocates only its closure.
+    pub(crate) uses: Vec<Use>,
+    pub(crate) exports: Vec<(u32, Part)>,
+    /// The first mistake that could be seen while declaring.
+    misuse: Option<PlanError>,
+}
+
+impl<'frame> Graph<'frame> {
+    /// An empty frame for an adapter with these limits.
+    pub fn new(limits: Limits) -> Self {
+        static NEXT_ID: AtomicU32 = AtomicU32::new(0);
+        Self {
+            id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
+            limits,
+            textures: Vec::with_capacity(64),
+            passes: Vec::with_capacity(64),
+            uses: Vec::with_capacity(256),
+            exports: Vec::new(),
+            misuse: None,
+        }
+    }
+
+    /// A texture that lives within the frame. Its contents are undefined until a
+    /// pass writes it, and it may share memory with others.
+    pub fn texture(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> Handle {
+        self.add_texture(name.into(), desc, None, false)
+    }
+
+    /// A texture that outlives the frame: it has contents, shares no memory, and
+    /// what is written to it is stored.
+    ///
+    /// `view` covers what `desc` describes and begins at mip 0 and layer 0. A pass
+    /// that writes it runs only if something reads the result, or if the last
+    /// version is given to [`Graph::export`].
+    pub fn import(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc, view: wgpu::TextureView) -> Handle {
+        self.add_texture(name.into(), desc, Some(view), true)
+    }
+
+    pub(crate) fn add_texture(
+        &mut self,
+        name: Cow<'static, str>,
+        desc: TextureDesc,
+        import: Option<wgpu::TextureView>,
+        persistent: bool,
+    ) -> Handle {
+        let texture = self.textures.len() as u32;
+        self.textures.push(TextureNode { name: name.clone(), desc, import, persistent });
+        Handle { graph: self.id, texture, part: Part::Whole, name, desc }
+    }
+
+    /// One mip of one layer as a handle of its own, to write or to read. Reading
+    /// the whole texture later sees what was written through its views; whether a
+    /// pass reads what it writes is checked per view.
+    ///
+    /// A `handle` that is itself a view, or a mip or layer that does not exist, is
+    /// an error of [`Graph::plan`].
+    pub fn subview(&mut self, handle: &Handle, mip: u32, layer: u32) -> Handle {
+        let whole = handle.part == Part::Whole;
+        if !whole || mip >= handle.desc.mips || layer >= handle.desc.layers {
+            self.note_misuse(PlanError::NoSuchView {
+                texture: handle.name.to_string(),
+                mip,
+                layer,
+                mips: handle.desc.mips,
+                layers: handle.desc.layers,
+            });
+        }
+        // A subview is the one declaration that allocates its name.
+        let suffix = part_suffix(&handle.desc, mip, layer);
+        Handle {
+            graph: handle.graph,
+            texture: handle.texture,
+            part: if whole { Part::One { mip, layer } } else { handle.part },
+            name: Cow::Owned(format!("{}{suffix}", handle.name)),
+            desc: handle.desc.of_mip(mip),
+        }
+    }
+
+    /// Opens the declaration of a pass. Its name is its debug label, its timer and
+    /// its key in reports: `occlusion.blur`, folder then step.
+    pub fn pass(&mut self, name: impl Into<Cow<'static, str>>) -> Pass<'_, 'frame> {
+        let first_use = self.uses.len() as u32;
+        self.passes.push(PassNode { name: name.into(), uses: first_use..first_use, side_effect: false, run: None });
+        Pass { graph: self }
+    }
+
+    /// Makes this version a result of the frame: its writers run and it is stored.
+    pub fn export(&mut self, handle: Handle) {
+        if handle.graph == self.id {
+            self.exports.push((handle.texture, handle.part));
+        } else {
+            self.note_misuse(PlanError::ForeignHandle { pass: "export".to_owned(), texture: handle.name.into_owned() });
+        }
+    }
+
+    /// Checks the declarations and works out how to execute them. Needs no device.
+    ///
+    /// # Errors
+    /// The first contradiction in declaration order, naming the passes involved
+    /// and what to change.
+    pub fn plan(&self) -> Result<Plan, PlanError> {
+        if let Some(misuse) = &self.misuse {
+            return Err(misuse.clone());
+        }
+        crate::check::check(self)?;
+        Ok(crate::plan::plan(self))
+    }
+
+    fn note_misuse(&mut self, error: PlanError) {
+        self.misuse.get_or_insert(error);
+    }
+}
+
+/// A pass while it is being declared.
+///
+/// A pass without [`Pass::draw`] still clears its attachments.
+pub struct Pass<'graph, 'frame> {
+    graph: &'graph mut Graph<'frame>,
+}
+
+impl<'frame> Pass<'_, 'frame> {
+    /// Writes a colour target; the slot is the order of the calls. Returns the
+    /// version that holds the result.
+    pub fn color(&mut self, handle: Handle, load: ColorLoad) -> Handle {
+        self.add_use(&handle, UseKind::Color(load));
+        handle
+    }
+
+    /// Writes the depth-stencil target. Returns the version that holds the result.
+    pub fn depth_stencil(&mut self, handle: Handle, load: DepthLoad) -> Handle {
+        self.add_use(&handle, UseKind::DepthStencil(load));
+        handle
+    }
+
+    /// Tests against a depth-stencil target without writing it. It cannot be
+    /// sampled in the same pass (WebGL 2 forbids that even read-only).
+    pub fn depth_stencil_read_only(&mut self, handle: &Handle) {
+        self.add_use(handle, UseKind::DepthReadOnly);
+    }
+
+    /// Samples a texture: one mip and layer through a view, else all of it, as
+    /// `D2`, or `D2Array` if it has layers.
+    pub fn read(&mut self, handle: &Handle) -> Read {
+        self.add_use(handle, UseKind::Sampled { dimension: None, depth_only: false })
+    }
+
+    /// Samples a texture through a view of another dimension, such as `Cube`.
+    pub fn read_as(&mut self, handle: &Handle, dimension: wgpu::TextureViewDimension) -> Read {
+        self.add_use(handle, UseKind::Sampled { dimension: Some(dimension), depth_only: false })
+    }
+
+    /// Samples the depth of a depth or depth-stencil texture.
+    pub fn read_depth(&mut self, handle: &Handle) -> Read {
+        self.add_use(handle, UseKind::Sampled { dimension: None, depth_only: true })
+    }
+
+    /// [`Pass::read`] of something that may be absent.
+    pub fn read_optional(&mut self, handle: Option<&Handle>) -> Option<Read> {
+        handle.map(|handle| self.read(handle))
+    }
+
+    /// Runs the pass even if nothing reads what it writes.
+    pub fn side_effect(&mut self) {
+        if let Some(pass) = self.graph.passes.last_mut() {
+            pass.side_effect = true;
+        }
+    }
+
+    /// Ends the declaration with what to record when the pass runs. It is not
+    /// called if the pass is culled.
+    pub fn draw(self, run: impl FnOnce(&mut PassContext<'_, '_>) + 'frame) {
+        if let Some(pass) = self.graph.passes.last_mut() {
+            pass.run = Some(Box::new(run));
+        }
+    }
+
+    fn add_use(&mut self, handle: &Handle, kind: UseKind) -> Read {
+        let graph = &mut *self.graph;
+        let use_index = graph.uses.len() as u32;
+        let read = Read { graph: graph.id, use_index };
+        if handle.graph != graph.id {
+            let pass = graph.passes.last().map(|pass| pass.name.to_string());
+            graph.note_misuse(PlanError::ForeignHandle {
+                pass: pass.unwrap_or_default(),
+                texture: handle.name.to_string(),
+            });
+            return read;
+        }
+        graph.uses.push(Use { texture: handle.texture, part: handle.part, kind });
+        if let Some(pass) = graph.passes.last_mut() {
+            pass.uses.end = use_index + 1;
+        }
+        read
+    }
+}

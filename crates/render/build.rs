@@ -1,0 +1,97 @@
+//! Composes every variant of every shader module with WESL, and integrates the directional albedo of GGX.
+
+use std::{env, fmt::Write as _, fs, path::Path};
+use wesl::{CompileOptions, ManglerKind, Wesl};
+
+/// Name, module and variant axes of every program. A variant's index has bit `i` set if axis `i` is on.
+const PROGRAMS: &[(&str, &str, &[&str])] = &[
+    ("geometry", "package::passes::geometry::geometry", &["textured", "normal_map", "masked", "deformed"]),
+    ("linear_depth", "package::passes::linear_depth::linear_depth", &[]),
+    ("indirect", "package::passes::indirect::indirect", &[]),
+    ("direct", "package::passes::direct::direct", &["counting"]),
+    ("background", "package::passes::background::background", &[]),
+    ("forward", "package::passes::forward::forward", &["textured", "normal_map", "masked", "deformed"]),
+    ("accumulate", "package::passes::accumulate::accumulate", &[]),
+    ("tone_map", "package::passes::tone_map::tone_map", &[]),
+];
+
+/// More variants of one module than this are a sign that it should be two modules.
+const VARIANTS_MAX: usize = 64;
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=src");
+    let out = env::var("OUT_DIR").expect("cargo sets OUT_DIR");
+    let mut list = String::from("/// Every program: name, axes, and the WGSL of every variant.\npub const PROGRAMS: &[(&str, &[&str], &[&str])] = &[\n");
+    for (name, module, axes) in PROGRAMS {
+        let count = 1usize << axes.len();
+        assert!(count <= VARIANTS_MAX, "{name} has {count} variants");
+        let _ = writeln!(list, "    ({name:?}, &{axes:?}, &[");
+        for variant in 0..count {
+            let source = compose(module, axes, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
+            let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
+            fs::write(&file, source).expect("the output folder is writable");
+            let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());
+        }
+        list.push_str("    ]),\n");
+    }
+    list.push_str("];\n");
+    let table = directional_albedo_table();
+    let _ = writeln!(
+        list,
+        "/// Scale and bias of f0, 32 by 32, over n·v and perceptual roughness.\npub const DIRECTIONAL_ALBEDO: [[f32; 2]; {}] = {table:?};",
+        table.len()
+    );
+    fs::write(Path::new(&out).join("programs.rs"), list).expect("the output folder is writable");
+}
+
+fn compose(module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
+    let mut wesl = Wesl::new("src");
+    wesl.set_mangler(ManglerKind::None);
+    wesl.set_options(CompileOptions { strip: true, imports: true, condcomp: true, lower: false, ..Default::default() });
+    for (bit, axis) in axes.iter().enumerate() {
+        wesl.set_feature(axis, variant >> bit & 1 == 1);
+    }
+    // An axis that a module does not list is off.
+    wesl.set_missing_feature_behavior(false);
+    wesl.keep_all_entrypoints();
+    let path = module.parse().map_err(|error| format!("{module}: {error}"))?;
+    wesl.compile(&path).map(|result| result.to_string()).map_err(|error| error.to_string())
+}
+
+/// Importance-samples GGX for every texel (Karis 2013, "Real Shading in Unreal Engine 4"), with the height-correlated
+/// visibility of `brdf.wgsl`. 4,096 Hammersley points keep the error below the step of the half floats that hold it.
+fn directional_albedo_table() -> Vec<[f32; 2]> {
+    const SIZE: u32 = 32;
+    const POINTS: u32 = 4096;
+    let mut table = Vec::new();
+    for row in 0..SIZE {
+        let roughness = (f64::from(row) / f64::from(SIZE - 1)).max(0.045);
+        let alpha = roughness * roughness;
+        let a2 = alpha * alpha;
+        for column in 0..SIZE {
+            let n_dot_v = (f64::from(column) / f64::from(SIZE - 1)).max(1e-4);
+            let eye = [(1.0 - n_dot_v * n_dot_v).sqrt(), 0.0, n_dot_v];
+            let (mut scale, mut bias) = (0.0, 0.0);
+            for i in 0..POINTS {
+                let phi = 2.0 * std::f64::consts::PI * (f64::from(i) + 0.5) / f64::from(POINTS);
+                let u = f64::from(i.reverse_bits()) / 4_294_967_296.0;
+                let cos = ((1.0 - u) / (1.0 + (a2 - 1.0) * u)).sqrt();
+                let sin = (1.0 - cos * cos).max(0.0).sqrt();
+                let half = [sin * phi.cos(), sin * phi.sin(), cos];
+                let v_dot_h = (eye[0] * half[0] + eye[2] * half[2]).max(0.0);
+                let n_dot_l = 2.0 * v_dot_h * half[2] - eye[2];
+                if n_dot_l > 0.0 {
+                    let light = n_dot_v * (n_dot_l * n_dot_l * (1.0 - a2) + a2).sqrt();
+                    let back = n_dot_l * (n_dot_v * n_dot_v * (1.0 - a2) + a2).sqrt();
+                    let weight = 0.5 / (light + back) * 4.0 * n_dot_l * v_dot_h / half[2].max(1e-9);
+                    let fresnel = (1.0 - v_dot_h).powi(5);
+                    scale += weight * (1.0 - fresnel);
+                    bias += weight * fresnel;
+                }
+            }
+            table.push([(scale / f64::from(POINTS)) as f32, (bias / f64::from(POINTS)) as f32]);
+        }
+    }
+    table
+}

@@ -1,0 +1,48 @@
+//! What an adapter can do, asked once. No other code asks which platform it runs on.
+
+use super::GpuError;
+
+/// What the device can do, as far as the frame cares.
+#[derive(Clone, Debug)]
+pub struct Capabilities {
+    /// The format of depth and stencil: 32-bit float where there is one, else 24 bits.
+    pub depth_format: wgpu::TextureFormat,
+    /// The largest width and height of a texture.
+    pub max_texture_size: u32,
+    /// Whether passes can be timed on the GPU.
+    pub timestamps: bool,
+    /// The limits of the device.
+    pub limits: wgpu::Limits,
+}
+
+impl Capabilities {
+    /// Asks the adapter.
+    ///
+    /// # Errors
+    /// The adapter cannot render to floating-point targets (on WebGL 2: it lacks `EXT_color_buffer_float`).
+    pub fn of(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Result<Self, GpuError> {
+        let limits = device.limits();
+        for format in [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Float] {
+            let usages = adapter.get_texture_format_features(format).allowed_usages;
+            if !usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+                return Err(GpuError::Incapable {
+                    adapter: adapter.get_info().name,
+                    missing: format!(
+                        "it cannot render to {format:?} (on WebGL 2 that needs the extension EXT_color_buffer_float)"
+                    ),
+                });
+            }
+        }
+        let depth_format = if device.features().contains(wgpu::Features::DEPTH32FLOAT_STENCIL8) {
+            wgpu::TextureFormat::Depth32FloatStencil8
+        } else {
+            wgpu::TextureFormat::Depth24PlusStencil8
+        };
+        Ok(Self {
+            depth_format,
+            max_texture_size: limits.max_texture_dimension_2d,
+            timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
+            limits,
+        })
+    }
+}

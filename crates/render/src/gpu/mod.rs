@@ -1,0 +1,153 @@
+//! The device: how it is found, what it can do, and how pixels come back from it.
+
+pub mod capabilities;
+pub mod data_texture;
+pub mod readback;
+
+pub use capabilities::Capabilities;
+
+/// No device could be had.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// There is no adapter at all.
+    #[error("no usable graphics adapter was found; on Debian and Ubuntu the package mesa-vulkan-drivers brings a software adapter")]
+    NoAdapter,
+    /// No adapter has the name that was asked for.
+    #[error("no adapter is called `{name}`; there are: {known}")]
+    UnknownAdapter {
+        /// The name that was asked for.
+        name: String,
+        /// The adapters there are, separated by commas.
+        known: String,
+    },
+    /// The adapter lacks something that the frame cannot do without.
+    #[error("the adapter `{adapter}` cannot be used: {missing}")]
+    Incapable {
+        /// The adapter.
+        adapter: String,
+        /// What it lacks.
+        missing: String,
+    },
+    /// The adapter gave no device.
+    #[error("the adapter gave no device: {0}")]
+    Device(String),
+    /// The device went away.
+    #[error("the device was lost: {0}")]
+    Lost(String),
+}
+
+/// What a user sees of an adapter.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct AdapterSummary {
+    /// The device's name.
+    pub name: String,
+    /// Vulkan, Metal, Dx12, WebGPU or WebGL.
+    pub backend: String,
+    /// Discrete, integrated, virtual or software.
+    pub device_type: String,
+    /// The driver's name and version.
+    pub driver: String,
+}
+
+impl From<wgpu::AdapterInfo> for AdapterSummary {
+    fn from(info: wgpu::AdapterInfo) -> Self {
+        Self {
+            name: info.name,
+            backend: format!("{:?}", info.backend),
+            device_type: match info.device_type {
+                wgpu::DeviceType::Cpu => "Software".into(),
+                other => format!("{other:?}"),
+            },
+            driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
+        }
+    }
+}
+
+/// A device with its queue, and what it can do.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What it can do.
+    pub capabilities: Capabilities,
+    /// The adapter it came from.
+    pub adapter: AdapterSummary,
+}
+
+impl Gpu {
+    /// Takes over the caller's device and queue. The adapter tells what the device can do.
+    ///
+    /// # Errors
+    /// An adapter that cannot render to floating-point targets.
+    pub fn from_device(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Result<Self, GpuError> {
+        let capabilities = Capabilities::of(adapter, &device)?;
+        Ok(Self { device, queue, capabilities, adapter: adapter.get_info().into() })
+    }
+
+    /// Asks `adapter` for a device with everything the frame can use.
+    ///
+    /// # Errors
+    /// An adapter that lacks what the frame needs, or gives no device.
+    pub async fn from_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+        let wanted = wgpu::Features::DEPTH32FLOAT_STENCIL8 | wgpu::Features::TIMESTAMP_QUERY;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("manypass"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) =
+            adapter.request_device(&descriptor).await.map_err(|error| GpuError::Device(error.to_string()))?;
+        Self::from_device(adapter, device, queue)
+    }
+
+    /// A device without a window. Without a name a hardware adapter is preferred to a software one.
+    ///
+    /// # Errors
+    /// No adapter, no adapter of that name, or no device.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn headless(name: Option<&str>) -> Result<Self, GpuError> {
+        let adapters = enumerate();
+        let rank = |adapter: &wgpu::Adapter| match adapter.get_info().device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        };
+        let adapter = match name {
+            None => adapters.iter().min_by_key(|adapter| rank(adapter)).ok_or(GpuError::NoAdapter)?,
+            Some(_) if adapters.is_empty() => return Err(GpuError::NoAdapter),
+            Some(name) => adapters
+                .iter()
+                .find(|adapter| adapter.get_info().name.to_lowercase().contains(&name.to_lowercase()))
+                .ok_or_else(|| GpuError::UnknownAdapter {
+                    name: name.into(),
+                    known: adapters.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", "),
+                })?,
+        };
+        pollster::block_on(Self::from_adapter(adapter))
+    }
+
+    /// Every adapter there is.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn adapters() -> Vec<AdapterSummary> {
+        enumerate().into_iter().map(|adapter| adapter.get_info().into()).collect()
+    }
+
+    /// Waits until the device has done all that was submitted.
+    pub fn wait(&self) {
+        // A device that is lost has nothing left to wait for; the next call on it reports the loss.
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn enumerate() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    let instance = wgpu::Instance::new(descriptor);
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+}

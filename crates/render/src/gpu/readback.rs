@@ -1,0 +1,71 @@
+//! Pixels from the device to memory.
+
+use super::{Gpu, GpuError};
+
+/// Copies the first mip of `texture` into memory: rows from the top, tightly packed.
+///
+/// # Errors
+/// The device was lost.
+pub async fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, GpuError> {
+    let (width, height) = (texture.width(), texture.height());
+    let row_bytes = width * texture.format().block_copy_size(None).unwrap_or(4);
+    let padded = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: u64::from(padded) * u64::from(height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+        },
+        texture.size(),
+    );
+    gpu.queue.submit([encoder.finish()]);
+    map(gpu, &buffer).await?;
+    let mapped = buffer.get_mapped_range(..).map_err(|error| GpuError::Lost(error.to_string()))?;
+    let mut pixels = Vec::with_capacity((row_bytes * height) as usize);
+    for row in mapped.chunks_exact(padded as usize) {
+        pixels.extend_from_slice(&row[..row_bytes as usize]);
+    }
+    Ok(pixels)
+}
+
+/// Maps a buffer for reading, waiting in the way the platform allows.
+async fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<(), GpuError> {
+    let state = std::sync::Arc::new(std::sync::Mutex::new(None));
+    let shared = state.clone();
+    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+        if let Ok(mut slot) = shared.lock() {
+            *slot = Some(result);
+        }
+    });
+    loop {
+        let blocking = cfg!(not(target_arch = "wasm32"));
+        let poll = if blocking { wgpu::PollType::wait_indefinitely() } else { wgpu::PollType::Poll };
+        gpu.device.poll(poll).map_err(|error| GpuError::Lost(error.to_string()))?;
+        match state.lock().ok().and_then(|mut slot| slot.take()) {
+            Some(Ok(())) => return Ok(()),
+            Some(Err(error)) => return Err(GpuError::Lost(error.to_string())),
+            None => yield_now().await,
+        }
+    }
+}
+
+/// Gives the browser's event loop a turn; does nothing elsewhere.
+async fn yield_now() {
+    #[cfg(target_arch = "wasm32")]
+    {
+        let promise = js_sys::Promise::new(&mut |resolve, _| {
+            let global = js_sys::global();
+            if let Ok(timeout) = js_sys::Reflect::get(&global, &"setTimeout".into()) {
+                let _ = js_sys::Function::from(timeout).call2(&global, &resolve, &1.into());
+            }
+        });
+        let _ = wasm_bindgen_futures::JsFuture::from(promise).await;
+    }
+}

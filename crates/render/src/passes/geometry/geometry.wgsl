@@ -1,0 +1,37 @@
+// geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`.
+// Writes: base_color, normal, material, radiance (alpha = coverage), depth.
+
+import package::view::view;
+import package::gbuffer::gbuffer_pack;
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
+import package::shaders::surface_material::{material_factors, surface_sample};
+import package::shaders::colour::half_float_clamped;
+
+struct GeometryTargets {
+    @location(0) base_color: vec4f,
+    @location(1) normal: vec2u,
+    @location(2) material: vec4f,
+    @location(3) radiance: vec4f,
+}
+
+@vertex
+fn vs_geometry(in: SurfaceInput) -> SurfaceVarying {
+    return surface_varying(in);
+}
+
+@fragment
+fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> GeometryTargets {
+    let sample = surface_sample(in, front_facing);
+    @if(masked) {
+        if sample.alpha < material_factors.alpha_cutoff {
+            discard;
+        }
+    }
+    let texels = gbuffer_pack(sample.surface);
+    var targets: GeometryTargets;
+    targets.base_color = texels.base_color;
+    targets.normal = texels.normal;
+    targets.material = texels.material;
+    targets.radiance = vec4f(half_float_clamped(sample.emission * view.pre_exposure), 1.0);
+    return targets;
+}

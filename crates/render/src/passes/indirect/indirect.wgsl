@@ -1,0 +1,23 @@
+// indirect: light from the environment, added to `radiance`.
+// Source: split sum (Karis 2013) over spherical Gaussians. Reads: G-buffer, linear_depth. Writes: radiance.
+
+import package::view::{view, position_world_from_pixel, direction_to_eye_world};
+import package::gbuffer::SHADING_MODEL_UNLIT;
+import package::shaders::fullscreen::vs_fullscreen;
+import package::shaders::gbuffer_textures::{surface_at, distance_at};
+import package::shaders::shading::shading_from_surface;
+import package::shaders::ambient::ambient_radiance;
+import package::shaders::colour::half_float_clamped;
+
+@fragment
+fn fs_indirect(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let distance_m = distance_at(pixel);
+    let surface = surface_at(pixel);
+    if distance_m > 1.0e38 || surface.shading_model == SHADING_MODEL_UNLIT {
+        return vec4f(0.0);
+    }
+    let position_world = position_world_from_pixel(position.xy, distance_m);
+    let shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    return vec4f(half_float_clamped(ambient_radiance(surface, shading)), 0.0);
+}

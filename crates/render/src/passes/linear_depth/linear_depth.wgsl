@@ -1,0 +1,21 @@
+// linear_depth: the distance along the view axis in metres, from the depth attachment, once for all later passes.
+// Where nothing was drawn it is DISTANCE_BACKGROUND_M, which stands for infinity and survives every comparison.
+// Reads: depth. Writes: linear_depth (r32float).
+
+import package::view::{view, distance_from_depth_ndc};
+import package::shaders::fullscreen::vs_fullscreen;
+
+const DISTANCE_BACKGROUND_M: f32 = 3.0e38;
+
+@group(1) @binding(0) var depth: texture_2d<f32>;
+@group(1) @binding(1) var nearest_clamp: sampler;
+
+@fragment
+fn fs_linear_depth(@builtin(position) position: vec4f) -> @location(0) f32 {
+    // Sampled, not loaded: a depth texture without a sampler reads 0 on WebGL 2.
+    let depth_ndc = textureSampleLevel(depth, nearest_clamp, position.xy * view.inverse_size_px, 0.0).r;
+    if depth_ndc <= 0.0 {
+        return DISTANCE_BACKGROUND_M;
+    }
+    return distance_from_depth_ndc(depth_ndc);
+}

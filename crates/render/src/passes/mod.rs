@@ -1,0 +1,11 @@
+//! The passes of the frame, one folder each. No pass imports another; outputs reach their consumers as arguments.
+
+pub mod accumulate;
+pub mod background;
+pub mod direct;
+pub mod forward;
+pub mod geometry;
+pub mod indirect;
+pub mod lights;
+pub mod linear_depth;
+pub mod tone_map;

@@ -1,0 +1,21 @@
+//! The variants of every built-in module, composed by `build.rs` with WESL.
+
+include!(concat!(env!("OUT_DIR"), "/programs.rs"));
+
+/// The WGSL of a program with the given axes on.
+///
+/// # Errors
+/// The name of the program or axis that does not exist.
+pub fn source(program: &str, axes_on: &[&str]) -> Result<&'static str, String> {
+    let (_, axes, variants) =
+        PROGRAMS.iter().find(|(name, ..)| *name == program).ok_or_else(|| format!("no program `{program}`"))?;
+    let mut index = 0;
+    for axis in axes_on {
+        let bit = axes
+            .iter()
+            .position(|known| known == axis)
+            .ok_or_else(|| format!("program `{program}` has no axis `{axis}`"))?;
+        index |= 1usize << bit;
+    }
+    variants.get(index).copied().ok_or_else(|| format!("program `{program}` has no variant {index}"))
+}

@@ -1,0 +1,386 @@
+//! Programs: a WGSL module with its layouts found by reflection. Uniforms, textures, samplers and vertex inputs are
+//! bound by their WGSL names; the names are looked up when a pipeline or a bind group is made, never per draw.
+
+use naga::front::wgsl;
+use naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A shader cannot be used as it is.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ProgramError {
+    /// The shader does not compile.
+    #[error("the shader of pass `{pass}` does not compile:\n{message}")]
+    Invalid {
+        /// The pass.
+        pass: String,
+        /// The compiler's message with line and column.
+        message: String,
+    },
+    /// The shader declares something that nobody binds.
+    #[error("pass `{pass}`: the shader declares `{binding}` in group {group}, which is not among: {known}")]
+    Unbound {
+        /// The pass.
+        pass: String,
+        /// The WGSL name.
+        binding: String,
+        /// Its bind group.
+        group: u32,
+        /// The names that were offered.
+        known: String,
+    },
+    /// The shader has a vertex input that no attribute is called.
+    #[error("pass `{pass}`: the vertex shader has an input `{input}`, which is not among: {known}")]
+    UnknownInput {
+        /// The pass.
+        pass: String,
+        /// The WGSL name.
+        input: String,
+        /// The attributes there are.
+        known: String,
+    },
+}
+
+/// One name of a bind group.
+#[derive(Clone, Debug)]
+struct Slot {
+    name: String,
+    entry: wgpu::BindGroupLayoutEntry,
+}
+
+/// A compiled module and what it binds.
+#[derive(Debug)]
+pub struct Program {
+    /// The pass it belongs to.
+    pub name: String,
+    /// The module.
+    pub module: wgpu::ShaderModule,
+    /// The layout of its pipelines.
+    pub layout: wgpu::PipelineLayout,
+    groups: Vec<(wgpu::BindGroupLayout, Vec<Slot>)>,
+    vertex_inputs: Vec<(String, u32)>,
+}
+
+/// An attribute that a vertex shader may read by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Attribute {
+    /// The WGSL name.
+    pub name: &'static str,
+    /// Its format in the buffer.
+    pub format: wgpu::VertexFormat,
+    /// Its offset in the buffer's stride.
+    pub offset: u64,
+    /// Which of the buffers.
+    pub buffer: usize,
+}
+
+impl Program {
+    /// Compiles a module and finds what it binds.
+    ///
+    /// # Errors
+    /// The module is not valid WGSL.
+    pub fn new(device: &wgpu::Device, name: &str, source: &str) -> Result<Self, ProgramError> {
+        let invalid = |message: String| ProgramError::Invalid { pass: name.into(), message };
+        let module = wgsl::parse_str(source).map_err(|error| invalid(error.emit_to_string(source)))?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::default())
+            .validate(&module)
+            .map_err(|error| invalid(error.emit_to_string(source)))?;
+        let slots = reflect_bindings(&module, &info);
+        let groups = slots
+            .into_iter()
+            .map(|slots| {
+                let entries: Vec<_> = slots.iter().map(|slot| slot.entry).collect();
+                let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                    label: Some(name),
+                    entries: &entries,
+                });
+                (layout, slots)
+            })
+            .collect::<Vec<_>>();
+        let layouts: Vec<_> = groups.iter().map(|(layout, _)| Some(layout)).collect();
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(name),
+            bind_group_layouts: &layouts,
+            ..Default::default()
+        });
+        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        Ok(Self { name: name.into(), module: shader, layout, vertex_inputs: reflect_inputs(&module), groups })
+    }
+
+    /// The number of bind groups, empty ones included.
+    pub fn group_count(&self) -> u32 {
+        self.groups.len() as u32
+    }
+
+    /// Whether the module binds anything in `group`.
+    pub fn uses_group(&self, group: u32) -> bool {
+        self.groups.get(group as usize).is_some_and(|(_, slots)| !slots.is_empty())
+    }
+
+    /// Makes the bind group `group` from `resources`, each found by its WGSL name; resources that the module does not
+    /// use are passed over.
+    ///
+    /// # Errors
+    /// The module declares a name that is not among the resources.
+    pub fn bind(
+        &self,
+        device: &wgpu::Device,
+        group: u32,
+        resources: &[(&str, wgpu::BindingResource<'_>)],
+    ) -> Result<wgpu::BindGroup, ProgramError> {
+        let Some((layout, slots)) = self.groups.get(group as usize) else {
+            return Err(ProgramError::Unbound {
+                pass: self.name.clone(),
+                binding: "nothing".into(),
+                group,
+                known: String::new(),
+            });
+        };
+        let mut entries = Vec::with_capacity(slots.len());
+        for slot in slots {
+            let (_, resource) = resources.iter().find(|(name, _)| *name == slot.name).ok_or_else(|| {
+                ProgramError::Unbound {
+                    pass: self.name.clone(),
+                    binding: slot.name.clone(),
+                    group,
+                    known: resources.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+                }
+            })?;
+            entries.push(wgpu::BindGroupEntry { binding: slot.entry.binding, resource: resource.clone() });
+        }
+        Ok(device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(&self.name), layout, entries: &entries }))
+    }
+
+    /// The attributes that the vertex shader reads, by buffer.
+    ///
+    /// # Errors
+    /// The vertex shader has an input that no attribute is called.
+    pub fn attributes(
+        &self,
+        known: &[Attribute],
+        buffers: usize,
+    ) -> Result<Vec<Vec<wgpu::VertexAttribute>>, ProgramError> {
+        let mut layouts = vec![Vec::new(); buffers];
+        for (input, location) in &self.vertex_inputs {
+            let attribute = known.iter().find(|attribute| attribute.name == input).ok_or_else(|| {
+                ProgramError::UnknownInput {
+                    pass: self.name.clone(),
+                    input: input.clone(),
+                    known: known.iter().map(|attribute| attribute.name).collect::<Vec<_>>().join(", "),
+                }
+            })?;
+            layouts[attribute.buffer].push(wgpu::VertexAttribute {
+                format: attribute.format,
+                offset: attribute.offset,
+                shader_location: *location,
+            });
+        }
+        Ok(layouts)
+    }
+}
+
+fn stages_of(info: &naga::valid::ModuleInfo, module: &naga::Module, global: naga::Handle<naga::GlobalVariable>) -> wgpu::ShaderStages {
+    let mut stages = wgpu::ShaderStages::empty();
+    for (index, entry) in module.entry_points.iter().enumerate() {
+        if info.get_entry_point(index)[global] != GlobalUse::empty() {
+            stages |= match entry.stage {
+                naga::ShaderStage::Vertex => wgpu::ShaderStages::VERTEX,
+                naga::ShaderStage::Fragment => wgpu::ShaderStages::FRAGMENT,
+                _ => wgpu::ShaderStages::COMPUTE,
+            };
+        }
+    }
+    stages
+}
+
+/// The textures that are used with a filtering sampler. A sampler whose name begins with `nearest` does not filter.
+fn filtered_textures(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Vec<naga::Handle<naga::GlobalVariable>> {
+    let mut filtered = Vec::new();
+    for index in 0..module.entry_points.len() {
+        for key in &info.get_entry_point(index).sampling_set {
+            if !samples_nearest(module, key.sampler) {
+                filtered.push(key.image);
+            }
+        }
+    }
+    filtered
+}
+
+fn samples_nearest(module: &naga::Module, sampler: naga::Handle<naga::GlobalVariable>) -> bool {
+    module.global_variables[sampler].name.as_deref().is_some_and(|name| name.starts_with("nearest"))
+}
+
+fn reflect_bindings(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Vec<Vec<Slot>> {
+    let filtered = filtered_textures(module, info);
+    let mut groups: Vec<Vec<Slot>> = Vec::new();
+    for (handle, global) in module.global_variables.iter() {
+        let Some(binding) = global.binding else { continue };
+        let visibility = stages_of(info, module, handle);
+        if visibility.is_empty() {
+            continue;
+        }
+        let ty = match &module.types[global.ty].inner {
+            naga::TypeInner::Image { dim, arrayed, class } => {
+                texture_type(*dim, *arrayed, *class, filtered.contains(&handle))
+            }
+            naga::TypeInner::Sampler { comparison } => wgpu::BindingType::Sampler(if *comparison {
+                wgpu::SamplerBindingType::Comparison
+            } else if samples_nearest(module, handle) {
+                wgpu::SamplerBindingType::NonFiltering
+            } else {
+                wgpu::SamplerBindingType::Filtering
+            }),
+            _ => wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+        };
+        let group = binding.group as usize;
+        if groups.len() <= group {
+            groups.resize_with(group + 1, Vec::new);
+        }
+        groups[group].push(Slot {
+            name: global.name.clone().unwrap_or_default(),
+            entry: wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None },
+        });
+    }
+    groups
+}
+
+fn texture_type(
+    dim: naga::ImageDimension,
+    arrayed: bool,
+    class: naga::ImageClass,
+    filterable: bool,
+) -> wgpu::BindingType {
+    let (sample_type, multisampled) = match class {
+        naga::ImageClass::Sampled { kind, multi } => (
+            match kind {
+                naga::ScalarKind::Uint => wgpu::TextureSampleType::Uint,
+                naga::ScalarKind::Sint => wgpu::TextureSampleType::Sint,
+                _ => wgpu::TextureSampleType::Float { filterable },
+            },
+            multi,
+        ),
+        naga::ImageClass::Depth { multi } => (wgpu::TextureSampleType::Depth, multi),
+        _ => (wgpu::TextureSampleType::Float { filterable: false }, false),
+    };
+    let view_dimension = match (dim, arrayed) {
+        (naga::ImageDimension::D1, _) => wgpu::TextureViewDimension::D1,
+        (naga::ImageDimension::D2, false) => wgpu::TextureViewDimension::D2,
+        (naga::ImageDimension::D2, true) => wgpu::TextureViewDimension::D2Array,
+        (naga::ImageDimension::D3, _) => wgpu::TextureViewDimension::D3,
+        (naga::ImageDimension::Cube, _) => wgpu::TextureViewDimension::Cube,
+    };
+    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled }
+}
+
+fn reflect_inputs(module: &naga::Module) -> Vec<(String, u32)> {
+    let mut inputs = Vec::new();
+    for entry in module.entry_points.iter().filter(|entry| entry.stage == naga::ShaderStage::Vertex) {
+        for argument in &entry.function.arguments {
+            if let (Some(naga::Binding::Location { location, .. }), Some(name)) = (&argument.binding, &argument.name) {
+                inputs.push((name.clone(), *location));
+            }
+            if let naga::TypeInner::Struct { members, .. } = &module.types[argument.ty].inner {
+                for member in members {
+                    if let (Some(naga::Binding::Location { location, .. }), Some(name)) = (&member.binding, &member.name)
+                    {
+                        inputs.push((name.clone(), *location));
+                    }
+                }
+            }
+        }
+    }
+    inputs
+}
+
+/// A pipeline that draws one triangle over the whole target.
+#[derive(Debug)]
+pub struct FullscreenPipeline {
+    /// Its program.
+    pub program: Arc<Program>,
+    /// The pipeline.
+    pub pipeline: wgpu::RenderPipeline,
+}
+
+type ProgramKey = (&'static str, Vec<&'static str>);
+type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>);
+
+/// Every program and full-screen pipeline made so far.
+#[derive(Debug)]
+pub struct Shaders {
+    device: wgpu::Device,
+    programs: RefCell<HashMap<ProgramKey, Arc<Program>>>,
+    fullscreen: RefCell<HashMap<FullscreenKey, Arc<FullscreenPipeline>>>,
+}
+
+impl Shaders {
+    /// No program yet.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self { device: device.clone(), programs: RefCell::default(), fullscreen: RefCell::default() }
+    }
+
+    /// The program `name` with the given axes on.
+    ///
+    /// # Errors
+    /// The program does not compile or does not exist.
+    pub fn program(&self, name: &'static str, axes_on: &[&'static str]) -> Result<Arc<Program>, ProgramError> {
+        let key = (name, axes_on.to_vec());
+        if let Some(program) = self.programs.borrow().get(&key) {
+            return Ok(program.clone());
+        }
+        let source = super::compose::source(name, axes_on)
+            .map_err(|message| ProgramError::Invalid { pass: name.into(), message })?;
+        let program = Arc::new(Program::new(&self.device, name, source)?);
+        self.programs.borrow_mut().insert(key, program.clone());
+        Ok(program)
+    }
+
+    /// The pipeline that draws the program `name` over a whole target of `format`.
+    ///
+    /// # Errors
+    /// The program does not compile or does not exist.
+    pub fn fullscreen(
+        &self,
+        name: &'static str,
+        axes_on: &[&'static str],
+        format: wgpu::TextureFormat,
+        blend: Option<wgpu::BlendState>,
+    ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
+        let key = ((name, axes_on.to_vec()), format, blend);
+        if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
+            return Ok(pipeline.clone());
+        }
+        let program = self.program(name, axes_on)?;
+        let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(name),
+            layout: Some(&program.layout),
+            vertex: wgpu::VertexState {
+                module: &program.module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &program.module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let pipeline = Arc::new(FullscreenPipeline { program, pipeline });
+        self.fullscreen.borrow_mut().insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+}

@@ -1,0 +1,59 @@
+// The one reflectance model of forward, deferred and baking.
+// Specular: GGX (Walter et al. 2007), height-correlated Smith visibility (Heitz 2014), Schlick's Fresnel (1994), energy
+// compensation for multiple scattering (Kulla & Conty 2017, in the form of Lagarde & Golubev 2018).
+// Diffuse: Lambert, weighted by 1 - F as in glTF 2.0, appendix B.
+
+const PI: f32 = 3.14159265359;
+// Below this the highlight of a punctual light is smaller than half floats can hold.
+const ROUGHNESS_PERCEPTUAL_MIN: f32 = 0.045;
+
+// Everything of a surface and a direction of view that does not depend on the light.
+struct Shading {
+    normal: vec3f,
+    to_eye: vec3f,
+    n_dot_v: f32,
+    roughness_alpha: f32,
+    albedo: vec3f,
+    f0: vec3f,
+    // 1 + f0 (1 / directional albedo - 1).
+    energy_compensation: vec3f,
+}
+
+fn fresnel_schlick(f0: vec3f, v_dot_h: f32) -> vec3f {
+    let m = clamp(1.0 - v_dot_h, 0.0, 1.0);
+    let m2 = m * m;
+    return f0 + (1.0 - f0) * (m2 * m2 * m);
+}
+
+fn distribution_ggx(n_dot_h: f32, roughness_alpha: f32) -> f32 {
+    let a2 = roughness_alpha * roughness_alpha;
+    // Written with 1 - n.h squared apart, so that a2 is not lost beside 1.
+    let d = (1.0 - n_dot_h * n_dot_h) + n_dot_h * n_dot_h * a2;
+    return a2 / (PI * d * d);
+}
+
+// G / (4 n.l n.v).
+fn visibility_smith(n_dot_l: f32, n_dot_v: f32, roughness_alpha: f32) -> f32 {
+    let a2 = roughness_alpha * roughness_alpha;
+    let light = n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);
+    let eye = n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - a2) + a2);
+    return 0.5 / max(light + eye, 1e-7);
+}
+
+// Reflected radiance for one unit of irradiance on a plane across the light's direction; n.l is included.
+fn brdf_times_n_dot_l(shading: Shading, to_light: vec3f) -> vec3f {
+    let n_dot_l = dot(shading.normal, to_light);
+    if n_dot_l <= 0.0 {
+        return vec3f(0.0);
+    }
+    // For unit vectors |l + v|^2 = 2 + 2 l.v, and v.h = |l + v| / 2, so the half vector itself is not needed.
+    let half_length_squared = max(2.0 + 2.0 * dot(to_light, shading.to_eye), 1e-8);
+    let inverse_half_length = inverseSqrt(half_length_squared);
+    let n_dot_h = min((n_dot_l + dot(shading.normal, shading.to_eye)) * inverse_half_length, 1.0);
+    let v_dot_h = 0.5 * half_length_squared * inverse_half_length;
+    let fresnel = fresnel_schlick(shading.f0, v_dot_h);
+    let specular = distribution_ggx(max(n_dot_h, 0.0), shading.roughness_alpha)
+        * visibility_smith(n_dot_l, shading.n_dot_v, shading.roughness_alpha);
+    let diffuse = (1.0 - fresnel) * shading.albedo * (1.0 / PI);
+    return (diffuse + specular * fresnel * shading.energy_compensation) * n_dot_l;
+}

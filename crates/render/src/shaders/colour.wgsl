@@ -1,0 +1,15 @@
+// Transfer functions and the limits of the formats that hold colour.
+
+// Above this, rgba16float overflows on some drivers into infinity and from there into a NaN.
+const HALF_FLOAT_MAX: f32 = 65000.0;
+
+fn half_float_clamped(radiance: vec3f) -> vec3f {
+    return clamp(radiance, vec3f(0.0), vec3f(HALF_FLOAT_MAX));
+}
+
+// IEC 61966-2-1.
+fn srgb_from_linear(linear: vec3f) -> vec3f {
+    let low = linear * 12.92;
+    let high = 1.055 * pow(max(linear, vec3f(0.0031308)), vec3f(1.0 / 2.4)) - 0.055;
+    return select(high, low, linear <= vec3f(0.0031308));
+}

@@ -1,0 +1,121 @@
+// The lights of the scene and the lists of lights for every cluster, in textures wrapped in two dimensions, reached only
+// through `light_at` and `cluster_at`, so that another storage can take their place here.
+// The first `global_count` lights have no range or are directional; they are in no list and every pixel visits them.
+
+import package::view::view;
+import package::shaders::brdf::{Shading, brdf_times_n_dot_l};
+
+struct ClusterGrid {
+    // Tiles across, tiles down, slices along the view axis, side of a tile in pixels.
+    size: vec4u,
+    // Slice = log2(distance_m) * x + y.
+    slice_from_log_distance: vec2f,
+    directional_count: u32,
+    global_count: u32,
+}
+
+struct Light {
+    position_world: vec3f,
+    // 1 / range²; 0 without a range.
+    inverse_range_squared: f32,
+    // Candela (lux for directional lights) times colour, pre-exposed.
+    intensity: vec3f,
+    cone_scale: f32,
+    // From the light; for directional lights the direction in which it shines.
+    direction_world: vec3f,
+    cone_offset: f32,
+}
+
+@group(0) @binding(3) var<uniform> cluster_grid: ClusterGrid;
+@group(0) @binding(4) var lights: texture_2d<f32>;
+@group(0) @binding(5) var cluster_table: texture_2d<u32>;
+@group(0) @binding(6) var cluster_lights: texture_2d<u32>;
+
+const LIGHTS_PER_ROW: u32 = 256u;
+const TABLE_WIDTH: u32 = 1024u;
+const LIST_WIDTH: u32 = 4096u;
+
+struct LightSums {
+    radiance: vec3f,
+    visited: f32,
+    shaded: f32,
+    in_range: f32,
+}
+
+fn light_texel(index: u32) -> vec2i {
+    return vec2i(i32((index % LIGHTS_PER_ROW) * 4u), i32(index / LIGHTS_PER_ROW));
+}
+
+fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
+    let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
+    let slice_float = log2(distance_m) * cluster_grid.slice_from_log_distance.x + cluster_grid.slice_from_log_distance.y;
+    let slice = u32(clamp(slice_float, 0.0, f32(cluster_grid.size.z - 1u)));
+    return (slice * cluster_grid.size.y + tile.y) * cluster_grid.size.x + tile.x;
+}
+
+// Offset into the list, number of lights.
+fn cluster_at(index: u32) -> vec2u {
+    return textureLoad(cluster_table, vec2i(i32(index % TABLE_WIDTH), i32(index / TABLE_WIDTH)), 0).rg;
+}
+
+fn cluster_light_at(entry: u32) -> u32 {
+    return textureLoad(cluster_lights, vec2i(i32(entry % LIST_WIDTH), i32(entry / LIST_WIDTH)), 0).r;
+}
+
+// The window of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
+fn distance_attenuation(distance_squared: f32, inverse_range_squared: f32) -> f32 {
+    let ratio_squared = distance_squared * inverse_range_squared;
+    let window = clamp(1.0 - ratio_squared * ratio_squared, 0.0, 1.0);
+    return window / max(distance_squared, 1e-6);
+}
+
+fn punctual_radiance(index: u32, position_world: vec3f, shading: Shading, sums: ptr<function, LightSums>) {
+    let texel = light_texel(index);
+    let place = textureLoad(lights, texel, 0);
+    let towards = place.xyz - position_world;
+    let distance_squared = dot(towards, towards);
+    (*sums).visited += 1.0;
+    if distance_squared * place.w > 1.0 {
+        return;
+    }
+    (*sums).in_range += 1.0;
+    let to_light = towards * inverseSqrt(max(distance_squared, 1e-12));
+    if dot(shading.normal, to_light) <= 0.0 {
+        return;
+    }
+    let color = textureLoad(lights, texel + vec2i(1, 0), 0);
+    let axis = textureLoad(lights, texel + vec2i(2, 0), 0);
+    let cone = clamp(dot(axis.xyz, -to_light) * color.w + axis.w, 0.0, 1.0);
+    let irradiance = cone * cone * distance_attenuation(distance_squared, place.w);
+    if irradiance <= 0.0 {
+        return;
+    }
+    (*sums).shaded += 1.0;
+    (*sums).radiance += brdf_times_n_dot_l(shading, to_light) * color.rgb * irradiance;
+}
+
+fn directional_radiance(index: u32, shading: Shading, sums: ptr<function, LightSums>) {
+    let texel = light_texel(index);
+    let color = textureLoad(lights, texel + vec2i(1, 0), 0);
+    let axis = textureLoad(lights, texel + vec2i(2, 0), 0);
+    (*sums).visited += 1.0;
+    (*sums).in_range += 1.0;
+    (*sums).shaded += 1.0;
+    (*sums).radiance += brdf_times_n_dot_l(shading, -axis.xyz) * color.rgb;
+}
+
+fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
+    var sums: LightSums;
+    for (var i = 0u; i < cluster_grid.directional_count; i++) {
+        directional_radiance(i, shading, &sums);
+    }
+    for (var i = cluster_grid.directional_count; i < cluster_grid.global_count; i++) {
+        punctual_radiance(i, position_world, shading, &sums);
+    }
+    let list = cluster_at(cluster_index_at(position_px, distance_m));
+    let end = list.x + list.y;
+    for (var entry = list.x; entry < end; entry++) {
+        punctual_radiance(cluster_light_at(entry), position_world, shading, &sums);
+    }
+    return sums;
+}

@@ -1,0 +1,30 @@
+// From a surface to what the reflectance model needs.
+
+import package::gbuffer::Surface;
+import package::shaders::brdf::{Shading, ROUGHNESS_PERCEPTUAL_MIN};
+
+// Scale and bias of f0 in the directional albedo of GGX (Karis 2013), over n.v (u) and perceptual roughness (v);
+// integrated by `build.rs`.
+@group(0) @binding(1) var directional_albedo: texture_2d<f32>;
+@group(0) @binding(2) var linear_clamp: sampler;
+
+fn dfg_at(n_dot_v: f32, roughness_perceptual: f32) -> vec2f {
+    let size = 32.0;
+    let uv = (vec2f(n_dot_v, roughness_perceptual) * (size - 1.0) + 0.5) / size;
+    return textureSampleLevel(directional_albedo, linear_clamp, uv, 0.0).rg;
+}
+
+fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
+    var shading: Shading;
+    let roughness = max(surface.roughness_perceptual, ROUGHNESS_PERCEPTUAL_MIN);
+    shading.normal = surface.normal_world;
+    shading.to_eye = to_eye;
+    // A normal map can turn the normal away from the eye; 1e-4 keeps visibility finite there.
+    shading.n_dot_v = max(dot(surface.normal_world, to_eye), 1e-4);
+    shading.roughness_alpha = roughness * roughness;
+    shading.albedo = surface.base_color * (1.0 - surface.metallic);
+    shading.f0 = mix(vec3f(surface.f0_dielectric), surface.base_color, surface.metallic);
+    let dfg = dfg_at(shading.n_dot_v, roughness);
+    shading.energy_compensation = 1.0 + shading.f0 * (1.0 / max(dfg.x + dfg.y, 1e-3) - 1.0);
+    return shading;
+}

@@ -1,0 +1,99 @@
+// The material of a surface at a fragment: glTF 2.0's metallic-roughness model.
+
+import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
+import package::shaders::surface_vertex::SurfaceVarying;
+
+struct MaterialFactors {
+    base_color: vec4f,
+    // Linear, may exceed 1.
+    emissive: vec3f,
+    metallic: f32,
+    roughness: f32,
+    normal_scale: f32,
+    occlusion_strength: f32,
+    // Fragments with less alpha are dropped.
+    alpha_cutoff: f32,
+    // 1 unlit, 0 lit.
+    unlit: f32,
+    material_id: u32,
+    // Alpha of the surface without blending is 1.
+    blended: f32,
+    padding: f32,
+    // Rows of the matrices that place the textures: base colour, metallic-roughness, normal, occlusion, emissive.
+    // xyz of the first row, and in w the UV set; xyz of the second.
+    uv_rows: array<vec4f, 10>,
+}
+
+struct SurfaceSample {
+    surface: Surface,
+    emission: vec3f,
+    alpha: f32,
+}
+
+@group(2) @binding(0) var<uniform> material_factors: MaterialFactors;
+@if(textured) @group(2) @binding(1) var base_color_texture: texture_2d<f32>;
+@if(textured) @group(2) @binding(2) var base_color_sampler: sampler;
+@if(textured) @group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
+@if(textured) @group(2) @binding(4) var metallic_roughness_sampler: sampler;
+@if(textured) @group(2) @binding(5) var occlusion_texture: texture_2d<f32>;
+@if(textured) @group(2) @binding(6) var occlusion_sampler: sampler;
+@if(textured) @group(2) @binding(7) var emissive_texture: texture_2d<f32>;
+@if(textured) @group(2) @binding(8) var emissive_sampler: sampler;
+@if(normal_map) @group(2) @binding(9) var normal_texture: texture_2d<f32>;
+@if(normal_map) @group(2) @binding(10) var normal_sampler: sampler;
+
+fn material_uv(uv: vec4f, slot: u32) -> vec2f {
+    let row0 = material_factors.uv_rows[slot * 2u];
+    let row1 = material_factors.uv_rows[slot * 2u + 1u];
+    let source = vec3f(select(uv.xy, uv.zw, row0.w > 0.5), 1.0);
+    return vec2f(dot(row0.xyz, source), dot(row1.xyz, source));
+}
+
+fn shading_normal(in: SurfaceVarying, front_facing: bool) -> vec3f {
+    let facing = select(-1.0, 1.0, front_facing);
+    // Interpolation shortens normals; a vanishing one must not become a NaN.
+    let length_squared = dot(in.normal_world, in.normal_world);
+    let vertex_normal = select(vec3f(0.0, 1.0, 0.0), in.normal_world * inverseSqrt(max(length_squared, 1e-30)),
+        length_squared > 1e-20) * facing;
+    @if(normal_map) {
+        let texel = textureSample(normal_texture, normal_sampler, material_uv(in.uv, 2u)).xyz * 2.0 - 1.0;
+        let offset = vec3f(texel.xy * material_factors.normal_scale, texel.z);
+        let tangent = in.tangent_world.xyz;
+        let bitangent = cross(in.normal_world, tangent) * in.tangent_world.w;
+        let bent = (tangent * offset.x + bitangent * offset.y) * facing + vertex_normal * offset.z;
+        let bent_length_squared = dot(bent, bent);
+        return select(vertex_normal, bent * inverseSqrt(max(bent_length_squared, 1e-30)), bent_length_squared > 1e-12);
+    }
+    @if(!normal_map) {
+        return vertex_normal;
+    }
+}
+
+fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
+    var out: SurfaceSample;
+    var base_color = material_factors.base_color * in.color;
+    var metallic = material_factors.metallic;
+    var roughness = material_factors.roughness;
+    var occlusion = 1.0;
+    var emission = material_factors.emissive;
+    @if(textured) {
+        base_color *= textureSample(base_color_texture, base_color_sampler, material_uv(in.uv, 0u));
+        let rough_metal = textureSample(metallic_roughness_texture, metallic_roughness_sampler, material_uv(in.uv, 1u));
+        roughness *= rough_metal.g;
+        metallic *= rough_metal.b;
+        let occluded = textureSample(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u)).r;
+        occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
+        emission *= textureSample(emissive_texture, emissive_sampler, material_uv(in.uv, 4u)).rgb;
+    }
+    let unlit = material_factors.unlit > 0.5;
+    out.alpha = base_color.a;
+    out.emission = select(emission, base_color.rgb, unlit);
+    out.surface.base_color = clamp(base_color.rgb, vec3f(0.0), vec3f(1.0));
+    out.surface.occlusion = occlusion;
+    out.surface.normal_world = shading_normal(in, front_facing);
+    out.surface.metallic = clamp(metallic, 0.0, 1.0);
+    out.surface.roughness_perceptual = clamp(roughness, 0.0, 1.0);
+    out.surface.f0_dielectric = 0.04;
+    out.surface.shading_model = select(SHADING_MODEL_STANDARD, SHADING_MODEL_UNLIT, unlit);
+    return out;
+}

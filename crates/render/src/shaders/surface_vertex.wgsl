@@ -1,0 +1,117 @@
+// The vertex stage of everything that draws the scene's surfaces. Positions are computed by one expression, so that a
+// pass which draws a surface again gets the same depth.
+
+import package::view::view;
+
+struct SurfaceInput {
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) tangent: vec4f,
+    @location(3) uv0: vec2f,
+    @location(4) uv1: vec2f,
+    @location(5) color: vec4f,
+    @location(6) world_from_object_row0: vec4f,
+    @location(7) world_from_object_row1: vec4f,
+    @location(8) world_from_object_row2: vec4f,
+    // Object id, first joint (all ones: not skinned), first morph weight, number of morph targets.
+    @location(9) instance: vec4u,
+    // First displacement texel of the primitive, number of vertices.
+    @location(10) morph: vec2u,
+    @if(deformed) @location(11) joints: vec4u,
+    @if(deformed) @location(12) weights: vec4f,
+    @builtin(vertex_index) vertex: u32,
+}
+
+struct SurfaceVarying {
+    @invariant @builtin(position) position_clip: vec4f,
+    @location(0) position_world: vec3f,
+    @location(1) normal_world: vec3f,
+    @location(2) tangent_world: vec4f,
+    @location(3) uv: vec4f,
+    @location(4) color: vec4f,
+    @location(5) @interpolate(flat, either) object_id: u32,
+}
+
+@if(deformed) @group(3) @binding(0) var joint_matrices: texture_2d<f32>;
+@if(deformed) @group(3) @binding(1) var morph_displacements: texture_2d<f32>;
+@if(deformed) @group(3) @binding(2) var morph_weights: texture_2d<f32>;
+
+@if(deformed) const DATA_WIDTH: u32 = 1024u;
+
+@if(deformed) fn data_texel(index: u32) -> vec2i {
+    return vec2i(i32(index % DATA_WIDTH), i32(index / DATA_WIDTH));
+}
+
+// The first three rows of a matrix.
+struct Rows {
+    row0: vec4f,
+    row1: vec4f,
+    row2: vec4f,
+}
+
+@if(deformed) fn joint_rows(joint: u32) -> Rows {
+    return Rows(
+        textureLoad(joint_matrices, data_texel(joint * 3u), 0),
+        textureLoad(joint_matrices, data_texel(joint * 3u + 1u), 0),
+        textureLoad(joint_matrices, data_texel(joint * 3u + 2u), 0),
+    );
+}
+
+@if(deformed) fn skinned_rows(in: SurfaceInput) -> Rows {
+    var rows = Rows(vec4f(0.0), vec4f(0.0), vec4f(0.0));
+    for (var i = 0u; i < 4u; i++) {
+        let joint = joint_rows(in.instance.y + in.joints[i]);
+        rows.row0 += joint.row0 * in.weights[i];
+        rows.row1 += joint.row1 * in.weights[i];
+        rows.row2 += joint.row2 * in.weights[i];
+    }
+    return rows;
+}
+
+fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
+    var position = in.position;
+    var normal = in.normal;
+    var tangent = in.tangent.xyz;
+    var rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
+    @if(deformed) {
+        for (var target_index = 0u; target_index < in.instance.w; target_index++) {
+            let weight_index = in.instance.z + target_index;
+            let weight = textureLoad(morph_weights, data_texel(weight_index), 0).r;
+            let first = in.morph.x + (target_index * in.morph.y + in.vertex) * 3u;
+            position += weight * textureLoad(morph_displacements, data_texel(first), 0).xyz;
+            normal += weight * textureLoad(morph_displacements, data_texel(first + 1u), 0).xyz;
+            tangent += weight * textureLoad(morph_displacements, data_texel(first + 2u), 0).xyz;
+        }
+        if in.instance.y != 0xffffffffu {
+            rows = skinned_rows(in);
+        }
+    }
+    let row_x = rows.row0.xyz;
+    let row_y = rows.row1.xyz;
+    let row_z = rows.row2.xyz;
+    let position_world = vec3f(
+        dot(rows.row0, vec4f(position, 1.0)),
+        dot(rows.row1, vec4f(position, 1.0)),
+        dot(rows.row2, vec4f(position, 1.0)),
+    );
+    // The cofactor matrix turns normals rightly under any scale; its sign is that of the determinant.
+    let cofactor_x = cross(row_y, row_z);
+    let cofactor_y = cross(row_z, row_x);
+    let cofactor_z = cross(row_x, row_y);
+    let handedness = select(-1.0, 1.0, dot(row_x, cofactor_x) >= 0.0);
+    let normal_world = vec3f(dot(cofactor_x, normal), dot(cofactor_y, normal), dot(cofactor_z, normal)) * handedness;
+
+    var out: SurfaceVarying;
+    out.position_clip = view.clip_from_world * vec4f(position_world, 1.0);
+    out.position_world = position_world;
+    out.normal_world = normal_world * inverseSqrt(max(dot(normal_world, normal_world), 1e-30));
+    let tangent_world = vec3f(dot(row_x, tangent), dot(row_y, tangent), dot(row_z, tangent));
+    out.tangent_world = vec4f(
+        tangent_world * inverseSqrt(max(dot(tangent_world, tangent_world), 1e-30)),
+        in.tangent.w * handedness,
+    );
+    out.uv = vec4f(in.uv0, in.uv1);
+    out.color = in.color;
+    out.object_id = in.instance.x;
+    return out;
+}

@@ -1,0 +1,187 @@
+//! A camera's view of the scene, and the uniform that holds it (`view.wgsl`).
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec2, Vec4};
+use manypass_scene::{Aabb, Projection};
+
+/// From where, and how, the scene is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// The camera's transform: it looks along its −Z, with its +Y up.
+    pub world_from_view: Mat4,
+    /// How space is mapped to the picture. The picture's width follows from the target's shape.
+    pub projection: Projection,
+}
+
+/// The uniform of `view.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct ViewUniform {
+    /// Clip from world space.
+    pub clip_from_world: Mat4,
+    /// View from world space.
+    pub view_from_world: Mat4,
+    /// World from view space.
+    pub world_from_view: Mat4,
+    /// Half the extent of the picture in view space, at a distance of 1 m if the projection is perspective.
+    pub view_from_ndc_scale: Vec2,
+    /// The offset of this sample within the pixel.
+    pub jitter_ndc: Vec2,
+    /// Coefficients of the distance as a function of depth.
+    pub distance_from_depth: Vec4,
+    /// The target's size.
+    pub size_px: Vec2,
+    /// Its inverse.
+    pub inverse_size_px: Vec2,
+    /// 1 if the rays are parallel, else 0.
+    pub orthographic: f32,
+    /// Radiance in the frame is multiplied by this.
+    pub pre_exposure: f32,
+    /// Which of the accumulated frames this is.
+    pub sample_index: u32,
+    /// Zero.
+    pub padding: u32,
+}
+
+/// The nearest and the farthest distance along the view axis, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthRange {
+    /// The nearest distance.
+    pub near_m: f32,
+    /// The farthest distance.
+    pub far_m: f32,
+}
+
+impl View {
+    /// The range of distances fitted to `bounds`, inside the camera's own planes if it has them.
+    pub fn depth_range(&self, bounds_world: &Aabb) -> DepthRange {
+        let view_from_world = self.world_from_view.inverse();
+        let (mut near, mut far) = (f32::INFINITY, 0.0f32);
+        if !bounds_world.is_empty() {
+            for corner in bounds_world.corners() {
+                let distance = -view_from_world.transform_point3(corner).z;
+                near = near.min(distance);
+                far = far.max(distance);
+            }
+        }
+        let (near_limit, far_limit) = match self.projection {
+            Projection::Perspective { near_m, far_m, .. } => (near_m, far_m.unwrap_or(f32::INFINITY)),
+            Projection::Orthographic { near_m, far_m, .. } => (near_m, far_m),
+        };
+        // A little room, because bounds touch the surfaces they enclose.
+        let far_m = (far * 1.001 + 1e-4).min(far_limit).max(near_limit * 1.001 + 1e-6);
+        let near_m = (near * 0.999).max(near_limit).min(far_m * 0.999);
+        DepthRange { near_m, far_m }
+    }
+
+    /// Half the extent of the picture in view space: at 1 m for perspective, in metres for parallel rays.
+    pub fn half_extent(&self, aspect: f32) -> Vec2 {
+        let half_height = match self.projection {
+            Projection::Perspective { fov_y_rad, .. } => (0.5 * fov_y_rad).tan(),
+            Projection::Orthographic { height_m, .. } => 0.5 * height_m,
+        };
+        Vec2::new(half_height * aspect, half_height)
+    }
+
+    /// Whether the rays are parallel.
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.projection, Projection::Orthographic { .. })
+    }
+
+    /// The projection with reversed depth: 1 at the near plane, 0 at the far plane.
+    pub fn clip_from_view(&self, range: DepthRange, aspect: f32, jitter_ndc: Vec2) -> Mat4 {
+        let scale = self.half_extent(aspect).recip();
+        let DepthRange { near_m: n, far_m: f } = range;
+        if self.is_orthographic() {
+            Mat4::from_cols(
+                Vec4::new(scale.x, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, scale.y, 0.0, 0.0),
+                Vec4::new(0.0, 0.0, 1.0 / (f - n), 0.0),
+                Vec4::new(jitter_ndc.x, jitter_ndc.y, f / (f - n), 1.0),
+            )
+        } else {
+            Mat4::from_cols(
+                Vec4::new(scale.x, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, scale.y, 0.0, 0.0),
+                Vec4::new(-jitter_ndc.x, -jitter_ndc.y, n / (f - n), -1.0),
+                Vec4::new(0.0, 0.0, n * f / (f - n), 0.0),
+            )
+        }
+    }
+
+    /// The uniform for a target of `width` × `height` pixels.
+    pub fn uniform(
+        &self,
+        range: DepthRange,
+        width: u32,
+        height: u32,
+        jitter_px: Vec2,
+        pre_exposure: f32,
+        sample_index: u32,
+    ) -> ViewUniform {
+        let size_px = Vec2::new(width as f32, height as f32);
+        let jitter_ndc = jitter_px * 2.0 / size_px * Vec2::new(1.0, -1.0);
+        let aspect = size_px.x / size_px.y;
+        let clip_from_view = self.clip_from_view(range, aspect, jitter_ndc);
+        let view_from_world = self.world_from_view.inverse();
+        let (z, w) = (clip_from_view.z_axis, clip_from_view.w_axis);
+        ViewUniform {
+            clip_from_world: clip_from_view * view_from_world,
+            view_from_world,
+            world_from_view: self.world_from_view,
+            view_from_ndc_scale: self.half_extent(aspect),
+            jitter_ndc,
+            // depth · (z.w · z_view + w.w) = z.z · z_view + w.z, solved for −z_view.
+            distance_from_depth: Vec4::new(w.z, w.w, z.z, z.w),
+            size_px,
+            inverse_size_px: size_px.recip(),
+            orthographic: if self.is_orthographic() { 1.0 } else { 0.0 },
+            pre_exposure,
+            sample_index,
+            padding: 0,
+        }
+    }
+}
+
+/// The offset of a sample from the pixel's middle, in pixels: the R2 sequence (Roberts 2018), which fills the square
+/// evenly for any number of samples. A single sample lies in the middle.
+pub fn jitter_px(sample_index: u32, sample_count: u32) -> Vec2 {
+    if sample_count <= 1 {
+        return Vec2::ZERO;
+    }
+    // The inverses of the plastic number and of its square.
+    let n = f64::from(sample_index);
+    let fraction = |step: f64| ((0.5 + n * step).fract() - 0.5) as f32;
+    Vec2::new(fraction(0.754_877_666_246_692_8), fraction(0.569_840_290_998_053_2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn distance_comes_back_from_depth() {
+        for projection in [
+            Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None },
+            Projection::Orthographic { height_m: 4.0, near_m: 0.1, far_m: 100.0 },
+        ] {
+            let view = View { world_from_view: Mat4::IDENTITY, projection };
+            let range = DepthRange { near_m: 0.5, far_m: 60.0 };
+            let uniform = view.uniform(range, 200, 100, Vec2::new(0.3, -0.2), 1.0, 0);
+            for distance in [0.5f32, 1.0, 7.5, 59.0] {
+                let point = Vec3::new(0.1, -0.2, -distance);
+                let clip = uniform.clip_from_world * point.extend(1.0);
+                let depth = clip.z / clip.w;
+                let k = uniform.distance_from_depth;
+                let back = (k.x - depth * k.y) / (depth * k.w - k.z) * -1.0;
+                let formula = (k.x - depth * k.y) / (k.z - depth * k.w);
+                assert!((formula - distance).abs() < 2e-3 * distance, "{formula} {back} {distance}");
+                let ndc = Vec2::new(clip.x, clip.y) / clip.w;
+                let plane = (ndc - uniform.jitter_ndc) * uniform.view_from_ndc_scale
+                    * if uniform.orthographic > 0.5 { 1.0 } else { distance };
+                assert!((plane - Vec2::new(0.1, -0.2)).length() < 1e-4, "{plane}");
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+// The dictionary of spaces: how a point, a depth or a pixel gets from one space to another.
+// Spaces: world (right-handed, +Y up, metres), view (the camera looks along -Z), clip, ndc (depth reversed: 1 near, 0
+// far), uv (origin top left), pixel. Declared once here and once in `view.rs`; a test compares the two.
+
+struct View {
+    clip_from_world: mat4x4f,
+    view_from_world: mat4x4f,
+    world_from_view: mat4x4f,
+    // view = (ndc.xy - jitter_ndc) * view_from_ndc_scale, times the distance if the projection is perspective.
+    view_from_ndc_scale: vec2f,
+    jitter_ndc: vec2f,
+    // distance_m = (x - depth_ndc * y) / (z - depth_ndc * w), from the projection's third column and row.
+    distance_from_depth: vec4f,
+    size_px: vec2f,
+    inverse_size_px: vec2f,
+    // 1 if the rays are parallel, else 0.
+    orthographic: f32,
+    // Radiance in the frame is multiplied by this, so that lux and candela fit half floats.
+    pre_exposure: f32,
+    sample_index: u32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+
+fn uv_from_pixel(position_px: vec2f) -> vec2f {
+    return position_px * view.inverse_size_px;
+}
+
+fn ndc_from_uv(uv: vec2f) -> vec2f {
+    return vec2f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0);
+}
+
+// Distance along the view axis in metres, for perspective and orthographic projections alike.
+fn distance_from_depth_ndc(depth_ndc: f32) -> f32 {
+    let k = view.distance_from_depth;
+    return (k.x - depth_ndc * k.y) / (k.z - depth_ndc * k.w);
+}
+
+fn position_view_from_pixel(position_px: vec2f, distance_m: f32) -> vec3f {
+    let plane = (ndc_from_uv(uv_from_pixel(position_px)) - view.jitter_ndc) * view.view_from_ndc_scale;
+    return vec3f(plane * mix(distance_m, 1.0, view.orthographic), -distance_m);
+}
+
+fn position_world_from_pixel(position_px: vec2f, distance_m: f32) -> vec3f {
+    return (view.world_from_view * vec4f(position_view_from_pixel(position_px, distance_m), 1.0)).xyz;
+}
+
+// The unit direction from a point towards the eye.
+fn direction_to_eye_world(position_world: vec3f) -> vec3f {
+    let towards = mix(view.world_from_view[3].xyz - position_world, view.world_from_view[2].xyz, view.orthographic);
+    return normalize(towards);
+}
+
+// The unit direction of the ray through a pixel, away from the eye.
+fn ray_direction_world_from_pixel(position_px: vec2f) -> vec3f {
+    let plane = (ndc_from_uv(uv_from_pixel(position_px)) - view.jitter_ndc) * view.view_from_ndc_scale;
+    let direction_view = vec3f(plane * (1.0 - view.orthographic), -1.0);
+    return normalize((view.world_from_view * vec4f(direction_view, 0.0)).xyz);
+}

@@ -1,0 +1,281 @@
+//! Skins, and animations evaluated at a given time.
+
+use crate::{Aabb, NodeId, Scene};
+use glam::{Mat4, Quat, Vec3};
+
+/// The joints that deform a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skin {
+    /// The nodes whose transforms deform the mesh.
+    pub joints: Vec<NodeId>,
+    /// `joint_from_mesh` in the bind pose, one a joint.
+    pub inverse_bind_matrices: Vec<Mat4>,
+}
+
+/// What happens between two keyframes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The earlier value holds.
+    Step,
+    /// Linear; spherical for rotations.
+    Linear,
+    /// Cubic Hermite splines; every keyframe holds in-tangent, value, out-tangent.
+    CubicSpline,
+}
+
+/// The values of a channel, one a keyframe, or three with [`Interpolation::CubicSpline`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Keyframes {
+    /// Translations in metres.
+    Translation(Vec<Vec3>),
+    /// Rotations.
+    Rotation(Vec<Quat>),
+    /// Scales.
+    Scale(Vec<Vec3>),
+    /// Weights of morph targets, all of a keyframe together.
+    MorphWeights {
+        /// The weights of a keyframe: the number of morph targets.
+        count: usize,
+        /// All weights, keyframe by keyframe.
+        values: Vec<f32>,
+    },
+}
+
+/// One animated property of one node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// The node that moves.
+    pub node: NodeId,
+    /// The times of the keyframes in seconds, ascending.
+    pub times_secs: Vec<f32>,
+    /// What happens between keyframes.
+    pub interpolation: Interpolation,
+    /// The values.
+    pub keyframes: Keyframes,
+}
+
+/// A named set of channels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Animation {
+    /// The name in the file; empty if it has none.
+    pub name: String,
+    /// The channels.
+    pub channels: Vec<Channel>,
+}
+
+impl Animation {
+    /// The time of the last keyframe in seconds; 0 without channels.
+    pub fn duration_secs(&self) -> f32 {
+        self.channels.iter().filter_map(|channel| channel.times_secs.last()).fold(0.0, |end, &time| end.max(time))
+    }
+}
+
+/// The keyframes around a time: `from`, `to`, the fraction between them and their distance in seconds.
+struct Span {
+    from: usize,
+    to: usize,
+    fraction: f32,
+    length_secs: f32,
+}
+
+fn span(times_secs: &[f32], time_secs: f32) -> Option<Span> {
+    let last = times_secs.len().checked_sub(1)?;
+    let time_secs = if time_secs.is_finite() { time_secs } else { 0.0 };
+    let to = times_secs.partition_point(|&key_secs| key_secs <= time_secs);
+    let from = to.saturating_sub(1);
+    if to == 0 || to > last {
+        return Some(Span { from, to: from, fraction: 0.0, length_secs: 0.0 });
+    }
+    let (start_secs, end_secs) = (*times_secs.get(from)?, *times_secs.get(to)?);
+    let length_secs = end_secs - start_secs;
+    Some(Span { from, to, fraction: ((time_secs - start_secs) / length_secs).clamp(0.0, 1.0), length_secs })
+}
+
+/// The weights of value, out-tangent, next value and next in-tangent of a cubic Hermite spline (glTF 2.0, appendix C.4).
+fn hermite(span: &Span) -> [f32; 4] {
+    let t = span.fraction;
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        2.0 * t3 - 3.0 * t2 + 1.0,
+        span.length_secs * (t3 - 2.0 * t2 + t),
+        -2.0 * t3 + 3.0 * t2,
+        span.length_secs * (t3 - t2),
+    ]
+}
+
+fn sample<T: Copy>(
+    values: &[T],
+    interpolation: Interpolation,
+    span: &Span,
+    linear: impl Fn(T, T, f32) -> T,
+    sum: impl Fn([(T, f32); 4]) -> T,
+) -> Option<T> {
+    let get = |i: usize| values.get(i).copied();
+    match interpolation {
+        Interpolation::Step => get(span.from),
+        Interpolation::Linear => Some(linear(get(span.from)?, get(span.to)?, span.fraction)),
+        Interpolation::CubicSpline if span.from == span.to => get(3 * span.from + 1),
+        Interpolation::CubicSpline => {
+            let [value, tangent, next_value, next_tangent] = hermite(span);
+            Some(sum([
+                (get(3 * span.from + 1)?, value),
+                (get(3 * span.from + 2)?, tangent),
+                (get(3 * span.to + 1)?, next_value),
+                (get(3 * span.to)?, next_tangent),
+            ]))
+        }
+    }
+}
+
+fn sample_vec3(values: &[Vec3], interpolation: Interpolation, span: &Span) -> Option<Vec3> {
+    let sum = |terms: [(Vec3, f32); 4]| terms.iter().map(|&(value, weight)| value * weight).sum();
+    sample(values, interpolation, span, Vec3::lerp, sum)
+}
+
+fn sample_quat(values: &[Quat], interpolation: Interpolation, span: &Span) -> Option<Quat> {
+    let unit = |q: Quat| if q.length_squared() > 1e-12 { q.normalize() } else { Quat::IDENTITY };
+    let sum = |terms: [(Quat, f32); 4]| terms.iter().fold(Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), |q, t| q + t.0 * t.1);
+    sample(values, interpolation, span, |a, b, t| unit(a).slerp(unit(b), t), sum).map(unit)
+}
+
+fn sample_weights(values: &[f32], count: usize, interpolation: Interpolation, span: &Span) -> Option<Vec<f32>> {
+    let keys_a_frame = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+    let key = |frame: usize, part: usize, i: usize| values.get((frame * keys_a_frame + part) * count + i).copied();
+    let sample_one = |i: usize| {
+        // The keyframes of one weight, gathered so that `from` and `to` lie side by side.
+        let local = Span { from: 0, to: usize::from(span.to != span.from), ..*span };
+        let mut gathered = [0.0; 6];
+        for (frame, index) in [span.from, span.to].into_iter().enumerate() {
+            for part in 0..keys_a_frame {
+                *gathered.get_mut(frame * keys_a_frame + part)? = key(index, part, i)?;
+            }
+        }
+        let sum = |terms: [(f32, f32); 4]| terms.iter().map(|&(value, weight)| value * weight).sum();
+        sample(&gathered, interpolation, &local, |a, b, t| a + (b - a) * t, sum)
+    };
+    (0..count).map(sample_one).collect()
+}
+
+impl Scene {
+    /// Sets the animated properties of nodes to their values at a time; before the first keyframe and after the last
+    /// they stay as there. Call [`Scene::update_transforms`] afterwards. An animation that does not exist does nothing.
+    pub fn pose(&mut self, animation: usize, time_secs: f32) {
+        let Self { nodes, animations, .. } = self;
+        for channel in animations.get(animation).into_iter().flat_map(|animation| &animation.channels) {
+            let Some(node) = nodes.get_mut(channel.node.0 as usize) else { continue };
+            let Some(span) = span(&channel.times_secs, time_secs) else { continue };
+            let interpolation = channel.interpolation;
+            match &channel.keyframes {
+                Keyframes::Translation(values) => {
+                    node.translation = sample_vec3(values, interpolation, &span).unwrap_or(node.translation);
+                }
+                Keyframes::Rotation(values) => {
+                    node.rotation = sample_quat(values, interpolation, &span).unwrap_or(node.rotation);
+                }
+                Keyframes::Scale(values) => {
+                    node.scale = sample_vec3(values, interpolation, &span).unwrap_or(node.scale);
+                }
+                Keyframes::MorphWeights { count, values } => {
+                    if let Some(weights) = sample_weights(values, *count, interpolation, &span) {
+                        node.morph_weights = weights;
+                    }
+                }
+            }
+        }
+    }
+
+    /// `world_from_mesh` of every joint: the joint's `world_from_object` times its inverse bind matrix, as of the last
+    /// [`Scene::update_transforms`]. Empty for a skin that does not exist.
+    pub fn joint_matrices(&self, skin: usize) -> Vec<Mat4> {
+        let Some(skin) = self.skins.get(skin) else { return Vec::new() };
+        let inverse_binds = skin.inverse_bind_matrices.iter().copied().chain(std::iter::repeat(Mat4::IDENTITY));
+        let joints = skin.joints.iter().zip(inverse_binds);
+        joints
+            .map(|(joint, inverse_bind)| {
+                let node = self.nodes.get(joint.0 as usize);
+                node.map_or(Mat4::IDENTITY, |node| node.world_from_object) * inverse_bind
+            })
+            .collect()
+    }
+
+    /// A box in world space around everything that is drawn, posed by skins and morph targets; it may be too large,
+    /// never too small.
+    pub fn posed_bounds_world(&self) -> Aabb {
+        let mut bounds = Aabb::EMPTY;
+        for id in self.visible_nodes() {
+            let node = self.node(id);
+            let Some(mesh) = node.mesh.and_then(|mesh| self.meshes.get(mesh)) else { continue };
+            let skin_matrices = node.skin.map(|skin| self.joint_matrices(skin));
+            let weights = if node.morph_weights.is_empty() { &mesh.default_morph_weights } else { &node.morph_weights };
+            for primitive in &mesh.primitives {
+                let mut local = primitive.bounds;
+                for (target, &weight) in primitive.morph_targets.iter().zip(weights) {
+                    let deltas = target.positions.iter().map(|&delta| Vec3::from(delta) * weight);
+                    let reach = Aabb::from_points(deltas.chain([Vec3::ZERO]));
+                    local = Aabb { min: local.min + reach.min, max: local.max + reach.max };
+                }
+                match skin_matrices.as_deref() {
+                    Some(matrices) if !primitive.joints.is_empty() => {
+                        let boxes = matrices.iter().map(|world_from_mesh| local.transformed(world_from_mesh));
+                        bounds = boxes.fold(bounds, |bounds, posed| bounds.union(&posed));
+                    }
+                    _ => bounds = bounds.union(&local.transformed(&node.world_from_object)),
+                }
+            }
+        }
+        bounds
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
+    use super::*;
+    use crate::Node;
+
+    fn posed(interpolation: Interpolation, keyframes: Keyframes, time_secs: f32) -> Node {
+        let mut scene = Scene::default();
+        let node = scene.add_node(None, Node::default());
+        let channel = Channel { node, times_secs: vec![1.0, 3.0], interpolation, keyframes };
+        scene.animations.push(Animation { name: String::new(), channels: vec![channel] });
+        assert_eq!(scene.animations[0].duration_secs(), 3.0);
+        scene.pose(0, time_secs);
+        scene.node(node).clone()
+    }
+
+    #[test]
+    fn times_outside_are_clamped() {
+        let keys = || Keyframes::Translation(vec![Vec3::X, Vec3::Y]);
+        for interpolation in [Interpolation::Step, Interpolation::Linear] {
+            assert_eq!(posed(interpolation, keys(), -1.0).translation, Vec3::X);
+            assert_eq!(posed(interpolation, keys(), 9.0).translation, Vec3::Y);
+            assert!(posed(interpolation, keys(), f32::NAN).translation.is_finite());
+        }
+        assert_eq!(posed(Interpolation::Step, keys(), 2.9).translation, Vec3::X);
+        assert_eq!(posed(Interpolation::Linear, keys(), 2.0).translation, Vec3::new(0.5, 0.5, 0.0));
+    }
+
+    #[test]
+    fn rotations_take_the_short_way() {
+        let keys = Keyframes::Rotation(vec![Quat::IDENTITY, -Quat::from_rotation_y(1.0)]);
+        let rotation = posed(Interpolation::Linear, keys, 2.0).rotation;
+        assert!(rotation.dot(Quat::from_rotation_y(0.5)).abs() > 0.999_99);
+    }
+
+    #[test]
+    fn a_cubic_spline_reproduces_a_cubic() {
+        let (f, slope) = (|t: f32| t * t * t - 2.0 * t, |t: f32| 3.0 * t * t - 2.0);
+        let key = |t: f32| [slope(t), f(t), slope(t)];
+        let values: Vec<f32> = [1.0, 3.0].into_iter().flat_map(key).collect();
+        let vectors = Keyframes::Scale(values.iter().map(|&v| Vec3::splat(v)).collect());
+        // Two weights, the second the negative of the first.
+        let weights = values.iter().flat_map(|&v| [v, -v]).collect();
+        for time_secs in [1.0, 1.5, 2.0, 2.75, 3.0] {
+            let scale = posed(Interpolation::CubicSpline, vectors.clone(), time_secs).scale.x;
+            assert!((scale - f(time_secs)).abs() < 1e-4);
+            let keys = Keyframes::MorphWeights { count: 2, values: Vec::clone(&weights) };
+            let posed = posed(Interpolation::CubicSpline, keys, time_secs).morph_weights;
+            assert!((posed[0] - f(time_secs)).abs() < 1e-4 && posed[1] == -posed[0]);
+        }
+    }
+}

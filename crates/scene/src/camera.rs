@@ -1,0 +1,33 @@
+//! Cameras. A camera looks along −Z of its node, with +Y up, as in glTF 2.0.
+
+/// How a camera maps space to the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole.
+    Perspective {
+        /// The vertical field of view in radians.
+        fov_y_rad: f32,
+        /// The distance of the near plane in metres.
+        near_m: f32,
+        /// The distance of the far plane in metres; none means infinity.
+        far_m: Option<f32>,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// The full height of the picture in metres (twice glTF's `ymag`).
+        height_m: f32,
+        /// The distance of the near plane in metres.
+        near_m: f32,
+        /// The distance of the far plane in metres.
+        far_m: f32,
+    },
+}
+
+/// A camera; its place and direction are those of the node that holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// The name in the file; empty if it has none.
+    pub name: String,
+    /// How it maps space to the picture.
+    pub projection: Projection,
+}

@@ -1,0 +1,233 @@
+//! Reads glTF 2.0, as `.gltf` with its files or as `.glb`.
+//!
+//! The file is never trusted: every range, count and reference is checked before memory is taken, so that a hostile
+//! file ends in a [`LoadError`] that names the place, not in a panic. What is wrong but harmless becomes a warning.
+
+mod accessor;
+mod animation;
+mod container;
+mod geometry;
+mod json;
+mod material;
+mod mesh;
+mod node;
+
+use crate::Scene;
+use json::Json;
+use std::path::{Component, Path};
+
+/// The extensions that are read; a file that requires another one is refused.
+pub const SUPPORTED_EXTENSIONS: [&str; 6] = [
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// The largest file that is read beside the model: 1 GiB.
+const MAX_FILE_BYTES: u64 = 1 << 30;
+
+/// A scene as read, and what is wrong with its file but does not hinder drawing.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene, its transforms up to date.
+    pub scene: Scene,
+    /// One line each.
+    pub warnings: Vec<String>,
+}
+
+/// Why a file cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LoadError {
+    /// The file or one that it names cannot be fetched.
+    #[error("{file}: {message}")]
+    Io {
+        /// The model's file.
+        file: String,
+        /// What went wrong and what to do.
+        message: String,
+    },
+    /// The file is not valid glTF 2.0.
+    #[error("{file}: at \"{pointer}\": {message}")]
+    Invalid {
+        /// The model's file.
+        file: String,
+        /// The JSON pointer of what is wrong; empty for the whole file.
+        pointer: String,
+        /// What was expected and what to do.
+        message: String,
+    },
+    /// The file requires an extension that is not supported.
+    #[error(
+        "{file}: at \"/extensionsRequired\": requires {extension}, which is not supported; \
+         export the model again without it"
+    )]
+    UnsupportedExtension {
+        /// The model's file.
+        file: String,
+        /// The name of the extension.
+        extension: String,
+    },
+}
+
+impl LoadError {
+    /// An error at `pointer`; [`load_bytes`] adds the file's name.
+    fn invalid(pointer: &str, message: impl Into<String>) -> Self {
+        Self::Invalid { file: String::new(), pointer: pointer.to_owned(), message: message.into() }
+    }
+
+    fn in_file(mut self, name: &str) -> Self {
+        let (Self::Io { file, .. } | Self::Invalid { file, .. } | Self::UnsupportedExtension { file, .. }) = &mut self;
+        name.clone_into(file);
+        self
+    }
+}
+
+/// Reads the model at `path`, together with the files beside it that it names. Files outside its folder are refused.
+pub fn load_path(path: &Path) -> Result<Loaded, LoadError> {
+    let name = path.display().to_string();
+    let bytes = read_file(path).map_err(|message| LoadError::Io { file: name.clone(), message })?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    load_bytes(&bytes, &mut |uri| read_file(&folder.join(checked_relative_path(uri)?)), &name)
+}
+
+/// The file beside the model that a decoded URI names.
+fn checked_relative_path(uri: &str) -> Result<&Path, String> {
+    let path = Path::new(uri);
+    let is_plain = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if uri.is_empty() || !is_plain || uri.contains([':', '\\', '\0']) {
+        return Err(format!(
+            "\"{uri}\" is not a path inside the model's folder; put the file there and name it plainly"
+        ));
+    }
+    Ok(path)
+}
+
+fn read_file(path: &Path) -> Result<Vec<u8>, String> {
+    let cannot = |error: std::io::Error| format!("cannot read \"{}\": {error}", path.display());
+    let metadata = std::fs::metadata(path).map_err(cannot)?;
+    if !metadata.is_file() {
+        return Err(format!("\"{}\" is not a regular file", path.display()));
+    }
+    if metadata.len() > MAX_FILE_BYTES {
+        return Err(format!("\"{}\" is larger than 1 GiB; split it", path.display()));
+    }
+    std::fs::read(path).map_err(cannot)
+}
+
+/// Reads a `.glb` or `.gltf` file from memory. `resolve` fetches the bytes of a relative URI, already percent-decoded;
+/// data URIs never reach it. `name` appears in errors.
+pub fn load_bytes(
+    bytes: &[u8],
+    resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    name: &str,
+) -> Result<Loaded, LoadError> {
+    load(bytes, resolve).map_err(|error| error.in_file(name))
+}
+
+/// What the parts of the reader share.
+struct Document<'a> {
+    root: Json<'a>,
+    accessors: Vec<Json<'a>>,
+    views: Vec<container::View>,
+    buffers: Vec<Option<std::borrow::Cow<'a, [u8]>>>,
+    warnings: Vec<String>,
+    /// Bytes that may still be decoded, so that accessors which share bytes cannot multiply them without end.
+    budget_bytes: u64,
+    /// The same for accessors without bytes of their own.
+    zeros_budget_bytes: u64,
+}
+
+impl Document<'_> {
+    /// Keeps a warning; past a hundred they say nothing new.
+    fn warn(&mut self, pointer: &str, message: &str) {
+        if self.warnings.len() < 100 {
+            self.warnings.push(format!("at \"{pointer}\": {message}"));
+        }
+    }
+}
+
+fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) -> Result<Loaded, LoadError> {
+    let (json_bytes, binary) = container::split(bytes)?;
+    let value: serde_json::Value = serde_json::from_slice(json_bytes)
+        .map_err(|error| LoadError::invalid("", format!("not a glTF file: its JSON does not parse: {error}")))?;
+    let root = Json::root(&value)?;
+    check_version(&root)?;
+    let mut warnings = check_extensions(&root)?;
+    if bytes.starts_with(container::BYTE_ORDER_MARK) {
+        warnings.push("the file starts with a byte order mark, which glTF forbids; it is passed over".to_owned());
+    }
+
+    let buffers = container::read_buffers(&root, binary, resolve)?;
+    let views = container::read_views(&root, &buffers)?;
+    let buffer_bytes: u64 = buffers.iter().flatten().map(|bytes| bytes.len() as u64).sum();
+    // Floats from bytes, unwelding and sharing multiply what a buffer holds; honest models stay far below this.
+    let budget_bytes = (256 << 20) + buffer_bytes.saturating_mul(32).min(8 << 30);
+    let mut document = Document {
+        accessors: root.objects("accessors")?,
+        root,
+        views,
+        buffers,
+        warnings,
+        budget_bytes,
+        zeros_budget_bytes: 1 << 28,
+    };
+    accessor::check_all(&document)?;
+
+    let mut images = material::read_images(&mut document, resolve)?;
+    let textures = material::read_textures(&mut document, &mut images)?;
+    let materials = material::read_materials(&mut document, textures.len())?;
+    let meshes = mesh::read_meshes(&mut document, &materials)?;
+    let mut scene = Scene { images, textures, materials, meshes, ..Scene::default() };
+    scene.cameras = node::read_cameras(&document)?;
+    scene.lights = node::read_lights(&mut document)?;
+    node::read_nodes(&mut document, &mut scene)?;
+    node::read_skins(&mut document, &mut scene)?;
+    animation::read_animations(&mut document, &mut scene)?;
+    scene.update_transforms();
+
+    let draws = scene.visible_nodes().iter().any(|&id| {
+        let mesh = scene.node(id).mesh.and_then(|mesh| scene.meshes.get(mesh));
+        mesh.is_some_and(|mesh| mesh.primitives.iter().any(|primitive| !primitive.positions.is_empty()))
+    });
+    if !draws {
+        document.warn("/scene", "the scene draws nothing; it has no node with a mesh");
+    }
+    Ok(Loaded { scene, warnings: document.warnings })
+}
+
+fn check_version(root: &Json) -> Result<(), LoadError> {
+    let asset = root.object("asset")?.ok_or_else(|| {
+        LoadError::invalid("/asset", "expected an object with the glTF version; is this a glTF file?")
+    })?;
+    for (key, required) in [("version", true), ("minVersion", false)] {
+        match asset.string(key)? {
+            Some("2.0") => {}
+            Some(version) if key == "version" && version.starts_with("2.") => {}
+            None if !required => {}
+            found => {
+                let found = found.unwrap_or("nothing");
+                let message = format!("expected version 2.0, found {found}; export the model as glTF 2.0");
+                return Err(LoadError::invalid(&format!("/asset/{key}"), message));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses extensions that are required and not supported; warns of those that are only used.
+fn check_extensions(root: &Json) -> Result<Vec<String>, LoadError> {
+    let is_supported = |name: &str| SUPPORTED_EXTENSIONS.contains(&name);
+    if let Some(extension) = root.strings("extensionsRequired")?.into_iter().find(|name| !is_supported(name)) {
+        return Err(LoadError::UnsupportedExtension { file: String::new(), extension: extension.to_owned() });
+    }
+    let used = root.strings("extensionsUsed")?;
+    Ok(used
+        .into_iter()
+        .filter(|name| !is_supported(name))
+        .take(100)
+        .map(|name| format!("at \"/extensionsUsed\": {name} is not supported; the model may look different"))
+        .collect())
+}

@@ -1,0 +1,179 @@
+//! The outside of a file: the chunks of GLB, URIs, buffers and buffer views.
+
+use super::{Document, LoadError, json::Json};
+use std::borrow::Cow;
+
+/// UTF-8's mark, which some exporters write all the same.
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// A checked range of a buffer.
+pub(super) struct View {
+    pub(super) buffer: usize,
+    pub(super) offset: usize,
+    pub(super) length: usize,
+    pub(super) stride: Option<usize>,
+}
+
+/// Fetches the bytes of a relative URI.
+pub(super) type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
+
+/// The JSON, and the binary chunk of a GLB.
+pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok((bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), None));
+    }
+    let broken = |message: &str| LoadError::invalid("", format!("broken GLB: {message}; export the model again"));
+    let version = read_u32(bytes, 4).ok_or_else(|| broken("the header ends early"))?;
+    if version != 2 {
+        return Err(broken(&format!("expected version 2, found {version}")));
+    }
+    let length = read_u32(bytes, 8).ok_or_else(|| broken("the header ends early"))? as usize;
+    let bytes = bytes.get(..length).ok_or_else(|| broken("the file is shorter than its header says"))?;
+    let (mut json, mut binary, mut at) = (None, None, 12_usize);
+    while at < bytes.len() {
+        let header = read_u32(bytes, at).zip(read_u32(bytes, at + 4));
+        let (chunk_length, kind) = header.ok_or_else(|| broken("a chunk's header ends early"))?;
+        let start = at + 8;
+        let end = start.checked_add(chunk_length as usize).ok_or_else(|| broken("a chunk is too long"))?;
+        let chunk = bytes.get(start..end).ok_or_else(|| broken("a chunk is longer than the file"))?;
+        let slot = match kind {
+            0x4E4F_534A => &mut json,
+            0x004E_4942 if json.is_some() => &mut binary,
+            _ if json.is_none() => return Err(broken("the first chunk is not JSON")),
+            _ => {
+                at = end;
+                continue;
+            }
+        };
+        if slot.replace(chunk).is_some() {
+            return Err(broken("a chunk appears twice"));
+        }
+        at = end;
+    }
+    Ok((json.ok_or_else(|| broken("there is no JSON chunk"))?, binary))
+}
+
+fn read_u32(bytes: &[u8], at: usize) -> Option<u32> {
+    let end = at.checked_add(4)?;
+    Some(u32::from_le_bytes(bytes.get(at..end)?.try_into().ok()?))
+}
+
+/// The bytes that a URI stands for.
+pub(super) fn fetch(uri: &str, resolve: &mut Resolve) -> Result<Vec<u8>, String> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (header, body) = data.split_once(',').ok_or("expected a comma in the data URI")?;
+        let bytes = percent_decode(body).ok_or("a percent sign in the data URI is not followed by two digits")?;
+        if header.ends_with(";base64") {
+            return base64_decode(&bytes).ok_or_else(|| "the base64 of the data URI is broken".to_owned());
+        }
+        return Ok(bytes);
+    }
+    if uri.contains(':') || uri.starts_with(['/', '\\']) {
+        return Err(format!("\"{uri}\" is not a relative path; put the file beside the model and name it plainly"));
+    }
+    let decoded = percent_decode(uri).and_then(|bytes| String::from_utf8(bytes).ok());
+    resolve(&decoded.ok_or_else(|| format!("\"{uri}\" is not a percent-encoded URI"))?)
+}
+
+fn percent_decode(text: &str) -> Option<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.bytes();
+    while let Some(byte) = rest.next() {
+        if byte != b'%' {
+            bytes.push(byte);
+            continue;
+        }
+        let high = char::from(rest.next()?).to_digit(16)?;
+        let low = char::from(rest.next()?).to_digit(16)?;
+        bytes.push((high * 16 + low) as u8);
+    }
+    Some(bytes)
+}
+
+fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 3);
+    let (mut bits, mut bit_count) = (0_u32, 0);
+    let end = text.iter().rposition(|&c| c != b'=').map_or(0, |last| last + 1);
+    for &c in text.get(..end)? {
+        let digit = match c {
+            b'A'..=b'Z' => c - b'A',
+            b'a'..=b'z' => c - b'a' + 26,
+            b'0'..=b'9' => c - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b'\r' | b'\n' | b' ' => continue,
+            _ => return None,
+        };
+        bits = (bits << 6) | u32::from(digit);
+        bit_count += 6;
+        if bit_count >= 8 {
+            bit_count -= 8;
+            bytes.push((bits >> bit_count) as u8);
+            bits &= (1 << bit_count) - 1;
+        }
+    }
+    Some(bytes)
+}
+
+/// The bytes of every buffer; none for a buffer without a URI that is not the binary chunk.
+pub(super) fn read_buffers<'a>(
+    root: &Json<'a>,
+    binary: Option<&'a [u8]>,
+    resolve: &mut Resolve,
+) -> Result<Vec<Option<Cow<'a, [u8]>>>, LoadError> {
+    let mut buffers = Vec::new();
+    for (i, buffer) in root.objects("buffers")?.into_iter().enumerate() {
+        let length = buffer.require_integer("byteLength")?;
+        let bytes = match buffer.string("uri")? {
+            Some(uri) => Some(Cow::Owned(fetch(uri, resolve).map_err(|message| buffer.error("uri", message))?)),
+            None if i == 0 => binary.map(Cow::Borrowed),
+            None => None,
+        };
+        if let Some(bytes) = &bytes
+            && bytes.len() < length
+        {
+            let message = format!("expected {length} bytes, the buffer has {}; is the file cut off?", bytes.len());
+            return Err(buffer.error("byteLength", message));
+        }
+        buffers.push(bytes);
+    }
+    Ok(buffers)
+}
+
+/// Every buffer view, its range inside its buffer.
+pub(super) fn read_views(root: &Json, buffers: &[Option<Cow<[u8]>>]) -> Result<Vec<View>, LoadError> {
+    let lengths =
+        root.objects("buffers")?.iter().map(|b| b.require_integer("byteLength")).collect::<Result<Vec<_>, _>>()?;
+    let mut views = Vec::new();
+    for view in root.objects("bufferViews")? {
+        let buffer = view.index("buffer", buffers.len(), "buffer")?;
+        let buffer = buffer.ok_or_else(|| view.error("buffer", "expected the index of a buffer"))?;
+        let offset = view.integer("byteOffset")?.unwrap_or(0);
+        let length = view.require_integer("byteLength")?;
+        let stride = view.integer("byteStride")?;
+        if stride.is_some_and(|stride| !(4..=252).contains(&stride)) {
+            return Err(view.error("byteStride", "expected 4 to 252 bytes"));
+        }
+        let buffer_length = lengths.get(buffer).copied().unwrap_or(0);
+        if offset.checked_add(length).is_none_or(|end| end > buffer_length) {
+            let message =
+                format!("byteOffset {offset} + byteLength {length} exceed the buffer's {buffer_length} bytes");
+            return Err(view.error("byteLength", message));
+        }
+        views.push(View { buffer, offset, length, stride });
+    }
+    Ok(views)
+}
+
+impl Document<'_> {
+    /// The bytes of a buffer view that `pointer` refers to.
+    pub(super) fn view_bytes(&self, index: usize, pointer: &str) -> Result<(&[u8], Option<usize>), LoadError> {
+        let view = self.views.get(index).ok_or_else(|| {
+            LoadError::invalid(pointer, format!("refers to bufferView {index}, but there are {}", self.views.len()))
+        })?;
+        let bytes = self.buffers.get(view.buffer).and_then(Option::as_ref);
+        let bytes = bytes.and_then(|bytes| bytes.get(view.offset..view.offset.saturating_add(view.length)));
+        let bytes = bytes.ok_or_else(|| LoadError::invalid(pointer, "refers to a buffer that has no bytes"))?;
+        Ok((bytes, view.stride))
+    }
+}

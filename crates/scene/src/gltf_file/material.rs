@@ -1,0 +1,184 @@
+//! Images, textures, samplers and materials.
+
+use super::container::{Resolve, fetch};
+use super::{Document, LoadError, json::Json};
+use crate::{
+    AlphaMode, Image, ImageSource, Material, PixelFormat, Pixels, Sampler, ShadingModel, Texture, TextureRef,
+    TextureTransform, Wrap,
+};
+use glam::{Vec2, Vec3, Vec4};
+use std::sync::Arc;
+
+fn white() -> ImageSource {
+    ImageSource::Pixels(Arc::new(Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data: vec![255; 4] }))
+}
+
+/// Every image, still encoded. One that cannot be read becomes white and a warning.
+pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Result<Vec<Image>, LoadError> {
+    let mut images = Vec::new();
+    for json in document.root.objects("images")? {
+        let uri = json.string("uri")?;
+        let view = json.index("bufferView", document.views.len(), "bufferView")?;
+        json.string("mimeType")?;
+        let mut name = json.name()?;
+        if let Some(uri) = uri
+            && name.is_empty()
+            && !uri.starts_with("data:")
+        {
+            uri.clone_into(&mut name);
+        }
+        let bytes = match (uri, view) {
+            (Some(uri), None) => fetch(uri, resolve),
+            (None, Some(view)) => {
+                let bytes = document.view_bytes(view, &json.at("bufferView"));
+                bytes.map(|(bytes, _)| bytes.to_vec()).map_err(|error| error.to_string())
+            }
+            (Some(_), Some(_)) => Err("expected a uri or a bufferView, found both".to_owned()),
+            (None, None) => Err("expected a uri or a bufferView, found neither".to_owned()),
+        };
+        let source = bytes.and_then(|bytes| {
+            let image = Image { name: String::new(), source: ImageSource::Encoded(bytes.into()) };
+            image.dimensions().map_err(|error| error.to_string())?;
+            Ok(image.source)
+        });
+        let source = source.unwrap_or_else(|message| {
+            document.warn(&json.pointer, &format!("{message}; the image is white instead"));
+            white()
+        });
+        images.push(Image { name, source });
+    }
+    Ok(images)
+}
+
+fn wrap(json: &Json, key: &str) -> Result<Wrap, LoadError> {
+    match json.integer(key)? {
+        None | Some(10497) => Ok(Wrap::Repeat),
+        Some(33648) => Ok(Wrap::MirroredRepeat),
+        Some(33071) => Ok(Wrap::ClampToEdge),
+        Some(other) => Err(json.error(key, format!("expected 33071, 33648 or 10497, found {other}"))),
+    }
+}
+
+fn read_sampler(json: &Json) -> Result<Sampler, LoadError> {
+    let (min_linear, mip_linear) = match json.integer("minFilter")? {
+        Some(9728) => (false, None),
+        Some(9729) => (true, None),
+        Some(9984) => (false, Some(false)),
+        Some(9985) => (true, Some(false)),
+        Some(9986) => (false, Some(true)),
+        None | Some(9987) => (true, Some(true)),
+        Some(other) => {
+            return Err(json.error("minFilter", format!("expected 9728, 9729 or 9984 to 9987, found {other}")));
+        }
+    };
+    let mag_linear = match json.integer("magFilter")? {
+        Some(9728) => false,
+        None | Some(9729) => true,
+        Some(other) => return Err(json.error("magFilter", format!("expected 9728 or 9729, found {other}"))),
+    };
+    Ok(Sampler { wrap_u: wrap(json, "wrapS")?, wrap_v: wrap(json, "wrapT")?, mag_linear, min_linear, mip_linear })
+}
+
+/// Every texture. One without an image that is supported gets a white one, and materials do without it.
+pub(super) fn read_textures(document: &mut Document, images: &mut Vec<Image>) -> Result<Vec<Texture>, LoadError> {
+    let samplers = document.root.objects("samplers")?.iter().map(read_sampler).collect::<Result<Vec<_>, _>>()?;
+    let (image_count, mut textures) = (images.len(), Vec::new());
+    for json in document.root.objects("textures")? {
+        let sampler = json.index("sampler", samplers.len(), "sampler")?;
+        let webp = match json.extension("EXT_texture_webp")? {
+            Some(webp) => webp.index("source", image_count, "image")?,
+            None => None,
+        };
+        let image = webp.or(json.index("source", image_count, "image")?);
+        if image.is_none() {
+            document.warn(&json.pointer, "the texture has no image that is supported; materials do without it");
+            images.push(Image { name: String::new(), source: white() });
+        }
+        textures.push(Texture {
+            image: image.unwrap_or(images.len().saturating_sub(1)),
+            sampler: sampler.and_then(|i| samplers.get(i).copied()).unwrap_or_default(),
+        });
+    }
+    Ok(textures)
+}
+
+struct Slots<'d, 'a> {
+    document: &'d mut Document<'a>,
+    has_image: Vec<bool>,
+}
+
+impl Slots<'_, '_> {
+    fn read(&mut self, json: &Json, key: &str) -> Result<Option<TextureRef>, LoadError> {
+        let Some(info) = json.object(key)? else { return Ok(None) };
+        let texture = info.index("index", self.has_image.len(), "texture")?;
+        let texture = texture.ok_or_else(|| info.error("index", "expected the index of a texture"))?;
+        let mut uv_set = info.integer("texCoord")?.unwrap_or(0);
+        let mut transform = TextureTransform::default();
+        if let Some(extension) = info.extension("KHR_texture_transform")? {
+            uv_set = extension.integer("texCoord")?.unwrap_or(uv_set);
+            transform = TextureTransform {
+                offset: Vec2::from(extension.numbers("offset")?.unwrap_or([0.0; 2])),
+                rotation_rad: extension.number("rotation")?.unwrap_or(0.0),
+                scale: Vec2::from(extension.numbers("scale")?.unwrap_or([1.0; 2])),
+            };
+        }
+        if uv_set > 1 {
+            self.document.warn(&info.at("texCoord"), "only UV sets 0 and 1 are supported; set 0 is used");
+            uv_set = 0;
+        }
+        let has_image = self.has_image.get(texture).copied().unwrap_or(false);
+        Ok(has_image.then_some(TextureRef { texture, uv_set: uv_set as u32, transform }))
+    }
+}
+
+/// Every material.
+pub(super) fn read_materials(document: &mut Document, texture_count: usize) -> Result<Vec<Material>, LoadError> {
+    let image_count = document.root.objects("images")?.len();
+    let mut has_image = Vec::with_capacity(texture_count);
+    for json in document.root.objects("textures")? {
+        let webp = json.extension("EXT_texture_webp")?.map(|webp| webp.integer("source")).transpose()?.flatten();
+        has_image.push(webp.or(json.integer("source")?).is_some_and(|image| image < image_count));
+    }
+    let materials = document.root.objects("materials")?;
+    let mut slots = Slots { document, has_image };
+    materials.iter().map(|json| read_material(json, &mut slots)).collect()
+}
+
+fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> {
+    let mut material = Material { name: json.name()?, ..Material::default() };
+    if let Some(pbr) = json.object("pbrMetallicRoughness")? {
+        material.base_color_factor = Vec4::from(pbr.numbers("baseColorFactor")?.unwrap_or([1.0; 4]));
+        material.base_color_texture = slots.read(&pbr, "baseColorTexture")?;
+        material.metallic_factor = pbr.number_in("metallicFactor", 1.0, 0.0, 1.0)?;
+        material.roughness_factor = pbr.number_in("roughnessFactor", 1.0, 0.0, 1.0)?;
+        material.metallic_roughness_texture = slots.read(&pbr, "metallicRoughnessTexture")?;
+    }
+    material.normal_texture = slots.read(json, "normalTexture")?;
+    if let Some(normal) = json.object("normalTexture")? {
+        material.normal_scale = normal.number("scale")?.unwrap_or(1.0);
+    }
+    material.occlusion_texture = slots.read(json, "occlusionTexture")?;
+    if let Some(occlusion) = json.object("occlusionTexture")? {
+        material.occlusion_strength = occlusion.number_in("strength", 1.0, 0.0, 1.0)?;
+    }
+    material.emissive_texture = slots.read(json, "emissiveTexture")?;
+    material.emissive_factor = Vec3::from(json.numbers("emissiveFactor")?.unwrap_or([0.0; 3]));
+    if let Some(extension) = json.extension("KHR_materials_emissive_strength")? {
+        material.emissive_factor *= extension.number_in("emissiveStrength", 1.0, 0.0, f32::MAX)?;
+        if !material.emissive_factor.is_finite() {
+            return Err(extension.error("emissiveStrength", "the emission exceeds what 32 bits hold"));
+        }
+    }
+    if json.extension("KHR_materials_unlit")?.is_some() {
+        material.shading_model = ShadingModel::Unlit;
+    }
+    let cutoff = json.number_in("alphaCutoff", 0.5, 0.0, f32::MAX)?;
+    material.alpha_mode = match json.string("alphaMode")?.unwrap_or("OPAQUE") {
+        "OPAQUE" => AlphaMode::Opaque,
+        "MASK" => AlphaMode::Mask { cutoff },
+        "BLEND" => AlphaMode::Blend,
+        other => return Err(json.error("alphaMode", format!("expected OPAQUE, MASK or BLEND, found {other}"))),
+    };
+    material.double_sided = json.bool("doubleSided", false)?;
+    Ok(material)
+}

@@ -1,0 +1,214 @@
+//! Meshes and their primitives.
+
+use super::accessor::{Component, to_f32, to_u32};
+use super::{Document, LoadError, geometry, json::Json};
+use crate::{Material, Mesh, MorphTarget, Primitive, Topology};
+use glam::{Vec3, Vec4};
+
+/// Every mesh.
+pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Result<Vec<Mesh>, LoadError> {
+    let mut meshes = Vec::new();
+    for json in document.root.objects("meshes")? {
+        let mut mesh = Mesh {
+            name: json.name()?,
+            primitives: Vec::new(),
+            default_morph_weights: json.number_list("weights")?.unwrap_or_default(),
+        };
+        for primitive in json.objects("primitives")? {
+            mesh.primitives.push(read_primitive(document, &primitive, materials)?);
+        }
+        let target_count = mesh.primitives.first().map_or(0, |primitive| primitive.morph_targets.len());
+        if mesh.primitives.iter().any(|primitive| primitive.morph_targets.len() != target_count) {
+            return Err(json.error("primitives", "expected the same number of morph targets in every primitive"));
+        }
+        if !mesh.default_morph_weights.is_empty() && mesh.default_morph_weights.len() != target_count {
+            return Err(json.error("weights", format!("expected {target_count} weights, one a morph target")));
+        }
+        mesh.default_morph_weights.resize(target_count, 0.0);
+        meshes.push(mesh);
+    }
+    Ok(meshes)
+}
+
+fn read_primitive(document: &mut Document, json: &Json, materials: &[Material]) -> Result<Primitive, LoadError> {
+    let mode = json.integer("mode")?.unwrap_or(4);
+    let topology = geometry::topology(mode);
+    let topology = topology.ok_or_else(|| json.error("mode", format!("expected 0 to 6, found {mode}")))?;
+    let mut primitive =
+        Primitive { topology, material: json.index("material", materials.len(), "material")?, ..Primitive::default() };
+    let attributes = json.require_object("attributes")?;
+    read_attributes(document, &attributes, &mut primitive)?;
+    let vertex_count = primitive.positions.len();
+    if vertex_count == 0 {
+        document.warn(&attributes.at("POSITION"), "the primitive has no positions and is not drawn");
+        return Ok(Primitive { topology, material: primitive.material, ..Primitive::default() });
+    }
+    for target in json.objects("targets")? {
+        let mut deltas = |key| read_vec3(document, &target, key, vertex_count);
+        let (positions, normals) = (deltas("POSITION")?, deltas("NORMAL")?);
+        primitive.morph_targets.push(MorphTarget { positions, normals, tangents: deltas("TANGENT")? });
+    }
+
+    let indices = read_indices(document, json, vertex_count)?;
+    document.spend(indices.len() as u64 * 12, &json.at("indices"))?;
+    let drawn = indices.len();
+    primitive.indices = geometry::to_list(mode, indices);
+    if (mode == 1 && drawn % 2 != 0) || (mode == 4 && drawn % 3 != 0) {
+        document.warn(&json.pointer, "the number of vertices does not fit the mode; the rest is not drawn");
+    }
+    complete(document, json, &mut primitive, materials)?;
+    primitive.bounds = geometry::bounds(&primitive);
+    Ok(primitive)
+}
+
+/// Generates the normals and tangents that are missing.
+fn complete(
+    document: &mut Document,
+    json: &Json,
+    primitive: &mut Primitive,
+    materials: &[Material],
+) -> Result<(), LoadError> {
+    if primitive.topology != Topology::Triangles {
+        return Ok(());
+    }
+    // A vertex takes up to 112 bytes without morph targets, and 36 more for each of them.
+    let vertex_bytes = 112 + 36 * primitive.morph_targets.len() as u64;
+    let unwelded_bytes = primitive.indices.len() as u64 * vertex_bytes;
+    if primitive.normals.is_empty() {
+        document.spend(unwelded_bytes, &json.pointer)?;
+        geometry::add_flat_normals(primitive);
+    }
+    let material = primitive.material.and_then(|material| materials.get(material));
+    if let Some(normal_texture) = material.and_then(|material| material.normal_texture)
+        && primitive.tangents.is_empty()
+    {
+        document.spend(unwelded_bytes, &json.pointer)?;
+        geometry::add_tangents(primitive, normal_texture.uv_set);
+    }
+    Ok(())
+}
+
+fn read_attributes(document: &mut Document, json: &Json, primitive: &mut Primitive) -> Result<(), LoadError> {
+    for key in json.keys() {
+        json.index(key, document.accessors.len(), "accessor")?;
+        if ["JOINTS_1", "WEIGHTS_1", "TEXCOORD_2", "COLOR_1"].contains(&key) {
+            document.warn(&json.at(key), "not supported; the attribute is passed over");
+        }
+    }
+    let Some(position) = json.integer("POSITION")? else { return Ok(()) };
+    let count = document.accessor_header(position, &json.at("POSITION"))?.count;
+    primitive.positions = read_vec3(document, json, "POSITION", count)?;
+    primitive.normals = read_vec3(document, json, "NORMAL", count)?;
+    let mut bad_normals = false;
+    for normal in &mut primitive.normals {
+        let unit = Vec3::from(*normal).try_normalize();
+        bad_normals |= unit.is_none();
+        *normal = unit.unwrap_or(Vec3::Z).to_array();
+    }
+    if bad_normals {
+        document.warn(&json.at("NORMAL"), "some normals have no direction; they point along +Z instead");
+    }
+    primitive.tangents = read_floats(document, json, "TANGENT", count)?;
+    for tangent in &mut primitive.tangents {
+        let [x, y, z, w] = *tangent;
+        let unit = Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::X);
+        *tangent = unit.extend(if w < 0.0 { -1.0 } else { 1.0 }).to_array();
+    }
+    primitive.uv0 = read_floats(document, json, "TEXCOORD_0", count)?;
+    primitive.uv1 = read_floats(document, json, "TEXCOORD_1", count)?;
+    primitive.colors = read_colors(document, json, count)?;
+    read_joints(document, json, primitive, count)
+}
+
+/// Checks the count of an attribute's accessor; none if there is no such attribute.
+fn attribute(
+    document: &Document,
+    json: &Json,
+    key: &str,
+    count: usize,
+) -> Result<Option<(usize, super::accessor::Header)>, LoadError> {
+    let Some(index) = json.index(key, document.accessors.len(), "accessor")? else { return Ok(None) };
+    let header = document.accessor_header(index, &json.at(key))?;
+    if header.count != count {
+        let message = format!("expected {count} elements, as many as positions, found {}", header.count);
+        return Err(json.error(key, message));
+    }
+    Ok(Some((index, header)))
+}
+
+fn read_floats<const N: usize>(
+    document: &mut Document,
+    json: &Json,
+    key: &str,
+    count: usize,
+) -> Result<Vec<[f32; N]>, LoadError> {
+    let Some((index, header)) = attribute(document, json, key, count)? else { return Ok(Vec::new()) };
+    if header.component == Component::U32 {
+        return Err(json.error(key, "expected floats or integers of 8 or 16 bits, found integers of 32 bits"));
+    }
+    let mut values = document.read::<f32, N>(index, &json.at(key), to_f32)?;
+    let mut broken = false;
+    for value in values.iter_mut().flatten().filter(|value| !value.is_finite()) {
+        *value = 0.0;
+        broken = true;
+    }
+    if broken {
+        document.warn(&json.at(key), "some values are not finite; they are 0 instead");
+    }
+    Ok(values)
+}
+
+fn read_vec3(document: &mut Document, json: &Json, key: &str, count: usize) -> Result<Vec<[f32; 3]>, LoadError> {
+    read_floats(document, json, key, count)
+}
+
+fn read_colors(document: &mut Document, json: &Json, count: usize) -> Result<Vec<[f32; 4]>, LoadError> {
+    match attribute(document, json, "COLOR_0", count)? {
+        Some((_, header)) if header.width == 3 => {
+            let colors = read_vec3(document, json, "COLOR_0", count)?;
+            Ok(colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
+        }
+        _ => read_floats(document, json, "COLOR_0", count),
+    }
+}
+
+/// Joints and weights: weights add up to 1, and a joint without weight is 0.
+fn read_joints(document: &mut Document, json: &Json, primitive: &mut Primitive, count: usize) -> Result<(), LoadError> {
+    let Some((index, header)) = attribute(document, json, "JOINTS_0", count)? else { return Ok(()) };
+    if !matches!(header.component, Component::U8 | Component::U16) {
+        return Err(json.error("JOINTS_0", "expected unsigned integers of 8 or 16 bits"));
+    }
+    let joints = document.read::<u32, 4>(index, &json.at("JOINTS_0"), to_u32)?;
+    let weights: Vec<[f32; 4]> = read_floats(document, json, "WEIGHTS_0", count)?;
+    if weights.len() != joints.len() {
+        return Err(json.error("WEIGHTS_0", "expected weights beside JOINTS_0, found nothing"));
+    }
+    for (joints, weights) in joints.into_iter().zip(weights) {
+        let weights = Vec4::from(weights).max(Vec4::ZERO);
+        let sum = weights.element_sum();
+        let weights = if sum > 0.0 && sum.is_finite() { weights / sum } else { Vec4::X };
+        let [a, b, c, d] = joints;
+        let keep = |joint: u32, weight: f32| if weight > 0.0 { joint as u16 } else { 0 };
+        primitive.joints.push([keep(a, weights.x), keep(b, weights.y), keep(c, weights.z), keep(d, weights.w)]);
+        primitive.weights.push(weights.to_array());
+    }
+    Ok(())
+}
+
+fn read_indices(document: &mut Document, json: &Json, vertex_count: usize) -> Result<Vec<u32>, LoadError> {
+    let Some(index) = json.index("indices", document.accessors.len(), "accessor")? else {
+        let count = u32::try_from(vertex_count);
+        return Ok((0..count.map_err(|_| json.error("attributes", "expected fewer than 2^32 vertices"))?).collect());
+    };
+    let pointer = json.at("indices");
+    let header = document.accessor_header(index, &pointer)?;
+    if !matches!(header.component, Component::U8 | Component::U16 | Component::U32) || header.normalized {
+        return Err(json.error("indices", "expected unsigned integers that are not normalized"));
+    }
+    let indices = document.read::<u32, 1>(index, &pointer, to_u32)?;
+    let indices: Vec<u32> = indices.into_iter().flatten().collect();
+    match indices.iter().find(|&&index| index as usize >= vertex_count) {
+        Some(index) => Err(json.error("indices", format!("index {index} is beyond the {vertex_count} vertices"))),
+        None => Ok(indices),
+    }
+}

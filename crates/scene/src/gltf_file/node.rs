@@ -1,0 +1,224 @@
+//! Nodes, cameras, lights and skins.
+
+use super::accessor::{Component, to_f32};
+use super::{Document, LoadError, json::Json};
+use crate::{Camera, Light, LightKind, Node, NodeId, Projection, Scene, Skin};
+use glam::{Mat4, Quat, Vec3};
+
+/// Every camera.
+pub(super) fn read_cameras(document: &Document) -> Result<Vec<Camera>, LoadError> {
+    document.root.objects("cameras")?.iter().map(read_camera).collect()
+}
+
+fn read_camera(json: &Json) -> Result<Camera, LoadError> {
+    let positive = |json: &Json, key: &str| match json.number(key)? {
+        Some(value) if value > 0.0 => Ok(value),
+        _ => Err(json.error(key, "expected a number above 0")),
+    };
+    let projection = match json.string("type")?.unwrap_or("nothing") {
+        "perspective" => {
+            let lens = json.require_object("perspective")?;
+            let near_m = positive(&lens, "znear")?;
+            let far_m = if lens.has("zfar") { Some(positive(&lens, "zfar")?) } else { None };
+            if far_m.is_some_and(|far_m| far_m <= near_m) {
+                return Err(lens.error("zfar", "expected a number above znear"));
+            }
+            Projection::Perspective { fov_y_rad: positive(&lens, "yfov")?, near_m, far_m }
+        }
+        "orthographic" => {
+            let lens = json.require_object("orthographic")?;
+            let ymag = lens.number("ymag")?.filter(|&ymag| ymag != 0.0);
+            let ymag = ymag.ok_or_else(|| lens.error("ymag", "expected a number that is not 0"))?;
+            let near_m = lens.number_in("znear", -1.0, 0.0, f32::MAX)?;
+            let far_m = positive(&lens, "zfar")?;
+            if far_m <= near_m {
+                return Err(lens.error("zfar", "expected a number above znear"));
+            }
+            Projection::Orthographic { height_m: 2.0 * ymag.abs(), near_m, far_m }
+        }
+        other => return Err(json.error("type", format!("expected perspective or orthographic, found {other}"))),
+    };
+    Ok(Camera { name: json.name()?, projection })
+}
+
+/// Every light of `KHR_lights_punctual`; one of an unknown kind shines with intensity 0.
+pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadError> {
+    let Some(extension) = document.root.extension("KHR_lights_punctual")? else { return Ok(Vec::new()) };
+    let mut lights = Vec::new();
+    for json in extension.objects("lights")? {
+        let mut intensity = json.number_in("intensity", 1.0, 0.0, f32::MAX)?;
+        let kind = match json.string("type")?.unwrap_or("nothing") {
+            "directional" => LightKind::Directional,
+            "point" => LightKind::Point,
+            "spot" => {
+                let spot = json.require_object("spot")?;
+                let quarter = std::f32::consts::FRAC_PI_2;
+                let outer_cone_rad = spot.number_in("outerConeAngle", quarter / 2.0, 0.0, quarter + 1e-5)?;
+                let inner_cone_rad = spot.number_in("innerConeAngle", 0.0, 0.0, quarter)?;
+                if inner_cone_rad >= outer_cone_rad {
+                    return Err(spot.error("innerConeAngle", "expected an angle below outerConeAngle"));
+                }
+                LightKind::Spot { inner_cone_rad, outer_cone_rad: outer_cone_rad.min(quarter) }
+            }
+            other => {
+                document.warn(&json.at("type"), &format!("the kind of light {other} is not known; it gives no light"));
+                intensity = 0.0;
+                LightKind::Point
+            }
+        };
+        let range_m = json.number("range")?;
+        if range_m.is_some_and(|range_m| range_m <= 0.0) {
+            return Err(json.error("range", "expected a number above 0"));
+        }
+        let color_linear = Vec3::from(json.numbers("color")?.unwrap_or([1.0; 3]));
+        lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind });
+    }
+    Ok(lights)
+}
+
+/// Every node, and the roots of the scene that is shown.
+pub(super) fn read_nodes(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
+    let nodes = document.root.objects("nodes")?;
+    let skin_count = document.root.objects("skins")?.len();
+    for json in &nodes {
+        let node = read_node(json, scene, nodes.len(), skin_count)?;
+        scene.nodes.push(node);
+    }
+    for (i, json) in nodes.iter().enumerate() {
+        for child in json.indices("children", nodes.len(), "node")? {
+            let node = scene.nodes.get_mut(child);
+            if node.and_then(|node| node.parent.replace(NodeId(i as u32))).is_some() {
+                return Err(json.error("children", format!("node {child} already has a parent; expected a tree")));
+            }
+        }
+    }
+    check_cycles(scene)?;
+    let orphans = |scene: &Scene| {
+        (0..scene.nodes.len()).filter(|&i| scene.nodes.get(i).is_some_and(|node| node.parent.is_none())).collect()
+    };
+    let scenes = document.root.objects("scenes")?;
+    let shown = document.root.index("scene", scenes.len(), "scene")?.unwrap_or(0);
+    let roots: Vec<usize> = match scenes.get(shown) {
+        Some(json) => json.indices("nodes", nodes.len(), "node")?,
+        None => orphans(scene),
+    };
+    let pointer = format!("/scenes/{shown}/nodes");
+    let mut is_root = vec![false; nodes.len()];
+    for root in roots {
+        let has_parent = scene.nodes.get(root).is_some_and(|node| node.parent.is_some());
+        let seen = is_root.get_mut(root).is_some_and(|seen| std::mem::replace(seen, true));
+        if has_parent || seen {
+            return Err(LoadError::invalid(&pointer, format!("expected node {root} once and without a parent")));
+        }
+        scene.roots.push(NodeId(root as u32));
+    }
+    Ok(())
+}
+
+/// Every node has one parent at most, so that whatever the parentless do not reach lies on or below a cycle.
+fn check_cycles(scene: &Scene) -> Result<(), LoadError> {
+    let mut reached = vec![false; scene.nodes.len()];
+    let parentless = scene.nodes.iter().enumerate().filter(|(_, node)| node.parent.is_none());
+    let mut pending: Vec<usize> = parentless.map(|(i, _)| i).collect();
+    while let Some(i) = pending.pop() {
+        if let Some(slot) = reached.get_mut(i) {
+            *slot = true;
+        }
+        pending.extend(scene.nodes.get(i).into_iter().flat_map(|node| &node.children).map(|child| child.0 as usize));
+    }
+    match reached.iter().position(|reached| !reached) {
+        Some(i) => Err(LoadError::invalid(&format!("/nodes/{i}"), "the node is its own ancestor; expected a tree")),
+        None => Ok(()),
+    }
+}
+
+fn read_node(json: &Json, scene: &Scene, node_count: usize, skin_count: usize) -> Result<Node, LoadError> {
+    let children = json.indices("children", node_count, "node")?;
+    let mut node = Node {
+        name: json.name()?,
+        children: children.into_iter().map(|child| NodeId(child as u32)).collect(),
+        translation: Vec3::from(json.numbers("translation")?.unwrap_or([0.0; 3])),
+        scale: Vec3::from(json.numbers("scale")?.unwrap_or([1.0; 3])),
+        mesh: json.index("mesh", scene.meshes.len(), "mesh")?,
+        skin: json.index("skin", skin_count, "skin")?,
+        camera: json.index("camera", scene.cameras.len(), "camera")?,
+        morph_weights: json.number_list("weights")?.unwrap_or_default(),
+        ..Node::default()
+    };
+    if let Some(rotation) = json.numbers::<4>("rotation")? {
+        let rotation = Quat::from_array(rotation);
+        let length = rotation.length();
+        if !(0.5..2.0).contains(&length) {
+            return Err(json.error("rotation", format!("expected a unit quaternion, found one of length {length}")));
+        }
+        node.rotation = rotation.normalize();
+    }
+    if let Some(columns) = json.numbers::<16>("matrix")? {
+        let matrix = Mat4::from_cols_array(&columns);
+        if matrix.row(3) != glam::Vec4::W {
+            return Err(json.error("matrix", "expected an affine transform, its last row 0 0 0 1"));
+        }
+        let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+        let again = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        let tolerance = 1e-6 * scale.abs().max_element();
+        if again.is_finite() && matrix.abs_diff_eq(again, tolerance) {
+            (node.scale, node.rotation, node.translation) = (scale, rotation, translation);
+        } else {
+            node.matrix = Some(matrix);
+        }
+    }
+    if let Some(extension) = json.extension("KHR_lights_punctual")? {
+        node.light = extension.index("light", scene.lights.len(), "light")?;
+    }
+    if let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh))
+        && !node.morph_weights.is_empty()
+        && node.morph_weights.len() != mesh.default_morph_weights.len()
+    {
+        return Err(json.error("weights", format!("expected {} weights", mesh.default_morph_weights.len())));
+    }
+    Ok(node)
+}
+
+/// Every skin; the joints that meshes use exist in it.
+pub(super) fn read_skins(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
+    for json in document.root.objects("skins")? {
+        let joints = json.indices("joints", scene.nodes.len(), "node")?;
+        if joints.is_empty() {
+            return Err(json.error("joints", "expected at least 1 joint"));
+        }
+        let mut inverse_bind_matrices = vec![Mat4::IDENTITY; joints.len()];
+        if let Some(index) = json.index("inverseBindMatrices", document.accessors.len(), "accessor")? {
+            let pointer = json.at("inverseBindMatrices");
+            let header = document.accessor_header(index, &pointer)?;
+            if header.component != Component::F32 || header.count < joints.len() {
+                return Err(json.error("inverseBindMatrices", "expected a MAT4 of floats for every joint"));
+            }
+            let matrices = document.read::<f32, 16>(index, &pointer, to_f32)?;
+            for (slot, columns) in inverse_bind_matrices.iter_mut().zip(matrices) {
+                *slot = Mat4::from_cols_array(&columns);
+                if !slot.is_finite() {
+                    return Err(json.error("inverseBindMatrices", "expected finite numbers"));
+                }
+            }
+        }
+        let joints = joints.into_iter().map(|joint| NodeId(joint as u32)).collect();
+        scene.skins.push(Skin { joints, inverse_bind_matrices });
+    }
+    let last_joints: Vec<u16> = scene
+        .meshes
+        .iter()
+        .map(|mesh| {
+            mesh.primitives.iter().flat_map(|primitive| primitive.joints.iter().flatten()).copied().max().unwrap_or(0)
+        })
+        .collect();
+    for (i, node) in scene.nodes.iter().enumerate() {
+        let skin = node.skin.and_then(|skin| scene.skins.get(skin));
+        if let (Some(skin), Some(&last)) = (skin, node.mesh.and_then(|mesh| last_joints.get(mesh)))
+            && usize::from(last) >= skin.joints.len()
+        {
+            let message = format!("the mesh uses joint {last}, but the skin has {}", skin.joints.len());
+            return Err(LoadError::invalid(&format!("/nodes/{i}/skin"), message));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,148 @@
+//! Images and how textures sample them. Images stay encoded until somebody asks for their texels, so that few are
+//! decoded at a time.
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+/// Where an image's texels come from.
+#[derive(Clone, Debug)]
+pub enum ImageSource {
+    /// A PNG, JPEG or WebP file, whole.
+    Encoded(Arc<[u8]>),
+    /// Texels made by code.
+    Pixels(Arc<Pixels>),
+}
+
+/// The layout of decoded texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelFormat {
+    /// Four bytes a texel: red, green, blue, alpha.
+    Rgba8,
+}
+
+/// Decoded texels, rows from the top, tightly packed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pixels {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// The layout of `data`.
+    pub format: PixelFormat,
+    /// `width · height` texels.
+    pub data: Vec<u8>,
+}
+
+/// An image of the scene. Whether its colours are sRGB or linear depends on the material slot that uses it.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// The name or the URI in the file, for messages; empty if it has none.
+    pub name: String,
+    /// Where the texels come from.
+    pub source: ImageSource,
+}
+
+/// What happens beyond the edge of an image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Wrap {
+    /// The image repeats.
+    #[default]
+    Repeat,
+    /// Every other repetition is mirrored.
+    MirroredRepeat,
+    /// The edge goes on.
+    ClampToEdge,
+}
+
+/// How texels are looked up and filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Sampler {
+    /// Beyond the edge in u.
+    pub wrap_u: Wrap,
+    /// Beyond the edge in v.
+    pub wrap_v: Wrap,
+    /// Whether magnification interpolates.
+    pub mag_linear: bool,
+    /// Whether minification interpolates between texels.
+    pub min_linear: bool,
+    /// How minification uses the mip chain: none = never, `Some(false)` = the nearest level, `Some(true)` = between two.
+    pub mip_linear: Option<bool>,
+}
+
+impl Default for Sampler {
+    fn default() -> Self {
+        Self { wrap_u: Wrap::Repeat, wrap_v: Wrap::Repeat, mag_linear: true, min_linear: true, mip_linear: Some(true) }
+    }
+}
+
+/// An image together with the way it is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Texture {
+    /// Index into [`crate::Scene::images`].
+    pub image: usize,
+    /// How it is sampled.
+    pub sampler: Sampler,
+}
+
+/// The largest width and height of an image in texels.
+pub const MAX_IMAGE_SIZE_TEXELS: u32 = 16384;
+
+/// The most memory that decoding one image may take: 512 MiB.
+const MAX_DECODE_BYTES: u64 = 512 << 20;
+
+/// Why an image cannot be decoded.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("image \"{name}\": {message}; expected PNG, JPEG or WebP of at most 16384 by 16384 texels")]
+pub struct ImageError {
+    /// The image's name.
+    pub name: String,
+    /// What went wrong.
+    pub message: String,
+}
+
+impl Image {
+    fn error(&self, message: impl ToString) -> ImageError {
+        ImageError { name: self.name.clone(), message: message.to_string() }
+    }
+
+    fn reader<'a>(&self, bytes: &'a [u8]) -> Result<::image::ImageReader<Cursor<&'a [u8]>>, ImageError> {
+        let reader = ::image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+        let mut reader = reader.map_err(|error| self.error(error))?;
+        if reader.format().is_none() {
+            return Err(self.error("the format is not known"));
+        }
+        let mut limits = ::image::Limits::default();
+        limits.max_image_width = Some(MAX_IMAGE_SIZE_TEXELS);
+        limits.max_image_height = Some(MAX_IMAGE_SIZE_TEXELS);
+        limits.max_alloc = Some(MAX_DECODE_BYTES);
+        reader.limits(limits);
+        Ok(reader)
+    }
+
+    /// Width and height in texels, from the header alone. An image above [`MAX_IMAGE_SIZE_TEXELS`] is an error.
+    pub fn dimensions(&self) -> Result<(u32, u32), ImageError> {
+        let (width, height) = match &self.source {
+            ImageSource::Pixels(pixels) => (pixels.width, pixels.height),
+            ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
+        };
+        if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIZE_TEXELS {
+            return Err(self.error(format!("it has {width} by {height} texels")));
+        }
+        Ok((width, height))
+    }
+
+    /// The texels with eight bits a channel. Takes at most 512 MiB while it decodes.
+    pub fn decode(&self) -> Result<Pixels, ImageError> {
+        let bytes = match &self.source {
+            ImageSource::Pixels(pixels) => return Ok(Pixels::clone(pixels)),
+            ImageSource::Encoded(bytes) => bytes,
+        };
+        let (width, height) = self.dimensions()?;
+        if u64::from(width) * u64::from(height) * 4 > MAX_DECODE_BYTES {
+            return Err(self.error("it takes more than 512 MiB"));
+        }
+        let decoded = self.reader(bytes)?.decode().map_err(|error| self.error(error))?;
+        let rgba = decoded.into_rgba8();
+        Ok(Pixels { width: rgba.width(), height: rgba.height(), format: PixelFormat::Rgba8, data: rgba.into_raw() })
+    }
+}

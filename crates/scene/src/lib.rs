@@ -1,0 +1,29 @@
+//! What Manypass draws.
+//!
+//! A [`Scene`] is one arena of nodes together with the meshes, materials, images, lights, cameras, skins and animations
+//! that the nodes refer to by index. This crate knows no GPU: it reads glTF ([`gltf_file`]), builds procedural
+//! geometry ([`primitives`]), evaluates animations ([`animation`]) and answers questions about space ([`bounds`]).
+//!
+//! Space is right-handed with +Y up, lengths are metres, angles radians, light is candela and lux, as in glTF 2.0.
+
+pub mod animation;
+pub mod bounds;
+pub mod camera;
+pub mod demo;
+pub mod gltf_file;
+pub mod image;
+pub mod light;
+pub mod material;
+pub mod mesh;
+pub mod node;
+pub mod primitives;
+
+pub use animation::{Animation, Channel, Interpolation, Keyframes, Skin};
+pub use bounds::Aabb;
+pub use camera::{Camera, Projection};
+pub use gltf_file::{LoadError, Loaded, load_bytes, load_path};
+pub use image::{Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture, Wrap};
+pub use light::{Light, LightKind};
+pub use material::{AlphaMode, Material, ShadingModel, TextureRef, TextureTransform};
+pub use mesh::{Mesh, MorphTarget, Primitive, Topology};
+pub use node::{Node, NodeId, Scene};

@@ -1,0 +1,34 @@
+//! Punctual lights in physical units (`KHR_lights_punctual`). A light shines along −Z of its node.
+
+use glam::Vec3;
+
+/// The shape of a light's emission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// Parallel light; intensity is illuminance in lux.
+    Directional,
+    /// Light from a point; intensity is luminous intensity in candela.
+    Point,
+    /// A cone of light from a point; intensity is in candela.
+    Spot {
+        /// Within this angle from the axis the light is at its full strength, in radians.
+        inner_cone_rad: f32,
+        /// Beyond this angle from the axis there is no light, in radians.
+        outer_cone_rad: f32,
+    },
+}
+
+/// A light; its place and direction are those of the node that holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// The name in the file; empty if it has none.
+    pub name: String,
+    /// Linear Rec. 709 colour.
+    pub color_linear: Vec3,
+    /// Candela for point and spot lights, lux for directional ones.
+    pub intensity: f32,
+    /// Beyond this distance in metres the light is nothing; none means that it only falls off with the square.
+    pub range_m: Option<f32>,
+    /// The shape of its emission.
+    pub kind: LightKind,
+}

@@ -1,0 +1,123 @@
+//! Materials: the metallic-roughness model of glTF 2.0.
+
+use glam::{Mat3, Vec2, Vec3, Vec4};
+
+/// The placement of a texture on its UV set (`KHR_texture_transform`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureTransform {
+    /// Added after rotation and scale, in UV units.
+    pub offset: Vec2,
+    /// Counter-clockwise as seen with v pointing down, in radians, about the UV origin.
+    pub rotation_rad: f32,
+    /// Applied first.
+    pub scale: Vec2,
+}
+
+impl Default for TextureTransform {
+    fn default() -> Self {
+        Self { offset: Vec2::ZERO, rotation_rad: 0.0, scale: Vec2::ONE }
+    }
+}
+
+impl TextureTransform {
+    /// The matrix of the extension's specification: translation · rotation · scale.
+    pub fn matrix(&self) -> Mat3 {
+        let (sin, cos) = self.rotation_rad.sin_cos();
+        Mat3::from_cols(
+            Vec3::new(self.scale.x * cos, -self.scale.x * sin, 0.0),
+            Vec3::new(self.scale.y * sin, self.scale.y * cos, 0.0),
+            Vec3::new(self.offset.x, self.offset.y, 1.0),
+        )
+    }
+}
+
+/// A material's use of a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`crate::Scene::textures`].
+    pub texture: usize,
+    /// Which UV set: 0 or 1.
+    pub uv_set: u32,
+    /// The placement on that set.
+    pub transform: TextureTransform,
+}
+
+/// What alpha means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Nothing: the surface is opaque.
+    Opaque,
+    /// The surface is there where alpha ≥ cutoff.
+    Mask {
+        /// The smallest alpha that is kept.
+        cutoff: f32,
+    },
+    /// The surface covers what lies behind it in proportion to alpha.
+    Blend,
+}
+
+/// How light is turned into radiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShadingModel {
+    /// GGX and diffuse, lit.
+    Standard,
+    /// The base colour as it is (`KHR_materials_unlit`).
+    Unlit,
+}
+
+/// A surface. All factors are linear; textures multiply them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name in the file; empty if it has none.
+    pub name: String,
+    /// How light is turned into radiance.
+    pub shading_model: ShadingModel,
+    /// Base colour (linear Rec. 709) and alpha.
+    pub base_color_factor: Vec4,
+    /// sRGB colour and linear alpha.
+    pub base_color_texture: Option<TextureRef>,
+    /// 0 dielectric, 1 metal.
+    pub metallic_factor: f32,
+    /// Perceptual roughness, 0 to 1.
+    pub roughness_factor: f32,
+    /// Roughness in green, metallic in blue, linear.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    /// Tangent-space normals, +Y up.
+    pub normal_texture: Option<TextureRef>,
+    /// Scales x and y of the normal texture.
+    pub normal_scale: f32,
+    /// Occlusion in red, linear.
+    pub occlusion_texture: Option<TextureRef>,
+    /// 0: no occlusion; 1: the texture in full.
+    pub occlusion_strength: f32,
+    /// Linear colour times `KHR_materials_emissive_strength`; may exceed 1.
+    pub emissive_factor: Vec3,
+    /// sRGB.
+    pub emissive_texture: Option<TextureRef>,
+    /// What alpha means.
+    pub alpha_mode: AlphaMode,
+    /// Whether back faces are drawn, with their normal turned.
+    pub double_sided: bool,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            shading_model: ShadingModel::Standard,
+            base_color_factor: Vec4::ONE,
+            base_color_texture: None,
+            metallic_factor: 1.0,
+            roughness_factor: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive_factor: Vec3::ZERO,
+            emissive_texture: None,
+            alpha_mode: AlphaMode::Opaque,
+            double_sided: false,
+        }
+    }
+}

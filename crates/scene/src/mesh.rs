@@ -1,0 +1,75 @@
+//! Geometry. Attributes are parallel arrays; strips, fans and loops are turned into lists when a file is read.
+
+use crate::Aabb;
+
+/// What the indices (or, without indices, the vertices in order) form.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Topology {
+    /// Every vertex is a point of one pixel.
+    Points,
+    /// Every two are a segment.
+    Lines,
+    /// Every three are a triangle, counter-clockwise seen from the front.
+    #[default]
+    Triangles,
+}
+
+/// Displacements for one morph target. Each is empty or as long as `positions` of the primitive.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MorphTarget {
+    /// Added to positions, in metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Added to normals.
+    pub normals: Vec<[f32; 3]>,
+    /// Added to the xyz of tangents.
+    pub tangents: Vec<[f32; 3]>,
+}
+
+/// One draw: vertices, indices and a material. Every attribute is empty or as long as `positions`, and every index
+/// is below that length; [`crate::gltf_file`] guarantees both.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Primitive {
+    /// What the indices form.
+    pub topology: Topology,
+    /// Positions in object space, in metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normals in object space.
+    pub normals: Vec<[f32; 3]>,
+    /// Unit tangents in xyz; the sign of the bitangent `w · (n × t)` in w.
+    pub tangents: Vec<[f32; 4]>,
+    /// The first UV set; v points down.
+    pub uv0: Vec<[f32; 2]>,
+    /// The second UV set.
+    pub uv1: Vec<[f32; 2]>,
+    /// Linear colour and alpha that multiply the base colour.
+    pub colors: Vec<[f32; 4]>,
+    /// Indices into [`crate::Skin::joints`].
+    pub joints: Vec<[u16; 4]>,
+    /// The share of each joint; they add up to 1.
+    pub weights: Vec<[f32; 4]>,
+    /// Indices into the vertices; empty means 0, 1, 2, ….
+    pub indices: Vec<u32>,
+    /// Index into [`crate::Scene::materials`]; none is the default material.
+    pub material: Option<usize>,
+    /// Morph targets.
+    pub morph_targets: Vec<MorphTarget>,
+    /// The box around `positions`, before morphing and skinning.
+    pub bounds: Aabb,
+}
+
+impl Default for Aabb {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
+/// What one node draws.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// The name in the file; empty if it has none.
+    pub name: String,
+    /// The draws.
+    pub primitives: Vec<Primitive>,
+    /// The weights of the morph targets where a node gives none.
+    pub default_morph_weights: Vec<f32>,
+}

@@ -1,0 +1,299 @@
+//! Comparison of pictures.
+
+/// A picture of 8-bit red, green, blue and alpha, rows from the top, tightly packed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// `width · height` pixels.
+    pub pixels: Vec<[u8; 4]>,
+}
+
+impl Picture {
+    /// The picture in `bytes`, which holds four bytes a pixel.
+    ///
+    /// # Panics
+    /// If `bytes` has another length.
+    pub fn from_rgba8(width: usize, height: usize, bytes: &[u8]) -> Self {
+        assert_eq!(bytes.len(), 4 * width * height, "bytes of a {width}x{height} RGBA8 picture");
+        let pixels = bytes.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2], pixel[3]]).collect();
+        Self { width, height, pixels }
+    }
+
+    /// The picture whose pixel at (x, y) is the pixel of `self` at `source(x, y)` after `recolor`.
+    fn mutated(
+        &self,
+        source: impl Fn(usize, usize) -> (usize, usize),
+        recolor: impl Fn([u8; 4]) -> [u8; 4],
+    ) -> Picture {
+        let pixels = (0..self.width * self.height)
+            .map(|i| {
+                let (x, y) = source(i % self.width, i / self.width);
+                recolor(self.pixels[y * self.width + x])
+            })
+            .collect();
+        Picture { width: self.width, height: self.height, pixels }
+    }
+}
+
+/// How far two pictures may differ and still count as the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// A pixel agrees if no channel differs by more levels than this.
+    pub within: u8,
+    /// The smallest share of pixels that agree, 0 to 1.
+    pub share: f64,
+    /// The largest mean absolute difference of a channel, in levels of 255.
+    pub mean: f64,
+}
+
+impl Default for Tolerance {
+    /// Software adapters differ by two to three levels from host to host, on few pixels.
+    fn default() -> Self {
+        Self { within: 2, share: 0.999, mean: 0.25 }
+    }
+}
+
+/// The pixel in which two pictures differ most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorstPixel {
+    /// Column, from the left.
+    pub x: usize,
+    /// Row, from the top.
+    pub y: usize,
+    /// The largest difference of a channel in levels.
+    pub difference: u8,
+    /// The pixel of the first picture.
+    pub first: [u8; 4],
+    /// The pixel of the second picture.
+    pub second: [u8; 4],
+}
+
+/// How two pictures of the same size differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// The share of pixels that agree, 0 to 1.
+    pub share: f64,
+    /// The mean absolute difference of all channels, in levels of 255.
+    pub mean: f64,
+    /// Where they differ most; none if they are equal.
+    pub worst: Option<WorstPixel>,
+}
+
+impl Difference {
+    /// Whether the difference lies within `tolerance`.
+    pub fn is_within(&self, tolerance: Tolerance) -> bool {
+        self.share >= tolerance.share && self.mean <= tolerance.mean
+    }
+}
+
+/// Compares two pictures; a pixel agrees if no channel differs by more than `within` levels.
+///
+/// # Panics
+/// If the sizes differ or a picture is empty.
+pub fn difference(first: &Picture, second: &Picture, within: u8) -> Difference {
+    assert_eq!((first.width, first.height), (second.width, second.height), "sizes of the pictures");
+    assert!(!first.pixels.is_empty(), "a picture without pixels proves nothing");
+    let (mut agreeing, mut sum, mut worst) = (0_u64, 0_u64, None::<WorstPixel>);
+    for (i, (a, b)) in first.pixels.iter().zip(&second.pixels).enumerate() {
+        let channels: [u8; 4] = std::array::from_fn(|channel| a[channel].abs_diff(b[channel]));
+        let largest = channels.into_iter().fold(0, u8::max);
+        agreeing += u64::from(largest <= within);
+        sum += channels.into_iter().map(u64::from).sum::<u64>();
+        if largest > worst.map_or(0, |worst| worst.difference) {
+            let (x, y) = (i % first.width, i / first.width);
+            worst = Some(WorstPixel { x, y, difference: largest, first: *a, second: *b });
+        }
+    }
+    let count = first.pixels.len() as f64;
+    Difference { share: agreeing as f64 / count, mean: sum as f64 / (4.0 * count), worst }
+}
+
+/// Asserts that two pictures are the same within `tolerance`.
+///
+/// # Panics
+/// If they are not; the message names the share, the mean and the worst pixel.
+#[track_caller]
+pub fn assert_same(first: &Picture, second: &Picture, tolerance: Tolerance) {
+    let found = difference(first, second, tolerance.within);
+    if found.is_within(tolerance) {
+        return;
+    }
+    let worst = found.worst.map_or(String::new(), |worst| {
+        let WorstPixel { x, y, difference, first, second } = worst;
+        format!("; the worst pixel, ({x}, {y}), is off by {difference}: {first:?} against {second:?}")
+    });
+    panic!(
+        "pictures differ: {:.3} % of pixels within {}/255, at least {:.3} % expected; mean {:.4}/255, at most {:.4}/255 \
+         expected{worst}",
+        100.0 * found.share,
+        tolerance.within,
+        100.0 * tolerance.share,
+        found.mean,
+        tolerance.mean,
+    );
+}
+
+/// `picture` spoilt in every way that a renderer commonly spoils one, each with its name.
+pub fn mutations(picture: &Picture) -> Vec<(&'static str, Picture)> {
+    let (width, height) = (picture.width, picture.height);
+    let keep = |pixel| pixel;
+    let gamma = |level: u8| (255.0 * (f64::from(level) / 255.0).powf(1.0 / 2.2)).round() as u8;
+    vec![
+        ("flipped in x", picture.mutated(|x, y| (width - 1 - x, y), keep)),
+        ("flipped in y", picture.mutated(|x, y| (x, height - 1 - y), keep)),
+        ("red and blue swapped", picture.mutated(|x, y| (x, y), |[r, g, b, a]| [b, g, r, a])),
+        ("gamma applied twice", picture.mutated(|x, y| (x, y), |[r, g, b, a]| [gamma(r), gamma(g), gamma(b), a])),
+        ("shifted by a pixel in x", picture.mutated(|x, y| (x.saturating_sub(1), y), keep)),
+        ("shifted by a pixel in y", picture.mutated(|x, y| (x, y.saturating_sub(1)), keep)),
+        ("black", picture.mutated(|x, y| (x, y), |[_, _, _, a]| [0, 0, 0, a])),
+    ]
+}
+
+/// Asserts that a comparison with `picture` would fail: that `tolerance` tells it from all its [`mutations`].
+///
+/// # Panics
+/// If a mutation passes; the message names every one. The picture is then too plain, or the tolerance too wide.
+#[track_caller]
+pub fn assert_rejects_mutations(picture: &Picture, tolerance: Tolerance) {
+    let passing: Vec<_> = mutations(picture)
+        .into_iter()
+        .filter(|(_, mutation)| difference(picture, mutation, tolerance.within).is_within(tolerance))
+        .map(|(name, _)| name)
+        .collect();
+    assert!(passing.is_empty(), "the comparison accepts the picture {}", passing.join(", "));
+}
+
+/// How two linear pictures of the same size differ. The error of a pixel is the largest absolute difference of a channel,
+/// divided by the largest channel of the reference or by the floor, whichever is larger.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearDifference {
+    /// Relative errors, ascending.
+    errors: Vec<f64>,
+    /// The mean relative error.
+    pub mean: f64,
+    /// The index of the pixel with the largest error.
+    pub worst: usize,
+}
+
+impl LinearDifference {
+    /// The smallest error that `share` (0 to 1) of the pixels do not exceed.
+    pub fn percentile(&self, share: f64) -> f64 {
+        let last = self.errors.len() - 1;
+        self.errors[((share * self.errors.len() as f64).ceil() as usize).saturating_sub(1).min(last)]
+    }
+
+    /// The share of pixels whose error is at most `error` (0.01 is one per cent).
+    pub fn share_within(&self, error: f64) -> f64 {
+        self.errors.partition_point(|&found| found <= error) as f64 / self.errors.len() as f64
+    }
+}
+
+/// Compares linear red, green and blue of `found` with `reference`. `floor` is the radiance below which errors are
+/// relative to `floor`. A value that is not finite where the reference is finite is an infinite error.
+///
+/// # Panics
+/// If the sizes differ, a picture is empty, or `floor` is not positive.
+pub fn linear_difference(reference: &[[f32; 3]], found: &[[f32; 3]], floor: f64) -> LinearDifference {
+    assert_eq!(reference.len(), found.len(), "sizes of the pictures");
+    assert!(!reference.is_empty(), "a picture without pixels proves nothing");
+    assert!(floor > 0.0, "floor of radiance: {floor}");
+    let mut errors: Vec<f64> = reference
+        .iter()
+        .zip(found)
+        .map(|(a, b)| {
+            let scale = a.iter().fold(floor, |scale, &channel| scale.max(f64::from(channel).abs()));
+            let error = (0..3).fold(0.0_f64, |largest, channel| {
+                let absolute = (f64::from(a[channel]) - f64::from(b[channel])).abs();
+                // `f64::max` would pass over NaN.
+                if absolute.is_nan() { f64::INFINITY } else { largest.max(absolute) }
+            });
+            error / scale
+        })
+        .collect();
+    let worst = errors.iter().enumerate().fold(0, |worst, (i, &error)| if error > errors[worst] { i } else { worst });
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    errors.sort_by(f64::total_cmp);
+    LinearDifference { errors, mean, worst }
+}
+
+/// Asserts that at least `share` (0 to 1) of the pixels of `found` are within one per cent of `reference`, and the mean
+/// error too. See [`linear_difference`] for `floor`.
+///
+/// # Panics
+/// If they are not; the message names the errors and the worst pixel.
+#[track_caller]
+pub fn assert_within_one_percent(reference: &[[f32; 3]], found: &[[f32; 3]], floor: f64, share: f64) {
+    let result = linear_difference(reference, found, floor);
+    let worst = result.worst;
+    assert!(
+        result.mean <= 0.01 && result.share_within(0.01) >= share,
+        "{:.3} % of pixels are within 1 %, {:.3} % expected; mean error {:.4} %, 99th percentile {:.4} %, worst {:.4} %: \
+         pixel {worst} is {:?}, expected {:?}",
+        100.0 * result.share_within(0.01),
+        100.0 * share,
+        100.0 * result.mean,
+        100.0 * result.percentile(0.99),
+        100.0 * result.percentile(1.0),
+        found[worst],
+        reference[worst],
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient() -> Picture {
+        let pixels = (0..64 * 48)
+            .map(|i| {
+                let (x, y) = (i % 64, i / 64);
+                [(x * 4) as u8, (y * 4) as u8, ((x * x + 3 * y) % 97) as u8, 255]
+            })
+            .collect();
+        Picture { width: 64, height: 48, pixels }
+    }
+
+    #[test]
+    fn a_picture_is_the_same_as_itself_and_as_none_of_its_mutations() {
+        assert_same(&gradient(), &gradient(), Tolerance::default());
+        assert_rejects_mutations(&gradient(), Tolerance::default());
+    }
+
+    #[test]
+    #[should_panic(expected = "flipped in x, flipped in y")]
+    fn a_plain_picture_cannot_prove_anything() {
+        let plain = Picture { width: 8, height: 8, pixels: vec![[90, 120, 30, 255]; 64] };
+        assert_rejects_mutations(&plain, Tolerance::default());
+    }
+
+    #[test]
+    #[should_panic(expected = "the worst pixel, (3, 2), is off by 200")]
+    fn the_message_names_the_worst_pixel() {
+        let mut spoilt = gradient();
+        let pixel = &mut spoilt.pixels[2 * 64 + 3];
+        pixel[0] += 200;
+        spoilt.pixels[0][1] += 9;
+        spoilt.pixels[1][1] += 9;
+        spoilt.pixels[5][1] += 9;
+        assert_same(&gradient(), &spoilt, Tolerance::default());
+    }
+
+    #[test]
+    fn linear_errors_are_relative_to_the_reference_or_the_floor() {
+        let result =
+            linear_difference(&[[1.0, 2.0, 4.0], [0.0; 3], [1.0; 3]], &[[1.0, 2.0, 4.2], [0.001; 3], [1.0; 3]], 0.1);
+        assert!((result.percentile(1.0) - 0.05).abs() < 1e-6);
+        assert!((result.percentile(0.5) - 0.01).abs() < 1e-6);
+        assert_eq!(result.percentile(0.3), 0.0);
+        assert_eq!(result.worst, 0);
+    }
+
+    #[test]
+    #[should_panic(expected = "pixel 1")]
+    fn nan_never_agrees() {
+        assert_within_one_percent(&[[1.0; 3]; 2], &[[1.0; 3], [f32::NAN; 3]], 0.01, 1.0);
+    }
+}

@@ -1,0 +1,12 @@
+//! Manypass in the browser: `create` binds a canvas, and the `Viewer` it returns loads a glTF file, renders, reads
+//! the picture back and is disposed of. Off the web this crate is empty, so that the workspace builds natively.
+
+#[cfg(target_arch = "wasm32")]
+mod frame;
+#[cfg(target_arch = "wasm32")]
+mod readback;
+#[cfg(target_arch = "wasm32")]
+mod viewer;
+
+#[cfg(target_arch = "wasm32")]
+pub use viewer::{Viewer, create};

@@ -1,0 +1,90 @@
+//! Set-up, tests, the web package and the demo: `cargo xtask`.
+
+mod browser;
+mod compare;
+mod setup;
+mod step;
+mod web;
+
+use anyhow::Result;
+use step::{Steps, cargo};
+
+const HELP: &str = "\
+cargo xtask COMMAND
+
+  demo      set up, build, and render the built-in demo to demo.png (about 5 minutes the first time)
+  test      set up what is missing, then check formatting, lints, docs, tests, web build and browsers (about 15 minutes)
+              --no-browser   leave out the web build and the browser tests
+  web       build the web package into target/web: module, types and page (about 3 minutes)
+  bench     measure the demo scene and print the milliseconds of each pass
+  goldens   write the golden pictures again; look at every change before you commit it
+  setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core
+
+Start with `cargo xtask demo`. Every step prints its name, about how long it takes, and how long it took.
+MANYPASS_WASM=debian builds for the web with Debian's compiler even where rustup's target is installed.
+";
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let mut steps = Steps::default();
+    match words.as_slice() {
+        [] | ["help" | "-h" | "--help", ..] | [_, "-h" | "--help"] => {
+            print!("{HELP}");
+            return Ok(());
+        }
+        ["demo"] => {
+            steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
+            steps.run("render the demo", "4 min the first time", || {
+                manypass(&["render", "demo:hall", "-o", "demo.png"])
+            });
+        }
+        ["test"] => test(&mut steps, true),
+        ["test", "--no-browser"] => test(&mut steps, false),
+        ["web"] => web_package(&mut steps),
+        ["bench"] => steps.run("bench", "5 min the first time", || manypass(&["bench", "demo:hall"])),
+        ["goldens"] => steps.run("goldens", "3 min", || {
+            step::check(cargo(["test", "--workspace", "golden"]).env("MANYPASS_GOLDENS", "write"))
+        }),
+        ["setup"] => {
+            steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
+            steps.run("wasm target", "1 s; 2 min to install", || setup::wasm().map(drop));
+            steps.run("browser", "1 s; 2 min to install", setup::browser);
+        }
+        _ => {
+            eprint!("error: unknown command `{}`\n\n{HELP}", words.join(" "));
+            std::process::exit(2);
+        }
+    }
+    steps.finish()
+}
+
+fn manypass(arguments: &[&str]) -> Result<()> {
+    step::check(cargo(["run", "--release", "-p", "manypass-cli", "--"]).args(arguments))
+}
+
+fn web_package(steps: &mut Steps) {
+    steps.run("wasm target", "1 s; 2 min to install", || setup::wasm().map(drop));
+    steps.run("web package", "3 min", web::build);
+}
+
+fn test(steps: &mut Steps, with_browser: bool) {
+    steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
+    steps.run("formatting", "2 s", || step::check(&mut cargo(["fmt", "--all", "--check"])));
+    steps.run("lints", "3 min", || {
+        step::check(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-Dwarnings"]))
+    });
+    steps.run("docs", "1 min", || {
+        step::check(cargo(["doc", "--no-deps", "--workspace"]).env("RUSTDOCFLAGS", "-Dwarnings"))
+    });
+    steps.run_tests("tests", "5 min", cargo(["test", "--workspace", "--no-fail-fast"]));
+    if with_browser {
+        web_package(steps);
+        steps.run("browser", "1 s; 2 min to install", setup::browser);
+        steps.run("browser tests", "1 min", browser::test);
+    } else {
+        println!(
+            "\n*** SKIPPED: the web build and the browser tests (--no-browser). Run `cargo xtask test` before you land. ***"
+        );
+    }
+}
