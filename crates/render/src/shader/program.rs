@@ -98,7 +98,7 @@ impl Program {
                 (layout, slots)
             })
             .collect::<Vec<_>>();
-        let layouts: Vec<_> = groups.iter().map(|(layout, _)| Some(layout)).collect();
+        let layouts: Vec<_> = groups.iter().map(|(layout, slots)| (!slots.is_empty()).then_some(layout)).collect();
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(name),
             bind_group_layouts: &layouts,

@@ -1,0 +1,181 @@
+//! What one view draws: instances of primitives, culled by the frustum, grouped and sorted.
+
+use crate::resources::SceneResources;
+use crate::resources::geometry::{GpuPrimitive, Instance};
+use bytemuck::Zeroable;
+use glam::{Mat4, Vec4};
+use manypass_scene::{Aabb, NodeId, Scene};
+use std::ops::Range;
+
+/// One draw call: a primitive, and which of the view's instances.
+#[derive(Clone, Debug)]
+pub struct Draw {
+    /// Index of the mesh.
+    pub mesh: usize,
+    /// Index of the primitive in the mesh.
+    pub primitive: usize,
+    /// Index of the material.
+    pub material: usize,
+    /// Whether the transform turns the triangles around.
+    pub mirrored: bool,
+    /// Which instances.
+    pub instances: Range<u32>,
+    distance_m: f32,
+}
+
+/// The draws of one view.
+#[derive(Debug, Default)]
+pub struct DrawList {
+    /// Opaque and masked surfaces, by program and material, nearer ones first.
+    pub opaque: Vec<Draw>,
+    /// Blended surfaces, farther ones first.
+    pub blended: Vec<Draw>,
+    /// The instances that the draws refer to.
+    pub instances: Vec<Instance>,
+    /// Triangles of all draws.
+    pub triangles: u64,
+}
+
+/// Transforms of skins and weights of morph targets of all nodes.
+#[derive(Debug, Default)]
+pub struct Deformation {
+    /// Rows of `world_from_mesh`, three a joint.
+    pub joint_rows: Vec<[f32; 4]>,
+    /// Weights.
+    pub morph_weights: Vec<f32>,
+}
+
+struct Candidate<'a> {
+    draw: Draw,
+    instance: Instance,
+    primitive: &'a GpuPrimitive,
+    blended: bool,
+    /// Draws with an equal key are one draw.
+    key: (u32, usize, usize, usize, bool),
+}
+
+impl DrawList {
+    /// Everything of `scene` that `clip_from_world` may show.
+    pub fn new(
+        scene: &Scene,
+        resources: &SceneResources,
+        clip_from_world: &Mat4,
+        deformation: &mut Deformation,
+    ) -> Self {
+        let mut candidates = Vec::new();
+        for id in scene.visible_nodes() {
+            collect(scene, resources, clip_from_world, id, deformation, &mut candidates);
+        }
+        let (mut blended, mut opaque): (Vec<_>, Vec<_>) =
+            candidates.into_iter().partition(|candidate| candidate.blended);
+        opaque.sort_by(|a, b| a.key.cmp(&b.key).then(a.draw.distance_m.total_cmp(&b.draw.distance_m)));
+        blended.sort_by(|a, b| b.draw.distance_m.total_cmp(&a.draw.distance_m));
+        let mut list = Self::default();
+        list.append(opaque, true);
+        list.append(blended, false);
+        list
+    }
+
+    fn append(&mut self, candidates: Vec<Candidate<'_>>, is_opaque: bool) {
+        let mut last_key = None;
+        for candidate in candidates {
+            let at = self.instances.len() as u32;
+            self.instances.push(candidate.instance);
+            if candidate.primitive.topology == manypass_scene::Topology::Triangles {
+                self.triangles += u64::from(candidate.primitive.count) / 3;
+            }
+            let draws = if is_opaque { &mut self.opaque } else { &mut self.blended };
+            match draws.last_mut() {
+                Some(draw) if is_opaque && last_key == Some(candidate.key) => draw.instances.end = at + 1,
+                _ => draws.push(Draw { instances: at..at + 1, ..candidate.draw }),
+            }
+            last_key = Some(candidate.key);
+        }
+    }
+}
+
+fn collect<'a>(
+    scene: &Scene,
+    resources: &'a SceneResources,
+    clip_from_world: &Mat4,
+    id: NodeId,
+    deformation: &mut Deformation,
+    candidates: &mut Vec<Candidate<'a>>,
+) {
+    let node = scene.node(id);
+    let Some(mesh) = node.mesh else { return };
+    let (Some(primitives), Some(source)) = (resources.geometry.meshes.get(mesh), scene.meshes.get(mesh)) else {
+        return;
+    };
+    let mut first_joint = None;
+    let mut first_weight = None;
+    for (index, primitive) in primitives.iter().enumerate() {
+        let is_skinned = node.skin.is_some() && primitive.skin.is_some();
+        let is_deformed = is_skinned || primitive.morph_count > 0;
+        if !is_deformed && !may_be_visible(&primitive.bounds, &(*clip_from_world * node.world_from_object)) {
+            continue;
+        }
+        let matrix = node.world_from_object;
+        let mut instance = Instance::zeroed();
+        instance.world_from_object = [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array());
+        instance.ids = [id.0 + 1, u32::MAX, 0, primitive.morph_count];
+        instance.morph = [primitive.morph_first, primitive.vertex_count];
+        if let (true, Some(skin)) = (is_skinned, node.skin) {
+            instance.ids[1] = *first_joint.get_or_insert_with(|| append_joints(scene, skin, deformation));
+        }
+        if primitive.morph_count > 0 {
+            let weights =
+                if node.morph_weights.is_empty() { &source.default_morph_weights } else { &node.morph_weights };
+            instance.ids[2] = *first_weight
+                .get_or_insert_with(|| append_weights(weights, primitive.morph_count, deformation));
+        }
+        let (material, properties) = resources.material_of(primitive);
+        let center = node.world_from_object.transform_point3(primitive.bounds.center());
+        let distance_m = (*clip_from_world * center.extend(1.0)).w;
+        let mirrored = !is_skinned && matrix.determinant() < 0.0;
+        candidates.push(Candidate {
+            draw: Draw { mesh, primitive: index, material, mirrored, instances: 0..0, distance_m },
+            instance,
+            primitive,
+            blended: properties.blended,
+            key: (program_key(resources, material, is_deformed), material, mesh, index, mirrored),
+        });
+    }
+}
+
+/// Materials of the same program lie together.
+fn program_key(resources: &SceneResources, material: usize, is_deformed: bool) -> u32 {
+    let material = &resources.materials[material];
+    [material.masked, material.double_sided, material.textured, material.normal_map, is_deformed]
+        .iter()
+        .fold(0, |key, bit| key * 2 + u32::from(*bit))
+}
+
+fn append_joints(scene: &Scene, skin: usize, deformation: &mut Deformation) -> u32 {
+    let first = (deformation.joint_rows.len() / 3) as u32;
+    for matrix in scene.joint_matrices(skin) {
+        deformation.joint_rows.extend([0, 1, 2].map(|row| matrix.row(row).to_array()));
+    }
+    first
+}
+
+fn append_weights(weights: &[f32], count: u32, deformation: &mut Deformation) -> u32 {
+    let first = deformation.morph_weights.len() as u32;
+    deformation.morph_weights.extend((0..count as usize).map(|i| weights.get(i).copied().unwrap_or(0.0)));
+    first
+}
+
+/// False only if all corners lie outside one plane of the frustum.
+fn may_be_visible(bounds: &Aabb, clip_from_object: &Mat4) -> bool {
+    if bounds.is_empty() {
+        return false;
+    }
+    let corners = bounds.corners().map(|corner| *clip_from_object * corner.extend(1.0));
+    let is_outside = |plane: &dyn Fn(Vec4) -> f32| corners.iter().all(|corner| plane(*corner) < 0.0);
+    !(is_outside(&|c| c.w + c.x)
+        || is_outside(&|c| c.w - c.x)
+        || is_outside(&|c| c.w + c.y)
+        || is_outside(&|c| c.w - c.y)
+        || is_outside(&|c| c.w - c.z)
+        || is_outside(&|c| c.z))
+}

@@ -1,0 +1,199 @@
+//! The whole frame, top to bottom, on one page.
+
+use crate::draws::DrawList;
+use crate::environment::EnvironmentUniform;
+use crate::gbuffer::Gbuffer;
+use crate::passes::{accumulate, background, direct, forward, geometry, indirect, linear_depth, tone_map};
+use crate::resources::SceneResources;
+use crate::shader::program::{FullscreenPipeline, ProgramError};
+use crate::shader::{Program, Shaders};
+use crate::surfaces::SurfacePipelines;
+use manypass_graph::{Graph, Handle, PassContext, Read};
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// Adds colour to the target and leaves its alpha, the coverage, alone (the source's alpha is 0).
+pub const ADD: wgpu::BlendState = {
+    let component = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    };
+    wgpu::BlendState { color: component, alpha: component }
+};
+
+/// Where shading happens.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Path {
+    /// Opaque surfaces into the G-buffer, light afterwards.
+    #[default]
+    Deferred,
+    /// Every surface where it is drawn.
+    Forward,
+}
+
+/// What all passes of one view share: its draws, lists of lights, environment and uniforms.
+#[derive(Debug)]
+pub struct Shared<'f> {
+    /// The device.
+    pub device: &'f wgpu::Device,
+    /// Programs and full-screen pipelines.
+    pub shaders: &'f Shaders,
+    /// Pipelines that draw surfaces.
+    pub surface_pipelines: &'f SurfacePipelines,
+    /// The scene on the device.
+    pub resources: &'f SceneResources,
+    /// What the view draws.
+    pub draws: &'f DrawList,
+    /// The instances of the draws.
+    pub instances: &'f wgpu::Buffer,
+    /// Width and height at which the view is shaded.
+    pub size: (u32, u32),
+    /// The format of depth and stencil.
+    pub depth_format: wgpu::TextureFormat,
+    /// Whether nothing is behind the surfaces.
+    pub transparent: bool,
+    /// Where shading happens.
+    pub path: Path,
+    /// The number of lights.
+    pub light_count: u32,
+    /// The environment.
+    pub environment: EnvironmentUniform,
+    /// Names of group 0, with what they stand for.
+    pub frame_resources: &'f [(&'static str, wgpu::BindingResource<'f>)],
+    /// The uniform of `accumulate`.
+    pub accumulation: &'f wgpu::Buffer,
+    /// The uniform of `tone_map`.
+    pub tone_map: &'f wgpu::Buffer,
+    /// A sampler that does not filter.
+    pub nearest_clamp: &'f wgpu::Sampler,
+    /// What went wrong while passes were recorded.
+    pub errors: &'f RefCell<Vec<ProgramError>>,
+}
+
+/// What the shaded view consists of.
+#[derive(Debug)]
+pub struct ViewOutputs {
+    /// Scene-linear radiance, pre-exposed; alpha is coverage.
+    pub radiance: Handle,
+    /// The G-buffer; none on the forward path.
+    pub gbuffer: Option<Gbuffer>,
+}
+
+/// Everything from geometry to radiance, for one camera. Mirrors and probes call it again with other cameras.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<ViewOutputs, ProgramError> {
+    if shared.path == Path::Forward {
+        let (radiance, depth) = forward::record_opaque(graph, shared)?;
+        let radiance = background::record(graph, shared, radiance)?;
+        let radiance = forward::record_blended(graph, shared, radiance, &depth)?;
+        return Ok(ViewOutputs { radiance, gbuffer: None });
+    }
+    let geometry = geometry::record(graph, shared)?;
+    let linear_depth = linear_depth::record(graph, shared, &geometry.depth)?;
+    let gbuffer = Gbuffer {
+        base_color: geometry.base_color,
+        normal: geometry.normal,
+        material: geometry.material,
+        linear_depth,
+    };
+    let radiance = indirect::record(graph, shared, &gbuffer, geometry.radiance)?;
+    let radiance = direct::record(graph, shared, &gbuffer, radiance)?;
+    let radiance = background::record(graph, shared, radiance)?;
+    let radiance = forward::record_blended(graph, shared, radiance, &geometry.depth)?;
+    Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer) })
+}
+
+/// From radiance to the picture: accumulation over the frames of a still, then the display transform.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn output_passes<'f>(
+    graph: &mut Graph<'f>,
+    shared: &'f Shared<'f>,
+    radiance: &Handle,
+    sums: Option<(Handle, Handle)>,
+    display: Handle,
+) -> Result<(), ProgramError> {
+    let display = match sums {
+        Some((previous, next)) => {
+            let sum = accumulate::record(graph, shared, radiance, &previous, next)?;
+            let display = tone_map::record(graph, shared, &sum, display)?;
+            graph.export(sum);
+            display
+        }
+        None => tone_map::record(graph, shared, radiance, display)?,
+    };
+    graph.export(display);
+    Ok(())
+}
+
+/// A full-screen pass: its pipeline, and the bind group of the frame.
+#[derive(Debug)]
+pub struct FullscreenStep<'f> {
+    pipeline: Arc<FullscreenPipeline>,
+    frame: Option<wgpu::BindGroup>,
+    errors: &'f RefCell<Vec<ProgramError>>,
+}
+
+impl<'f> Shared<'f> {
+    /// Group 0 of a program.
+    ///
+    /// # Errors
+    /// The program declares what nobody binds.
+    pub fn frame_bind_group(&self, program: &Program) -> Result<wgpu::BindGroup, ProgramError> {
+        program.bind(self.device, 0, self.frame_resources)
+    }
+
+    /// The full-screen pass of the program `name`.
+    ///
+    /// # Errors
+    /// A program that does not compile, or declares what nobody binds.
+    pub fn fullscreen(
+        &self,
+        name: &'static str,
+        axes_on: &[&'static str],
+        format: wgpu::TextureFormat,
+        blend: Option<wgpu::BlendState>,
+    ) -> Result<FullscreenStep<'f>, ProgramError> {
+        let pipeline = self.shaders.fullscreen(name, axes_on, format, blend)?;
+        let frame =
+            if pipeline.program.uses_group(0) { Some(self.frame_bind_group(&pipeline.program)?) } else { None };
+        Ok(FullscreenStep { pipeline, frame, errors: self.errors })
+    }
+}
+
+impl FullscreenStep<'_> {
+    /// Draws the triangle; group 1 is found by name among what the pass reads and what else it gives.
+    pub fn draw(
+        &self,
+        context: &mut PassContext<'_, '_>,
+        reads: &[(&'static str, Read)],
+        others: &[(&'static str, wgpu::BindingResource<'_>)],
+    ) {
+        let program = &self.pipeline.program;
+        let group = if program.uses_group(1) {
+            let resources: Vec<_> = reads
+                .iter()
+                .map(|(name, read)| (*name, wgpu::BindingResource::TextureView(context.view(*read))))
+                .chain(others.iter().cloned())
+                .collect();
+            match program.bind(context.device, 1, &resources) {
+                Ok(group) => Some(group),
+                Err(error) => return self.errors.borrow_mut().push(error),
+            }
+        } else {
+            None
+        };
+        context.render_pass.set_pipeline(&self.pipeline.pipeline);
+        if let Some(frame) = &self.frame {
+            context.render_pass.set_bind_group(0, frame, &[]);
+        }
+        if let Some(group) = &group {
+            context.render_pass.set_bind_group(1, group, &[]);
+        }
+        context.render_pass.draw(0..3, 0..1);
+    }
+}

@@ -1,0 +1,128 @@
+//! lights: the table of lights, and the list of lights of every cluster.
+//!
+//! Clusters are tiles of the picture times slices of distance, spaced by powers and fitted to the visible depth (Olsson,
+//! Billeter & Assarsson 2012, "Clustered Deferred and Forward Shading"). A light is put into a cluster if its sphere
+//! touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row of
+//! tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has no
+//! compute. Writes: `lights`, `cluster_table`, `cluster_lights`; read in `lights.wgsl` through `light_at`, `cluster_at`.
+
+mod clusters;
+
+pub use clusters::{ClusterLists, ClusterUniform};
+
+use crate::view::{DepthRange, View};
+use glam::Vec3;
+use manypass_scene::{LightKind, Scene};
+use serde::{Deserialize, Serialize};
+
+/// Settings of the lists of lights.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClusterSettings {
+    /// The side of a tile in pixels (8 to 128).
+    pub tile_px: u32,
+    /// The number of slices along the view axis (1 to 64).
+    pub slices: u32,
+}
+
+impl Default for ClusterSettings {
+    fn default() -> Self {
+        Self { tile_px: 16, slices: 32 }
+    }
+}
+
+/// How lights are kept from pixels that they do not reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LightCulling {
+    /// A list for every cluster.
+    #[default]
+    Clustered,
+    /// Every pixel visits every light.
+    None,
+}
+
+/// The lights of a scene, those that no list holds first.
+#[derive(Clone, Debug, Default)]
+pub struct LightTable {
+    /// Four texels a light: position and 1/range², intensity and cone scale, direction and cone offset, zero.
+    pub texels: Vec<[f32; 4]>,
+    /// Position and range of every light that has one.
+    pub spheres: Vec<(Vec3, f32)>,
+    /// The number of directional lights.
+    pub directional_count: u32,
+    /// The number of lights before the first that has a range.
+    pub global_count: u32,
+}
+
+impl LightTable {
+    /// Collects the lights of all visible nodes; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
+    /// only every n-th light, beginning with the k-th.
+    pub fn new(scene: &Scene, pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
+        let mut classes: [Vec<[[f32; 4]; 4]>; 3] = Default::default();
+        let mut spheres = Vec::new();
+        let mut number = 0;
+        for id in scene.visible_nodes() {
+            let node = scene.node(id);
+            let Some(light) = node.light.and_then(|light| scene.lights.get(light)) else { continue };
+            number += 1;
+            if subset.is_some_and(|(k, n)| (number - 1) % n != k) {
+                continue;
+            }
+            let position = node.world_from_object.w_axis.truncate();
+            let direction = (-node.world_from_object.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
+            let intensity = light.color_linear * light.intensity * pre_exposure;
+            // cos·scale + offset goes from 0 at the outer cone to 1 at the inner one (glTF, KHR_lights_punctual).
+            let (scale, offset) = match light.kind {
+                LightKind::Spot { inner_cone_rad, outer_cone_rad } => {
+                    let scale = 1.0 / (inner_cone_rad.cos() - outer_cone_rad.cos()).max(1e-3);
+                    (scale, -outer_cone_rad.cos() * scale)
+                }
+                LightKind::Directional | LightKind::Point => (0.0, 1.0),
+            };
+            let range = light.range_m.filter(|range| *range > 0.0 && range.is_finite());
+            let texels = [
+                position.extend(range.map_or(0.0, |range| 1.0 / (range * range))).to_array(),
+                intensity.extend(scale).to_array(),
+                direction.extend(offset).to_array(),
+                [0.0; 4],
+            ];
+            let class = match (light.kind, range) {
+                (LightKind::Directional, _) => 0,
+                (_, None) => 1,
+                (_, Some(range)) => {
+                    spheres.push((position, range));
+                    2
+                }
+            };
+            classes[class].push(texels);
+        }
+        let directional_count = classes[0].len() as u32;
+        let global_count = directional_count + classes[1].len() as u32;
+        Self { texels: classes.into_iter().flatten().flatten().collect(), spheres, directional_count, global_count }
+    }
+
+    /// The number of lights.
+    pub fn len(&self) -> u32 {
+        (self.texels.len() / 4) as u32
+    }
+
+    /// Whether there is no light.
+    pub fn is_empty(&self) -> bool {
+        self.texels.is_empty()
+    }
+
+    /// The lists of a view on a target of `size` pixels.
+    pub fn cluster(
+        &self,
+        view: &View,
+        range: DepthRange,
+        size: (u32, u32),
+        culling: LightCulling,
+        settings: &ClusterSettings,
+    ) -> ClusterLists {
+        match culling {
+            LightCulling::Clustered => ClusterLists::build(self, view, range, size, settings),
+            LightCulling::None => ClusterLists::everything(self, size),
+        }
+    }
+}

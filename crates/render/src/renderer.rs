@@ -1,0 +1,659 @@
+//! The renderer: keeps what lasts from frame to frame, and runs the frame.
+
+use crate::aov::{Aov, AovPixels, GbufferPixels};
+use crate::draws::{Deformation, DrawList};
+use crate::environment::{Background, Environment, EnvironmentUniform};
+use crate::frame::{self, Path, Shared};
+use crate::gpu::data_texture::DataTexture;
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::passes::accumulate::SUM;
+use crate::passes::lights::{ClusterLists, LightCulling, LightTable};
+use crate::passes::tone_map::{ToneMapUniform, Tonemap};
+use crate::passes::direct;
+use crate::resources::SceneResources;
+use crate::settings::Settings;
+use crate::shader::Shaders;
+use crate::shader::program::ProgramError;
+use crate::surfaces::SurfacePipelines;
+use crate::view::{self, View, ViewUniform};
+use manypass_graph::{Executor, Graph, Limits, Plan, PlanError, RunOptions, TextureDesc};
+use manypass_scene::Scene;
+use std::cell::RefCell;
+
+/// The format of the finished picture: display colours, encoded in the shader.
+pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// Everything about one frame but the scene.
+#[derive(Clone, Debug)]
+pub struct FrameRequest {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// From where the scene is seen.
+    pub camera: View,
+    /// Which of the accumulated frames this is; 0 starts anew.
+    pub sample_index: u32,
+    /// How many frames are accumulated.
+    pub sample_count: u32,
+    /// What lies behind the surfaces.
+    pub background: Background,
+    /// What surrounds the scene.
+    pub environment: Environment,
+    /// Multiplies the environment.
+    pub environment_intensity: f32,
+    /// Settings of the passes.
+    pub settings: Settings,
+    /// Where shading happens.
+    pub path: Path,
+    /// How lights are kept from pixels that they do not reach.
+    pub light_culling: LightCulling,
+    /// Only the lights k, k + n, k + 2n, … of (k, n); for tests that add them up.
+    pub light_subset: Option<(u32, u32)>,
+    /// The curve from radiance to display colours.
+    pub tonemap: Tonemap,
+    /// Exposure compensation in stops; 0 multiplies radiance by 1.
+    pub exposure_stops: f32,
+    /// The variables that will be read after the frame.
+    pub want_aovs: Vec<Aov>,
+}
+
+impl FrameRequest {
+    /// A request with the defaults of the command line.
+    pub fn new(width: u32, height: u32, camera: View) -> Self {
+        Self {
+            width,
+            height,
+            camera,
+            sample_index: 0,
+            sample_count: 1,
+            background: Background::default(),
+            environment: Environment::default(),
+            environment_intensity: 1.0,
+            settings: Settings::default(),
+            path: Path::default(),
+            light_culling: LightCulling::default(),
+            light_subset: None,
+            tonemap: Tonemap::default(),
+            exposure_stops: 0.0,
+            want_aovs: Vec::new(),
+        }
+    }
+}
+
+/// Why there is no frame.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The device failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A shader failed.
+    #[error(transparent)]
+    Program(#[from] ProgramError),
+    /// The frame graph is contradictory.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The picture does not fit the adapter.
+    #[error("a picture of {width} × {height} pixels is not possible: each side must be 1 to {limit} on this adapter")]
+    Size {
+        /// The width that was asked for.
+        width: u32,
+        /// The height that was asked for.
+        height: u32,
+        /// The largest side.
+        limit: u32,
+    },
+    /// [`Renderer::load`] was not called, or nothing was rendered yet.
+    #[error("{0}")]
+    Missing(&'static str),
+}
+
+impl RenderError {
+    /// Whether the device went away, so that nothing more can be rendered with it.
+    pub fn is_device_lost(&self) -> bool {
+        matches!(self, Self::Gpu(GpuError::Lost(_)))
+    }
+}
+
+/// Numbers of the last frame.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct FrameStats {
+    /// Draw calls of surfaces.
+    pub draws: u32,
+    /// Triangles of all draws.
+    pub triangles: u64,
+    /// Lights.
+    pub lights: u32,
+    /// Entries of all lists of lights.
+    pub list_entries: u64,
+    /// Milliseconds to build the lists of lights.
+    pub culling_ms: f64,
+    /// Bytes of the frame's textures after aliasing.
+    pub texture_bytes: u64,
+    /// Bytes of the frame's textures without aliasing.
+    pub texture_bytes_unaliased: u64,
+}
+
+/// Pairs of pixel and light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct PairCounts {
+    /// Iterations of the loop over lights.
+    pub pairs_visited: u64,
+    /// Reflectance evaluated.
+    pub pairs_shaded: u64,
+    /// The pixel lies within the light's range.
+    pub pairs_in_range: u64,
+}
+
+/// The picture of one target of one pass.
+#[derive(Clone, Debug)]
+pub struct PassPicture {
+    /// Pass and target.
+    pub name: String,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// sRGB, opaque.
+    pub rgba8: Vec<u8>,
+}
+
+/// Textures of the output, kept from frame to frame.
+#[derive(Debug)]
+struct Output {
+    size: (u32, u32),
+    sums: [wgpu::Texture; 2],
+    display: wgpu::Texture,
+}
+
+/// Small buffers and tables that every frame fills anew.
+#[derive(Debug)]
+struct FrameBuffers {
+    view: wgpu::Buffer,
+    cluster_grid: wgpu::Buffer,
+    environment: wgpu::Buffer,
+    accumulation: wgpu::Buffer,
+    tone_map: wgpu::Buffer,
+    lights: DataTexture,
+    cluster_table: DataTexture,
+    cluster_lights: DataTexture,
+    instances: wgpu::Buffer,
+    directional_albedo: wgpu::TextureView,
+    linear_clamp: wgpu::Sampler,
+    nearest_clamp: wgpu::Sampler,
+}
+
+/// Draws scenes.
+pub struct Renderer {
+    gpu: Gpu,
+    shaders: Shaders,
+    surface_pipelines: SurfacePipelines,
+    executor: Executor,
+    buffers: FrameBuffers,
+    resources: Option<SceneResources>,
+    output: Option<Output>,
+    /// Which of the two sums holds the last frame's.
+    latest_sum: usize,
+    pre_exposure: f32,
+    gbuffer: Option<GbufferPixels>,
+    stats: FrameStats,
+}
+
+enum Purpose {
+    Picture,
+    Pictures(Vec<PassPicture>),
+    Pairs(PairCounts),
+}
+
+impl Renderer {
+    /// A renderer on `gpu`.
+    ///
+    /// # Errors
+    /// None today; a renderer may refuse a device.
+    pub fn new(gpu: Gpu) -> Result<Self, RenderError> {
+        Ok(Self {
+            shaders: Shaders::new(&gpu.device),
+            surface_pipelines: SurfacePipelines::default(),
+            executor: Executor::new(&gpu.device, &gpu.queue),
+            buffers: FrameBuffers::new(&gpu),
+            resources: None,
+            output: None,
+            latest_sum: 0,
+            pre_exposure: 1.0,
+            gbuffer: None,
+            stats: FrameStats::default(),
+            gpu,
+        })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Uploads `scene` in place of the former one.
+    ///
+    /// # Errors
+    /// None today; a device may be lost.
+    pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
+        self.resources = None;
+        self.resources = Some(SceneResources::new(&self.gpu, scene));
+        Ok(())
+    }
+
+    /// What was left out, or replaced, when the scene was uploaded.
+    pub fn warnings(&self) -> Vec<String> {
+        self.resources.as_ref().map(|resources| resources.warnings.clone()).unwrap_or_default()
+    }
+
+    /// Numbers of the last frame.
+    pub fn stats(&self) -> FrameStats {
+        self.stats.clone()
+    }
+
+    /// Waits until everything submitted is done.
+    pub fn wait(&self) {
+        self.gpu.wait();
+    }
+
+    /// Renders one frame and adds it to those since `sample_index` 0.
+    ///
+    /// # Errors
+    /// No scene was loaded, the size does not fit, or the device failed.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn render(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
+        pollster::block_on(self.render_async(scene, request))
+    }
+
+    /// Renders one frame and adds it to those since `sample_index` 0.
+    ///
+    /// # Errors
+    /// No scene was loaded, the size does not fit, or the device failed.
+    pub async fn render_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
+        self.run(scene, request, &mut Purpose::Picture).await.map(drop)
+    }
+
+    /// Renders one frame and returns the picture of every target of every pass.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn passes(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Vec<PassPicture>, RenderError> {
+        let mut purpose = Purpose::Pictures(Vec::new());
+        pollster::block_on(self.run(scene, request, &mut purpose))?;
+        Ok(if let Purpose::Pictures(pictures) = purpose { pictures } else { Vec::new() })
+    }
+
+    /// Counts pairs of pixel and light in a frame of its own (deferred path).
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn count_pairs(&mut self, scene: &Scene, request: &FrameRequest) -> Result<PairCounts, RenderError> {
+        let mut purpose = Purpose::Pairs(PairCounts::default());
+        let request = FrameRequest { path: Path::Deferred, ..request.clone() };
+        pollster::block_on(self.run(scene, &request, &mut purpose))?;
+        Ok(if let Purpose::Pairs(pairs) = purpose { pairs } else { PairCounts::default() })
+    }
+
+    /// The plan of the frame that `request` asks for.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn plan(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Plan, RenderError> {
+        pollster::block_on(self.run(scene, request, &mut Purpose::Picture))
+    }
+
+    /// The accumulated picture: RGBA, sRGB, unassociated alpha, rows from the top.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    pub async fn read_display_async(&self) -> Result<Vec<u8>, RenderError> {
+        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
+        Ok(readback::read_texture(&self.gpu, &output.display).await?)
+    }
+
+    /// As [`Self::read_display_async`], waiting.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_display(&mut self) -> Result<Vec<u8>, RenderError> {
+        pollster::block_on(self.read_display_async())
+    }
+
+    /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
+        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
+        let bytes = pollster::block_on(readback::read_texture(&self.gpu, &output.sums[self.latest_sum]))?;
+        let scale = 1.0 / self.pre_exposure;
+        Ok(bytes
+            .chunks_exact(4)
+            .enumerate()
+            .map(|(i, b)| f32::from_le_bytes([b[0], b[1], b[2], b[3]]) * if i % 4 == 3 { 1.0 } else { scale })
+            .collect())
+    }
+
+    /// A variable of the first frame; the request must have wanted it.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, on the forward path, or without wanting variables.
+    pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
+        let gbuffer = self.gbuffer.as_ref().ok_or(RenderError::Missing(
+            "there are no AOVs: only the deferred path has them, and the request must name them",
+        ))?;
+        Ok(gbuffer.read(aov))
+    }
+
+    fn check_size(&self, request: &FrameRequest) -> Result<(u32, u32), RenderError> {
+        let limit = self.gpu.capabilities.max_texture_size;
+        let scale = request.settings.render.scale;
+        let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
+        let size = (shaded(request.width), shaded(request.height));
+        let fits = |side: u32| (1..=limit).contains(&side);
+        if [request.width, request.height, size.0, size.1].into_iter().all(fits) {
+            Ok(size)
+        } else {
+            Err(RenderError::Size { width: request.width, height: request.height, limit })
+        }
+    }
+
+    async fn run(&mut self, scene: &Scene, request: &FrameRequest, purpose: &mut Purpose) -> Result<Plan, RenderError> {
+        let size = self.check_size(request)?;
+        let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
+        let output = Output::of(&self.gpu, &mut self.output, size);
+        self.pre_exposure = request.exposure_stops.exp2();
+
+        // What the view sees.
+        let range = request.camera.depth_range(&scene.posed_bounds_world());
+        let jitter = view::jitter_px(request.sample_index, request.sample_count);
+        let uniform =
+            request.camera.uniform(range, size.0, size.1, jitter, self.pre_exposure, request.sample_index);
+        let mut deformation = Deformation::default();
+        let draws = DrawList::new(scene, resources, &uniform.clip_from_world, &mut deformation);
+        let started = web_time::Instant::now();
+        let table = LightTable::new(scene, self.pre_exposure, request.light_subset);
+        let lists = table.cluster(&request.camera, range, size, request.light_culling, &request.settings.clusters);
+        self.stats = FrameStats {
+            draws: (draws.opaque.len() + draws.blended.len()) as u32,
+            triangles: draws.triangles,
+            lights: table.len(),
+            list_entries: lists.lights.len() as u64,
+            culling_ms: started.elapsed().as_secs_f64() * 1e3,
+            ..Default::default()
+        };
+        let environment = EnvironmentUniform::new(
+            request.environment,
+            request.background,
+            request.environment_intensity * self.pre_exposure,
+        );
+        self.buffers.write(&self.gpu, request, &uniform, &environment, &table, &lists, &draws);
+        resources.write_deformation(&self.gpu, &deformation);
+
+        // The frame.
+        let errors = RefCell::default();
+        let buffers = &self.buffers;
+        let frame_resources = buffers.frame_resources();
+        let shared = Shared {
+            device: &self.gpu.device,
+            shaders: &self.shaders,
+            surface_pipelines: &self.surface_pipelines,
+            resources,
+            draws: &draws,
+            instances: &buffers.instances,
+            size,
+            depth_format: self.gpu.capabilities.depth_format,
+            transparent: request.background == Background::Transparent,
+            path: request.path,
+            light_count: table.len(),
+            environment,
+            frame_resources: &frame_resources,
+            accumulation: &buffers.accumulation,
+            tone_map: &buffers.tone_map,
+            nearest_clamp: &buffers.nearest_clamp,
+            errors: &errors,
+        };
+        let wants_gbuffer = request.sample_index == 0 && !request.want_aovs.is_empty();
+        let previous_sum = if request.sample_index == 0 { 0 } else { self.latest_sum };
+        let mut graph = Graph::new(Limits::from(&self.gpu.capabilities.limits));
+        let view_outputs = frame::view_passes(&mut graph, &shared)?;
+        let mut pairs_name = None;
+        if let (Purpose::Pairs(_), Some(gbuffer)) = (&*purpose, &view_outputs.gbuffer) {
+            let pairs = direct::record_counting(&mut graph, &shared, gbuffer)?;
+            pairs_name = Some(pairs.name().to_owned());
+            graph.export(pairs);
+        } else {
+            let sum_desc = TextureDesc::new_2d(size.0, size.1, SUM);
+            let import = |graph: &mut Graph<'_>, name, index: usize| {
+                graph.import(name, sum_desc, output.sums[index].create_view(&Default::default()))
+            };
+            let sums = (
+                import(&mut graph, "accumulate.previous", previous_sum),
+                import(&mut graph, "accumulate.sum", 1 - previous_sum),
+            );
+            let display = graph.import(
+                "display",
+                TextureDesc::new_2d(size.0, size.1, DISPLAY),
+                output.display.create_view(&Default::default()),
+            );
+            frame::output_passes(&mut graph, &shared, &view_outputs.radiance, Some(sums), display)?;
+        }
+        let mut gbuffer_names = Vec::new();
+        if let (true, Some(gbuffer)) = (wants_gbuffer, view_outputs.gbuffer) {
+            for handle in [gbuffer.base_color, gbuffer.normal, gbuffer.material, gbuffer.linear_depth] {
+                gbuffer_names.push(handle.name().to_owned());
+                graph.export(handle);
+            }
+        }
+        let plan = graph.plan()?;
+        let bytes = plan.bytes();
+        self.stats.texture_bytes = bytes.aliased;
+        self.stats.texture_bytes_unaliased = bytes.unaliased;
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let options = RunOptions { tap: matches!(purpose, Purpose::Pictures(_)), time: false };
+        let run = self.executor.run(graph, &plan, &mut encoder, &options);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.latest_sum = 1 - previous_sum;
+        if let Some(error) = errors.borrow_mut().pop() {
+            return Err(error.into());
+        }
+
+        // What comes back.
+        let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
+        if let [base_color, normal, material, linear_depth] = gbuffer_names.as_slice() {
+            self.gbuffer = Some(GbufferPixels {
+                view: uniform,
+                base_color: readback::read_texture(&self.gpu, exported(base_color)?).await?,
+                normal: readback::read_texture(&self.gpu, exported(normal)?).await?,
+                material: readback::read_texture(&self.gpu, exported(material)?).await?,
+                linear_depth: readback::read_texture(&self.gpu, exported(linear_depth)?).await?,
+            });
+        } else if request.sample_index == 0 {
+            self.gbuffer = None;
+        }
+        if let (Purpose::Pairs(counts), Some(name)) = (&mut *purpose, &pairs_name) {
+            *counts = sum_pairs(&readback::read_texture(&self.gpu, exported(name)?).await?);
+        }
+        if let Purpose::Pictures(pictures) = purpose {
+            let report = run.read(&self.gpu.device);
+            *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
+        }
+        Ok(plan)
+    }
+}
+
+fn sum_pairs(bytes: &[u8]) -> PairCounts {
+    let mut counts = [0f64; 3];
+    for texel in bytes.chunks_exact(16) {
+        for (channel, count) in counts.iter_mut().enumerate() {
+            let b = &texel[channel * 4..channel * 4 + 4];
+            *count += f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        }
+    }
+    PairCounts { pairs_visited: counts[0] as u64, pairs_shaded: counts[1] as u64, pairs_in_range: counts[2] as u64 }
+}
+
+impl Output {
+    fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32)) -> &'a Self {
+        if slot.as_ref().is_some_and(|output| output.size != size) {
+            *slot = None;
+        }
+        slot.get_or_insert_with(|| {
+            let create = |label, format| {
+                gpu.device.create_texture(&wgpu::TextureDescriptor {
+                    label: Some(label),
+                    size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format,
+                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                        | wgpu::TextureUsages::TEXTURE_BINDING
+                        | wgpu::TextureUsages::COPY_SRC,
+                    view_formats: &[],
+                })
+            };
+            Self {
+                size,
+                sums: [create("accumulate.sum", SUM), create("accumulate.sum", SUM)],
+                display: create("display", DISPLAY),
+            }
+        })
+    }
+}
+
+impl FrameBuffers {
+    fn new(gpu: &Gpu) -> Self {
+        let uniform = |label, size: usize| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let table = |label, format, width| DataTexture::new(&gpu.device, label, format, width);
+        let sampler = |label, filter| {
+            gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some(label),
+                mag_filter: filter,
+                min_filter: filter,
+                ..Default::default()
+            })
+        };
+        Self {
+            view: uniform("view", size_of::<ViewUniform>()),
+            cluster_grid: uniform("cluster_grid", 32),
+            environment: uniform("environment", size_of::<EnvironmentUniform>()),
+            accumulation: uniform("accumulation", 16),
+            tone_map: uniform("tone_map", size_of::<ToneMapUniform>()),
+            // The widths are constants of `lights.wgsl`: 256 lights of 4 texels, 1,024 clusters, 4,096 entries a row.
+            lights: table("lights", wgpu::TextureFormat::Rgba32Float, 1024),
+            cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, 1024),
+            cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, 4096),
+            instances: create_instances(gpu, 64),
+            directional_albedo: upload_directional_albedo(gpu),
+            linear_clamp: sampler("linear_clamp", wgpu::FilterMode::Linear),
+            nearest_clamp: sampler("nearest_clamp", wgpu::FilterMode::Nearest),
+        }
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "each is one of the frame's inputs, used once")]
+    fn write(
+        &mut self,
+        gpu: &Gpu,
+        request: &FrameRequest,
+        uniform: &ViewUniform,
+        environment: &EnvironmentUniform,
+        table: &LightTable,
+        lists: &ClusterLists,
+        draws: &DrawList,
+    ) {
+        let queue = &gpu.queue;
+        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(uniform));
+        queue.write_buffer(&self.cluster_grid, 0, bytemuck::bytes_of(&lists.uniform));
+        queue.write_buffer(&self.environment, 0, bytemuck::bytes_of(environment));
+        let weight = 1.0 / request.sample_count.max(1) as f32;
+        let keep = if request.sample_index == 0 { 0.0f32 } else { 1.0 };
+        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&[weight, keep, 0.0, 0.0]));
+        let tone_map = ToneMapUniform {
+            curve: request.tonemap as u32,
+            premultiply: 0.0,
+            dither: request.settings.tone_map.dither,
+            padding: 0.0,
+        };
+        queue.write_buffer(&self.tone_map, 0, bytemuck::bytes_of(&tone_map));
+        self.lights.write(&gpu.device, queue, &table.texels);
+        self.cluster_table.write(&gpu.device, queue, &lists.table);
+        self.cluster_lights.write(&gpu.device, queue, &lists.lights);
+        let bytes: &[u8] = bytemuck::cast_slice(&draws.instances);
+        if bytes.len() as u64 > self.instances.size() {
+            self.instances = create_instances(gpu, (bytes.len() as u64).next_power_of_two());
+        }
+        if !bytes.is_empty() {
+            queue.write_buffer(&self.instances, 0, bytes);
+        }
+    }
+
+    fn frame_resources(&self) -> [(&'static str, wgpu::BindingResource<'_>); 8] {
+        [
+            ("view", self.view.as_entire_binding()),
+            ("directional_albedo", wgpu::BindingResource::TextureView(&self.directional_albedo)),
+            ("linear_clamp", wgpu::BindingResource::Sampler(&self.linear_clamp)),
+            ("cluster_grid", self.cluster_grid.as_entire_binding()),
+            ("lights", wgpu::BindingResource::TextureView(self.lights.view())),
+            ("cluster_table", wgpu::BindingResource::TextureView(self.cluster_table.view())),
+            ("cluster_lights", wgpu::BindingResource::TextureView(self.cluster_lights.view())),
+            ("environment", self.environment.as_entire_binding()),
+        ]
+    }
+}
+
+fn create_instances(gpu: &Gpu, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("instances"),
+        size,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// The table of `build.rs` as half floats, which every backend can filter.
+fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width: 32, height: 32, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("directional_albedo"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rg16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let texels: Vec<u16> =
+        crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flatten().map(|value| half_from_unit(*value)).collect();
+    gpu.queue.write_texture(
+        texture.as_image_copy(),
+        bytemuck::cast_slice(&texels),
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(128), rows_per_image: None },
+        size,
+    );
+    texture.create_view(&Default::default())
+}
+
+/// A half float of a value from 0 to 2, rounded to nearest; values below 2⁻¹⁴ become denormal.
+fn half_from_unit(value: f32) -> u16 {
+    let bits = value.max(0.0).to_bits();
+    let exponent = (bits >> 23) as i32 - 127 + 15;
+    if exponent <= 0 {
+        return (value * 16_777_216.0).round() as u16;
+    }
+    let rounded = (bits & 0x7f_ffff) + 0x1000;
+    (((exponent as u32) << 10) + (rounded >> 13)) as u16
+}

@@ -1,0 +1,263 @@
+//! Textures: images are decoded, given their mips and uploaded one after the other, few at a time in memory.
+
+use crate::gpu::Gpu;
+use manypass_scene::{Pixels, Sampler, Scene, Wrap};
+use std::collections::BTreeMap;
+
+/// The textures of a scene. An image used both as colour and as data is there twice.
+#[derive(Debug)]
+pub struct Textures {
+    views: Vec<wgpu::TextureView>,
+    samplers: Vec<wgpu::Sampler>,
+    /// For every texture of the scene: the index of its view as data and as colour, and of its sampler.
+    entries: Vec<[usize; 2]>,
+    sampler_of: Vec<usize>,
+}
+
+/// An image with all its mips, the largest first.
+struct MipChain {
+    levels: Vec<Pixels>,
+}
+
+impl Textures {
+    /// The index of a white texel.
+    pub const WHITE: usize = 0;
+
+    /// Uploads every image that a material uses.
+    pub fn new(gpu: &Gpu, scene: &Scene, warnings: &mut Vec<String>) -> Self {
+        let white = Pixels {
+            width: 1,
+            height: 1,
+            format: manypass_scene::PixelFormat::Rgba8,
+            data: vec![255; 4],
+        };
+        let mut views = vec![create(gpu, "white", &MipChain { levels: vec![white] }, false)];
+        let wanted = wanted_images(scene);
+        let mut uploaded: BTreeMap<(usize, bool), usize> = BTreeMap::new();
+        let limit = gpu.capabilities.max_texture_size;
+        decode_all(scene, &wanted, limit, &mut |(image, is_srgb), result| match result {
+            Ok((chain, shrunk)) => {
+                let name = &scene.images[image].name;
+                if shrunk {
+                    warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
+                }
+                uploaded.insert((image, is_srgb), views.len());
+                views.push(create(gpu, name, &chain, is_srgb));
+            }
+            Err(message) => warnings.push(message),
+        });
+        let mut kinds: Vec<Sampler> = vec![Sampler::default()];
+        let mut sampler_of = vec![0];
+        let mut entries = vec![[Self::WHITE; 2]];
+        for texture in &scene.textures {
+            let sampler = kinds.iter().position(|known| *known == texture.sampler).unwrap_or_else(|| {
+                kinds.push(texture.sampler);
+                kinds.len() - 1
+            });
+            sampler_of.push(sampler);
+            let view = |is_srgb| uploaded.get(&(texture.image, is_srgb)).copied().unwrap_or(Self::WHITE);
+            entries.push([view(false), view(true)]);
+        }
+        let samplers = kinds.iter().map(|sampler| create_sampler(gpu, sampler)).collect();
+        Self { views, samplers, entries, sampler_of }
+    }
+
+    /// A key for [`Self::view`] and [`Self::sampler`]: the texture of the scene, as colour or as data.
+    pub fn index_of(&self, texture: usize, is_srgb: bool) -> usize {
+        if texture + 1 < self.entries.len() { (texture + 1) * 2 + usize::from(is_srgb) } else { Self::WHITE }
+    }
+
+    /// The view behind a key.
+    pub fn view(&self, key: usize) -> &wgpu::TextureView {
+        &self.views[self.entries[key / 2][key % 2]]
+    }
+
+    /// The sampler behind a key.
+    pub fn sampler(&self, key: usize) -> &wgpu::Sampler {
+        &self.samplers[self.sampler_of[key / 2]]
+    }
+}
+
+/// The images that materials use, as colour or as data, in the order of the file.
+fn wanted_images(scene: &Scene) -> Vec<(usize, bool)> {
+    let mut wanted = std::collections::BTreeSet::new();
+    for material in &scene.materials {
+        let slots = [
+            (material.base_color_texture, true),
+            (material.metallic_roughness_texture, false),
+            (material.normal_texture, false),
+            (material.occlusion_texture, false),
+            (material.emissive_texture, true),
+        ];
+        for (reference, is_srgb) in slots {
+            if let Some(texture) = reference.and_then(|reference| scene.textures.get(reference.texture))
+                && texture.image < scene.images.len()
+            {
+                wanted.insert((texture.image, is_srgb));
+            }
+        }
+    }
+    wanted.into_iter().collect()
+}
+
+type Decoded = Result<(MipChain, bool), String>;
+
+fn decode(scene: &Scene, (image, is_srgb): (usize, bool), limit: u32) -> Decoded {
+    let source = &scene.images[image];
+    let mut pixels = source
+        .decode()
+        .map_err(|error| format!("image {image} `{}` cannot be decoded and is white: {error}", source.name))?;
+    let mut shrunk = false;
+    while pixels.width > limit || pixels.height > limit {
+        pixels = half(&pixels, is_srgb);
+        shrunk = true;
+    }
+    let mut levels = vec![pixels];
+    while let Some(last) = levels.last()
+        && (last.width > 1 || last.height > 1)
+    {
+        let next = half(last, is_srgb);
+        levels.push(next);
+    }
+    Ok((MipChain { levels }, shrunk))
+}
+
+/// Decodes on two threads, and hands over in order as results come; at most four images wait in memory.
+#[cfg(not(target_arch = "wasm32"))]
+fn decode_all(
+    scene: &Scene,
+    wanted: &[(usize, bool)],
+    limit: u32,
+    take: &mut dyn FnMut((usize, bool), Decoded),
+) {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let next = AtomicUsize::new(0);
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).clamp(1, 4).min(wanted.len().max(1));
+    let (sender, receiver) = std::sync::mpsc::sync_channel(2);
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            let (sender, next) = (sender.clone(), &next);
+            scope.spawn(move || {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(key) = wanted.get(index) else { return };
+                    if sender.send((*key, decode(scene, *key, limit))).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        for (key, result) in receiver {
+            take(key, result);
+        }
+    });
+}
+
+#[cfg(target_arch = "wasm32")]
+fn decode_all(
+    scene: &Scene,
+    wanted: &[(usize, bool)],
+    limit: u32,
+    take: &mut dyn FnMut((usize, bool), Decoded),
+) {
+    for key in wanted {
+        take(*key, decode(scene, *key, limit));
+    }
+}
+
+/// Linear values of sRGB bytes, scaled to 16 bits, and back through 12 bits (4,096 steps keep the error below one byte).
+struct SrgbTables {
+    linear: [u16; 256],
+    srgb: [u8; 4096],
+}
+
+static SRGB: std::sync::LazyLock<SrgbTables> = std::sync::LazyLock::new(|| {
+    let linear_of = |s: f64| if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
+    let srgb_of = |l: f64| if l <= 0.0031308 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
+    SrgbTables {
+        linear: std::array::from_fn(|i| (linear_of(i as f64 / 255.0) * 65535.0).round() as u16),
+        srgb: std::array::from_fn(|i| (srgb_of(i as f64 / 4095.0) * 255.0).round() as u8),
+    }
+});
+
+/// Half the width and height by a box filter, in linear light for colours. Odd sizes repeat their last row or column.
+fn half(pixels: &Pixels, is_srgb: bool) -> Pixels {
+    let (width, height) = ((pixels.width / 2).max(1), (pixels.height / 2).max(1));
+    let tables = &*SRGB;
+    let mut data = Vec::with_capacity((width * height * 4) as usize);
+    let stride = pixels.width as usize * 4;
+    for y in 0..height as usize {
+        let y0 = (2 * y).min(pixels.height as usize - 1);
+        let y1 = (2 * y + 1).min(pixels.height as usize - 1);
+        let (row0, row1) = (&pixels.data[y0 * stride..][..stride], &pixels.data[y1 * stride..][..stride]);
+        for x in 0..width as usize {
+            let x0 = (2 * x).min(pixels.width as usize - 1) * 4;
+            let x1 = (2 * x + 1).min(pixels.width as usize - 1) * 4;
+            for channel in 0..4 {
+                let texels = [row0[x0 + channel], row0[x1 + channel], row1[x0 + channel], row1[x1 + channel]];
+                data.push(if is_srgb && channel < 3 {
+                    let sum: u32 = texels.iter().map(|t| u32::from(tables.linear[usize::from(*t)])).sum();
+                    // The mean of four 16-bit values, rounded to 12 bits.
+                    tables.srgb[(((sum + 32) >> 6) as usize).min(4095)]
+                } else {
+                    ((texels.iter().map(|t| u32::from(*t)).sum::<u32>() + 2) / 4) as u8
+                });
+            }
+        }
+    }
+    Pixels { width, height, format: pixels.format, data }
+}
+
+fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool) -> wgpu::TextureView {
+    let base = &chain.levels[0];
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: base.width, height: base.height, depth_or_array_layers: 1 },
+        mip_level_count: chain.levels.len() as u32,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: if is_srgb { wgpu::TextureFormat::Rgba8UnormSrgb } else { wgpu::TextureFormat::Rgba8Unorm },
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for (level, pixels) in chain.levels.iter().enumerate() {
+        gpu.queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                texture: &texture,
+                mip_level: level as u32,
+                origin: wgpu::Origin3d::ZERO,
+                aspect: wgpu::TextureAspect::All,
+            },
+            &pixels.data,
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pixels.width * 4), rows_per_image: None },
+            wgpu::Extent3d { width: pixels.width, height: pixels.height, depth_or_array_layers: 1 },
+        );
+    }
+    // Staging memory is given back after every image, not after the last.
+    gpu.queue.submit([]);
+    texture.create_view(&Default::default())
+}
+
+fn create_sampler(gpu: &Gpu, sampler: &Sampler) -> wgpu::Sampler {
+    let wrap = |wrap| match wrap {
+        Wrap::Repeat => wgpu::AddressMode::Repeat,
+        Wrap::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
+        Wrap::ClampToEdge => wgpu::AddressMode::ClampToEdge,
+    };
+    let filter = |linear| if linear { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
+    gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("material"),
+        address_mode_u: wrap(sampler.wrap_u),
+        address_mode_v: wrap(sampler.wrap_v),
+        mag_filter: filter(sampler.mag_linear),
+        min_filter: filter(sampler.min_linear),
+        mipmap_filter: match sampler.mip_linear {
+            Some(true) => wgpu::MipmapFilterMode::Linear,
+            _ => wgpu::MipmapFilterMode::Nearest,
+        },
+        // Without mips only the first level is there to sample.
+        lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.0 },
+        ..Default::default()
+    })
+}
