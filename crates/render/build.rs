@@ -5,6 +5,7 @@ use wesl::{CompileOptions, ManglerKind, Wesl};
 
 /// Name, module and variant axes of every program. A variant's index has bit `i` set if axis `i` is on.
 const PROGRAMS: &[(&str, &str, &[&str])] = &[
+    ("fullscreen", "package::shaders::fullscreen", &[]),
     ("geometry", "package::passes::geometry::geometry", &["textured", "normal_map", "masked", "deformed"]),
     ("linear_depth", "package::passes::linear_depth::linear_depth", &[]),
     ("indirect", "package::passes::indirect::indirect", &[]),

@@ -21,11 +21,11 @@ pub mod demo {
     use manypass_scene::Scene;
 
     /// Their names.
-    pub const NAMES: &[&str] = &[];
+    pub const NAMES: &[&str] = &["hall"];
 
     /// The scene called `name`.
-    pub fn scene(_name: &str) -> Option<Scene> {
-        None
+    pub fn scene(name: &str) -> Option<Scene> {
+        (name == "hall").then(manypass_scene::demo::hall)
     }
 }
 
@@ -106,7 +106,8 @@ impl Input {
                     .lock()
                     .read_to_end(&mut bytes)
                     .map_err(|error| failed(&error, "pipe a .glb file in"))?;
-                gltf_file::load_bytes(&bytes).map_err(|error| failed(&error, "pipe a .glb file in"))?
+                let mut refuse = |uri: &str| Err(format!("standard input has no folder to find `{uri}` in"));
+                gltf_file::load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| failed(&error, "pipe a .glb file in"))?
             }
             Self::Demo(name) => {
                 let mut scene = demo::scene(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;

@@ -38,7 +38,7 @@ pub fn run(command: &Command) -> Result<(), Failure> {
 
 fn gpu_failure(error: &GpuError) -> Failure {
     match error {
-        GpuError::Lost => Failure::new(Kind::DeviceLost, error, "try a smaller --size or another --adapter"),
+        GpuError::Lost(_) => Failure::new(Kind::DeviceLost, error, "try a smaller --size or another --adapter"),
         GpuError::UnknownAdapter { .. } => Failure::new(Kind::NoAdapter, error, "see `manypass adapters`"),
         _ => Failure::new(Kind::NoAdapter, error, "on Debian and Ubuntu install mesa-vulkan-drivers"),
     }
@@ -166,6 +166,7 @@ fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, is_u
         } else {
             LightCulling::Clustered
         },
+        light_subset: None,
         tonemap: match args.tonemap {
             TonemapArg::Neutral => Tonemap::Neutral,
             TonemapArg::Aces => Tonemap::Aces,

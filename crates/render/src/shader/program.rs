@@ -358,11 +358,12 @@ impl Shaders {
             return Ok(pipeline.clone());
         }
         let program = self.program(name, axes_on)?;
+        let triangle = self.program("fullscreen", &[])?;
         let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(name),
             layout: Some(&program.layout),
             vertex: wgpu::VertexState {
-                module: &program.module,
+                module: &triangle.module,
                 entry_point: None,
                 compilation_options: Default::default(),
                 buffers: &[],

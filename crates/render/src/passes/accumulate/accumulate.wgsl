@@ -1,7 +1,6 @@
 // accumulate: adds this frame's share to the sum of the frames before it, in linear light (ping-pong).
 // Reads: radiance, the previous sum. Writes: the next sum (rgba32float, associated alpha).
 
-import package::shaders::fullscreen::vs_fullscreen;
 
 struct Accumulation {
     // The weight of this frame: 1 / number of frames.

@@ -2,7 +2,6 @@
 // Reads: the environment. Writes: radiance.
 
 import package::view::{view, ray_direction_world_from_pixel};
-import package::shaders::fullscreen::vs_fullscreen;
 import package::shaders::environment::{environment, environment_radiance};
 import package::shaders::colour::half_float_clamped;
 

@@ -3,7 +3,6 @@
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
-import package::shaders::fullscreen::vs_fullscreen;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::ambient::ambient_radiance;

@@ -3,7 +3,6 @@
 // Reads: depth. Writes: linear_depth (r32float).
 
 import package::view::{view, distance_from_depth_ndc};
-import package::shaders::fullscreen::vs_fullscreen;
 
 const DISTANCE_BACKGROUND_M: f32 = 3.0e38;
 

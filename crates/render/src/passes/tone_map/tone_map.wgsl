@@ -3,7 +3,6 @@
 // Reinhard et al. 2002, on luminance; exponential (1 - exp(-x)).
 // Reads: radiance (associated alpha). Writes: display colour, unassociated alpha.
 
-import package::shaders::fullscreen::vs_fullscreen;
 import package::shaders::colour::srgb_from_linear;
 
 struct ToneMap {
