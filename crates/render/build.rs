@@ -23,13 +23,16 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=src");
     let out = env::var("OUT_DIR").expect("cargo sets OUT_DIR");
-    let mut list = String::from("/// Every program: name, axes, and the WGSL of every variant.\npub const PROGRAMS: &[(&str, &[&str], &[&str])] = &[\n");
+    let mut list = String::from(
+        "/// Every program: name, axes, and the WGSL of every variant.\npub const PROGRAMS: &[(&str, &[&str], &[&str])] = &[\n",
+    );
     for (name, module, axes) in PROGRAMS {
         let count = 1usize << axes.len();
         assert!(count <= VARIANTS_MAX, "{name} has {count} variants");
         let _ = writeln!(list, "    ({name:?}, &{axes:?}, &[");
         for variant in 0..count {
-            let source = compose(module, axes, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
+            let source =
+                compose(module, axes, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
             let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
             fs::write(&file, source).expect("the output folder is writable");
             let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());

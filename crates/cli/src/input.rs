@@ -107,7 +107,8 @@ impl Input {
                     .read_to_end(&mut bytes)
                     .map_err(|error| failed(&error, "pipe a .glb file in"))?;
                 let mut refuse = |uri: &str| Err(format!("standard input has no folder to find `{uri}` in"));
-                gltf_file::load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| failed(&error, "pipe a .glb file in"))?
+                gltf_file::load_bytes(&bytes, &mut refuse, "standard input")
+                    .map_err(|error| failed(&error, "pipe a .glb file in"))?
             }
             Self::Demo(name) => {
                 let mut scene = demo::scene(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;

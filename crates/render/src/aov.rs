@@ -84,7 +84,9 @@ impl GbufferPixels {
         let width = self.view.size_px.x as usize;
         let count = width * self.view.size_px.y as usize;
         let (components, value): (u32, Box<dyn Fn(usize) -> Vec3 + '_>) = match aov {
-            Aov::BaseColor => (3, Box::new(|i| Vec3::from([0, 1, 2].map(|c| linear_from_srgb(self.base_color[i * 4 + c]))))),
+            Aov::BaseColor => {
+                (3, Box::new(|i| Vec3::from([0, 1, 2].map(|c| linear_from_srgb(self.base_color[i * 4 + c])))))
+            }
             Aov::Occlusion => (1, Box::new(|i| Vec3::splat(unorm(self.base_color[i * 4 + 3])))),
             Aov::Metallic => (1, Box::new(|i| Vec3::splat(unorm(self.material[i * 4])))),
             Aov::Roughness => (1, Box::new(|i| Vec3::splat(unorm(self.material[i * 4 + 1])))),
@@ -193,14 +195,18 @@ pub(crate) fn tap_picture(tap: &manypass_graph::TapPixels) -> Option<crate::Pass
                 [c(0), c(2), c(4), 255]
             })
             .collect(),
-        wgpu::TextureFormat::Rgba32Float => {
-            (0..count).flat_map(|i| [encode(float(i * 16)), encode(float(i * 16 + 4)), encode(float(i * 16 + 8)), 255]).collect()
-        }
+        wgpu::TextureFormat::Rgba32Float => (0..count)
+            .flat_map(|i| [encode(float(i * 16)), encode(float(i * 16 + 4)), encode(float(i * 16 + 8)), 255])
+            .collect(),
         wgpu::TextureFormat::R32Float => gray((0..count).map(|i| float(i * 4)).collect()),
         wgpu::TextureFormat::Depth32Float => gray((0..count).map(|i| 1.0 - float(i * 4)).collect()),
         _ => return None,
     };
-    let name = if tap.texture.starts_with(&tap.pass) { tap.texture.clone() } else { format!("{} > {}", tap.pass, tap.texture) };
+    let name = if tap.texture.starts_with(&tap.pass) {
+        tap.texture.clone()
+    } else {
+        format!("{} > {}", tap.pass, tap.texture)
+    };
     Some(crate::PassPicture { name, width: tap.width, height: tap.height, rgba8 })
 }
 

@@ -126,8 +126,8 @@ fn collect<'a>(
         if primitive.morph_count > 0 {
             let weights =
                 if node.morph_weights.is_empty() { &source.default_morph_weights } else { &node.morph_weights };
-            instance.ids[2] = *first_weight
-                .get_or_insert_with(|| append_weights(weights, primitive.morph_count, deformation));
+            instance.ids[2] =
+                *first_weight.get_or_insert_with(|| append_weights(weights, primitive.morph_count, deformation));
         }
         let (material, properties) = resources.material_of(primitive);
         let center = node.world_from_object.transform_point3(primitive.bounds.center());

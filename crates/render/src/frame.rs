@@ -93,12 +93,8 @@ pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<
     }
     let geometry = geometry::record(graph, shared)?;
     let linear_depth = linear_depth::record(graph, shared, &geometry.depth)?;
-    let gbuffer = Gbuffer {
-        base_color: geometry.base_color,
-        normal: geometry.normal,
-        material: geometry.material,
-        linear_depth,
-    };
+    let gbuffer =
+        Gbuffer { base_color: geometry.base_color, normal: geometry.normal, material: geometry.material, linear_depth };
     let radiance = indirect::record(graph, shared, &gbuffer, geometry.radiance)?;
     let radiance = direct::record(graph, shared, &gbuffer, radiance)?;
     let radiance = background::record(graph, shared, radiance)?;
@@ -159,8 +155,7 @@ impl<'f> Shared<'f> {
         blend: Option<wgpu::BlendState>,
     ) -> Result<FullscreenStep<'f>, ProgramError> {
         let pipeline = self.shaders.fullscreen(name, axes_on, format, blend)?;
-        let frame =
-            if pipeline.program.uses_group(0) { Some(self.frame_bind_group(&pipeline.program)?) } else { None };
+        let frame = if pipeline.program.uses_group(0) { Some(self.frame_bind_group(&pipeline.program)?) } else { None };
         Ok(FullscreenStep { pipeline, frame, errors: self.errors })
     }
 }

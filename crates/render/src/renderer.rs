@@ -7,9 +7,9 @@ use crate::frame::{self, Path, Shared};
 use crate::gpu::data_texture::DataTexture;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::passes::accumulate::SUM;
+use crate::passes::direct;
 use crate::passes::lights::{ClusterLists, LightCulling, LightTable};
 use crate::passes::tone_map::{ToneMapUniform, Tonemap};
-use crate::passes::direct;
 use crate::resources::SceneResources;
 use crate::settings::Settings;
 use crate::shader::Shaders;
@@ -372,8 +372,7 @@ impl Renderer {
         // What the view sees.
         let range = request.camera.depth_range(&scene.posed_bounds_world());
         let jitter = view::jitter_px(request.sample_index, request.sample_count);
-        let uniform =
-            request.camera.uniform(range, size.0, size.1, jitter, self.pre_exposure, request.sample_index);
+        let uniform = request.camera.uniform(range, size.0, size.1, jitter, self.pre_exposure, request.sample_index);
         let mut deformation = Deformation::default();
         let draws = DrawList::new(scene, resources, &uniform.clip_from_world, &mut deformation);
         let started = web_time::Instant::now();

@@ -122,12 +122,8 @@ impl Settings {
         let Some(info) = SETTINGS.iter().find(|info| info.key == key) else {
             return Err(SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key) });
         };
-        let bad = || SettingsError::BadValue {
-            key: key.into(),
-            value: value.into(),
-            min: info.range.0,
-            max: info.range.1,
-        };
+        let bad =
+            || SettingsError::BadValue { key: key.into(), value: value.into(), min: info.range.0, max: info.range.1 };
         let number: f64 = value.trim().parse().map_err(|_| bad())?;
         if !(info.range.0..=info.range.1).contains(&number) {
             return Err(bad());

@@ -236,7 +236,12 @@ fn material_bind_group(
 }
 
 /// Records a prepared list.
-pub fn draw(context: &mut PassContext<'_, '_>, resources: &SceneResources, instances: &wgpu::Buffer, list: &[PreparedDraw]) {
+pub fn draw(
+    context: &mut PassContext<'_, '_>,
+    resources: &SceneResources,
+    instances: &wgpu::Buffer,
+    list: &[PreparedDraw],
+) {
     let pass = &mut *context.render_pass;
     let geometry = &resources.geometry;
     let mut last: Option<&PreparedDraw> = None;

@@ -178,7 +178,8 @@ mod tests {
                 let formula = (k.x - depth * k.y) / (k.z - depth * k.w);
                 assert!((formula - distance).abs() < 2e-3 * distance, "{formula} {back} {distance}");
                 let ndc = Vec2::new(clip.x, clip.y) / clip.w;
-                let plane = (ndc - uniform.jitter_ndc) * uniform.view_from_ndc_scale
+                let plane = (ndc - uniform.jitter_ndc)
+                    * uniform.view_from_ndc_scale
                     * if uniform.orthographic > 0.5 { 1.0 } else { distance };
                 assert!((plane - Vec2::new(0.1, -0.2)).length() < 1e-4, "{plane}");
             }

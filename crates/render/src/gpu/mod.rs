@@ -10,7 +10,9 @@ pub use capabilities::Capabilities;
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// There is no adapter at all.
-    #[error("no usable graphics adapter was found; on Debian and Ubuntu the package mesa-vulkan-drivers brings a software adapter")]
+    #[error(
+        "no usable graphics adapter was found; on Debian and Ubuntu the package mesa-vulkan-drivers brings a software adapter"
+    )]
     NoAdapter,
     /// No adapter has the name that was asked for.
     #[error("no adapter is called `{name}`; there are: {known}")]

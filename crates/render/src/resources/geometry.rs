@@ -114,9 +114,7 @@ impl Geometry {
             .iter()
             .map(|mesh| {
                 let primitives = mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty());
-                primitives
-                    .map(|p| append(p, &mut vertices, &mut skins, &mut indices, &mut displacements))
-                    .collect()
+                primitives.map(|p| append(p, &mut vertices, &mut skins, &mut indices, &mut displacements)).collect()
             })
             .collect();
         let largest = gpu.device.limits().max_buffer_size;

@@ -103,12 +103,7 @@ impl SceneResources {
             geometry,
             materials,
             textures,
-            joint_matrices: DataTexture::new(
-                &gpu.device,
-                "joint_matrices",
-                wgpu::TextureFormat::Rgba32Float,
-                1024,
-            ),
+            joint_matrices: DataTexture::new(&gpu.device, "joint_matrices", wgpu::TextureFormat::Rgba32Float, 1024),
             morph_displacements,
             morph_weights: DataTexture::new(&gpu.device, "morph_weights", wgpu::TextureFormat::R32Float, 1024),
             warnings,

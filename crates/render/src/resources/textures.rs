@@ -25,12 +25,7 @@ impl Textures {
 
     /// Uploads every image that a material uses.
     pub fn new(gpu: &Gpu, scene: &Scene, warnings: &mut Vec<String>) -> Self {
-        let white = Pixels {
-            width: 1,
-            height: 1,
-            format: manypass_scene::PixelFormat::Rgba8,
-            data: vec![255; 4],
-        };
+        let white = Pixels { width: 1, height: 1, format: manypass_scene::PixelFormat::Rgba8, data: vec![255; 4] };
         let mut views = vec![create(gpu, "white", &MipChain { levels: vec![white] }, false)];
         let wanted = wanted_images(scene);
         let mut uploaded: BTreeMap<(usize, bool), usize> = BTreeMap::new();
@@ -39,7 +34,8 @@ impl Textures {
             Ok((chain, shrunk)) => {
                 let name = &scene.images[image].name;
                 if shrunk {
-                    warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
+                    warnings
+                        .push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
                 }
                 uploaded.insert((image, is_srgb), views.len());
                 views.push(create(gpu, name, &chain, is_srgb));
@@ -124,12 +120,7 @@ fn decode(scene: &Scene, (image, is_srgb): (usize, bool), limit: u32) -> Decoded
 
 /// Decodes on two threads, and hands over in order as results come; at most four images wait in memory.
 #[cfg(not(target_arch = "wasm32"))]
-fn decode_all(
-    scene: &Scene,
-    wanted: &[(usize, bool)],
-    limit: u32,
-    take: &mut dyn FnMut((usize, bool), Decoded),
-) {
+fn decode_all(scene: &Scene, wanted: &[(usize, bool)], limit: u32, take: &mut dyn FnMut((usize, bool), Decoded)) {
     use std::sync::atomic::{AtomicUsize, Ordering};
     let next = AtomicUsize::new(0);
     let workers = std::thread::available_parallelism().map_or(1, usize::from).clamp(1, 4).min(wanted.len().max(1));
@@ -155,12 +146,7 @@ fn decode_all(
 }
 
 #[cfg(target_arch = "wasm32")]
-fn decode_all(
-    scene: &Scene,
-    wanted: &[(usize, bool)],
-    limit: u32,
-    take: &mut dyn FnMut((usize, bool), Decoded),
-) {
+fn decode_all(scene: &Scene, wanted: &[(usize, bool)], limit: u32, take: &mut dyn FnMut((usize, bool), Decoded)) {
     for key in wanted {
         take(*key, decode(scene, *key, limit));
     }

@@ -142,14 +142,13 @@ impl Program {
         };
         let mut entries = Vec::with_capacity(slots.len());
         for slot in slots {
-            let (_, resource) = resources.iter().find(|(name, _)| *name == slot.name).ok_or_else(|| {
-                ProgramError::Unbound {
+            let (_, resource) =
+                resources.iter().find(|(name, _)| *name == slot.name).ok_or_else(|| ProgramError::Unbound {
                     pass: self.name.clone(),
                     binding: slot.name.clone(),
                     group,
                     known: resources.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
-                }
-            })?;
+                })?;
             entries.push(wgpu::BindGroupEntry { binding: slot.entry.binding, resource: resource.clone() });
         }
         Ok(device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(&self.name), layout, entries: &entries }))
@@ -166,13 +165,12 @@ impl Program {
     ) -> Result<Vec<Vec<wgpu::VertexAttribute>>, ProgramError> {
         let mut layouts = vec![Vec::new(); buffers];
         for (input, location) in &self.vertex_inputs {
-            let attribute = known.iter().find(|attribute| attribute.name == input).ok_or_else(|| {
-                ProgramError::UnknownInput {
+            let attribute =
+                known.iter().find(|attribute| attribute.name == input).ok_or_else(|| ProgramError::UnknownInput {
                     pass: self.name.clone(),
                     input: input.clone(),
                     known: known.iter().map(|attribute| attribute.name).collect::<Vec<_>>().join(", "),
-                }
-            })?;
+                })?;
             layouts[attribute.buffer].push(wgpu::VertexAttribute {
                 format: attribute.format,
                 offset: attribute.offset,
@@ -183,7 +181,11 @@ impl Program {
     }
 }
 
-fn stages_of(info: &naga::valid::ModuleInfo, module: &naga::Module, global: naga::Handle<naga::GlobalVariable>) -> wgpu::ShaderStages {
+fn stages_of(
+    info: &naga::valid::ModuleInfo,
+    module: &naga::Module,
+    global: naga::Handle<naga::GlobalVariable>,
+) -> wgpu::ShaderStages {
     let mut stages = wgpu::ShaderStages::empty();
     for (index, entry) in module.entry_points.iter().enumerate() {
         if info.get_entry_point(index)[global] != GlobalUse::empty() {
@@ -289,7 +291,8 @@ fn reflect_inputs(module: &naga::Module) -> Vec<(String, u32)> {
             }
             if let naga::TypeInner::Struct { members, .. } = &module.types[argument.ty].inner {
                 for member in members {
-                    if let (Some(naga::Binding::Location { location, .. }), Some(name)) = (&member.binding, &member.name)
+                    if let (Some(naga::Binding::Location { location, .. }), Some(name)) =
+                        (&member.binding, &member.name)
                     {
                         inputs.push((name.clone(), *location));
                     }

@@ -217,11 +217,8 @@ impl Grid {
     fn row_gap(&self, tile_y: u32, middle: f32, z0: f32, z1: f32) -> f32 {
         let plane = |tile: f32| (tile - self.tile_offset.y) / self.tile_scale.y;
         let (top, bottom) = (plane(tile_y as f32 - 0.08), plane(tile_y as f32 + 1.08));
-        let (low, high) = if self.orthographic {
-            (top, bottom)
-        } else {
-            ((top * z0).min(top * z1), (bottom * z0).max(bottom * z1))
-        };
+        let (low, high) =
+            if self.orthographic { (top, bottom) } else { ((top * z0).min(top * z1), (bottom * z0).max(bottom * z1)) };
         (low - middle).max(middle - high).max(0.0)
     }
 }
