@@ -1,24 +1,125 @@
-//! Runs the page in Chromium on both backends and judges the pictures.
+//! Runs the page in Chromium on both backends and judges the pictures against the native ones.
 
 use crate::{
-    compare::{Picture, check_rejects_spoilt, difference},
+    compare::{Picture, Tolerance, check_rejects_spoilt, difference},
     setup,
-    step::{check, root},
+    step::{cargo, check, root},
 };
 use anyhow::{Context, Result, ensure};
-use std::process::Command;
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+};
 
-/// The same frame through WebGPU and WebGL 2. `run.mjs` fails on driver errors in the console.
+/// A model that is drawn natively and in the browser.
+struct Case {
+    name: &'static str,
+    /// `demo:NAME`, or a file below the shared assets.
+    model: &'static str,
+    size: (u32, u32),
+    tolerance: Tolerance,
+}
+
+const SQUARE: (u32, u32) = (256, 256);
+const WIDE: (u32, u32) = (320, 180);
+
+const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case {
+    Case { name, model, size, tolerance: Tolerance::DRIVERS }
+}
+
+const CASES: [Case; 9] = [
+    case("hall", "demo:hall", WIDE),
+    case("lightfield_1024", "lightfield/lightfield_1024.glb", WIDE),
+    case("DamagedHelmet", "", SQUARE),
+    case("BoxTextured", "", SQUARE),
+    case("NormalTangentMirrorTest", "", SQUARE),
+    case("AlphaBlendModeTest", "", SQUARE),
+    case("CesiumMan", "", SQUARE),
+    case("MorphStressTest", "", SQUARE),
+    case("TextureSettingsTest", "", SQUARE),
+];
+
+impl Case {
+    /// What the command line and the browser are given; none if this machine does not have the model.
+    fn input(&self, assets: &Path) -> Option<String> {
+        if self.model.starts_with("demo:") {
+            return Some(self.model.to_owned());
+        }
+        let name = self.name;
+        let path = match self.model {
+            "" => assets.join(format!("khronos-sample-assets/Models/{name}/glTF-Binary/{name}.glb")),
+            model => assets.join(model),
+        };
+        path.is_file().then(|| path.display().to_string())
+    }
+}
+
+/// The same frames natively, through WebGPU and through WebGL 2. `run.mjs` fails on driver errors in the console.
 pub(crate) fn test() -> Result<()> {
     let chromium = setup::chromium().context("no Chromium; run `cargo xtask setup`")?;
-    check(Command::new("node").arg("xtask/browser/run.mjs").current_dir(root()).env("CHROMIUM", chromium))?;
-    let webgpu = Picture::open(&root().join("target/browser/clear-webgpu.png"))?;
-    let webgl = Picture::open(&root().join("target/browser/clear-webgl.png"))?;
-    let found = difference(&webgpu, &webgl)?;
-    ensure!(found.agrees(), "WebGPU and WebGL 2 differ: {found:?}");
-    // A plain colour cannot show a flip or a shift; once models are drawn this runs on their pictures.
-    if !webgpu.is_plain() {
-        check_rejects_spoilt(&webgpu)?;
+    let assets = root().parent().map(|parent| parent.join("shared/assets")).unwrap_or_default();
+    let wanted = std::env::var("MANYPASS_BROWSER_CASES").ok();
+    let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.split(',').any(|word| word == name));
+    let found: Vec<(&Case, String)> = CASES
+        .iter()
+        .filter(|case| is_wanted(case.name))
+        .filter_map(|case| Some((case, case.input(&assets)?)))
+        .collect();
+    let missing = CASES.len() - found.len();
+    if missing > 0 {
+        println!("    {missing} of {} models are not on this machine and are left out", CASES.len());
     }
+
+    for (case, input) in &found {
+        let size = format!("{}x{}", case.size.0, case.size.1);
+        let arguments = ["run", "--quiet", "-p", "manypass-cli", "--", "render", input, "--size", &size];
+        check(cargo(arguments).args(["--samples", "1", "--quiet", "-o"]).arg(picture(case, "native")))?;
+    }
+    let cases: Vec<_> = found
+        .iter()
+        .map(|(case, input)| {
+            serde_json::json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1 })
+        })
+        .collect();
+    let browser = check(
+        Command::new("node")
+            .args(["xtask/browser/run.mjs", &serde_json::to_string(&cases)?])
+            .current_dir(root())
+            .env("CHROMIUM", chromium),
+    );
+
+    let mut failures = Vec::new();
+    for (case, _) in &found {
+        if let Err(error) = judge(case) {
+            failures.push(format!("{}: {error:#}", case.name));
+        }
+    }
+    ensure!(failures.is_empty(), "{}", failures.join("\n       "));
+    browser
+}
+
+fn picture(case: &Case, what: &str) -> PathBuf {
+    root().join(format!("target/browser/{}-{what}.png", case.name))
+}
+
+/// Prints every difference before it fails at one.
+fn judge(case: &Case) -> Result<()> {
+    let native = Picture::open(&picture(case, "native"))?;
+    check_rejects_spoilt(&native, case.tolerance)?;
+    let mut refused = Vec::new();
+    for backend in ["webgpu", "webgl"] {
+        let drawn = Picture::open(&picture(case, backend))?;
+        let found = difference(&native, &drawn)?;
+        println!("    {:24} {backend:6} against native: {found}", case.name);
+        if !case.tolerance.allows(found) {
+            refused.push(format!("{backend} differs from native: {found}"));
+        }
+        // A screenshot is composited by the browser, but without scaling and in sRGB.
+        let shown = difference(&drawn, &Picture::open(&picture(case, &format!("{backend}-canvas")))?)?;
+        if !Tolerance::DRIVERS.allows(shown) {
+            refused.push(format!("the canvas does not show the picture on {backend}: {shown}"));
+        }
+    }
+    ensure!(refused.is_empty(), "{}", refused.join("; "));
     Ok(())
 }

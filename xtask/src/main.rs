@@ -15,7 +15,9 @@ cargo xtask COMMAND
   demo      set up, build, and render the built-in demo to demo.png (about 5 minutes the first time)
   test      set up what is missing, then check formatting, lints, docs, tests, web build and browsers (about 15 minutes)
               --no-browser   leave out the web build and the browser tests
-  web       build the web package into target/web: module, types and page (about 3 minutes)
+  web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
+              --fast         compile sooner to a larger module, for work on the package
+  browser   only the browser tests, with the web package as it was built last (about 3 minutes)
   bench     measure the demo scene and print the milliseconds of each pass
   goldens   write the golden pictures again; look at every change before you commit it
   setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core
@@ -41,7 +43,9 @@ fn main() -> Result<()> {
         }
         ["test"] => test(&mut steps, true),
         ["test", "--no-browser"] => test(&mut steps, false),
-        ["web"] => web_package(&mut steps),
+        ["web"] => web_package(&mut steps, web::Size::Small),
+        ["web", "--fast"] => web_package(&mut steps, web::Size::Fast),
+        ["browser"] => browser_tests(&mut steps),
         ["bench"] => steps.run("bench", "5 min the first time", || manypass(&["bench", "demo:hall"])),
         ["goldens"] => steps.run("goldens", "3 min", || {
             step::check(cargo(["test", "--workspace", "golden"]).env("MANYPASS_GOLDENS", "write"))
@@ -63,9 +67,14 @@ fn manypass(arguments: &[&str]) -> Result<()> {
     step::check(cargo(["run", "--release", "-p", "manypass-cli", "--"]).args(arguments))
 }
 
-fn web_package(steps: &mut Steps) {
+fn web_package(steps: &mut Steps, size: web::Size) {
     steps.run("wasm target", "1 s; 2 min to install", || setup::wasm().map(drop));
-    steps.run("web package", "3 min", web::build);
+    steps.run("web package", "4 min", || web::build(size));
+}
+
+fn browser_tests(steps: &mut Steps) {
+    steps.run("browser", "1 s; 2 min to install", setup::browser);
+    steps.run("browser tests", "3 min", browser::test);
 }
 
 fn test(steps: &mut Steps, with_browser: bool) {
@@ -79,9 +88,8 @@ fn test(steps: &mut Steps, with_browser: bool) {
     });
     steps.run_tests("tests", "5 min", cargo(["test", "--workspace", "--no-fail-fast"]));
     if with_browser {
-        web_package(steps);
-        steps.run("browser", "1 s; 2 min to install", setup::browser);
-        steps.run("browser tests", "1 min", browser::test);
+        web_package(steps, web::Size::Small);
+        browser_tests(steps);
     } else {
         println!(
             "\n*** SKIPPED: the web build and the browser tests (--no-browser). Run `cargo xtask test` before you land. ***"

@@ -2,22 +2,38 @@
 
 use crate::{
     setup::{self, WASM_TARGET, WasmCompiler},
-    step::{cargo, check, root},
+    step::{cargo, check, output_of, root},
 };
 use anyhow::{Context, Result};
-use std::process::Command;
+use std::{path::Path, process::Command};
+
+/// How the module is compiled.
+#[derive(Clone, Copy)]
+pub(crate) enum Size {
+    /// The profile `web`: as small as possible.
+    Small,
+    /// The profile `dev`: after a change in less time, for work on the web package.
+    Fast,
+}
 
 /// Writes `target/web`: JavaScript, types, wasm and the page.
-pub(crate) fn build() -> Result<()> {
-    let arguments = ["build", "-p", "manypass-web", "--lib", "--target", WASM_TARGET, "--profile", "web"];
-    // A folder of its own: Debian's compiler is another version, and would rebuild everything each time.
+pub(crate) fn build(size: Size) -> Result<()> {
+    let (profile, profile_folder) = match size {
+        Size::Small => ("web", "web"),
+        Size::Fast => ("dev", "debug"),
+    };
+    let arguments = ["build", "-p", "manypass-web", "--lib", "--target", WASM_TARGET, "--profile", profile];
+    // Folders of their own: Debian's compiler is another version and would rebuild everything each time, and a native
+    // build that runs meanwhile would have to be waited for.
     let target = match setup::wasm()? {
         WasmCompiler::Rustup => {
-            check(&mut cargo(arguments))?;
-            root().join("target")
+            let target = root().join("target/wasm-rustup");
+            // Nothing reads line numbers of a wasm module.
+            check(cargo(arguments).arg("--target-dir").arg(&target).env("CARGO_PROFILE_DEV_DEBUG", "none"))?;
+            target
         }
         WasmCompiler::Debian => {
-            let target = root().join("target/wasm-web");
+            let target = root().join("target/wasm-debian");
             check(
                 Command::new("/usr/bin/cargo")
                     .args(arguments)
@@ -32,7 +48,7 @@ pub(crate) fn build() -> Result<()> {
             target
         }
     };
-    let module = target.join(WASM_TARGET).join("web/manypass_web.wasm");
+    let module = target.join(WASM_TARGET).join(profile_folder).join("manypass_web.wasm");
     let folder = root().join("target/web");
     std::fs::create_dir_all(&folder)?;
     wasm_bindgen_cli_support::Bindgen::new()
@@ -48,7 +64,16 @@ pub(crate) fn build() -> Result<()> {
     }
     for entry in std::fs::read_dir(&folder)? {
         let entry = entry?;
-        println!("    target/web/{}: {} bytes", entry.file_name().display(), entry.metadata()?.len());
+        let raw = std::fs::read(entry.path())?;
+        let compressed = compressed_len(&entry.path()).map_or(String::new(), |bytes| format!(", {bytes} with brotli"));
+        println!("    target/web/{}: {} bytes{compressed}", entry.file_name().display(), raw.len());
     }
     Ok(())
+}
+
+/// The size after brotli, as servers send it; none without node.
+fn compressed_len(path: &Path) -> Option<u64> {
+    let script = "const fs = require('fs');\
+        console.log(require('zlib').brotliCompressSync(fs.readFileSync(process.argv[1])).length)";
+    output_of(Command::new("node").args(["-e", script]).arg(path))?.trim().parse().ok()
 }

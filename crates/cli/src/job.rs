@@ -1,6 +1,6 @@
 //! The command line, checked and typed: everything that can be refused without reading a file or a GPU is refused here.
 
-use crate::args::RenderArgs;
+use crate::args::{PathArg, RenderArgs};
 use crate::camera::{CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
 use glam::Vec3;
@@ -75,7 +75,11 @@ impl Job {
                 "write .png, .webp or .exr, or choose another --background",
             ));
         }
+        check_numbers(args)?;
         let aovs = aovs(args.aov.as_deref(), aov_names)?;
+        if !aovs.is_empty() && args.path != PathArg::Deferred {
+            return Err(Failure::usage("only --path deferred has AOVs", "leave --path or --aov out"));
+        }
         if !aovs.is_empty() && !matches!(format, Format::Png | Format::Exr) {
             return Err(Failure::usage("--aov needs .png or .exr", "use -o OUT.exr for all AOVs in one file"));
         }
@@ -98,6 +102,28 @@ impl Job {
             set,
         })
     }
+}
+
+fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
+    let checks = [
+        ("--fps", args.fps, args.fps.is_finite() && args.fps > 0.0, "a number above 0"),
+        ("--exposure", args.exposure, args.exposure.is_finite() && args.exposure.abs() <= 64.0, "stops from -64 to 64"),
+        (
+            "--environment-intensity",
+            args.environment_intensity,
+            args.environment_intensity.is_finite() && args.environment_intensity >= 0.0,
+            "a number of at least 0",
+        ),
+        ("--time", args.time.unwrap_or(0.0), args.time.is_none_or(f32::is_finite), "finite seconds"),
+    ];
+    if let Some((flag, value, _, expected)) = checks.into_iter().find(|check| !check.2) {
+        return Err(Failure::usage(format!("{flag} {value} is out of range"), format!("give {expected}")));
+    }
+    let sheet_is_png = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if !args.contact_sheet.as_ref().is_none_or(sheet_is_png) {
+        return Err(Failure::usage("a contact sheet is a .png file", "write --contact-sheet FILE.png"));
+    }
+    Ok(())
 }
 
 fn key_value(pair: &str) -> Result<(String, String), Failure> {
@@ -270,13 +296,18 @@ fn output(args: &RenderArgs, several: bool, sequence: bool) -> Result<(Format, O
 
 /// The file of a pattern for one picture. `{frame:04}` is the frame with at least four digits.
 pub fn expand(pattern: &str, stem: &str, frame: u32, aov: &str) -> PathBuf {
-    let mut text = pattern.replace("{aov}", aov).replace("{frame}", &frame.to_string());
+    PathBuf::from(expand_with(pattern, stem, aov, |width| format!("{frame:0width$}")))
+}
+
+/// As [`expand`]; `frame` writes the frame with at least so many digits.
+pub fn expand_with(pattern: &str, stem: &str, aov: &str, frame: impl Fn(usize) -> String) -> String {
+    let mut text = pattern.replace("{aov}", aov).replace("{frame}", &frame(0));
     while let Some(start) = text.find("{frame:0") {
         let Some(end) = text[start..].find('}').map(|end| start + end) else { break };
         let width = text[start + 8..end].parse::<usize>().unwrap_or(0).min(32);
-        text.replace_range(start..=end, &format!("{frame:0width$}"));
+        text.replace_range(start..=end, &frame(width));
     }
-    PathBuf::from(text.replace("{stem}", stem))
+    text.replace("{stem}", stem)
 }
 
 #[cfg(test)]

@@ -74,8 +74,23 @@ pub fn render_still(
     request: &FrameRequest,
     samples: u32,
     want_radiance: bool,
-    mut progress: impl FnMut(u32) -> bool,
+    progress: impl FnMut(u32) -> bool,
 ) -> Result<Picture, StillError> {
+    accumulate(renderer, scene, request, samples, progress)?;
+    read_picture(renderer, request, want_radiance)
+}
+
+/// The first half of [`render_still`]: renders and adds up, and reads nothing.
+///
+/// # Errors
+/// If the renderer fails, or `progress` says stop.
+pub fn accumulate(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    request: &FrameRequest,
+    samples: u32,
+    mut progress: impl FnMut(u32) -> bool,
+) -> Result<(), StillError> {
     let mut request = request.clone();
     request.sample_count = samples.max(1);
     for sample in 0..request.sample_count {
@@ -85,6 +100,18 @@ pub fn render_still(
             return Err(StillError::Stopped);
         }
     }
+    Ok(())
+}
+
+/// The second half of [`render_still`]: reads what was added up.
+///
+/// # Errors
+/// If the device was lost, or nothing was rendered.
+pub fn read_picture(
+    renderer: &mut Renderer,
+    request: &FrameRequest,
+    want_radiance: bool,
+) -> Result<Picture, StillError> {
     let mut aovs = Vec::with_capacity(request.want_aovs.len());
     for aov in &request.want_aovs {
         let samples = match renderer.read_aov(*aov)? {

@@ -323,6 +323,11 @@ impl Renderer {
         pollster::block_on(self.read_display_async())
     }
 
+    /// A view of the accumulated picture, to draw it elsewhere; none until something was rendered.
+    pub fn display_view(&self) -> Option<wgpu::TextureView> {
+        self.output.as_ref().map(|output| output.display.create_view(&Default::default()))
+    }
+
     /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top.
     ///
     /// # Errors

@@ -44,7 +44,7 @@ pub enum SettingsError {
 }
 
 /// Every setting, with its value.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
     /// Of the frame as a whole.
@@ -66,12 +66,6 @@ pub struct RenderSettings {
 impl Default for RenderSettings {
     fn default() -> Self {
         Self { scale: 1.0 }
-    }
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { render: Default::default(), clusters: Default::default(), tone_map: Default::default() }
     }
 }
 

@@ -1,31 +1,53 @@
-// ?model=URL  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT
+// ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)
 import init, { create } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
 const message = document.getElementById("message");
-const state = (window.manypass = { viewer: null, ready: false, error: null });
-const orbit = { yaw_deg: 30, pitch_deg: 15, radius_m: 0 };
-const say = (text) => { message.textContent = text; };
-const draw = () => state.viewer.render(orbit.yaw_deg, orbit.pitch_deg, orbit.radius_m);
+const state = (window.manypass = { viewer: null, ready: false, error: null, draw });
+/** A negative radius: the file's first camera, else this orbit with the whole model in view. */
+const start = { yaw_deg: 30, pitch_deg: 20, radius_m: -1 };
+let orbit = { ...start };
+let wanted = false, drawing = null;
 
-/** Relative addresses in a .gltf; nothing for a .glb. */
-function references(bytes) {
-  if (new TextDecoder().decode(bytes.subarray(0, 4)) === "glTF") return [];
-  const json = JSON.parse(new TextDecoder().decode(bytes));
-  return [...(json.buffers ?? []), ...(json.images ?? [])].map((entry) => entry.uri).filter((uri) => uri && !uri.startsWith("data:"));
+const say = (text) => { message.textContent = text; };
+const tried = (action) => action.catch((error) => say(error.message ?? String(error)));
+
+/** Draws as soon as the frame before is done; the viewer takes one call at a time. */
+function draw() {
+  wanted = true;
+  drawing ??= (async () => {
+    try {
+      while (wanted) {
+        wanted = false;
+        await state.viewer.render(orbit.yaw_deg, orbit.pitch_deg, orbit.radius_m);
+        await new Promise(requestAnimationFrame);
+      }
+    } finally { drawing = null; }
+  })();
+  return drawing;
 }
 
-async function openUrl(url) {
-  const get = async (address) => {
-    const answer = await fetch(address);
-    if (!answer.ok) throw new Error(`${address}: ${answer.status} ${answer.statusText}`);
+/** Relative addresses in a .gltf; nothing for a .glb, whose JSON the viewer reads itself. */
+function references(bytes) {
+  if (new TextDecoder().decode(bytes.subarray(0, 4)) === "glTF") return [];
+  let json;
+  try { json = JSON.parse(new TextDecoder().decode(bytes)); } catch { throw new Error("This is neither a .glb nor a .gltf file."); }
+  const uris = [...(json.buffers ?? []), ...(json.images ?? [])].map((entry) => entry.uri);
+  return [...new Set(uris.filter((uri) => uri && !/^data:/i.test(uri)))];
+}
+
+async function openUrl(address) {
+  if (address.startsWith("demo:")) return show((viewer) => viewer.loadDemo(address.slice(5)));
+  const get = async (url) => {
+    const answer = await fetch(url);
+    if (!answer.ok) throw new Error(`${url}: ${answer.status} ${answer.statusText}`);
     return new Uint8Array(await answer.arrayBuffer());
   };
-  const base = new URL(url, location.href);
+  const base = new URL(address, location.href);
   const bytes = await get(base);
   const pairs = await Promise.all(references(bytes).map(async (uri) => [uri, await get(new URL(uri, base))]));
-  show(bytes, new Map(pairs));
+  return show((viewer) => viewer.load(bytes, new Map(pairs)));
 }
 
 async function openFiles(files) {
@@ -39,31 +61,65 @@ async function openFiles(files) {
     if (!file) throw new Error(`${main.name} refers to ${uri}: choose that file too.`);
     return [uri, await read(file)];
   }));
-  show(bytes, new Map(pairs));
+  return show((viewer) => viewer.load(bytes, new Map(pairs)));
 }
 
-function show(bytes, resources) { state.viewer.load(bytes, resources); say(""); draw(); }
-const tried = (action) => action.catch((error) => say(error.message ?? String(error)));
+async function show(load) {
+  await drawing;
+  load(state.viewer);
+  orbit = { ...start };
+  say(state.viewer.warnings().slice(0, 5).join("\n"));
+  await draw();
+}
+
+/** Leaves the file's camera as soon as the user turns or zooms. */
+function turn(change) {
+  if (!state.ready) return;
+  if (orbit.radius_m <= 0) orbit.radius_m = state.viewer.framingRadius();
+  change(orbit);
+  orbit.pitch_deg = Math.max(-89, Math.min(89, orbit.pitch_deg));
+  tried(draw());
+}
+
+async function fitWindow() {
+  await drawing;
+  const scale = Math.min(devicePixelRatio, 2);
+  [canvas.width, canvas.height] = [Math.round(innerWidth * scale), Math.round(innerHeight * scale)];
+  [canvas.style.width, canvas.style.height] = [`${innerWidth}px`, `${innerHeight}px`];
+}
 
 try {
+  if (query.has("size")) {
+    [canvas.width, canvas.height] = query.get("size").split("x").map(Number);
+    document.body.classList.add("bare");
+  } else await fitWindow();
+  say("Loading …");
   await init();
-  const [width, height] = (query.get("size") ?? `${innerWidth}x${innerHeight}`).split("x").map(Number);
-  [canvas.width, canvas.height] = [width, height];
   state.viewer = await create(canvas, query.get("backend") ?? "auto");
   canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
-  canvas.addEventListener("pointermove", (event) => {
-    if (!event.buttons) return;
+  canvas.addEventListener("pointermove", (event) => event.buttons && turn((orbit) => {
     orbit.yaw_deg -= event.movementX * 0.4;
-    orbit.pitch_deg = Math.max(-89, Math.min(89, orbit.pitch_deg + event.movementY * 0.4));
-    draw();
-  });
+    orbit.pitch_deg += event.movementY * 0.4;
+  }));
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    turn((orbit) => { orbit.radius_m *= Math.exp(event.deltaY * 0.001); });
+  }, { passive: false });
   document.getElementById("files").addEventListener("change", (event) => tried(openFiles([...event.target.files])));
-  addEventListener("dragover", (event) => event.preventDefault());
-  addEventListener("drop", (event) => { event.preventDefault(); tried(openFiles([...event.dataTransfer.files])); });
-  draw();
-  if (query.has("model")) await openUrl(query.get("model"));
+  const dropping = (is) => document.body.classList.toggle("dropping", is);
+  addEventListener("dragover", (event) => { event.preventDefault(); dropping(true); });
+  addEventListener("dragleave", () => dropping(false));
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    dropping(false);
+    tried(openFiles([...event.dataTransfer.files]));
+  });
+  if (!query.has("size")) addEventListener("resize", () => tried(fitWindow().then(draw)));
+  await openUrl(query.get("model") ?? "demo:hall");
+  if (!query.has("model")) say("The built-in hall. Drop a .glb here, or a .gltf together with its files. Drag to turn, scroll to zoom.");
   state.ready = true;
 } catch (error) {
+  document.body.classList.remove("bare");
   state.error = error.message ?? String(error);
   say(state.error);
 }

@@ -1,10 +1,11 @@
 //! Manypass in the browser: `create` binds a canvas, and the `Viewer` it returns loads a glTF file, renders, reads
-//! the picture back and is disposed of. Off the web this crate is empty, so that the workspace builds natively.
+//! the picture back and is disposed of. Off the web this crate is empty but for the camera's tests, so that the
+//! workspace builds natively.
 
 #[cfg(target_arch = "wasm32")]
-mod frame;
-#[cfg(target_arch = "wasm32")]
-mod readback;
+mod blit;
+#[cfg(any(target_arch = "wasm32", test))]
+mod camera;
 #[cfg(target_arch = "wasm32")]
 mod viewer;
 

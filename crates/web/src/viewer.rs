@@ -1,11 +1,18 @@
 //! The exported API.
 
 use crate::{
-    frame::{self, Model, Orbit},
-    readback,
+    blit::Blit,
+    camera::{self, Orbit},
+};
+use manypass::{
+    Environment, FrameRequest, Gpu, Renderer, View,
+    scene::{Scene, demo, gltf_file},
 };
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
+
+/// Every canvas takes it; WebGPU canvases have no sRGB format, so the last shader encodes.
+const CANVAS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = r#"
@@ -30,17 +37,18 @@ extern "C" {
     pub type Resources;
 }
 
-/// A canvas with a device behind it.
+/// A canvas with a renderer behind it.
 #[wasm_bindgen]
 pub struct Viewer {
     canvas: web_sys::HtmlCanvasElement,
     surface: wgpu::Surface<'static>,
-    adapter_info: wgpu::AdapterInfo,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    picture: wgpu::Texture,
-    model: Option<Model>,
-    orbit: Orbit,
+    /// The size that `surface` was configured for.
+    surface_size: Option<(u32, u32)>,
+    adapter: wgpu::Adapter,
+    blit: Blit,
+    renderer: Renderer,
+    scene: Option<Scene>,
+    warnings: Vec<String>,
 }
 
 /// Binds `canvas`. A canvas keeps the first kind of context it was given, so `auto` decides before it touches one.
@@ -58,61 +66,84 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
         "auto" => wgpu::Backends::GL,
         _ => return Err(JsError::new(&format!("backend is `{name}`: expected `auto`, `webgpu` or `webgl`"))),
     };
-    Viewer::bind(canvas, backends).await
+    Viewer::bind(canvas, backends, &name).await
 }
 
-fn describe(error: &dyn std::fmt::Display, backends: wgpu::Backends) -> JsError {
-    let api = if backends.contains(wgpu::Backends::GL) { "WebGL 2" } else { "WebGPU" };
+/// What the user reads when there is no device; wgpu's own words come last.
+fn no_device(error: &dyn std::fmt::Display, name: &str) -> JsError {
+    let lacking = match name {
+        "webgpu" => "no WebGPU",
+        "webgl" => "no WebGL 2",
+        _ => "neither WebGPU nor WebGL 2",
+    };
     JsError::new(&format!(
-        "This browser offers no {api}: {error}. Turn on hardware acceleration, or try another browser."
+        "This browser offers {lacking}. Turn on hardware acceleration in its settings, or try another browser.\n({error})"
     ))
 }
 
 impl Viewer {
-    async fn bind(canvas: web_sys::HtmlCanvasElement, backends: wgpu::Backends) -> Result<Self, JsError> {
+    async fn bind(canvas: web_sys::HtmlCanvasElement, backends: wgpu::Backends, name: &str) -> Result<Self, JsError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         descriptor.backends = backends;
         let instance = wgpu::Instance::new(descriptor);
         let surface = instance
             .create_surface(wgpu::SurfaceTarget::Canvas(canvas.clone()))
-            .map_err(|error| describe(&error, backends))?;
+            .map_err(|error| no_device(&error, name))?;
         let adapter = instance
             .request_adapter(&wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() })
             .await
-            .map_err(|error| describe(&error, backends))?;
-        let (device, queue) = adapter
-            .request_device(&wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() })
-            .await
-            .map_err(|error| describe(&error, backends))?;
-        let picture = configure(&surface, &adapter, &device, &canvas)?;
-        let orbit = Orbit { yaw_deg: 0.0, pitch_deg: 0.0, radius_m: 0.0 };
-        Ok(Self { canvas, surface, adapter_info: adapter.get_info(), device, queue, picture, model: None, orbit })
+            .map_err(|error| no_device(&error, name))?;
+        let gpu = Gpu::from_adapter(&adapter).await.map_err(|error| no_device(&error, name))?;
+        let blit = Blit::new(&gpu.device, CANVAS);
+        let renderer = Renderer::new(gpu)?;
+        Ok(Self { canvas, surface, surface_size: None, adapter, blit, renderer, scene: None, warnings: Vec::new() })
     }
-}
 
-/// Configures the canvas and makes the picture that every frame is drawn into before it is copied there.
-fn configure(
-    surface: &wgpu::Surface<'_>,
-    adapter: &wgpu::Adapter,
-    device: &wgpu::Device,
-    canvas: &web_sys::HtmlCanvasElement,
-) -> Result<wgpu::Texture, JsError> {
-    let (width, height) = (canvas.width().max(1), canvas.height().max(1));
-    let mut configuration = surface
-        .get_default_config(adapter, width, height)
-        .ok_or_else(|| JsError::new("this canvas cannot be drawn on by the adapter"))?;
-    configuration.format = wgpu::TextureFormat::Rgba8Unorm;
-    surface.configure(device, &configuration);
-    Ok(device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("picture"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    }))
+    fn size(&self) -> (u32, u32) {
+        (self.canvas.width().max(1), self.canvas.height().max(1))
+    }
+
+    fn aspect(&self) -> f32 {
+        let (width, height) = self.size();
+        width as f32 / height as f32
+    }
+
+    fn take(&mut self, scene: Scene, warnings: Vec<String>) -> Result<(), JsError> {
+        // A model that fails must not leave the former one half replaced.
+        self.scene = None;
+        self.renderer.load(&scene)?;
+        self.warnings = warnings;
+        self.warnings.extend(self.renderer.warnings());
+        self.scene = Some(scene);
+        Ok(())
+    }
+
+    fn show(&mut self) -> Result<(), JsError> {
+        let size = self.size();
+        let gpu = self.renderer.gpu();
+        if self.surface_size != Some(size) {
+            let mut configuration = self
+                .surface
+                .get_default_config(&self.adapter, size.0, size.1)
+                .ok_or_else(|| JsError::new("this canvas cannot be drawn on by the adapter"))?;
+            configuration.format = CANVAS;
+            self.surface.configure(&gpu.device, &configuration);
+            self.surface_size = Some(size);
+        }
+        let output = match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(output) | wgpu::CurrentSurfaceTexture::Suboptimal(output) => output,
+            other => {
+                self.surface_size = None;
+                return Err(JsError::new(&format!("the canvas gave nothing to draw into: {other:?}")));
+            }
+        };
+        let picture = self.renderer.display_view().ok_or_else(|| JsError::new("nothing was rendered yet"))?;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        self.blit.record(&gpu.device, &mut encoder, &picture, &output.texture.create_view(&Default::default()));
+        gpu.queue.submit([encoder.finish()]);
+        gpu.queue.present(output);
+        Ok(())
+    }
 }
 
 #[wasm_bindgen]
@@ -120,56 +151,80 @@ impl Viewer {
     /// Takes a `.glb`, or a `.gltf` with the files it refers to. Replaces the model before.
     ///
     /// # Errors
-    /// When the file is neither.
+    /// When the file cannot be read; the message names the place in it.
     pub fn load(&mut self, bytes: Vec<u8>, resources: Option<Resources>) -> Result<(), JsError> {
-        let binary = bytes.starts_with(b"glTF");
-        let json = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{');
-        if !binary && !json {
-            return Err(JsError::new("this is neither a .glb nor a .gltf file"));
-        }
         let resources = resources.map(|resources| read_resources(&resources.into())).unwrap_or_default();
-        self.model = Some(Model { bytes, resources });
-        Ok(())
+        let mut resolve = |uri: &str| {
+            let found = resources.iter().find(|(name, _)| *name == uri || decode_uri(name) == uri);
+            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| format!("`{uri}` was not given with the model"))
+        };
+        let loaded = gltf_file::load_bytes(&bytes, &mut resolve, "the model")?;
+        self.take(loaded.scene, loaded.warnings)
     }
 
-    /// Draws one frame. Yaw 0 looks along −Z; positive pitch looks down; a radius of 0 frames the model.
+    /// Takes a built-in scene: `hall`.
     ///
     /// # Errors
-    /// When the canvas gives no picture to draw into.
-    pub fn render(&mut self, yaw_deg: f32, pitch_deg: f32, radius_m: f32) -> Result<(), JsError> {
-        self.orbit = Orbit { yaw_deg, pitch_deg, radius_m };
-        let output = match self.surface.get_current_texture() {
-            wgpu::CurrentSurfaceTexture::Success(output) | wgpu::CurrentSurfaceTexture::Suboptimal(output) => output,
-            other => return Err(JsError::new(&format!("the canvas gave nothing to draw into: {other:?}"))),
-        };
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        for texture in [&output.texture, &self.picture] {
-            let view = texture.create_view(&Default::default());
-            frame::record(&mut encoder, &view, self.model.as_ref(), self.orbit);
+    /// When there is no such scene.
+    #[wasm_bindgen(js_name = loadDemo)]
+    pub fn load_demo(&mut self, name: &str) -> Result<(), JsError> {
+        if name != "hall" {
+            return Err(JsError::new(&format!("unknown demo `{name}`: there is `hall`")));
         }
-        self.queue.submit([encoder.finish()]);
-        self.queue.present(output);
-        Ok(())
+        let mut scene = demo::hall();
+        scene.update_transforms();
+        self.take(scene, Vec::new())
+    }
+
+    /// Draws one frame at the canvas's size. Yaw 0 looks along −Z; positive pitch looks down from above; a radius of
+    /// 0 metres frames the model; a negative one takes the file's first camera, if it has one. Wait for the promise
+    /// before you call another method.
+    ///
+    /// # Errors
+    /// When no model is loaded, or the device fails.
+    pub async fn render(&mut self, yaw_deg: f32, pitch_deg: f32, radius_m: f32) -> Result<(), JsError> {
+        let (width, height) = self.size();
+        let aspect = self.aspect();
+        let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
+        let (world_from_view, projection) = camera::resolve(Orbit { yaw_deg, pitch_deg, radius_m }, scene, aspect);
+        let mut request = FrameRequest::new(width, height, View { world_from_view, projection });
+        // As on the command line: a scene with lights of its own is lit by them alone.
+        request.environment = if scene.lights.is_empty() { Environment::Studio } else { Environment::None };
+        self.renderer.render_async(scene, &request).await?;
+        self.show()
+    }
+
+    /// The distance from the middle of the model at which the whole model is seen, in metres.
+    #[wasm_bindgen(js_name = framingRadius)]
+    pub fn framing_radius(&self) -> f32 {
+        self.scene.as_ref().map_or(1.0, |scene| camera::framing_radius_m(scene, self.aspect()))
+    }
+
+    /// What was left out of, or replaced in, the model; one line each.
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
     }
 
     /// The last frame as RGBA, 8 bits each, rows from the top.
     ///
     /// # Errors
-    /// When the picture cannot be mapped.
+    /// When nothing was rendered, or the device was lost.
     pub async fn pixels(&self) -> Result<Vec<u8>, JsError> {
-        readback::read_rgba8(&self.device, &self.queue, &self.picture).await
+        Ok(self.renderer.read_display_async().await?)
     }
 
     /// The adapter in use, and the size of the picture.
     pub fn info(&self) -> ViewerInfo {
         let object = js_sys::Object::new();
-        let backend = if self.adapter_info.backend == wgpu::Backend::Gl { "webgl" } else { "webgpu" };
+        let adapter = self.adapter.get_info();
+        let backend = if adapter.backend == wgpu::Backend::Gl { "webgl" } else { "webgpu" };
+        let (width, height) = self.size();
         let entries: [(&str, JsValue); 5] = [
             ("backend", backend.into()),
-            ("adapter", self.adapter_info.name.as_str().into()),
-            ("driver", self.adapter_info.driver.as_str().into()),
-            ("width", self.picture.width().into()),
-            ("height", self.picture.height().into()),
+            ("adapter", adapter.name.as_str().into()),
+            ("driver", adapter.driver.as_str().into()),
+            ("width", width.into()),
+            ("height", height.into()),
         ];
         for (key, value) in entries {
             // Setting a property of a plain object cannot fail.
@@ -180,10 +235,13 @@ impl Viewer {
 
     /// Frees the GPU's memory and lets go of the canvas. The viewer cannot be used afterwards.
     pub fn dispose(self) {
-        self.picture.destroy();
-        self.device.destroy();
-        drop(self.canvas);
+        self.renderer.gpu().device.destroy();
     }
+}
+
+/// `uri` without percent-encoding; as it is where that is broken.
+fn decode_uri(uri: &str) -> String {
+    js_sys::decode_uri_component(uri).map_or_else(|_| uri.to_owned(), String::from)
 }
 
 fn read_resources(resources: &JsValue) -> BTreeMap<String, Vec<u8>> {

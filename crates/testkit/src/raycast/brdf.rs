@@ -51,7 +51,8 @@ impl Surface {
         let f0 = self.f0();
         let fresnel = f0 + (DVec3::ONE - f0) * (1.0 - to_viewer.dot(half).clamp(0.0, 1.0)).powi(5);
         let lobe = distribution(normal.dot(half), alpha) * visibility(n_dot_v, n_dot_l, alpha);
-        diffuse + fresnel * compensation * lobe
+        // glTF 2.0, appendix B: what Fresnel reflects does not enter the surface.
+        diffuse * (DVec3::ONE - fresnel) + fresnel * compensation * lobe
     }
 }
 

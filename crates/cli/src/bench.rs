@@ -1,0 +1,140 @@
+//! `bench`: milliseconds per frame.
+
+use crate::args::BenchArgs;
+use crate::camera::{self, CameraSpec};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::job;
+use crate::session::{self, ms_since, output_failure, print, still_failure};
+use manypass::{Background, Environment, FrameRequest, RenderError, Settings, Tonemap, View};
+use manypass_offline::{atomic, encode};
+use serde_json::json;
+use std::time::Instant;
+
+/// The frames between the first and the counted ones.
+const WARM_UP_FRAMES: u32 = 3;
+
+/// Runs `bench`; `started` is when the process started.
+///
+/// # Errors
+/// Wrong usage, an input that cannot be read, no adapter, or a renderer that fails.
+pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
+    let (width, height) = job::size(&args.size)?;
+    if let Some(budget_ms) = args.budget_ms.filter(|ms| !(ms.is_finite() && *ms > 0.0)) {
+        return Err(Failure::usage(format!("--budget-ms {budget_ms} is out of range"), "give milliseconds above 0"));
+    }
+    let [input] = &Input::parse(&args.input)?[..] else {
+        return Err(Failure::usage("bench takes one file", "name a .glb or .gltf file"));
+    };
+    let failed = |error: RenderError| still_failure(&error.into());
+    let mut renderer = session::open(args.adapter.as_deref())?;
+    let load_started = Instant::now();
+    let (scene, _) = input.load()?;
+    let load_ms = ms_since(load_started);
+    let upload_started = Instant::now();
+    renderer.load(&scene).map_err(failed)?;
+    let upload_ms = ms_since(upload_started);
+    let aspect = width as f32 / height as f32;
+    let (world_from_view, projection) = camera::resolve(&CameraSpec::default(), &scene, aspect, 0.0)?;
+    let mut settings = Settings::default();
+    settings.set("tone_map.dither", "0").map_err(|error| Failure::usage(error, "report this"))?;
+    let request = FrameRequest {
+        background: Background::Color([0.0; 3]),
+        environment: Environment::None,
+        settings,
+        path: session::path(args.path),
+        light_culling: session::light_culling(args.light_culling),
+        tonemap: Tonemap::None,
+        ..FrameRequest::new(width, height, View { world_from_view, projection })
+    };
+    let mut frame = || -> Result<f64, Failure> {
+        let start = Instant::now();
+        renderer.render(&scene, &request).map_err(failed)?;
+        renderer.wait();
+        Ok(ms_since(start))
+    };
+    frame()?;
+    let first_ms = ms_since(started);
+
+    // The budget is for what comes after the first frame; a quarter of it at most warms up.
+    let budget_ms = args.budget_ms.unwrap_or(f64::INFINITY);
+    let measured = Instant::now();
+    for _ in 0..WARM_UP_FRAMES {
+        if ms_since(measured) >= 0.25 * budget_ms {
+            break;
+        }
+        frame()?;
+    }
+    let mut frames_ms = Vec::new();
+    while frames_ms.is_empty() || (frames_ms.len() < args.count as usize && ms_since(measured) < budget_ms) {
+        frames_ms.push(frame()?);
+    }
+    let stats = renderer.stats();
+    if let Some(path) = &args.png {
+        let pixels = renderer.read_display().map_err(failed)?;
+        let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
+        atomic::write_file(path, &bytes).map_err(output_failure)?;
+    }
+    let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
+    let over = (pairs.pairs_in_range > 0).then(|| pairs.pairs_visited as f64 / pairs.pairs_in_range as f64);
+    let adapter = &renderer.gpu().adapter;
+    let info = json!({
+        "adapter": adapter.name,
+        "backend": adapter.backend,
+        "driver": adapter.driver,
+        "width": width,
+        "height": height,
+        "path": format!("{:?}", args.path).to_lowercase(),
+        "light_culling": format!("{:?}", args.light_culling).to_lowercase(),
+        "lights": stats.lights,
+        "draws": stats.draws,
+        "triangles": stats.triangles,
+        "culling_ms": stats.culling_ms,
+        "list_entries": stats.list_entries,
+        "pairs_visited": pairs.pairs_visited,
+        "pairs_shaded": pairs.pairs_shaded,
+        "pairs_in_range": pairs.pairs_in_range,
+        "visited_over_in_range": over,
+        "texture_bytes": stats.texture_bytes,
+        "texture_bytes_unaliased": stats.texture_bytes_unaliased,
+        "load_ms": load_ms,
+        "upload_ms": upload_ms,
+    });
+    if args.json {
+        let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });
+        return print(&format!("{line}\n"));
+    }
+    let (median, min, max) = summary(&frames_ms);
+    print(&format!(
+        "{} at {width}x{height} on {}\n{} frames: median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
+         after {first_ms:.0} ms\n{} lights, {} draws, {} triangles\n",
+        input.name(),
+        adapter.name,
+        frames_ms.len(),
+        stats.lights,
+        stats.draws,
+        stats.triangles,
+    ))
+}
+
+/// Median, smallest and largest.
+fn summary(frames_ms: &[f64]) -> (f64, f64, f64) {
+    let mut sorted = frames_ms.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at = |index: usize| sorted.get(index).copied().unwrap_or(0.0);
+    let middle = sorted.len() / 2;
+    let median = if sorted.len() % 2 == 1 { at(middle) } else { 0.5 * (at(middle.saturating_sub(1)) + at(middle)) };
+    (median, at(0), at(sorted.len().saturating_sub(1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn summaries_do_not_depend_on_the_order() {
+        assert_eq!(summary(&[3.0, 1.0, 2.0]), (2.0, 1.0, 3.0));
+        assert_eq!(summary(&[4.0, 1.0, 2.0, 3.0]), (2.5, 1.0, 4.0));
+        assert_eq!(summary(&[5.0]), (5.0, 5.0, 5.0));
+    }
+}

@@ -1,0 +1,159 @@
+//! `info`, `graph` and `adapters`: what is in a file, in a frame and on this machine.
+
+use crate::args::GraphFormat;
+use crate::camera::{self, CameraSpec};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::session::{self, print, still_failure};
+use manypass::{FrameRequest, Gpu, RenderError, View};
+use manypass_scene::{LightKind, Primitive, Projection, Scene, Topology};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// The size of the frame whose passes `graph` prints.
+const GRAPH_SIZE_PX: (u32, u32) = (1280, 720);
+
+fn one(argument: &str) -> Result<Input, Failure> {
+    let mut inputs = Input::parse(argument)?;
+    match inputs.pop() {
+        Some(input) if inputs.is_empty() => Ok(input),
+        _ => Err(Failure::usage(format!("`{argument}` is more than one file"), "name a .glb or .gltf file")),
+    }
+}
+
+/// Runs `adapters`.
+///
+/// # Errors
+/// If standard output is closed.
+pub fn adapters(as_json: bool) -> Result<(), Failure> {
+    let adapters = Gpu::adapters();
+    if as_json {
+        return print(&format!("{:#}\n", json!(adapters)));
+    }
+    let mut text = String::new();
+    for adapter in adapters {
+        let _ = writeln!(text, "{}  {}  {}  {}", adapter.name, adapter.backend, adapter.device_type, adapter.driver);
+    }
+    print(&text)
+}
+
+/// Runs `graph`.
+///
+/// # Errors
+/// An input that cannot be read, no adapter, or a renderer that fails.
+pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Result<(), Failure> {
+    let failed = |error: RenderError| still_failure(&error.into());
+    let (scene, _) = one(argument)?.load()?;
+    let mut renderer = session::open(adapter)?;
+    renderer.load(&scene).map_err(failed)?;
+    let (width, height) = GRAPH_SIZE_PX;
+    let aspect = width as f32 / height as f32;
+    let (world_from_view, projection) = camera::resolve(&CameraSpec::default(), &scene, aspect, 0.0)?;
+    let request = FrameRequest {
+        environment: session::default_environment(&scene),
+        ..FrameRequest::new(width, height, View { world_from_view, projection })
+    };
+    let plan = renderer.plan(&scene, &request).map_err(failed)?;
+    let text = match format {
+        GraphFormat::Text => plan.to_text(),
+        GraphFormat::Json => plan.to_json(),
+        GraphFormat::Mermaid => plan.to_mermaid(),
+    };
+    print(&format!("{}\n", text.trim_end()))
+}
+
+/// Runs `info`.
+///
+/// # Errors
+/// An input that cannot be read.
+pub fn info(argument: &str, as_json: bool) -> Result<(), Failure> {
+    let input = one(argument)?;
+    let (scene, warnings) = input.load()?;
+    let value = describe(&input.name(), &scene, warnings);
+    print(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
+}
+
+fn triangles(primitive: &Primitive) -> u64 {
+    let count = if primitive.indices.is_empty() { primitive.positions.len() } else { primitive.indices.len() };
+    if primitive.topology == Topology::Triangles { count as u64 / 3 } else { 0 }
+}
+
+fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Value {
+    let of_mesh =
+        |index: usize| -> u64 { scene.meshes.get(index).map_or(0, |mesh| mesh.primitives.iter().map(triangles).sum()) };
+    let visible = scene.visible_nodes();
+    let drawn: u64 = visible.iter().filter_map(|id| scene.node(*id).mesh).map(of_mesh).sum();
+    let mut images = Vec::new();
+    for image in &scene.images {
+        let size = image.dimensions().map_err(|error| warnings.push(error.to_string())).ok();
+        images.push(json!({ "name": image.name, "width": size.map(|s| s.0), "height": size.map(|s| s.1) }));
+    }
+    let lights = |is_kind: fn(&LightKind) -> bool| {
+        let held = visible.iter().filter_map(|id| scene.lights.get(scene.node(*id).light?));
+        held.filter(|light| is_kind(&light.kind)).count()
+    };
+    let cameras = scene.cameras.iter().map(|camera| match camera.projection {
+        Projection::Perspective { fov_y_rad, near_m, far_m } => json!({
+            "name": camera.name, "kind": "perspective", "fov_y_deg": fov_y_rad.to_degrees(),
+            "near_m": near_m, "far_m": far_m,
+        }),
+        Projection::Orthographic { height_m, near_m, far_m } => json!({
+            "name": camera.name, "kind": "orthographic", "height_m": height_m, "near_m": near_m, "far_m": far_m,
+        }),
+    });
+    let bounds = scene.bounds_world();
+    let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
+    json!({
+        "input": name,
+        "nodes": scene.nodes.len(),
+        "meshes": scene.meshes.len(),
+        "primitives": scene.meshes.iter().map(|mesh| mesh.primitives.len()).sum::<usize>(),
+        "triangles": (0..scene.meshes.len()).map(of_mesh).sum::<u64>(),
+        "triangles_drawn": drawn,
+        "materials": scene.materials.iter().map(|material| &material.name).collect::<Vec<_>>(),
+        "textures": scene.textures.len(),
+        "images": images,
+        "lights": {
+            "directional": lights(|kind| matches!(kind, LightKind::Directional)),
+            "point": lights(|kind| matches!(kind, LightKind::Point)),
+            "spot": lights(|kind| matches!(kind, LightKind::Spot { .. })),
+        },
+        "cameras": cameras.collect::<Vec<_>>(),
+        "skins": scene.skins.len(),
+        "animations": scene.animations.iter().map(|animation| json!({
+            "name": animation.name, "duration_secs": animation.duration_secs(), "channels": animation.channels.len(),
+        })).collect::<Vec<_>>(),
+        "bounds_m": bounds,
+        "warnings": warnings,
+    })
+}
+
+/// The same for people: numbers on lines of their own, lists as one indented line an entry.
+fn as_text(value: &Value) -> String {
+    let mut text = String::new();
+    for (key, value) in value.as_object().into_iter().flatten() {
+        let label = key.replace('_', " ");
+        let _ = match value {
+            Value::Array(entries) => {
+                let lines: String = entries.iter().map(|entry| format!("  {}\n", inline(entry))).collect();
+                write!(text, "{label}: {}\n{lines}", entries.len())
+            }
+            value => writeln!(text, "{label}: {}", inline(value)),
+        };
+    }
+    text
+}
+
+fn inline(value: &Value) -> String {
+    match value {
+        Value::Null => "none".into(),
+        Value::String(text) if text.is_empty() => "(no name)".into(),
+        Value::String(text) => text.clone(),
+        Value::Array(entries) => entries.iter().map(inline).collect::<Vec<_>>().join(" "),
+        Value::Object(fields) => {
+            let field = |(key, value): (&String, &Value)| format!("{} {}", key.replace('_', " "), inline(value));
+            fields.iter().map(field).collect::<Vec<_>>().join(", ")
+        }
+        value => value.to_string(),
+    }
+}

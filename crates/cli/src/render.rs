@@ -1,0 +1,300 @@
+//! `render`: pictures of one or more inputs.
+
+use crate::args::{RenderArgs, TonemapArg};
+use crate::camera;
+use crate::failure::{Failure, Kind};
+use crate::input::Input;
+use crate::job::{Backdrop, Job, expand};
+use crate::output;
+use crate::report::{Entry, Phases, Report};
+use crate::session::{self, ms_since, still_failure};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use manypass::{Background, Environment, FrameRequest, PairCounts, RenderError, Renderer, Settings, Tonemap, View};
+use manypass_offline::still::{accumulate, aov_named, aov_names, read_picture};
+use manypass_offline::{Format, atomic};
+use manypass_scene::Scene;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// What the pictures of one `render` share.
+struct Batch<'a> {
+    args: &'a RenderArgs,
+    job: &'a Job,
+    settings: Settings,
+    renderer: Renderer,
+    report: Option<Report>,
+    bar: ProgressBar,
+    /// Whether messages name their input.
+    has_several_inputs: bool,
+    /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.
+    start_ms: f64,
+}
+
+/// Runs `render`; `started` is when the process started.
+///
+/// # Errors
+/// The failure of the only input, or how many of several failed.
+pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
+    let mut inputs = Vec::new();
+    for argument in &args.inputs {
+        inputs.extend(Input::parse(argument)?);
+    }
+    let job = Job::new(args, inputs.len() > 1, &aov_names())?;
+    let settings = settings(args, &job)?;
+    let stems: Vec<String> = inputs.iter().map(Input::stem).collect();
+    let extra: Vec<&Path> = args.contact_sheet.iter().chain(&args.dump_passes).map(PathBuf::as_path).collect();
+    let single: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
+    output::check_distinct(&job, &stems, &extra, &single)?;
+    let (first, last) = job.frames.unwrap_or((0, 0));
+    let count = inputs.len() as u64 * (u64::from(last - first) + 1);
+    // Without a handler an interrupt ends the program as the system does it.
+    let _ = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::SeqCst) {
+            atomic::remove_unfinished();
+            std::process::exit(130);
+        }
+    });
+    let renderer = session::open(args.adapter.as_deref())?;
+    let mut batch = Batch {
+        args,
+        job: &job,
+        settings,
+        renderer,
+        report: args.report.as_ref().map(|path| Report::create(path, count > 1)).transpose()?,
+        bar: progress_bar(count, args.quiet),
+        has_several_inputs: inputs.len() > 1,
+        start_ms: ms_since(started),
+    };
+    let result = batch.render_all(&inputs);
+    batch.bar.finish_and_clear();
+    let finished = batch.report.map_or(Ok(()), Report::finish);
+    result.and(finished)
+}
+
+/// A bar for several pictures, on a terminal only.
+fn progress_bar(count: u64, quiet: bool) -> ProgressBar {
+    if count < 2 || quiet || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {eta} left  {wide_msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+impl Batch<'_> {
+    fn render_all(&mut self, inputs: &[Input]) -> Result<(), Failure> {
+        let mut first_kind = None;
+        let mut failed_count = 0;
+        for input in inputs {
+            let Err(mut failure) = self.render_input(input) else { continue };
+            if let Some(report) = &mut self.report {
+                report.failed(&input.name(), &failure)?;
+            }
+            if !self.has_several_inputs || matches!(failure.kind, Kind::DeviceLost | Kind::Interrupted) {
+                return Err(failure);
+            }
+            if !failure.message.contains(&input.name()) {
+                failure.message = format!("{}: {}", input.name(), failure.message);
+            }
+            self.bar.suspend(|| failure.print());
+            first_kind.get_or_insert(failure.kind);
+            failed_count += 1;
+        }
+        first_kind.map_or(Ok(()), |kind| {
+            let message = format!("{failed_count} of {} inputs failed", inputs.len());
+            Err(Failure::new(kind, message, "the messages above say why; the others are done"))
+        })
+    }
+
+    fn render_input(&mut self, input: &Input) -> Result<(), Failure> {
+        let (first, last) = self.job.frames.unwrap_or((0, 0));
+        let mut loaded: Option<(Scene, Vec<String>)> = None;
+        for frame in first..=last {
+            let shown = self.job.frames.map(|_| frame);
+            self.bar.set_message(input.stem());
+            let files = output::files(self.job, &input.stem(), frame);
+            let output = files.as_ref().map_or("-".into(), |(target, _)| target.display().to_string());
+            let is_there = files.is_some_and(|(target, aovs)| target.exists() && aovs.iter().all(|path| path.exists()));
+            if self.args.skip_existing && is_there {
+                if let Some(report) = &mut self.report {
+                    report.skipped(&input.name(), &output, shown)?;
+                }
+            } else {
+                let mut phases = Phases { start: std::mem::take(&mut self.start_ms), ..Phases::default() };
+                let (scene, warnings) = match &mut loaded {
+                    Some(loaded) => loaded,
+                    slot => slot.insert(self.load(input, &mut phases)?),
+                };
+                self.render_frame(input, (scene, warnings), frame, &output, phases)?;
+            }
+            self.bar.inc(1);
+            if STOP.load(Ordering::SeqCst) {
+                return Err(still_failure(&manypass_offline::still::StillError::Stopped));
+            }
+        }
+        Ok(())
+    }
+
+    fn load(&mut self, input: &Input, phases: &mut Phases) -> Result<(Scene, Vec<String>), Failure> {
+        let start = Instant::now();
+        let (scene, mut warnings) = input.load()?;
+        phases.load = ms_since(start);
+        let start = Instant::now();
+        self.renderer.load(&scene).map_err(failed)?;
+        phases.upload = ms_since(start);
+        warnings.extend(self.renderer.warnings());
+        if !self.args.quiet {
+            self.bar.suspend(|| warnings.iter().for_each(|warning| eprintln!("warning: {}: {warning}", input.name())));
+        }
+        Ok((scene, warnings))
+    }
+
+    fn render_frame(
+        &mut self,
+        input: &Input,
+        (scene, warnings): (&mut Scene, &[String]),
+        frame: u32,
+        output: &str,
+        mut phases: Phases,
+    ) -> Result<(), Failure> {
+        let (args, job) = (self.args, self.job);
+        pose(scene, args, frame)?;
+        let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * frame as f32 / count as f32);
+        let aspect = job.width as f32 / job.height as f32;
+        let (world_from_view, projection) = camera::resolve(&job.camera, scene, aspect, turn_deg)?;
+        let request = request(args, job, &self.settings, View { world_from_view, projection }, scene);
+        let renderer = &mut self.renderer;
+        let start = Instant::now();
+        accumulate(renderer, scene, &request, args.samples, |_| !STOP.load(Ordering::SeqCst))
+            .map_err(|error| still_failure(&error))?;
+        renderer.wait();
+        phases.frames = ms_since(start);
+        let stats = renderer.stats();
+        let start = Instant::now();
+        let picture =
+            read_picture(renderer, &request, job.format == Format::Exr).map_err(|error| still_failure(&error))?;
+        phases.readback = ms_since(start);
+        let start = Instant::now();
+        let depth_range_m = output::write(&picture, job, &input.stem(), frame)?;
+        phases.encode = ms_since(start);
+
+        // The rest is in frames of their own, of one sample, that no phase counts.
+        let alone = FrameRequest { sample_count: 1, want_aovs: Vec::new(), ..request };
+        if args.dump_passes.is_some() || args.contact_sheet.is_some() {
+            let pictures = renderer.passes(scene, &alone).map_err(failed)?;
+            let named = |path: &PathBuf| expand(&path.to_string_lossy(), &input.stem(), frame, "rgba");
+            if let Some(folder) = &args.dump_passes {
+                output::write_passes(&named(folder), &pictures)?;
+            }
+            if let Some(file) = &args.contact_sheet {
+                output::write_sheet(&named(file), &pictures)?;
+            }
+        }
+        if let Some(report) = &mut self.report {
+            let plan = renderer.plan(scene, &alone).map_err(failed)?;
+            let pairs = if stats.lights == 0 {
+                PairCounts::default()
+            } else {
+                renderer.count_pairs(scene, &alone).map_err(failed)?
+            };
+            report.rendered(&Entry {
+                input: &input.name(),
+                output,
+                frame: job.frames.map(|_| frame),
+                size: (job.width, job.height),
+                samples: args.samples,
+                adapter: &renderer.gpu().adapter,
+                phases,
+                stats: &stats,
+                plan: &plan,
+                pairs,
+                depth_range_m,
+                warnings,
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn failed(error: RenderError) -> Failure {
+    still_failure(&error.into())
+}
+
+/// Poses the scene where a time, frames or an animation are asked for.
+fn pose(scene: &mut Scene, args: &RenderArgs, frame: u32) -> Result<(), Failure> {
+    let time_secs = if args.frames.is_some() { Some(frame as f32 / args.fps) } else { args.time };
+    let named = |name: &String| scene.animations.iter().position(|a| a.name == *name).or_else(|| name.parse().ok());
+    let index = match &args.animation {
+        None if time_secs.is_none() || scene.animations.is_empty() => return Ok(()),
+        None => Some(0),
+        Some(name) => named(name),
+    };
+    let index = index.filter(|index| *index < scene.animations.len()).ok_or_else(|| {
+        let names: Vec<&str> = scene.animations.iter().map(|animation| animation.name.as_str()).collect();
+        let asked = args.animation.as_deref().unwrap_or_default();
+        let hint = if names.is_empty() {
+            "the file has no animations".into()
+        } else {
+            format!("animations: {}", names.join(", "))
+        };
+        Failure::usage(format!("there is no animation `{asked}`"), hint)
+    })?;
+    scene.pose(index, time_secs.unwrap_or(0.0));
+    scene.update_transforms();
+    Ok(())
+}
+
+fn settings(args: &RenderArgs, job: &Job) -> Result<Settings, Failure> {
+    let mut settings = Settings::default();
+    if let Some(path) = &args.settings {
+        let read = std::fs::read_to_string(path);
+        let text =
+            read.map_err(|e| Failure::new(Kind::Failed, format!("{}: {e}", path.display()), "name a TOML file"))?;
+        settings = Settings::from_toml(&text).map_err(|e| Failure::usage(e, "correct the file"))?;
+    }
+    for (key, value) in &job.set {
+        settings.set(key, value).map_err(|e| Failure::usage(e, "write --set KEY=VALUE"))?;
+    }
+    Ok(settings)
+}
+
+fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scene: &Scene) -> FrameRequest {
+    FrameRequest {
+        width: job.width,
+        height: job.height,
+        camera,
+        sample_index: 0,
+        sample_count: args.samples,
+        background: match job.background {
+            Backdrop::Named => Background::Environment,
+            Backdrop::Nothing => Background::Transparent,
+            Backdrop::Color(color) => Background::Color(color),
+        },
+        environment: match job.environment {
+            None => session::default_environment(scene),
+            Some(Backdrop::Named) => Environment::Studio,
+            Some(Backdrop::Nothing) => Environment::None,
+            Some(Backdrop::Color(color)) => Environment::Color(color),
+        },
+        environment_intensity: args.environment_intensity,
+        settings: settings.clone(),
+        path: session::path(args.path),
+        light_culling: session::light_culling(args.light_culling),
+        light_subset: None,
+        tonemap: match args.tonemap {
+            TonemapArg::Neutral => Tonemap::Neutral,
+            TonemapArg::Aces => Tonemap::Aces,
+            TonemapArg::Agx => Tonemap::Agx,
+            TonemapArg::Reinhard => Tonemap::Reinhard,
+            TonemapArg::Exponential => Tonemap::Exponential,
+            TonemapArg::None => Tonemap::None,
+        },
+        exposure_stops: args.exposure,
+        want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
+    }
+}

@@ -1,0 +1,74 @@
+//! What every subcommand with a GPU needs: a renderer, failures, and the defaults of a request.
+
+use crate::args::{CullingArg, PathArg};
+use crate::failure::{Failure, Kind};
+use manypass::{Environment, Gpu, GpuError, LightCulling, Path, Renderer};
+use manypass_offline::atomic;
+use manypass_offline::still::StillError;
+use manypass_scene::Scene;
+use std::time::Instant;
+
+/// A renderer on the adapter whose name contains `adapter`.
+///
+/// # Errors
+/// If there is no such adapter, or it cannot be used.
+pub fn open(adapter: Option<&str>) -> Result<Renderer, Failure> {
+    let gpu = Gpu::headless(adapter).map_err(|error| gpu_failure(&error))?;
+    Renderer::new(gpu).map_err(|error| still_failure(&error.into()))
+}
+
+fn gpu_failure(error: &GpuError) -> Failure {
+    match error {
+        GpuError::Lost(_) => Failure::new(Kind::DeviceLost, error, "try a smaller --size or another --adapter"),
+        GpuError::UnknownAdapter { .. } => Failure::new(Kind::NoAdapter, error, "see `manypass adapters`"),
+        _ => Failure::new(Kind::NoAdapter, error, "on Debian and Ubuntu install mesa-vulkan-drivers"),
+    }
+}
+
+/// What a failed still means to the user.
+pub fn still_failure(error: &StillError) -> Failure {
+    match error {
+        StillError::Stopped => Failure::new(Kind::Interrupted, error, "run it again with --skip-existing"),
+        StillError::Render(e) if e.is_device_lost() => Failure::new(Kind::DeviceLost, error, "try a smaller --size"),
+        StillError::Render(_) => Failure::new(Kind::Failed, error, "try a smaller --size or another --adapter"),
+    }
+}
+
+/// What a failed output means to the user.
+pub fn output_failure(error: impl std::fmt::Display) -> Failure {
+    Failure::new(Kind::Failed, error, "check the path, the folder's permissions and its free space")
+}
+
+/// Writes text to standard output.
+///
+/// # Errors
+/// If the other end is closed or full.
+pub fn print(text: &str) -> Result<(), Failure> {
+    atomic::write_stdout(text.as_bytes()).map_err(output_failure)
+}
+
+/// Milliseconds since `start`.
+pub fn ms_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+/// The renderer's name of a path.
+pub fn path(path: PathArg) -> Path {
+    match path {
+        PathArg::Deferred => Path::Deferred,
+        PathArg::Forward => Path::Forward,
+    }
+}
+
+/// The renderer's name of a way to find lights.
+pub fn light_culling(culling: CullingArg) -> LightCulling {
+    match culling {
+        CullingArg::Clustered => LightCulling::Clustered,
+        CullingArg::None => LightCulling::None,
+    }
+}
+
+/// The environment where no flag names one.
+pub fn default_environment(scene: &Scene) -> Environment {
+    if scene.lights.is_empty() { Environment::Studio } else { Environment::None }
+}

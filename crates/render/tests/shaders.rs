@@ -1,0 +1,127 @@
+//! Every variant of every program is valid WGSL, translates to GLSL ES 3.00 (the WebGL 2 floor), keeps to the texture
+//! budget, and shares its uniform layouts with Rust.
+
+use manypass::shader::compose::PROGRAMS;
+use naga::back::glsl;
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+
+fn parse(name: &str, source: &str) -> (naga::Module, ModuleInfo) {
+    let module =
+        naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+    let info = Validator::new(ValidationFlags::all(), Capabilities::default())
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+    (module, info)
+}
+
+fn translate(module: &naga::Module, info: &ModuleInfo, entry: &naga::EntryPoint) -> Result<String, String> {
+    let options =
+        glsl::Options { version: glsl::Version::Embedded { version: 300, is_webgl: true }, ..Default::default() };
+    let pipeline =
+        glsl::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone(), multiview: None };
+    let mut text = String::new();
+    glsl::Writer::new(&mut text, module, info, &options, &pipeline, Default::default())
+        .and_then(|mut writer| writer.write())
+        .map_err(|error| error.to_string())?;
+    Ok(text)
+}
+
+#[test]
+fn every_variant_is_valid_and_runs_on_webgl2() {
+    let mut variants = 0;
+    for (name, axes, sources) in PROGRAMS {
+        assert_eq!(sources.len(), 1 << axes.len());
+        println!("{name}: {} variants", sources.len());
+        for (variant, source) in sources.iter().enumerate() {
+            let label = format!("{name}, variant {variant} of {axes:?}");
+            let (module, info) = parse(&label, source);
+            for entry in &module.entry_points {
+                if let Err(error) = translate(&module, &info, entry) {
+                    panic!("{label}, {}: no GLSL ES 3.00: {error}", entry.name);
+                }
+            }
+            let textures = module
+                .global_variables
+                .iter()
+                .filter(|(_, global)| matches!(module.types[global.ty].inner, naga::TypeInner::Image { .. }))
+                .count();
+            assert!(textures <= 16, "{label} binds {textures} textures; WebGL 2 guarantees 16");
+            variants += 1;
+        }
+    }
+    assert!(variants > 30);
+}
+
+/// Looks a struct up by name and returns its size and its members' offsets.
+fn layout(program: &str, name: &str) -> (u32, Vec<(String, u32)>) {
+    let (_, _, sources) = PROGRAMS.iter().find(|(known, ..)| *known == program).unwrap();
+    let (module, _) = parse(program, sources.last().unwrap());
+    let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
+    let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+    (*span, members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect())
+}
+
+macro_rules! same_layout {
+    ($program:literal, $wgsl:literal, $rust:ty, [$($field:ident),* $(,)?]) => {{
+        let (size, members) = layout($program, $wgsl);
+        assert_eq!(size as usize, size_of::<$rust>(), "size of {}", $wgsl);
+        let expected: Vec<(String, u32)> =
+            vec![$((stringify!($field).to_owned(), std::mem::offset_of!($rust, $field) as u32)),*];
+        assert_eq!(members, expected, "members of {}", $wgsl);
+    }};
+}
+
+#[test]
+fn uniforms_have_one_layout() {
+    use manypass::environment::EnvironmentUniform;
+    use manypass::passes::lights::ClusterUniform;
+    use manypass::passes::tone_map::ToneMapUniform;
+    use manypass::resources::MaterialFactors;
+    use manypass::view::ViewUniform;
+    same_layout!(
+        "forward",
+        "View",
+        ViewUniform,
+        [
+            clip_from_world,
+            view_from_world,
+            world_from_view,
+            view_from_ndc_scale,
+            jitter_ndc,
+            distance_from_depth,
+            size_px,
+            inverse_size_px,
+            orthographic,
+            pre_exposure,
+            sample_index,
+            padding,
+        ]
+    );
+    same_layout!(
+        "forward",
+        "ClusterGrid",
+        ClusterUniform,
+        [size, slice_from_log_distance, directional_count, global_count]
+    );
+    same_layout!("forward", "Environment", EnvironmentUniform, [constant, box_count, axes, amplitudes, background]);
+    same_layout!("tone_map", "ToneMap", ToneMapUniform, [curve, premultiply, dither, padding]);
+    same_layout!(
+        "forward",
+        "MaterialFactors",
+        MaterialFactors,
+        [
+            base_color,
+            emissive,
+            metallic,
+            roughness,
+            normal_scale,
+            occlusion_strength,
+            alpha_cutoff,
+            unlit,
+            material_id,
+            blended,
+            padding,
+            uv_rows,
+        ]
+    );
+}
