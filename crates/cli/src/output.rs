@@ -45,7 +45,7 @@ pub fn check_distinct(job: &Job, stems: &[String], extra: &[&Path], single: &[&P
     for stem in stems {
         for (pattern, aov) in &patterns {
             let mut path = PathBuf::from(expand_with(pattern, stem, aov, any_frame));
-            if *aov != "rgba" && path == PathBuf::from(expand_with(pattern, stem, "rgba", any_frame)) {
+            if *aov != "rgba" && path == expand_with(pattern, stem, "rgba", any_frame) {
                 path = path.with_extension(format!("{aov}.png"));
             }
             let shown = path.to_string_lossy().replace('\0', "{frame}");

@@ -174,9 +174,8 @@ mod tests {
                 let clip = uniform.clip_from_world * point.extend(1.0);
                 let depth = clip.z / clip.w;
                 let k = uniform.distance_from_depth;
-                let back = (k.x - depth * k.y) / (depth * k.w - k.z) * -1.0;
                 let formula = (k.x - depth * k.y) / (k.z - depth * k.w);
-                assert!((formula - distance).abs() < 2e-3 * distance, "{formula} {back} {distance}");
+                assert!((formula - distance).abs() < 2e-3 * distance, "{formula} {distance}");
                 let ndc = Vec2::new(clip.x, clip.y) / clip.w;
                 let plane = (ndc - uniform.jitter_ndc)
                     * uniform.view_from_ndc_scale
