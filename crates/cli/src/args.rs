@@ -127,7 +127,7 @@ pub struct BenchArgs {
     /// Write the last frame here.
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
-    /// End with one line of JSON.
+    /// Print the line of JSON alone, without the summary before it.
     #[arg(long)]
     pub json: bool,
     /// Which shading path draws opaque surfaces.

@@ -100,21 +100,21 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "load_ms": load_ms,
         "upload_ms": upload_ms,
     });
-    if args.json {
-        let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });
-        return print(&format!("{line}\n"));
+    if !args.json {
+        let (median, min, max) = summary(&frames_ms);
+        print(&format!(
+            "{} at {width}x{height} on {}\nframes: {}, median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
+             after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n",
+            input.name(),
+            adapter.name,
+            frames_ms.len(),
+            stats.lights,
+            stats.draws,
+            stats.triangles,
+        ))?;
     }
-    let (median, min, max) = summary(&frames_ms);
-    print(&format!(
-        "{} at {width}x{height} on {}\n{} frames: median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
-         after {first_ms:.0} ms\n{} lights, {} draws, {} triangles\n",
-        input.name(),
-        adapter.name,
-        frames_ms.len(),
-        stats.lights,
-        stats.draws,
-        stats.triangles,
-    ))
+    let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });
+    print(&format!("{line}\n"))
 }
 
 /// Median, smallest and largest.

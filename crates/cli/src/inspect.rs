@@ -13,6 +13,25 @@ use std::fmt::Write as _;
 /// The size of the frame whose passes `graph` prints.
 const GRAPH_SIZE_PX: (u32, u32) = (1280, 720);
 
+/// What `info` says, in the order in which people read it.
+const KEYS: [&str; 15] = [
+    "input",
+    "nodes",
+    "meshes",
+    "primitives",
+    "triangles",
+    "triangles_drawn",
+    "bounds_m",
+    "materials",
+    "textures",
+    "images",
+    "lights",
+    "cameras",
+    "skins",
+    "animations",
+    "warnings",
+];
+
 fn one(argument: &str) -> Result<Input, Failure> {
     let mut inputs = Input::parse(argument)?;
     match inputs.pop() {
@@ -131,8 +150,9 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Value {
 /// The same for people: numbers on lines of their own, lists as one indented line an entry.
 fn as_text(value: &Value) -> String {
     let mut text = String::new();
-    for (key, value) in value.as_object().into_iter().flatten() {
+    for key in KEYS {
         let label = key.replace('_', " ");
+        let value = &value[key];
         let _ = match value {
             Value::Array(entries) => {
                 let lines: String = entries.iter().map(|entry| format!("  {}\n", inline(entry))).collect();
@@ -153,6 +173,10 @@ fn inline(value: &Value) -> String {
         Value::Object(fields) => {
             let field = |(key, value): (&String, &Value)| format!("{} {}", key.replace('_', " "), inline(value));
             fields.iter().map(field).collect::<Vec<_>>().join(", ")
+        }
+        Value::Number(number) if number.is_f64() => {
+            let rounded = format!("{:.3}", number.as_f64().unwrap_or(0.0));
+            rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
         }
         value => value.to_string(),
     }

@@ -2,6 +2,8 @@
 //!
 //! These need an adapter; the software one will do.
 
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
 use manypass::{
     Aov, AovPixels, Background, Environment, FrameRequest, Gpu, LightCulling, Path, Renderer, Tonemap, View,
 };

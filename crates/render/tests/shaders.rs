@@ -1,6 +1,8 @@
 //! Every variant of every program is valid WGSL, translates to GLSL ES 3.00 (the WebGL 2 floor), keeps to the texture
 //! budget, and shares its uniform layouts with Rust.
 
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
 use manypass::shader::compose::PROGRAMS;
 use naga::back::glsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};

@@ -1,0 +1,229 @@
+//! Pictures, from the command line to the file.
+
+mod common;
+
+use common::{Folder, Run, has_adapter, run_in, run_with_input, triangle_glb};
+use image::RgbaImage;
+use std::path::Path;
+
+const SMALL: [&str; 4] = ["--size", "64x36", "--samples", "1"];
+
+fn render(folder: &Path, args: &[&str]) -> Run {
+    run_in(folder, &[&["render"], args, &SMALL].concat())
+}
+
+fn picture(path: &Path) -> RgbaImage {
+    image::open(path).expect("a picture").to_rgba8()
+}
+
+/// The mean difference of channels, of 255.
+fn difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let sum: u64 = a.as_raw().iter().zip(b.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / a.as_raw().len() as f64
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+#[test]
+fn the_hall_renders_the_same_bytes_twice_and_nearly_the_same_forward() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("hall");
+    for out in ["a.png", "b.png"] {
+        render(&folder, &["demo:hall", "-o", out]).expect(0);
+    }
+    render(&folder, &["demo:hall", "-o", "forward.png", "--path", "forward"]).expect(0);
+    assert_eq!(folder.names(), ["a.png", "b.png", "forward.png"]);
+    let a = picture(&folder.join("a.png"));
+    assert_eq!(a.dimensions(), (64, 36));
+    assert!(a.pixels().any(|p| p.0[0] > 60) && a.pixels().any(|p| p.0[0] < 40), "the hall is lit, and not everywhere");
+    assert!(std::fs::read(folder.join("a.png")).expect("a") == std::fs::read(folder.join("b.png")).expect("b"));
+    let forward = picture(&folder.join("forward.png"));
+    assert!(difference(&a, &forward) < 0.5, "{}", difference(&a, &forward));
+    // The comparison would find a wrong picture.
+    assert!(difference(&a, &image::imageops::flip_vertical(&a)) > 2.0);
+    assert!(difference(&a, &RgbaImage::new(64, 36)) > 2.0);
+}
+
+#[test]
+fn orbits_begin_with_a_minus_in_one_word_or_two() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("orbit");
+    folder.write("tri.glb", &triangle_glb([0.9, 0.1, 0.1]));
+    render(&folder, &["tri.glb", "-o", "a.png", "--orbit", "-30,10,2"]).expect(0);
+    render(&folder, &["tri.glb", "-o", "b.png", "--orbit=-30,10,2"]).expect(0);
+    render(&folder, &["tri.glb", "-o", "c.png", "--orbit=30,10,2"]).expect(0);
+    let [a, b, c] = ["a.png", "b.png", "c.png"].map(|name| picture(&folder.join(name)));
+    assert!(a == b && a != c);
+}
+
+#[test]
+fn what_fails_leaves_nothing_behind() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("fails");
+    let glb = triangle_glb([1.0, 1.0, 1.0]);
+    folder.write("tri.glb", &glb);
+    folder.write("cut.glb", &glb[..glb.len() / 2]);
+    let run = render(&folder, &["cut.glb"]).expect(1);
+    assert_eq!(run.stderr.matches("cut.glb").count(), 1, "{}", run.stderr);
+    let run = render(&folder, &["gone.glb"]).expect(1);
+    assert_eq!(run.stderr.matches("gone.glb").count(), 1, "{}", run.stderr);
+    let run = render(&folder, &["tri.glb", "-o", "tri.glb/x.png"]).expect(1);
+    assert!(run.stderr.contains("tri.glb"), "{}", run.stderr);
+    let run = render(&folder, &["tri.glb", "--adapter", "no such adapter"]).expect(3);
+    assert!(run.stderr.contains("manypass adapters"), "{}", run.stderr);
+    let run = render(&folder, &["tri.glb", "--camera", "Side"]).expect(2);
+    assert!(run.stderr.contains("Side"), "{}", run.stderr);
+    let run = render(&folder, &["tri.glb", "--animation", "Walk"]).expect(2);
+    assert!(run.stderr.contains("Slide"), "{}", run.stderr);
+    assert_eq!(folder.names(), ["cut.glb", "tri.glb"]);
+}
+
+#[test]
+fn standard_input_and_output_carry_the_same_picture() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("stdio");
+    let glb = triangle_glb([0.2, 0.8, 0.2]);
+    folder.write("tri.glb", &glb);
+    render(&folder, &["tri.glb"]).expect(0);
+    let args = [&["render", "-", "-o", "-", "--format", "png"], &SMALL[..]].concat();
+    let run = run_with_input(&folder, &args, &glb).expect(0);
+    assert!(run.stdout == std::fs::read(folder.join("tri.png")).expect("written"));
+}
+
+#[test]
+fn a_batch_goes_on_after_a_broken_file_and_skips_what_is_there() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("batch");
+    folder.write("models/a.glb", &triangle_glb([1.0, 0.0, 0.0]));
+    folder.write("models/b.glb", b"glTF but not really");
+    folder.write("models/c.glb", &triangle_glb([0.0, 0.0, 1.0]));
+    let run = render(&folder, &["models", "-o", "out/", "--report", "r.jsonl"]).expect(1);
+    assert!(run.stderr.contains("b.glb") && run.stderr.contains("1 of 3 inputs failed"), "{}", run.stderr);
+    let [a, c] = ["out/a.png", "out/c.png"].map(|name| picture(&folder.join(name)));
+    assert_ne!(a, c);
+    assert!(!folder.join("out/b.png").exists());
+    let report = std::fs::read_to_string(folder.join("r.jsonl")).expect("report");
+    let lines: Vec<serde_json::Value> = report.lines().map(json).collect();
+    assert_eq!(lines.len(), 3);
+    assert!(lines[1]["error"].is_string() && lines[2]["milliseconds"]["total"].as_f64() > Some(0.0));
+
+    std::fs::write(folder.join("out/a.png"), b"mine").expect("written");
+    std::fs::remove_file(folder.join("out/c.png")).expect("removed");
+    std::fs::remove_file(folder.join("models/b.glb")).expect("removed");
+    render(&folder, &["models", "-o", "out/", "--skip-existing"]).expect(0);
+    assert_eq!(std::fs::read(folder.join("out/a.png")).expect("kept"), b"mine");
+    assert_eq!(picture(&folder.join("out/c.png")), c);
+}
+
+#[test]
+fn frames_follow_the_animation() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("frames");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 0.0]));
+    let camera = ["--eye", "0,0,6", "--target", "0,0,0"];
+    render(&folder, &[&["tri.glb", "--frames", "0..2", "--fps", "2", "-o", "{frame:03}.png"], &camera[..]].concat())
+        .expect(0);
+    render(&folder, &[&["tri.glb", "--animation", "Slide", "-o", "start.png"], &camera[..]].concat()).expect(0);
+    render(&folder, &[&["tri.glb", "--time", "1", "-o", "end.png"], &camera[..]].concat()).expect(0);
+    let at = |name: &str| picture(&folder.join(name));
+    assert_eq!(at("000.png"), at("start.png"));
+    assert_eq!(at("002.png"), at("end.png"));
+    assert_ne!(at("000.png"), at("001.png"));
+    assert!(!folder.join("003.png").exists());
+}
+
+#[test]
+fn exr_files_hold_the_layers() {
+    if !has_adapter() {
+        return;
+    }
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    let folder = Folder::new("exr");
+    render(&folder, &["demo:hall", "-o", "a.exr", "--aov", "all"]).expect(0);
+    let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+    let image = reader.from_file(folder.join("a.exr")).expect("EXR");
+    let channels = |name: &str| -> Vec<String> {
+        let mut layers = image.layer_data.iter();
+        let layer = layers.find(|layer| layer.attributes.layer_name.as_ref().is_some_and(|n| n.eq(name)));
+        let layer = layer.unwrap_or_else(|| panic!("no layer {name}"));
+        assert_eq!((layer.size.0, layer.size.1), (64, 36));
+        layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect()
+    };
+    assert_eq!(channels("rgba"), ["A", "B", "G", "R"]);
+    assert_eq!(channels("depth"), ["Z"]);
+    assert_eq!(channels("normal"), ["X", "Y", "Z"]);
+    assert_eq!(channels("base_color"), ["B", "G", "R"]);
+}
+
+#[test]
+fn reports_passes_and_contact_sheets_are_written() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("report");
+    let flags = ["--aov", "depth", "--report", "r.json", "--dump-passes", "passes", "--contact-sheet", "sheet.png"];
+    render(&folder, &[&["demo:hall"], &flags[..]].concat()).expect(0);
+    let report = json(&std::fs::read_to_string(folder.join("r.json")).expect("report"));
+    for key in ["start", "load", "upload", "frames", "readback", "encode", "total"] {
+        assert!(report["milliseconds"][key].as_f64() >= Some(0.0), "{key}");
+    }
+    let count = |key: &str| report[key].as_u64().unwrap_or_else(|| panic!("no {key}"));
+    assert!(count("lights") > 1000 && count("draws") > 0 && count("triangles") > 0 && count("texture_bytes") > 0);
+    // A list holds every light that reaches its pixels, so what is in range is visited.
+    assert!(count("pairs_visited") >= count("pairs_in_range") && count("pairs_in_range") >= count("pairs_shaded"));
+    assert!(count("pairs_shaded") > 0);
+    let range = report["depth_range_m"].as_array().expect("range");
+    assert!(range[0].as_f64() > Some(0.0) && range[0].as_f64() < range[1].as_f64());
+    let depth = image::open(folder.join("hall.depth.png")).expect("depth");
+    assert_eq!((depth.color(), depth.width()), (image::ColorType::L16, 64));
+    let passes = std::fs::read_dir(folder.join("passes")).expect("passes").count();
+    assert!(passes >= 5 && picture(&folder.join("sheet.png")).width() > 128);
+}
+
+#[test]
+fn bench_ends_with_a_line_of_json() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("bench");
+    let text = run_in(&folder, &["bench", "demo:hall", "--size", "64x36", "--count", "4", "--png", "b.png"]).expect(0);
+    let text = text.text();
+    assert!(text.contains("median"), "{text}");
+    let value = json(text.lines().last().expect("a line"));
+    assert_eq!(value["frames"].as_array().map(Vec::len), Some(4));
+    assert!(value["timeToFirstFrame"].as_f64() > Some(0.0) && value["info"]["lights"].as_u64() > Some(1000));
+    assert!(value["info"]["visited_over_in_range"].as_f64() >= Some(1.0));
+    assert_eq!(picture(&folder.join("b.png")).dimensions(), (64, 36));
+    let budget = ["bench", "demo:hall", "--size", "64x36", "--count", "1000", "--budget-ms", "1", "--json"];
+    let value = json(&run_in(&folder, &budget).expect(0).text());
+    assert_eq!(value["frames"].as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn graphs_print_in_every_format() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("graph");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 1.0]));
+    let graph = |format| run_in(&folder, &["graph", "tri.glb", "--format", format]).expect(0).text();
+    assert!(graph("text").contains("geometry"));
+    assert!(json(&graph("json"))["plan"]["passes"].as_array().is_some_and(|passes| passes.len() > 3));
+    assert!(graph("mermaid").starts_with("flowchart"));
+    assert!(json(&run_in(&folder, &["adapters", "--json"]).expect(0).text())[0]["name"].is_string());
+}

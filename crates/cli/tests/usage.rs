@@ -1,0 +1,90 @@
+//! What the program refuses, without a GPU: exit codes and messages.
+
+mod common;
+
+use common::{Folder, run_in, triangle_glb};
+
+#[test]
+fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
+    let folder = Folder::new("usage");
+    let wrong: &[(&[&str], &str)] = &[
+        (&["render"], "<INPUTS>"),
+        (&["paint", "a.glb"], "paint"),
+        (&["render", "a.glb", "--sise", "1x1"], "--size"),
+        (&["render", "a.glb", "--size", "0x10"], "0x10"),
+        (&["render", "a.glb", "--size", "0"], "`0` is no size"),
+        (&["render", "a.glb", "--size", "999999999x999999999"], "999999999"),
+        (&["render", "a.glb", "--samples", "0"], "--samples"),
+        (&["render", "a.glb", "--tonemap", "filmic"], "neutral"),
+        (&["render", "a.glb", "-o", "a.jpg", "--background", "transparent"], "jpg has no transparency"),
+        (&["render", "a.glb", "--set", "cluster.slice=4"], "clusters.slices"),
+        (&["render", "a.glb", "--set", "render.scale=99"], "from 0.25 to 2"),
+        (&["render", "a.glb", "--set", "render.scale"], "KEY=VALUE"),
+        (&["render", "a.glb", "--orbit", "1,2"], "--orbit"),
+        (&["render", "a.glb", "--eye", "1,2,3", "--orbit", "1,2,3"], "--orbit"),
+        (&["render", "a.glb", "--camera", "0", "--eye", "1,2,3"], "--eye"),
+        (&["render", "a.glb", "--frames", "3..1"], "3..1"),
+        (&["render", "a.glb", "--frames", "0..3", "--fps", "0"], "--fps 0"),
+        (&["render", "a.glb", "--exposure", "nan"], "--exposure"),
+        (&["render", "a.glb", "--environment-intensity", "inf"], "--environment-intensity"),
+        (&["render", "a.glb", "--aov", "dpth"], "depth"),
+        (&["render", "a.glb", "--aov", "depth", "--path", "forward"], "deferred"),
+        (&["render", "a.glb", "-o", "-"], "--format"),
+        (&["render", "a.glb", "-o", "a.gif"], "gif"),
+        (&["render", "a.glb", "b.glb", "-o", "same.png"], "same.png"),
+        (&["render", "a.glb", "a.depth.glb", "--aov", "depth"], "a.depth.png"),
+        (&["render", "a.glb", "--frames", "0..4294967295", "-o", "one.png"], "one.png"),
+        (&["render", "demo:hell"], "hall"),
+        (&["bench", "a.glb", "--count", "0"], "--count"),
+        (&["bench", "a.glb", "--budget-ms", "0"], "--budget-ms"),
+        (&["graph", "a.glb", "--format", "dot"], "mermaid"),
+    ];
+    for (args, part) in wrong {
+        let run = run_in(&folder, args);
+        assert_eq!(run.code, 2, "{args:?}: {}", run.stderr);
+        let lines: Vec<&str> = run.stderr.lines().collect();
+        assert!(matches!(lines[..], [e, h] if e.starts_with("error: ") && h.starts_with("hint: ")), "{}", run.stderr);
+        assert!(run.stderr.contains(part), "{args:?}: {}", run.stderr);
+        assert!(run.stdout.is_empty());
+    }
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn without_arguments_there_is_help_and_2() {
+    let folder = Folder::new("help");
+    let run = run_in(&folder, &[]).expect(2);
+    assert!(run.stderr.contains("Usage: manypass") && run.stderr.contains("render"), "{}", run.stderr);
+    assert!(run_in(&folder, &["--help"]).expect(0).text().contains("Exit codes"));
+    assert!(run_in(&folder, &["--version"]).expect(0).text().starts_with("manypass "));
+    assert!(run_in(&folder, &["completions", "bash"]).expect(0).text().contains("manypass"));
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let folder = Folder::new("missing");
+    for command in [&["info", "nothing.glb"][..], &["graph", "nothing.glb"]] {
+        let run = run_in(&folder, command).expect(1);
+        assert_eq!(run.stderr.matches("nothing.glb").count(), 1, "{}", run.stderr);
+    }
+}
+
+#[test]
+fn info_counts_what_is_in_a_file() {
+    let folder = Folder::new("info");
+    folder.write("tri.glb", &triangle_glb([1.0, 0.0, 0.0]));
+    let json = run_in(&folder, &["info", "tri.glb", "--json"]).expect(0).text();
+    let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    for (key, expected) in [("nodes", 1), ("meshes", 1), ("primitives", 1), ("triangles", 1), ("triangles_drawn", 1)] {
+        assert_eq!(value[key], expected, "{key}");
+    }
+    assert_eq!(value["animations"][0]["name"], "Slide");
+    assert_eq!(value["animations"][0]["duration_secs"], 1.0);
+    assert_eq!(value["bounds_m"]["max"], serde_json::json!([1.0, 1.0, 0.0]));
+    assert_eq!(value["materials"][0], "paint");
+    let text = run_in(&folder, &["info", "tri.glb"]).expect(0).text();
+    assert!(text.contains("triangles: 1\n") && text.contains("max 1 1 0"), "{text}");
+    let hall = run_in(&folder, &["info", "demo:hall", "--json"]).expect(0).text();
+    let hall: serde_json::Value = serde_json::from_str(&hall).expect("JSON");
+    assert!(hall["lights"]["point"].as_u64() > Some(500) && hall["lights"]["spot"].as_u64() > Some(50));
+}
