@@ -97,9 +97,11 @@ impl Input {
         let failed = |error: &dyn std::fmt::Display, hint: &str| {
             Failure::new(Kind::Failed, format!("{}: {error}", self.name()), hint)
         };
+        // What the reader of glTF says names its file already.
+        let unread =
+            |error: &manypass_scene::LoadError| Failure::new(Kind::Failed, error, "name a readable .glb or .gltf file");
         let loaded = match self {
-            Self::File(path) => gltf_file::load_path(path)
-                .map_err(|error| failed(&error, "`manypass info FILE` reads a .glb or .gltf file"))?,
+            Self::File(path) => gltf_file::load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
                 let mut bytes = Vec::new();
                 std::io::stdin()
@@ -107,8 +109,7 @@ impl Input {
                     .read_to_end(&mut bytes)
                     .map_err(|error| failed(&error, "pipe a .glb file in"))?;
                 let mut refuse = |uri: &str| Err(format!("standard input has no folder to find `{uri}` in"));
-                gltf_file::load_bytes(&bytes, &mut refuse, "standard input")
-                    .map_err(|error| failed(&error, "pipe a .glb file in"))?
+                gltf_file::load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| unread(&error))?
             }
             Self::Demo(name) => {
                 let mut scene = demo::scene(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;

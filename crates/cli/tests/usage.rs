@@ -65,7 +65,7 @@ fn a_missing_file_is_named() {
     let folder = Folder::new("missing");
     for command in [&["info", "nothing.glb"][..], &["graph", "nothing.glb"]] {
         let run = run_in(&folder, command).expect(1);
-        assert_eq!(run.stderr.matches("nothing.glb").count(), 1, "{}", run.stderr);
+        assert!(run.stderr.starts_with("error: nothing.glb: cannot"), "{}", run.stderr);
     }
 }
 

@@ -483,6 +483,7 @@ impl Renderer {
         if let (Purpose::Pairs(counts), Some(name)) = (&mut *purpose, &pairs_name) {
             *counts = sum_pairs(&readback::read_texture(&self.gpu, exported(name)?).await?);
         }
+        #[cfg(not(target_arch = "wasm32"))]
         if let Purpose::Pictures(pictures) = purpose {
             let report = run.read(&self.gpu.device);
             *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();

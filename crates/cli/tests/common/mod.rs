@@ -41,8 +41,9 @@ impl Run {
 
 /// Runs the program in `folder`.
 pub fn run_in(folder: &Path, args: &[&str]) -> Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_manypass")).args(args).current_dir(folder).stdin(Stdio::null());
-    output.output().expect("the program starts").into()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_manypass"));
+    command.args(args).current_dir(folder).stdin(Stdio::null());
+    command.output().expect("the program starts").into()
 }
 
 /// Runs the program in `folder` with `input` on standard input.
