@@ -55,6 +55,7 @@ pub(crate) fn build(size: Size) -> Result<()> {
         .input_path(&module)
         .web(true)?
         .typescript(true)
+        .omit_default_module_path(false)
         .generate(&folder)
         .with_context(|| format!("writing the bindings of {}", module.display()))?;
     let page = root().join("crates/web/page");
