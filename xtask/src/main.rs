@@ -1,7 +1,6 @@
 //! Set-up, tests, the web package and the demo: `cargo xtask`.
 
 mod browser;
-mod compare;
 mod setup;
 mod step;
 mod web;

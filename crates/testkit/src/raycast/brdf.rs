@@ -4,7 +4,7 @@
 //! - V: Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014 (height-correlated Smith).
 //! - F: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
 //! - Compensation: Turquin, "Practical multiple scattering compensation for microfacet models", 2019.
-//! - Diffuse: Lambert, without a factor (1 − F).
+//! - Diffuse: Lambert, times (1 − F) (glTF 2.0 specification, appendix B).
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
