@@ -8,7 +8,7 @@ use crate::gpu::data_texture::DataTexture;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::passes::accumulate::SUM;
 use crate::passes::direct;
-use crate::passes::lights::{ClusterLists, LightCulling, LightTable};
+use crate::passes::lights::{self, ClusterLists, LightCulling, LightTable};
 use crate::passes::tone_map::{ToneMapUniform, Tonemap};
 use crate::resources::SceneResources;
 use crate::settings::Settings;
@@ -19,6 +19,9 @@ use crate::view::{self, View, ViewUniform};
 use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, PlanError, RunOptions, TextureDesc};
 use manypass_scene::Scene;
 use std::cell::RefCell;
+
+/// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`.
+const LIST_WIDTH: u32 = 4096;
 
 /// The format of the finished picture: display colours, encoded in the shader.
 pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -240,7 +243,12 @@ impl Renderer {
     /// The scene does not fit the device's memory, or the device was lost.
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
         self.resources = None;
-        self.resources = Some(SceneResources::new(&self.gpu, scene));
+        let mut resources = SceneResources::new(&self.gpu, scene);
+        let light_count = lights::visible_count(scene);
+        if light_count > lights::LIGHTS_MAX as usize {
+            resources.warnings.push(format!("only the first {} of {light_count} lights are drawn", lights::LIGHTS_MAX));
+        }
+        self.resources = Some(resources);
         Ok(self.gpu.check()?)
     }
 
@@ -397,7 +405,11 @@ impl Renderer {
         let draws = DrawList::new(scene, resources, &uniform.clip_from_world, &mut deformation);
         let started = web_time::Instant::now();
         let table = LightTable::new(scene, self.pre_exposure, request.light_subset);
-        let lists = table.cluster(&request.camera, range, size, request.light_culling, &request.settings.clusters);
+        let target = lights::Target { size, jitter_px: jitter };
+        // The narrowest data texture that holds the lists has this many rows; 2²² entries take 8 MiB.
+        let entries_max = (self.gpu.capabilities.max_texture_size as usize * LIST_WIDTH as usize).min(1 << 22);
+        let clusters = &request.settings.clusters;
+        let lists = table.cluster(&request.camera, range, &target, request.light_culling, clusters, entries_max);
         self.stats = FrameStats {
             draws: (draws.opaque.len() + draws.blended.len()) as u32,
             triangles: draws.triangles,
@@ -581,7 +593,7 @@ impl FrameBuffers {
             // The widths are constants of `lights.wgsl`: 256 lights of 4 texels, 1,024 clusters, 4,096 entries a row.
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, 1024),
             cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, 1024),
-            cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, 4096),
+            cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
             instances: create_instances(gpu, 64),
             directional_albedo: upload_directional_albedo(gpu),
             linear_clamp: sampler("linear_clamp", wgpu::FilterMode::Linear),

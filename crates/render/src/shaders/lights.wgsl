@@ -43,7 +43,7 @@ struct LightSums {
 }
 
 fn light_texel(index: u32) -> vec2i {
-    return vec2i(i32((index % LIGHTS_PER_ROW) * 4u), i32(index / LIGHTS_PER_ROW));
+    return vec2i(i32((index & (LIGHTS_PER_ROW - 1u)) << 2u), i32(index >> 8u));
 }
 
 fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
@@ -59,7 +59,7 @@ fn cluster_at(index: u32) -> vec2u {
 }
 
 fn cluster_light_at(entry: u32) -> u32 {
-    return textureLoad(cluster_lights, vec2i(i32(entry % LIST_WIDTH), i32(entry / LIST_WIDTH)), 0).r;
+    return textureLoad(cluster_lights, vec2i(i32(entry & (LIST_WIDTH - 1u)), i32(entry >> 12u)), 0).r;
 }
 
 // The window of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
@@ -84,11 +84,15 @@ fn punctual_radiance(index: u32, position_world: vec3f, shading: Shading, sums: 
         return;
     }
     let color = textureLoad(lights, texel + vec2i(1, 0), 0);
-    let axis = textureLoad(lights, texel + vec2i(2, 0), 0);
-    let cone = clamp(dot(axis.xyz, -to_light) * color.w + axis.w, 0.0, 1.0);
-    let irradiance = cone * cone * distance_attenuation(distance_squared, place.w);
-    if irradiance <= 0.0 {
-        return;
+    var irradiance = distance_attenuation(distance_squared, place.w);
+    // Point lights have no cone.
+    if color.w != 0.0 {
+        let axis = textureLoad(lights, texel + vec2i(2, 0), 0);
+        let cone = clamp(dot(axis.xyz, -to_light) * color.w + axis.w, 0.0, 1.0);
+        irradiance *= cone * cone;
+        if irradiance <= 0.0 {
+            return;
+        }
     }
     (*sums).shaded += 1.0;
     (*sums).radiance += brdf_times_n_dot_l(shading, to_light) * color.rgb * irradiance;

@@ -4,6 +4,7 @@ use super::{ClusterSettings, LightTable};
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
 /// The uniform `ClusterGrid` of `lights.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -19,6 +20,15 @@ pub struct ClusterUniform {
     pub global_count: u32,
 }
 
+/// What the lists are for.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+    /// By how much the picture is moved, right and down.
+    pub jitter_px: Vec2,
+}
+
 /// The lists of one view.
 #[derive(Clone, Debug)]
 pub struct ClusterLists {
@@ -30,11 +40,11 @@ pub struct ClusterLists {
     pub lights: Vec<u16>,
 }
 
-/// The tiles `first..end` of one row and slice that a light touches.
-#[derive(Clone, Copy)]
+/// The tiles `first..end` of one row of clusters that a light touches. A row of clusters is a row of tiles in one slice.
+#[derive(Clone, Copy, Default)]
 struct Span {
+    row: u32,
     light: u16,
-    row_of_clusters: u32,
     first: u16,
     end: u16,
 }
@@ -42,14 +52,22 @@ struct Span {
 /// The picture of the grid in view space.
 struct Grid {
     tiles: [u32; 2],
-    slices: u32,
-    near_m: f32,
+    tile_px: u32,
+    /// The distances at which slices begin, and the end of the last. The outermost take what lies beyond them.
+    slice_edges_m: Vec<f32>,
+    log2_near: f32,
     log_step: f32,
     /// Tile coordinates = plane · scale + offset, where plane is x or −y in view space (at 1 m for perspective).
     tile_scale: Vec2,
     tile_offset: Vec2,
     orthographic: bool,
 }
+
+/// Room for rounding, which differs between the shader and the CPU: in tiles, and as a factor on radii.
+const TILE_SLACK: f32 = 0.004;
+const RADIUS_SLACK: f32 = 1.001;
+/// A thread is worth its start from this many lights on.
+const LIGHTS_PER_THREAD_MIN: usize = 256;
 
 impl ClusterLists {
     /// One cluster with every light.
@@ -67,51 +85,36 @@ impl ClusterLists {
         }
     }
 
-    /// Lists for tiles and slices fitted to `range`.
+    /// Lists for tiles and slices fitted to `range`. Where lights overlap so much that the lists would have more than
+    /// `entries_max` entries, tiles and slices become larger.
     pub fn build(
         table: &LightTable,
         view: &View,
         range: DepthRange,
-        size: (u32, u32),
+        target: &Target,
         settings: &ClusterSettings,
+        entries_max: usize,
     ) -> Self {
-        let grid = Grid::new(view, range, size, settings);
+        let mut settings = settings.clone();
         let view_from_world = view.world_from_view.inverse();
-        let mut spans = Vec::with_capacity(table.spheres.len() * 8);
-        for (index, (position, radius)) in table.spheres.iter().enumerate() {
-            let center = view_from_world.transform_point3(*position);
-            grid.spans(center, *radius, (table.global_count as usize + index) as u16, &mut spans);
-        }
-        let row_len = grid.tiles[0] as usize;
-        let cluster_count = row_len * grid.tiles[1] as usize * grid.slices as usize;
-        let mut lists = vec![[0u32; 2]; cluster_count];
-        for span in &spans {
-            let row = span.row_of_clusters as usize * row_len;
-            for cluster in &mut lists[row + span.first as usize..row + span.end as usize] {
-                cluster[1] += 1;
+        let spheres: Vec<(Vec3, f32)> =
+            table.spheres.iter().map(|(center, radius)| (view_from_world.transform_point3(*center), *radius)).collect();
+        let (grid, spans) = loop {
+            let grid = Grid::new(view, range, target, &settings);
+            match grid.all_spans(&spheres, table.global_count, entries_max) {
+                Some(spans) => break (grid, spans),
+                None if grid.row_count() == 1 && grid.tiles[0] == 1 => return Self::everything(table, target.size),
+                None => {
+                    settings.tile_px *= 2;
+                    settings.slices = (settings.slices / 2).max(1);
+                }
             }
-        }
-        let mut offset = 0;
-        for cluster in &mut lists {
-            cluster[0] = offset;
-            offset += cluster[1];
-        }
-        let mut lights = vec![0u16; offset as usize];
-        for span in &spans {
-            let row = span.row_of_clusters as usize * row_len;
-            for cluster in &mut lists[row + span.first as usize..row + span.end as usize] {
-                lights[cluster[0] as usize] = span.light;
-                cluster[0] += 1;
-            }
-        }
-        // The offsets were moved to the ends while filling.
-        for cluster in &mut lists {
-            cluster[0] -= cluster[1];
-        }
+        };
+        let (lists, lights) = grid.lists(&spans);
         Self {
             uniform: ClusterUniform {
-                size: [grid.tiles[0], grid.tiles[1], grid.slices, settings.tile_px],
-                slice_from_log_distance: [1.0 / grid.log_step, -range.near_m.log2() / grid.log_step],
+                size: [grid.tiles[0], grid.tiles[1], grid.slices(), grid.tile_px],
+                slice_from_log_distance: [1.0 / grid.log_step, -grid.log2_near / grid.log_step],
                 directional_count: table.directional_count,
                 global_count: table.global_count,
             },
@@ -121,43 +124,150 @@ impl ClusterLists {
     }
 }
 
+/// `0..count` in parts of about the same size, one for each thread that is worth its start.
+fn parts(count: usize, least: usize) -> Vec<Range<usize>> {
+    let threads = if cfg!(target_arch = "wasm32") {
+        1
+    } else {
+        std::thread::available_parallelism().map_or(1, usize::from).min(8).min(count / least.max(1)).max(1)
+    };
+    (0..threads).map(|i| count * i / threads..count * (i + 1) / threads).collect()
+}
+
+/// Runs `work` on every part, the first on this thread, and gives the results in their order.
+fn in_parallel<P: Send, R: Send>(parts: Vec<P>, work: impl Fn(P) -> R + Sync) -> Vec<R> {
+    let mut parts = parts.into_iter();
+    let Some(first) = parts.next() else { return Vec::new() };
+    if parts.len() == 0 {
+        return vec![work(first)];
+    }
+    std::thread::scope(|scope| {
+        let work = &work;
+        let others: Vec<_> = parts.map(|part| scope.spawn(move || work(part))).collect();
+        let mut results = vec![work(first)];
+        for other in others {
+            match other.join() {
+                Ok(result) => results.push(result),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        results
+    })
+}
+
 impl Grid {
-    fn new(view: &View, range: DepthRange, size: (u32, u32), settings: &ClusterSettings) -> Self {
-        let size_px = Vec2::new(size.0 as f32, size.1 as f32);
+    fn new(view: &View, range: DepthRange, target: &Target, settings: &ClusterSettings) -> Self {
+        let size_px = Vec2::new(target.size.0 as f32, target.size.1 as f32);
         let tile_px = settings.tile_px as f32;
         let half_extent = view.half_extent(size_px.x / size_px.y);
+        let log_step = (range.far_m / range.near_m).log2().max(1e-4) / settings.slices as f32;
+        let mut slice_edges_m: Vec<f32> =
+            (0..=settings.slices).map(|slice| range.near_m * (log_step * slice as f32).exp2()).collect();
+        slice_edges_m[0] = 0.0;
+        slice_edges_m[settings.slices as usize] = f32::INFINITY;
         Self {
-            tiles: [size.0.div_ceil(settings.tile_px), size.1.div_ceil(settings.tile_px)],
-            slices: settings.slices,
-            near_m: range.near_m,
-            log_step: (range.far_m / range.near_m).log2().max(1e-4) / settings.slices as f32,
+            tiles: [target.size.0.div_ceil(settings.tile_px), target.size.1.div_ceil(settings.tile_px)],
+            tile_px: settings.tile_px,
+            slice_edges_m,
+            log2_near: range.near_m.log2(),
+            log_step,
             tile_scale: 0.5 * size_px / (half_extent * tile_px),
-            tile_offset: 0.5 * size_px / tile_px,
+            // The picture moves by the jitter, right and down.
+            tile_offset: (0.5 * size_px + target.jitter_px) / tile_px,
             orthographic: view.is_orthographic(),
         }
     }
 
-    fn distance_of_slice(&self, slice: u32) -> f32 {
-        self.near_m * (self.log_step * slice as f32).exp2()
+    fn slices(&self) -> u32 {
+        self.slice_edges_m.len() as u32 - 1
+    }
+
+    fn row_count(&self) -> usize {
+        self.tiles[1] as usize * self.slices() as usize
+    }
+
+    /// The spans of all spheres, in the order of the lights; none if the lists would get too long.
+    fn all_spans(&self, spheres: &[(Vec3, f32)], first_light: u32, entries_max: usize) -> Option<Vec<Span>> {
+        let collect = |part: Range<usize>| {
+            let mut spans = Vec::with_capacity(part.len() * 32);
+            let mut entries = 0;
+            for index in part {
+                let counted = spans.len();
+                let (center, radius) = spheres[index];
+                self.spans(center, radius, (first_light as usize + index) as u16, &mut spans);
+                entries += spans[counted..].iter().map(|span| usize::from(span.end - span.first)).sum::<usize>();
+                if entries > entries_max {
+                    return None;
+                }
+            }
+            Some((spans, entries))
+        };
+        let results: Option<Vec<_>> =
+            in_parallel(parts(spheres.len(), LIGHTS_PER_THREAD_MIN), collect).into_iter().collect();
+        let results = results?;
+        let total: usize = results.iter().map(|(_, entries)| entries).sum();
+        (total <= entries_max).then(|| results.into_iter().flat_map(|(spans, _)| spans).collect())
+    }
+
+    /// Offset and length of every list, and the lists. Rows of clusters are filled one after the other, so that what
+    /// is written stays in the cache.
+    fn lists(&self, spans: &[Span]) -> (Vec<[u32; 2]>, Vec<u16>) {
+        let row_len = self.tiles[0] as usize;
+        // Where the spans and the entries of a row begin.
+        let mut begins = vec![[0usize; 2]; self.row_count() + 1];
+        for span in spans {
+            let [count, entries] = &mut begins[span.row as usize + 1];
+            *count += 1;
+            *entries += usize::from(span.end - span.first);
+        }
+        for row in 1..begins.len() {
+            begins[row][0] += begins[row - 1][0];
+            begins[row][1] += begins[row - 1][1];
+        }
+        let mut sorted = vec![Span::default(); spans.len()];
+        let mut next: Vec<u32> = begins.iter().map(|begin| begin[0] as u32).collect();
+        for span in spans {
+            let place = &mut next[span.row as usize];
+            sorted[*place as usize] = *span;
+            *place += 1;
+        }
+        let mut table = vec![[0u32; 2]; self.row_count() * row_len];
+        let mut lights = vec![0u16; begins.last().map_or(0, |begin| begin[1])];
+        let mut parts_with_output = Vec::new();
+        let (mut table_rest, mut lights_rest) = (table.as_mut_slice(), lights.as_mut_slice());
+        for rows in parts(self.row_count(), if spans.len() < 4096 { usize::MAX } else { 1 }) {
+            let (table_part, rest) = table_rest.split_at_mut(rows.len() * row_len);
+            table_rest = rest;
+            let (lights_part, rest) = lights_rest.split_at_mut(begins[rows.end][1] - begins[rows.start][1]);
+            lights_rest = rest;
+            parts_with_output.push((rows, table_part, lights_part));
+        }
+        in_parallel(parts_with_output, |(rows, table, lights)| {
+            let mut cursors = vec![0i32; row_len + 1];
+            let first_entry = begins[rows.start][1];
+            for (row, table) in rows.clone().zip(table.chunks_exact_mut(row_len)) {
+                let spans = &sorted[begins[row][0]..begins[row + 1][0]];
+                fill_row(spans, begins[row][1], first_entry, table, lights, &mut cursors);
+            }
+        });
+        (table, lights)
     }
 
     /// Appends the spans of a sphere, `center` in view space.
     fn spans(&self, center: Vec3, radius: f32, light: u16, spans: &mut Vec<Span>) {
-        // A hair more, because shader and CPU round differently, and jitter moves pixels by half a pixel.
-        let radius = radius * 1.001;
+        let radius = radius * RADIUS_SLACK;
         let distance = -center.z;
         if distance + radius <= 0.0 {
             return;
         }
-        let slice_of = |d: f32| ((d / self.near_m).log2() / self.log_step).floor();
-        let last_slice = self.slices as f32 - 1.0;
-        let first = slice_of((distance - radius).max(self.near_m * 0.5)).clamp(0.0, last_slice) as u32;
-        let last = slice_of((distance + radius).max(self.near_m * 0.5)).clamp(0.0, last_slice) as u32;
-        for slice in first..=last {
-            // The outermost slices take what lies beyond them.
-            let d0 = if slice == 0 { 0.0 } else { self.distance_of_slice(slice) };
-            let d1 = if slice + 1 == self.slices { f32::INFINITY } else { self.distance_of_slice(slice + 1) };
-            self.slice_spans(center, radius, (d0, d1), slice, light, spans);
+        let last_slice = self.slices() as f32 - 1.0;
+        let slice_of = |d: f32| {
+            let slice = (d.max(f32::MIN_POSITIVE).log2() - self.log2_near) / self.log_step;
+            slice.floor().clamp(0.0, last_slice) as u32
+        };
+        for slice in slice_of(distance - radius)..=slice_of(distance + radius) {
+            let edges = (self.slice_edges_m[slice as usize], self.slice_edges_m[slice as usize + 1]);
+            self.slice_spans(center, radius, edges, slice, light, spans);
         }
     }
 
@@ -185,12 +295,7 @@ impl Grid {
             let chord = (disc * disc - gap * gap).max(0.0).sqrt();
             let (x0, x1) = self.tile_range(center.x, chord, z0, z1, 0);
             if x0 < x1 {
-                spans.push(Span {
-                    light,
-                    row_of_clusters: slice * self.tiles[1] + tile_y,
-                    first: x0 as u16,
-                    end: x1 as u16,
-                });
+                spans.push(Span { row: slice * self.tiles[1] + tile_y, light, first: x0 as u16, end: x1 as u16 });
             }
         }
     }
@@ -207,18 +312,141 @@ impl Grid {
             (low / if low < 0.0 { near } else { z1 }, high / if high > 0.0 { near } else { z1 })
         };
         let tile = |plane: f32| plane * self.tile_scale[axis] + self.tile_offset[axis];
-        // A twentieth of a tile covers the jitter of half a pixel and rounding.
-        let first = (tile(low) - 0.08).floor().clamp(0.0, self.tiles[axis] as f32);
-        let end = ((tile(high) + 0.08).floor() + 1.0).clamp(0.0, self.tiles[axis] as f32);
+        let tiles = self.tiles[axis] as f32;
+        let first = (tile(low) - TILE_SLACK).clamp(0.0, tiles).floor();
+        let end = ((tile(high) + TILE_SLACK).floor() + 1.0).clamp(0.0, tiles);
         (first as u32, end as u32)
     }
 
     /// The smallest distance in y between a row of tiles and `middle`, between the distances `z0` and `z1`.
     fn row_gap(&self, tile_y: u32, middle: f32, z0: f32, z1: f32) -> f32 {
         let plane = |tile: f32| (tile - self.tile_offset.y) / self.tile_scale.y;
-        let (top, bottom) = (plane(tile_y as f32 - 0.08), plane(tile_y as f32 + 1.08));
+        let (top, bottom) = (plane(tile_y as f32 - TILE_SLACK), plane(tile_y as f32 + 1.0 + TILE_SLACK));
         let (low, high) =
             if self.orthographic { (top, bottom) } else { ((top * z0).min(top * z1), (bottom * z0).max(bottom * z1)) };
         (low - middle).max(middle - high).max(0.0)
+    }
+}
+
+/// Writes the lists of one row of clusters, whose first entry has the number `offset` in all and stands at
+/// `offset - first_entry` in `lights`. `cursors` has one place more than the row.
+fn fill_row(
+    spans: &[Span],
+    offset: usize,
+    first_entry: usize,
+    table: &mut [[u32; 2]],
+    lights: &mut [u16],
+    cursors: &mut [i32],
+) {
+    // The number of lights rises by one where a span begins and falls where it ends.
+    cursors.fill(0);
+    for span in spans {
+        cursors[usize::from(span.first)] += 1;
+        cursors[usize::from(span.end)] -= 1;
+    }
+    let (mut count, mut end) = (0, offset);
+    for (cluster, cursor) in table.iter_mut().zip(cursors.iter_mut()) {
+        count += *cursor;
+        *cluster = [end as u32, count as u32];
+        *cursor = (end - first_entry) as i32;
+        end += count as usize;
+    }
+    for span in spans {
+        for cursor in &mut cursors[usize::from(span.first)..usize::from(span.end)] {
+            lights[*cursor as usize] = span.light;
+            *cursor += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Mat4;
+    use manypass_scene::Projection;
+
+    /// 0 ≤ x < 1: the finaliser of MurmurHash3.
+    fn unit(i: u32, k: u32) -> f32 {
+        let mut hash = i.wrapping_mul(0x9e37_79b9) ^ k.wrapping_mul(0x7feb_352d);
+        hash = (hash ^ (hash >> 16)).wrapping_mul(0x85eb_ca6b);
+        hash = (hash ^ (hash >> 13)).wrapping_mul(0xc2b2_ae35);
+        ((hash ^ (hash >> 16)) >> 8) as f32 / (1u32 << 24) as f32
+    }
+
+    fn lights(count: u32) -> LightTable {
+        let sphere = |i| {
+            let center = Vec3::new(18.0 * unit(i, 1) - 9.0, 10.0 * unit(i, 2) - 5.0, -24.0 * unit(i, 3));
+            (center, 0.1 + 0.4 * unit(i, 4))
+        };
+        let texels = vec![[0.0; 4]; 4 * (count as usize + 2)];
+        LightTable { texels, spheres: (0..count).map(sphere).collect(), global_count: 2, ..Default::default() }
+    }
+
+    fn cases() -> Vec<(View, DepthRange, Target)> {
+        let projections = [
+            Projection::Perspective { fov_y_rad: 0.9, near_m: 0.1, far_m: None },
+            Projection::Orthographic { height_m: 8.0, near_m: 0.1, far_m: 40.0 },
+        ];
+        let case = |projection| {
+            let view = View { world_from_view: Mat4::from_rotation_y(0.2), projection };
+            (
+                view,
+                DepthRange { near_m: 0.4, far_m: 24.0 },
+                Target { size: (331, 177), jitter_px: Vec2::new(0.4, -0.3) },
+            )
+        };
+        projections.map(case).to_vec()
+    }
+
+    /// The point that the shader rebuilds at a place of the picture and a distance.
+    fn point(view: &View, target: &Target, pixel: Vec2, distance_m: f32) -> Vec3 {
+        let size = Vec2::new(target.size.0 as f32, target.size.1 as f32);
+        let ndc = ((pixel - target.jitter_px) / size * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
+        let plane = ndc * view.half_extent(size.x / size.y) * if view.is_orthographic() { 1.0 } else { distance_m };
+        view.world_from_view.transform_point3(plane.extend(-distance_m))
+    }
+
+    #[test]
+    fn every_light_that_reaches_a_point_is_in_its_cluster_once() {
+        let settings = ClusterSettings::default();
+        let table = lights(3000);
+        for (view, range, target) in cases() {
+            let lists = ClusterLists::build(&table, &view, range, &target, &settings, usize::MAX);
+            let [across, down, slices, tile_px] = lists.uniform.size;
+            let mut reached = 0;
+            for i in 0..4000u32 {
+                let pixel = Vec2::new((unit(i, 5) * 331.0).floor() + 0.5, (unit(i, 6) * 177.0).floor() + 0.5);
+                let distance = range.near_m * (range.far_m / range.near_m).powf(unit(i, 7));
+                let [scale, bias] = lists.uniform.slice_from_log_distance;
+                let slice = (distance.log2() * scale + bias).clamp(0.0, slices as f32 - 1.0) as u32;
+                let tile = (pixel / tile_px as f32).floor();
+                let cluster = (slice * down + tile.y as u32) * across + tile.x as u32;
+                let [first, count] = lists.table[cluster as usize];
+                let list = &lists.lights[first as usize..(first + count) as usize];
+                assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "a list is in the order of the lights");
+                let place = point(&view, &target, pixel, distance);
+                for (index, (center, radius)) in table.spheres.iter().enumerate() {
+                    if center.distance(place) < *radius {
+                        reached += 1;
+                        assert!(list.contains(&(index as u16 + 2)), "light {index} at {place}");
+                    }
+                }
+            }
+            assert!(reached > 100, "{reached}");
+        }
+    }
+
+    #[test]
+    fn lists_that_would_get_too_long_have_larger_clusters() {
+        let table = lights(3000);
+        let settings = ClusterSettings::default();
+        for (view, range, target) in cases() {
+            let free = ClusterLists::build(&table, &view, range, &target, &settings, usize::MAX);
+            let most = free.lights.len() * 3 / 4;
+            let lists = ClusterLists::build(&table, &view, range, &target, &settings, most);
+            assert!(lists.lights.len() <= most && lists.uniform.size[3] > settings.tile_px);
+            let lists = ClusterLists::build(&table, &view, range, &target, &settings, 100);
+            assert_eq!(lists.lights.len(), 3000, "one list of all lights is the last resort");
+        }
     }
 }

@@ -8,7 +8,7 @@
 
 mod clusters;
 
-pub use clusters::{ClusterLists, ClusterUniform};
+pub use clusters::{ClusterLists, ClusterUniform, Target};
 
 use crate::view::{DepthRange, View};
 use glam::Vec3;
@@ -29,6 +29,14 @@ impl Default for ClusterSettings {
     fn default() -> Self {
         Self { tile_px: 16, slices: 32 }
     }
+}
+
+/// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
+pub const LIGHTS_MAX: u32 = 65_535;
+
+/// The number of lights of visible nodes.
+pub fn visible_count(scene: &Scene) -> usize {
+    scene.visible_nodes().into_iter().filter(|id| scene.node(*id).light.is_some()).count()
 }
 
 /// How lights are kept from pixels that they do not reach.
@@ -62,6 +70,9 @@ impl LightTable {
         let mut spheres = Vec::new();
         let mut number = 0;
         for id in scene.visible_nodes() {
+            if number == LIGHTS_MAX {
+                break;
+            }
             let node = scene.node(id);
             let Some(light) = node.light.and_then(|light| scene.lights.get(light)) else { continue };
             number += 1;
@@ -111,18 +122,19 @@ impl LightTable {
         self.texels.is_empty()
     }
 
-    /// The lists of a view on a target of `size` pixels.
+    /// The lists of a view, with at most `entries_max` entries if clustered.
     pub fn cluster(
         &self,
         view: &View,
         range: DepthRange,
-        size: (u32, u32),
+        target: &Target,
         culling: LightCulling,
         settings: &ClusterSettings,
+        entries_max: usize,
     ) -> ClusterLists {
         match culling {
-            LightCulling::Clustered => ClusterLists::build(self, view, range, size, settings),
-            LightCulling::None => ClusterLists::everything(self, size),
+            LightCulling::Clustered => ClusterLists::build(self, view, range, target, settings, entries_max),
+            LightCulling::None => ClusterLists::everything(self, target.size),
         }
     }
 }
