@@ -1,6 +1,7 @@
 // run.mjs CASES: opens the page with every model on each backend, fails on errors of page or driver, and saves into
 // target/browser what the viewer reads back (NAME-BACKEND.png) and what the canvas shows (NAME-BACKEND-canvas.png).
-// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height }].
+// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups }]; with `groups` eighths of the lights
+// must add up to all of them.
 import { createServer } from "node:http";
 import { readFile, writeFile, mkdir } from "node:fs/promises";
 import { createRequire } from "node:module";
@@ -57,31 +58,51 @@ async function test(name, action) {
   failed += faults.length > 0;
 }
 
-for (const { name, model, width, height } of cases) {
+for (const { name, model, width, height, groups } of cases) {
   for (const backend of ["webgpu", "webgl"]) {
     await test(`${name} on ${backend}`, async (faults) => {
       const address = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : `models/${name}.glb` };
       const page = await open(address, { width, height }, faults);
       try {
-        const result = await page.evaluate(async () => {
+        const result = await page.evaluate(async (groups) => {
+          let groupRatio, offPixels;
           if (window.manypass.error) throw new Error(window.manypass.error);
           const viewer = window.manypass.viewer;
           let pixels = await viewer.pixels();
+          // The pixels are there, so the frame is finished; the clock began with the navigation.
           const first = performance.now();
           // The page must show the same frame again when nothing changed.
           await window.manypass.draw();
           const again = await viewer.pixels();
           const second = performance.now() - first;
           if (pixels.some((value, index) => value !== again[index])) throw new Error("the second frame differs from the first");
+          if (groups) {
+            const total = async (lightSubset) => {
+              viewer.configure({ lightSubset });
+              await window.manypass.draw();
+              return (await viewer.radiance()).filter((_, i) => i % 4 < 3);
+            };
+            const whole = await total(null), sum = new Float64Array(whole.length);
+            for (let group = 0; group < 8; group++) (await total([group, 8])).forEach((value, i) => { sum[i] += value; });
+            viewer.configure({ lightSubset: null });
+            await window.manypass.draw();
+            const all = (values) => values.reduce((a, b) => a + b, 0);
+            groupRatio = all(sum) / all(whole);
+            offPixels = whole.reduce((n, value, i) => n + (Math.abs(sum[i] - value) > 0.01 * Math.max(value, 0.01)), 0) / whole.length;
+          }
           const info = viewer.info();
           const canvas = document.createElement("canvas");
           [canvas.width, canvas.height] = [info.width, info.height];
           canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
-          return { info, first, second, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
-        });
+          return { info, first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
+        }, groups);
         await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
         await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });
         if (result.info.backend !== backend) faults.push(`asked for ${backend}, got ${result.info.backend}`);
+        if (groups) {
+          console.log(`    ${name} on ${backend}: 8 groups of lights over all lights ${result.groupRatio.toFixed(5)}, ${(100 * result.offPixels).toFixed(3)} % of values off by more than 1 %`);
+          if (!(Math.abs(result.groupRatio - 1) < 0.005 && result.offPixels < 0.001)) faults.push("groups of lights do not add up to the whole");
+        }
         const notes = result.warnings.length ? `; ${result.warnings.length} warnings, first: ${result.warnings[0]}` : "";
         console.log(`    ${name} on ${backend}: first frame ${result.first.toFixed(0)} ms after the page was opened, next ${result.second.toFixed(0)} ms${notes}`);
       } finally { await page.close(); }

@@ -19,6 +19,8 @@ struct Case {
     size: (u32, u32),
 }
 
+/// The cases whose lights are also drawn in eight groups that must add up.
+const GROUPS: [&str; 2] = ["hall", "lightfield_10000"];
 const SQUARE: (u32, u32) = (256, 256);
 const WIDE: (u32, u32) = (320, 180);
 
@@ -26,9 +28,10 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
     Case { name, model, size }
 }
 
-const CASES: [Case; 9] = [
+const CASES: [Case; 10] = [
     case("hall", "demo:hall", WIDE),
     case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)),
+    case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)),
     case("DamagedHelmet", "", SQUARE),
     case("BoxTextured", "", SQUARE),
     case("NormalTangentMirrorTest", "", SQUARE),
@@ -77,7 +80,8 @@ pub(crate) fn test() -> Result<()> {
     let cases: Vec<_> = found
         .iter()
         .map(|(case, input)| {
-            serde_json::json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1 })
+            serde_json::json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
+                "groups": GROUPS.contains(&case.name) })
         })
         .collect();
     let browser = check(

@@ -355,16 +355,24 @@ impl Renderer {
     ///
     /// # Errors
     /// Nothing was rendered yet, or the device was lost.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
+    pub async fn read_radiance_async(&self) -> Result<Vec<f32>, RenderError> {
         let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
-        let bytes = pollster::block_on(readback::read_texture(&self.gpu, &output.sums[self.latest_sum]))?;
+        let bytes = readback::read_texture(&self.gpu, &output.sums[self.latest_sum]).await?;
         let scale = 1.0 / self.pre_exposure;
         Ok(bytes
             .chunks_exact(4)
             .enumerate()
             .map(|(i, b)| f32::from_le_bytes([b[0], b[1], b[2], b[3]]) * if i % 4 == 3 { 1.0 } else { scale })
             .collect())
+    }
+
+    /// As [`Self::read_radiance_async`], waiting.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
+        pollster::block_on(self.read_radiance_async())
     }
 
     /// A variable of the first frame; the request must have wanted it.
@@ -616,9 +624,9 @@ impl FrameBuffers {
         queue.write_buffer(&self.view, 0, bytemuck::bytes_of(uniform));
         queue.write_buffer(&self.cluster_grid, 0, bytemuck::bytes_of(&lists.uniform));
         queue.write_buffer(&self.environment, 0, bytemuck::bytes_of(environment));
-        let weight = 1.0 / request.sample_count.max(1) as f32;
-        let keep = if request.sample_index == 0 { 0.0f32 } else { 1.0 };
-        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&[weight, keep, 0.0, 0.0]));
+        // The mean of the frames so far, so that the picture can be shown at any time.
+        let weight = 1.0 / (request.sample_index as f32 + 1.0);
+        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&[weight, 1.0 - weight, 0.0, 0.0]));
         let tone_map = ToneMapUniform {
             curve: request.tonemap as u32,
             premultiply: 0.0,

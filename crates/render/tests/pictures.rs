@@ -171,7 +171,7 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
 
 #[test]
 fn eight_groups_of_lights_add_up_to_the_whole() {
-    let test = scenes::many_points(1000);
+    let test = scenes::many_points(10_000);
     let mut renderer = renderer();
     renderer.load(&test.scene).unwrap();
     let request = plain_request(&test.scene, SIZE);

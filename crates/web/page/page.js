@@ -9,6 +9,8 @@ const state = (window.manypass = { viewer: null, ready: false, error: null, draw
 const start = { yaw_deg: 30, pitch_deg: 20, radius_m: -1 };
 let orbit = { ...start };
 let wanted = false, drawing = null;
+/** With a fixed size, for tests and pictures, a frame is one sample a pixel, and nothing but the canvas is shown. */
+const bare = query.has("size");
 
 const say = (text) => { message.textContent = text; };
 const tried = (action) => action.catch((error) => say(error.message ?? String(error)));
@@ -22,6 +24,8 @@ function draw() {
         wanted = false;
         await state.viewer.render(orbit.yaw_deg, orbit.pitch_deg, orbit.radius_m);
         await new Promise(requestAnimationFrame);
+        // Smooths edges for as long as nobody moves.
+        while (!bare && !wanted && await state.viewer.refine()) await new Promise(requestAnimationFrame);
       }
     } finally { drawing = null; }
   })();
@@ -89,7 +93,7 @@ async function fitWindow() {
 }
 
 try {
-  if (query.has("size")) {
+  if (bare) {
     [canvas.width, canvas.height] = query.get("size").split("x").map(Number);
     document.body.classList.add("bare");
   } else await fitWindow();
@@ -114,7 +118,7 @@ try {
     dropping(false);
     tried(openFiles([...event.dataTransfer.files]));
   });
-  if (!query.has("size")) addEventListener("resize", () => tried(fitWindow().then(draw)));
+  if (!bare) addEventListener("resize", () => tried(fitWindow().then(draw)));
   await openUrl(query.get("model") ?? "demo:hall");
   if (!query.has("model")) say("The built-in hall. Drop a .glb here, or a .gltf together with its files. Drag to turn, scroll to zoom.");
   state.ready = true;

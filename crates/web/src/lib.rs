@@ -7,6 +7,8 @@ mod blit;
 #[cfg(any(target_arch = "wasm32", test))]
 mod camera;
 #[cfg(target_arch = "wasm32")]
+mod options;
+#[cfg(target_arch = "wasm32")]
 mod viewer;
 
 #[cfg(target_arch = "wasm32")]

@@ -1,15 +1,19 @@
 //! The exported API.
 
+use crate::options::Options;
 use crate::{
     blit::Blit,
     camera::{self, Orbit},
 };
 use manypass::{
-    Environment, FrameRequest, Gpu, Renderer, View,
+    FrameRequest, Gpu, Renderer, View,
     scene::{Scene, demo, gltf_file},
 };
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
+
+/// So many frames are averaged while nothing moves, as on the command line.
+const REFINED_SAMPLES: u32 = 16;
 
 /// Every canvas takes it; WebGPU canvases have no sRGB format, so the last shader encodes.
 const CANVAS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -20,6 +24,20 @@ const TYPES: &str = r#"
 export type Backend = "auto" | "webgpu" | "webgl";
 /** The adapter in use, and the size of the picture in pixels. */
 export interface ViewerInfo { backend: "webgpu" | "webgl"; adapter: string; driver: string; width: number; height: number; }
+/** How frames are drawn; what is left out keeps its value. */
+export interface RenderOptions {
+  path?: "deferred" | "forward";
+  lightCulling?: "clustered" | "none";
+  /** Lights nothing, or with the built-in studio; `auto` takes the studio where the model has no lights. */
+  environment?: "auto" | "studio" | "none";
+  tonemap?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
+  /** Exposure compensation in stops. */
+  exposure?: number;
+  /** Only the lights k, k + n, k + 2n, … of [k, n]; null takes all. */
+  lightSubset?: [number, number] | null;
+  /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32 }`. */
+  settings?: Record<string, number>;
+}
 /** What a `.gltf` refers to: its relative addresses as written in the file, and the bytes. */
 export type Resources = Map<string, Uint8Array> | Record<string, Uint8Array>;
 "#;
@@ -32,6 +50,9 @@ extern "C" {
     /// `ViewerInfo` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "ViewerInfo")]
     pub type ViewerInfo;
+    /// `RenderOptions` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "RenderOptions")]
+    pub type RenderOptions;
     /// `Resources` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "Resources | undefined")]
     pub type Resources;
@@ -49,6 +70,10 @@ pub struct Viewer {
     renderer: Renderer,
     scene: Option<Scene>,
     warnings: Vec<String>,
+    /// What the user chose: view, size and background come with each frame.
+    options: Options,
+    /// The last frame that was drawn, for those that are added to it.
+    last: Option<FrameRequest>,
 }
 
 /// Binds `canvas`. A canvas keeps the first kind of context it was given, so `auto` decides before it touches one.
@@ -96,7 +121,18 @@ impl Viewer {
         let gpu = Gpu::from_adapter(&adapter).await.map_err(|error| no_device(&error, name))?;
         let blit = Blit::new(&gpu.device, CANVAS);
         let renderer = Renderer::new(gpu)?;
-        Ok(Self { canvas, surface, surface_size: None, adapter, blit, renderer, scene: None, warnings: Vec::new() })
+        Ok(Self {
+            canvas,
+            surface,
+            surface_size: None,
+            adapter,
+            blit,
+            renderer,
+            scene: None,
+            warnings: Vec::new(),
+            options: Options::default(),
+            last: None,
+        })
     }
 
     fn size(&self) -> (u32, u32) {
@@ -111,6 +147,7 @@ impl Viewer {
     fn take(&mut self, scene: Scene, warnings: Vec<String>) -> Result<(), JsError> {
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
+        self.last = None;
         self.renderer.load(&scene)?;
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
@@ -188,10 +225,47 @@ impl Viewer {
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
         let (world_from_view, projection) = camera::resolve(Orbit { yaw_deg, pitch_deg, radius_m }, scene, aspect);
         let mut request = FrameRequest::new(width, height, View { world_from_view, projection });
-        // As on the command line: a scene with lights of its own is lit by them alone.
-        request.environment = if scene.lights.is_empty() { Environment::Studio } else { Environment::None };
+        self.options.apply(&mut request, scene);
+        request.sample_count = REFINED_SAMPLES;
+        self.last = None;
         self.renderer.render_async(scene, &request).await?;
+        self.last = Some(request);
         self.show()
+    }
+
+    /// Adds one more frame, moved by a part of a pixel, to the last one, and shows the mean: so edges become smooth
+    /// while nothing moves. False when nothing is left to add. Wait for the promise as with `render`.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub async fn refine(&mut self) -> Result<bool, JsError> {
+        let (Some(scene), Some(request)) = (&self.scene, &mut self.last) else { return Ok(false) };
+        let size = (self.canvas.width().max(1), self.canvas.height().max(1));
+        if request.sample_index + 1 >= request.sample_count || size != (request.width, request.height) {
+            return Ok(false);
+        }
+        request.sample_index += 1;
+        self.renderer.render_async(scene, request).await?;
+        let is_more_left = request.sample_index + 1 < request.sample_count;
+        self.show()?;
+        Ok(is_more_left)
+    }
+
+    /// Changes how frames are drawn from now on.
+    ///
+    /// # Errors
+    /// When a value is none of those that are known; nothing is changed then.
+    pub fn configure(&mut self, options: RenderOptions) -> Result<(), JsError> {
+        self.options = self.options.changed(&options.into())?;
+        Ok(())
+    }
+
+    /// The radiance of the last frame: linear RGBA, four floats a pixel, rows from the top.
+    ///
+    /// # Errors
+    /// When nothing was rendered, or the device was lost.
+    pub async fn radiance(&self) -> Result<Vec<f32>, JsError> {
+        Ok(self.renderer.read_radiance_async().await?)
     }
 
     /// The distance from the middle of the model at which the whole model is seen, in metres.

@@ -28,7 +28,7 @@ pub async fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>,
     gpu.queue.submit([encoder.finish()]);
     map(gpu, &buffer).await?;
     let mapped = buffer.get_mapped_range(..).map_err(|error| GpuError::Lost(error.to_string()))?;
-    let mut pixels = Vec::with_capacity((row_bytes * height) as usize);
+    let mut pixels = Vec::with_capacity(row_bytes as usize * height as usize);
     for row in mapped.chunks_exact(padded as usize) {
         pixels.extend_from_slice(&row[..row_bytes as usize]);
     }

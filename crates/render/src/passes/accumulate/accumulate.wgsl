@@ -1,11 +1,11 @@
-// accumulate: adds this frame's share to the sum of the frames before it, in linear light (ping-pong).
-// Reads: radiance, the previous sum. Writes: the next sum (rgba32float, associated alpha).
+// accumulate: the mean of this frame and those before it, in linear light (ping-pong).
+// Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha).
 
 
 struct Accumulation {
-    // The weight of this frame: 1 / number of frames.
+    // The weight of this frame: 1 / number of frames so far.
     weight: f32,
-    // 0 for the first frame, whose previous sum is undefined, else 1.
+    // The weight of the mean before it; 0 for the first frame, which has none.
     keep: f32,
     padding: vec2f,
 }
@@ -18,8 +18,8 @@ struct Accumulation {
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let share = textureLoad(radiance, pixel, 0) * accumulation.weight;
-    if accumulation.keep < 0.5 {
+    if accumulation.keep <= 0.0 {
         return share;
     }
-    return textureLoad(previous, pixel, 0) + share;
+    return textureLoad(previous, pixel, 0) * accumulation.keep + share;
 }

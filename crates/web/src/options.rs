@@ -1,0 +1,109 @@
+//! `RenderOptions` of the TypeScript section.
+
+use manypass::scene::Scene;
+use manypass::{Environment, FrameRequest, LightCulling, Path, Settings, Tonemap};
+use wasm_bindgen::prelude::*;
+
+/// How frames are drawn.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    path: Path,
+    light_culling: LightCulling,
+    /// None: the studio where the scene has no lights.
+    environment: Option<Environment>,
+    tonemap: Tonemap,
+    exposure_stops: f32,
+    light_subset: Option<(u32, u32)>,
+    settings: Settings,
+}
+
+impl Options {
+    /// Puts the options into a request for a frame of `scene`.
+    pub fn apply(&self, request: &mut FrameRequest, scene: &Scene) {
+        // As on the command line: a scene with lights of its own is lit by them alone.
+        let usual = if scene.lights.is_empty() { Environment::Studio } else { Environment::None };
+        request.environment = self.environment.unwrap_or(usual);
+        request.path = self.path;
+        request.light_culling = self.light_culling;
+        request.tonemap = self.tonemap;
+        request.exposure_stops = self.exposure_stops;
+        request.light_subset = self.light_subset;
+        request.settings = self.settings.clone();
+    }
+
+    /// The options with what `object` holds in place of their own.
+    pub fn changed(&self, object: &JsValue) -> Result<Self, JsError> {
+        let mut options = self.clone();
+        let Some(object) = object.dyn_ref::<js_sys::Object>() else {
+            return Err(JsError::new("options are an object, such as { path: \"forward\" }"));
+        };
+        for entry in js_sys::Object::entries(object).iter() {
+            let entry = js_sys::Array::from(&entry);
+            let key = entry.get(0).as_string().unwrap_or_default();
+            options.change(&key, &entry.get(1))?;
+        }
+        Ok(options)
+    }
+
+    fn change(&mut self, key: &str, value: &JsValue) -> Result<(), JsError> {
+        if value.is_undefined() {
+            return Ok(());
+        }
+        match key {
+            "path" => self.path = choice(key, value, &[("deferred", Path::Deferred), ("forward", Path::Forward)])?,
+            "lightCulling" => {
+                let known = [("clustered", LightCulling::Clustered), ("none", LightCulling::None)];
+                self.light_culling = choice(key, value, &known)?;
+            }
+            "environment" => {
+                let known = [("auto", None), ("studio", Some(Environment::Studio)), ("none", Some(Environment::None))];
+                self.environment = choice(key, value, &known)?;
+            }
+            "tonemap" => {
+                let known = [
+                    ("neutral", Tonemap::Neutral),
+                    ("aces", Tonemap::Aces),
+                    ("agx", Tonemap::Agx),
+                    ("reinhard", Tonemap::Reinhard),
+                    ("exponential", Tonemap::Exponential),
+                    ("none", Tonemap::None),
+                ];
+                self.tonemap = choice(key, value, &known)?;
+            }
+            "exposure" => {
+                let stops = value.as_f64().filter(|stops| stops.abs() <= 64.0);
+                self.exposure_stops = stops.ok_or_else(|| JsError::new("exposure takes stops from -64 to 64"))? as f32;
+            }
+            "lightSubset" => self.light_subset = light_subset(value)?,
+            "settings" => {
+                for entry in js_sys::Object::entries(value.unchecked_ref()).iter() {
+                    let entry = js_sys::Array::from(&entry);
+                    let key = entry.get(0).as_string().unwrap_or_default();
+                    let value = entry.get(1).as_f64().map_or_else(|| "no number".to_owned(), |v| v.to_string());
+                    self.settings.set(&key, &value)?;
+                }
+            }
+            _ => return Err(JsError::new(&format!("there is no option `{key}`"))),
+        }
+        Ok(())
+    }
+}
+
+fn light_subset(value: &JsValue) -> Result<Option<(u32, u32)>, JsError> {
+    if value.is_null() {
+        return Ok(None);
+    }
+    let pair = js_sys::Array::from(value);
+    match (pair.get(0).as_f64(), pair.get(1).as_f64()) {
+        (Some(k), Some(n)) if k >= 0.0 && n > k => Ok(Some((k as u32, n as u32))),
+        _ => Err(JsError::new("lightSubset takes [k, n] with 0 ≤ k < n, or null")),
+    }
+}
+
+fn choice<T: Copy>(key: &str, value: &JsValue, known: &[(&str, T)]) -> Result<T, JsError> {
+    let name = value.as_string().unwrap_or_else(|| format!("{value:?}"));
+    known.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        JsError::new(&format!("{key} is `{name}`: expected {}", names.join(", ")))
+    })
+}
