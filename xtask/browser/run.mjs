@@ -125,6 +125,11 @@ await test("page", async (faults) => {
   await page.mouse.move(360, 220, { steps: 3 });
   await page.mouse.up();
   if (await picture() === before) faults.push("dragging does not turn the camera");
+  const lit = await page.evaluate(async () => {
+    const pixels = await window.manypass.viewer.pixels();
+    return pixels.reduce((count, value, i) => count + (i % 4 < 3 && value > 16), 0) / pixels.length;
+  });
+  if (lit < 0.1) faults.push(`after turning only ${(100 * lit).toFixed(1)} % of the picture is lit`);
   await page.screenshot({ path: join(out, "page.png") });
   const drop = (files) => page.evaluate(async (files) => {
     const data = new DataTransfer();

@@ -5,9 +5,8 @@ const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
 const message = document.getElementById("message");
 const state = (window.manypass = { viewer: null, ready: false, error: null, draw });
-/** A negative radius: the file's first camera, else this orbit with the whole model in view. */
-const start = { yaw_deg: 30, pitch_deg: 20, radius_m: -1 };
-let orbit = { ...start };
+/** Nothing until the user turns: then the view sets out from the file's camera. */
+let orbit;
 let wanted = false, drawing = null;
 /** With a fixed size, for tests and pictures, a frame is one sample a pixel, and nothing but the canvas is shown. */
 const bare = query.has("size");
@@ -22,7 +21,7 @@ function draw() {
     try {
       while (wanted) {
         wanted = false;
-        await state.viewer.render(orbit.yaw_deg, orbit.pitch_deg, orbit.radius_m);
+        await state.viewer.render(orbit);
         await new Promise(requestAnimationFrame);
         // Smooths edges for as long as nobody moves.
         while (!bare && !wanted && await state.viewer.refine()) await new Promise(requestAnimationFrame);
@@ -71,7 +70,7 @@ async function openFiles(files) {
 async function show(load) {
   await drawing;
   load(state.viewer);
-  orbit = { ...start };
+  orbit = undefined;
   say(state.viewer.warnings().slice(0, 5).join("\n"));
   await draw();
 }
@@ -79,9 +78,9 @@ async function show(load) {
 /** Leaves the file's camera as soon as the user turns or zooms. */
 function turn(change) {
   if (!state.ready) return;
-  if (orbit.radius_m <= 0) orbit.radius_m = state.viewer.framingRadius();
+  orbit ??= state.viewer.startOrbit();
   change(orbit);
-  orbit.pitch_deg = Math.max(-89, Math.min(89, orbit.pitch_deg));
+  orbit.pitch = Math.max(-89, Math.min(89, orbit.pitch));
   tried(draw());
 }
 
@@ -102,12 +101,12 @@ try {
   state.viewer = await create(canvas, query.get("backend") ?? "auto");
   canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
   canvas.addEventListener("pointermove", (event) => event.buttons && turn((orbit) => {
-    orbit.yaw_deg -= event.movementX * 0.4;
-    orbit.pitch_deg += event.movementY * 0.4;
+    orbit.yaw -= event.movementX * 0.4;
+    orbit.pitch += event.movementY * 0.4;
   }));
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
-    turn((orbit) => { orbit.radius_m *= Math.exp(event.deltaY * 0.001); });
+    turn((orbit) => { orbit.radius *= Math.exp(event.deltaY * 0.001); });
   }, { passive: false });
   document.getElementById("files").addEventListener("change", (event) => tried(openFiles([...event.target.files])));
   const dropping = (is) => document.body.classList.toggle("dropping", is);

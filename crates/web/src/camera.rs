@@ -5,40 +5,63 @@ use manypass_scene::{Aabb, Projection, Scene};
 
 const FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
 
-/// Around the middle of the model.
-#[derive(Clone, Copy, Debug)]
+/// A camera that looks at a point from a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Orbit {
     /// Counter-clockwise seen from above; 0 is at +Z.
     pub yaw_deg: f32,
     /// Positive looks down from above.
     pub pitch_deg: f32,
-    /// 0 shows the whole model; negative or not a number takes the file's first camera, if it has one.
+    /// The distance, above 0.
     pub radius_m: f32,
+    /// What is looked at.
+    pub target_world: Vec3,
 }
 
-/// `world_from_view` and the projection for a picture of width / height `aspect`.
-pub(crate) fn resolve(orbit: Orbit, scene: &Scene, aspect: f32) -> (Mat4, Projection) {
-    let wants_own = orbit.radius_m.is_nan() || orbit.radius_m < 0.0;
-    if let Some(camera) = wants_own.then(|| file_camera(scene)).flatten() {
-        return camera;
-    }
-    let bounds = scene.bounds_world();
-    let target = bounds.center();
-    let model_radius_m = radius_around_m(&bounds, target);
-    let distance_m = if orbit.radius_m > 0.0 { orbit.radius_m } else { framing_distance_m(model_radius_m, aspect) };
+/// `world_from_view` and the projection for a picture of width / height `aspect`: of `orbit`, or else of the scene's
+/// first camera, or else of the whole model.
+pub(crate) fn resolve(orbit: Option<Orbit>, scene: &Scene, aspect: f32) -> (Mat4, Projection) {
+    let own = file_camera(scene);
+    let orbit = match (orbit, own) {
+        (None, Some(camera)) => return camera,
+        (None, None) => start(scene, aspect),
+        (Some(orbit), _) => orbit,
+    };
     let rotation =
         Quat::from_rotation_y(orbit.yaw_deg.to_radians()) * Quat::from_rotation_x(-orbit.pitch_deg.to_radians());
-    let eye = target + rotation * Vec3::Z * distance_m;
+    let eye = orbit.target_world + rotation * Vec3::Z * orbit.radius_m;
+    let bounds = scene.bounds_world();
+    let model_radius_m = radius_around_m(&bounds, bounds.center());
     // Half of the way to the model, so that nothing is cut; inside the model a thousandth of its radius.
-    let near_m = (0.5 * (distance_m - model_radius_m)).max(1e-3 * model_radius_m);
-    let projection = Projection::Perspective { fov_y_rad: FOV_Y_RAD, near_m, far_m: None };
-    (Mat4::from_rotation_translation(rotation, eye), projection)
+    let near_m = (0.5 * (eye.distance(bounds.center()) - model_radius_m)).max(1e-3 * model_radius_m);
+    let fov_y_rad = match own {
+        Some((_, Projection::Perspective { fov_y_rad, .. })) => fov_y_rad,
+        _ => FOV_Y_RAD,
+    };
+    (Mat4::from_rotation_translation(rotation, eye), Projection::Perspective { fov_y_rad, near_m, far_m: None })
 }
 
-/// The distance that frames the whole model.
-pub(crate) fn framing_radius_m(scene: &Scene, aspect: f32) -> f32 {
+/// The orbit from which the user sets out: where the scene's first camera stands, so that the picture does not jump, or
+/// else yaw 30, pitch 20 around the whole model.
+pub(crate) fn start(scene: &Scene, aspect: f32) -> Orbit {
     let bounds = scene.bounds_world();
-    framing_distance_m(radius_around_m(&bounds, bounds.center()), aspect)
+    let center = bounds.center();
+    let model_radius_m = radius_around_m(&bounds, center);
+    let Some((world_from_view, _)) = file_camera(scene) else {
+        let radius_m = framing_distance_m(model_radius_m, aspect);
+        return Orbit { yaw_deg: 30.0, pitch_deg: 20.0, radius_m, target_world: center };
+    };
+    let (eye, back) = (world_from_view.w_axis.truncate(), world_from_view.z_axis.truncate());
+    let is_inside = eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
+    // Inside a room a short arm looks around; outside, the point beside the middle of the model stays in place.
+    let least_m = 0.05 * model_radius_m;
+    let radius_m = if is_inside { least_m } else { (eye - center).dot(back).max(least_m) };
+    Orbit {
+        yaw_deg: back.x.atan2(back.z).to_degrees(),
+        pitch_deg: back.y.clamp(-1.0, 1.0).asin().to_degrees(),
+        radius_m,
+        target_world: eye - back * radius_m,
+    }
 }
 
 fn radius_around_m(bounds: &Aabb, center: Vec3) -> f32 {
@@ -84,27 +107,31 @@ mod tests {
         for (yaw_deg, pitch_deg, eye) in
             [(0.0, 0.0, Vec3::Z), (90.0, 0.0, Vec3::X), (-90.0, 0.0, -Vec3::X), (0.0, 90.0, Vec3::Y)]
         {
-            let (view, _) = resolve(Orbit { yaw_deg, pitch_deg, radius_m: 5.0 }, &unit_scene(), 1.5);
-            assert!(view.w_axis.truncate().abs_diff_eq(5.0 * eye, 1e-4), "{yaw_deg} {pitch_deg}: {view}");
+            let orbit = Orbit { yaw_deg, pitch_deg, radius_m: 5.0, target_world: Vec3::X };
+            let (view, _) = resolve(Some(orbit), &unit_scene(), 1.5);
+            assert!(view.w_axis.truncate().abs_diff_eq(5.0 * eye + Vec3::X, 1e-4), "{yaw_deg} {pitch_deg}: {view}");
             assert!((-view.z_axis.truncate()).abs_diff_eq(-eye, 1e-5), "{yaw_deg} {pitch_deg}: {view}");
         }
     }
 
     #[test]
-    fn radius_zero_frames_and_a_negative_one_takes_the_files_camera() {
+    fn turning_sets_out_from_the_files_camera() {
         let mut scene = unit_scene();
-        let orbit = |radius_m| Orbit { yaw_deg: 0.0, pitch_deg: 0.0, radius_m };
-        let framed = resolve(orbit(0.0), &scene, 1.0);
-        assert!((framed.0.w_axis.z - framing_radius_m(&scene, 1.0)).abs() < 1e-5);
-        assert_eq!(resolve(orbit(-1.0), &scene, 1.0), framed);
+        let whole = resolve(None, &scene, 1.0);
+        assert!(whole.0.abs_diff_eq(resolve(Some(start(&scene, 1.0)), &scene, 1.0).0, 1e-5));
         let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
         scene.cameras.push(Camera { name: String::new(), projection });
-        let place = Vec3::new(0.0, 0.0, 7.0);
-        scene.add_node(None, Node { camera: Some(0), translation: place, scale: Vec3::splat(3.0), ..Node::default() });
-        scene.update_transforms();
-        for radius_m in [-1.0, f32::NAN] {
-            assert_eq!(resolve(orbit(radius_m), &scene, 1.0), (Mat4::from_translation(place), projection));
+        for place in [Vec3::new(0.3, 1.0, 7.0), Vec3::new(0.2, 0.1, -0.5)] {
+            let rotation = Quat::from_rotation_y(0.4) * Quat::from_rotation_x(-0.3);
+            let node =
+                Node { camera: Some(0), translation: place, rotation, scale: Vec3::splat(3.0), ..Node::default() };
+            scene.nodes.truncate(1);
+            scene.add_node(None, node);
+            scene.update_transforms();
+            let own = Mat4::from_rotation_translation(rotation, place);
+            assert!(resolve(None, &scene, 1.0).0.abs_diff_eq(own, 1e-5));
+            let (turned, _) = resolve(Some(start(&scene, 1.0)), &scene, 1.0);
+            assert!(turned.abs_diff_eq(own, 1e-4), "{turned} against {own}");
         }
-        assert_eq!(resolve(orbit(0.0), &scene, 1.0), framed);
     }
 }

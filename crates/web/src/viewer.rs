@@ -24,6 +24,11 @@ const TYPES: &str = r#"
 export type Backend = "auto" | "webgpu" | "webgl";
 /** The adapter in use, and the size of the picture in pixels. */
 export interface ViewerInfo { backend: "webgpu" | "webgl"; adapter: string; driver: string; width: number; height: number; }
+/**
+ * A camera that looks at `target` (metres) from `radius` metres away. Yaw 0 degrees looks along -Z and grows towards +X;
+ * positive pitch looks down from above. What is missing is as in `startOrbit()`.
+ */
+export interface Orbit { yaw?: number; pitch?: number; radius?: number; target?: [number, number, number]; }
 /** How frames are drawn; what is left out keeps its value. */
 export interface RenderOptions {
   path?: "deferred" | "forward";
@@ -50,6 +55,9 @@ extern "C" {
     /// `ViewerInfo` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "ViewerInfo")]
     pub type ViewerInfo;
+    /// `Orbit` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "Orbit")]
+    pub type OrbitObject;
     /// `RenderOptions` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "RenderOptions")]
     pub type RenderOptions;
@@ -213,17 +221,17 @@ impl Viewer {
         self.take(scene, Vec::new())
     }
 
-    /// Draws one frame at the canvas's size. Yaw 0 looks along −Z; positive pitch looks down from above; a radius of
-    /// 0 metres frames the model; a negative one takes the file's first camera, if it has one. Wait for the promise
-    /// before you call another method.
+    /// Draws one frame at the canvas's size: seen from `orbit`, or else from the model's first camera, or else so that
+    /// the whole model is seen. Wait for the promise before you call another method.
     ///
     /// # Errors
     /// When no model is loaded, or the device fails.
-    pub async fn render(&mut self, yaw_deg: f32, pitch_deg: f32, radius_m: f32) -> Result<(), JsError> {
+    pub async fn render(&mut self, orbit: Option<OrbitObject>) -> Result<(), JsError> {
         let (width, height) = self.size();
         let aspect = self.aspect();
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
-        let (world_from_view, projection) = camera::resolve(Orbit { yaw_deg, pitch_deg, radius_m }, scene, aspect);
+        let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, aspect)));
+        let (world_from_view, projection) = camera::resolve(orbit, scene, aspect);
         let mut request = FrameRequest::new(width, height, View { world_from_view, projection });
         self.options.apply(&mut request, scene);
         request.sample_count = REFINED_SAMPLES;
@@ -268,10 +276,18 @@ impl Viewer {
         Ok(self.renderer.read_radiance_async().await?)
     }
 
-    /// The distance from the middle of the model at which the whole model is seen, in metres.
-    #[wasm_bindgen(js_name = framingRadius)]
-    pub fn framing_radius(&self) -> f32 {
-        self.scene.as_ref().map_or(1.0, |scene| camera::framing_radius_m(scene, self.aspect()))
+    /// The orbit from which a user sets out: where the model's first camera stands, or else around the whole model.
+    #[wasm_bindgen(js_name = startOrbit)]
+    pub fn start_orbit(&self) -> Option<OrbitObject> {
+        let orbit = camera::start(self.scene.as_ref()?, self.aspect());
+        let target = js_sys::Float32Array::from(orbit.target_world.to_array().as_slice());
+        let entries: [(&str, JsValue); 4] = [
+            ("yaw", orbit.yaw_deg.into()),
+            ("pitch", orbit.pitch_deg.into()),
+            ("radius", orbit.radius_m.into()),
+            ("target", js_sys::Array::from(&target).into()),
+        ];
+        Some(object(&entries).unchecked_into())
     }
 
     /// What was left out of, or replaced in, the model; one line each.
@@ -289,7 +305,6 @@ impl Viewer {
 
     /// The adapter in use, and the size of the picture.
     pub fn info(&self) -> ViewerInfo {
-        let object = js_sys::Object::new();
         let adapter = self.adapter.get_info();
         let backend = if adapter.backend == wgpu::Backend::Gl { "webgl" } else { "webgpu" };
         let (width, height) = self.size();
@@ -300,16 +315,39 @@ impl Viewer {
             ("width", width.into()),
             ("height", height.into()),
         ];
-        for (key, value) in entries {
-            // Setting a property of a plain object cannot fail.
-            let _ = js_sys::Reflect::set(&object, &key.into(), &value);
-        }
-        JsValue::from(object).unchecked_into()
+        object(&entries).unchecked_into()
     }
 
     /// Frees the GPU's memory and lets go of the canvas. The viewer cannot be used afterwards.
     pub fn dispose(self) {
         self.renderer.gpu().device.destroy();
+    }
+}
+
+fn object(entries: &[(&str, JsValue)]) -> JsValue {
+    let object = js_sys::Object::new();
+    for (key, value) in entries {
+        // Setting a property of a plain object cannot fail.
+        let _ = js_sys::Reflect::set(&object, &(*key).into(), value);
+    }
+    object.into()
+}
+
+/// An orbit from JavaScript; what is missing, or no number, is taken from `start`.
+fn read_orbit(value: &JsValue, start: Orbit) -> Orbit {
+    let number = |object: &JsValue, key: &JsValue| {
+        js_sys::Reflect::get(object, key).ok()?.as_f64().map(|n| n as f32).filter(|n| n.is_finite())
+    };
+    let target = js_sys::Reflect::get(value, &"target".into()).unwrap_or(JsValue::UNDEFINED);
+    let mut target_world = start.target_world;
+    for axis in 0..3 {
+        target_world[axis as usize] = number(&target, &axis.into()).unwrap_or(target_world[axis as usize]);
+    }
+    Orbit {
+        yaw_deg: number(value, &"yaw".into()).unwrap_or(start.yaw_deg),
+        pitch_deg: number(value, &"pitch".into()).unwrap_or(start.pitch_deg),
+        radius_m: number(value, &"radius".into()).filter(|m| *m > 0.0).unwrap_or(start.radius_m),
+        target_world,
     }
 }
 
