@@ -339,10 +339,9 @@ impl Renderer {
     ///
     /// # Errors
     /// Nothing was rendered yet, or the device was lost.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
+    pub async fn read_radiance_async(&self) -> Result<Vec<f32>, RenderError> {
         let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
-        let bytes = pollster::block_on(readback::read_texture(&self.gpu, &output.sums[self.latest_sum]))?;
+        let bytes = readback::read_texture(&self.gpu, &output.sums[self.latest_sum]).await?;
         let scale = 1.0 / self.pre_exposure;
         Ok(bytes
             .chunks_exact(4)
@@ -351,20 +350,37 @@ impl Renderer {
             .collect())
     }
 
+    /// As [`Self::read_radiance_async`], waiting.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
+        pollster::block_on(self.read_radiance_async())
+    }
+
     /// A variable of the first frame, one value for every pixel of the picture; the request must have wanted it.
     ///
     /// # Errors
-    /// Nothing was rendered yet, on the forward path, or without wanting the variable.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
+    /// Nothing was rendered yet, on the forward path, or without wanting the variable; or the device was lost.
+    pub async fn read_aov_async(&self, aov: Aov) -> Result<AovPixels, RenderError> {
         let missing = RenderError::Missing(
             "there is no such AOV: only the deferred path has them, and the request must name them",
         );
         match (&self.gbuffer, aov) {
             (None, _) => Err(missing),
-            (Some(_), Aov::Radiance) => Ok(AovPixels::Float { components: 4, data: self.read_radiance()? }),
+            (Some(_), Aov::Radiance) => Ok(AovPixels::Float { components: 4, data: self.read_radiance_async().await? }),
             (Some(gbuffer), aov) => gbuffer.read(aov).ok_or(missing),
         }
+    }
+
+    /// As [`Self::read_aov_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_aov_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
+        pollster::block_on(self.read_aov_async(aov))
     }
 
     /// The size at which the view is shaded; the picture itself is as large as the request says.
