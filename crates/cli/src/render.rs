@@ -186,7 +186,7 @@ impl Batch<'_> {
         phases.encode = ms_since(start);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
-        let alone = FrameRequest { sample_count: 1, want_aovs: Vec::new(), ..request };
+        let alone = FrameRequest { sample_count: 1, ..request };
         if args.dump_passes.is_some() || args.contact_sheet.is_some() {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
             let named = |path: &PathBuf| expand(&path.to_string_lossy(), &input.stem(), frame, "rgba");
@@ -198,6 +198,7 @@ impl Batch<'_> {
             }
         }
         if let Some(report) = &mut self.report {
+            let alone = FrameRequest { want_aovs: Vec::new(), ..alone };
             let plan = renderer.plan(scene, &alone).map_err(failed)?;
             let pairs = if stats.lights == 0 {
                 PairCounts::default()

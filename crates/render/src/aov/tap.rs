@@ -50,6 +50,17 @@ pub(crate) fn tap_picture(tap: &manypass_graph::TapPixels) -> Option<crate::Pass
         wgpu::TextureFormat::Rgba32Float => (0..count)
             .flat_map(|i| [encode(float(i * 16)), encode(float(i * 16 + 4)), encode(float(i * 16 + 8)), 255])
             .collect(),
+        // Motion: grey where nothing moves, 32 pixels to either side.
+        wgpu::TextureFormat::Rg32Float => (0..count)
+            .flat_map(|i| {
+                let c = |at: usize| (float(at).clamp(-32.0, 32.0) * (127.5 / 32.0) + 127.5).round() as u8;
+                [c(i * 8), c(i * 8 + 4), 128, 255]
+            })
+            .collect(),
+        // Ids: a colour of its own for each node, shaded by the material.
+        wgpu::TextureFormat::Rg32Uint => {
+            (0..count).flat_map(|i| id_color(float(i * 8).to_bits(), float(i * 8 + 4).to_bits())).collect()
+        }
         wgpu::TextureFormat::R32Float => gray((0..count).map(|i| float(i * 4)).collect()),
         wgpu::TextureFormat::Depth32Float => gray((0..count).map(|i| 1.0 - float(i * 4)).collect()),
         _ => return None,
@@ -60,4 +71,12 @@ pub(crate) fn tap_picture(tap: &manypass_graph::TapPixels) -> Option<crate::Pass
         format!("{} > {}", tap.pass, tap.texture)
     };
     Some(crate::PassPicture { name, width: tap.width, height: tap.height, rgba8 })
+}
+
+/// Odd factors give 256 neighbouring ids 256 different values.
+fn id_color(node: u32, material: u32) -> [u8; 4] {
+    if node == 0 {
+        return [0, 0, 0, 255];
+    }
+    [node.wrapping_mul(151) as u8 | 32, node.wrapping_mul(87) as u8 | 32, material.wrapping_mul(59) as u8 | 32, 255]
 }
