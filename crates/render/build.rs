@@ -7,12 +7,16 @@ use wesl::{CompileOptions, ManglerKind, Wesl};
 const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("fullscreen", "package::shaders::fullscreen", &[]),
     ("geometry", "package::passes::geometry::geometry", &["textured", "normal_map", "masked", "deformed"]),
+    ("emission", "package::passes::emission::emission", &[]),
+    ("ids", "package::passes::ids::ids", &["textured", "masked", "deformed"]),
+    ("motion", "package::passes::motion::motion", &["textured", "masked", "deformed"]),
+    ("motion_background", "package::passes::motion::background", &[]),
     ("linear_depth", "package::passes::linear_depth::linear_depth", &[]),
     ("indirect", "package::passes::indirect::indirect", &[]),
     ("direct", "package::passes::direct::direct", &["counting"]),
     ("background", "package::passes::background::background", &[]),
     ("forward", "package::passes::forward::forward", &["textured", "normal_map", "masked", "deformed"]),
-    ("accumulate", "package::passes::accumulate::accumulate", &[]),
+    ("accumulate", "package::passes::accumulate::accumulate", &["scaled"]),
     ("tone_map", "package::passes::tone_map::tone_map", &[]),
 ];
 

@@ -143,6 +143,7 @@ pub struct BenchArgs {
 
 /// Flags of `render`.
 #[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
 pub struct RenderArgs {
     /// .glb or .gltf files, folders of them, `-` for standard input, or demo:NAME.
     #[arg(required = true)]
@@ -208,6 +209,12 @@ pub struct RenderArgs {
     #[arg(long, default_value = "clustered")]
     pub light_culling: CullingArg,
     /// `all`, or names with commas: layers of .exr, or .png files of their own.
+    ///
+    /// Names: base_color, occlusion, normal, normal_view, position, depth, metallic, roughness, emission, motion,
+    /// object_id, material_id, radiance. They show opaque and masked surfaces, not blended ones, and come from the first
+    /// sample; radiance alone is the average of all, with everything. Ids are indices plus 1, and 0 is nothing. Motion
+    /// is in pixels since the frame before (`--frames`, `--time`, `--turntable`), +x right, +y down; its PNG holds
+    /// 0.5 + motion / 64. PNGs of normals hold 0.5 + normal / 2.
     #[arg(long, value_name = "all|LIST")]
     pub aov: Option<String>,
     /// Write the picture of every pass into this folder.
@@ -225,8 +232,8 @@ pub struct RenderArgs {
     /// Frames from A to B, both included, at frame / fps seconds.
     #[arg(long, value_name = "A..B", conflicts_with = "turntable")]
     pub frames: Option<String>,
-    /// Frames a second.
-    #[arg(long, default_value_t = 24.0, requires = "frames")]
+    /// Frames a second; `--time` uses it for motion alone.
+    #[arg(long, default_value_t = 24.0, requires = "times")]
     pub fps: f32,
     /// N frames around the target.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]

@@ -9,12 +9,15 @@ use crate::output;
 use crate::report::{Entry, Phases, Report};
 use crate::session::{self, ms_since, still_failure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use manypass::{Background, Environment, FrameRequest, PairCounts, RenderError, Renderer, Settings, Tonemap, View};
+use manypass::{
+    Aov, Background, Environment, FrameRequest, PairCounts, Pose, RenderError, Renderer, Settings, Tonemap, View,
+};
 use manypass_offline::still::{accumulate, aov_named, aov_names, read_picture};
 use manypass_offline::{Format, atomic};
 use manypass_scene::Scene;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -163,11 +166,10 @@ impl Batch<'_> {
         mut phases: Phases,
     ) -> Result<(), Failure> {
         let (args, job) = (self.args, self.job);
-        pose(scene, args, frame)?;
-        let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * frame as f32 / count as f32);
-        let aspect = job.width as f32 / job.height as f32;
-        let (world_from_view, projection) = camera::resolve(&job.camera, scene, aspect, turn_deg)?;
-        let request = request(args, job, &self.settings, View { world_from_view, projection }, scene);
+        let previous = previous_pose(scene, args, job, frame)?;
+        pose(scene, args, time_secs(args, frame))?;
+        let camera = view(scene, args, job, frame as f32)?;
+        let request = FrameRequest { previous, ..request(args, job, &self.settings, camera, scene) };
         let renderer = &mut self.renderer;
         let start = Instant::now();
         accumulate(renderer, scene, &request, args.samples, |_| !STOP.load(Ordering::SeqCst))
@@ -184,7 +186,7 @@ impl Batch<'_> {
         phases.encode = ms_since(start);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
-        let alone = FrameRequest { sample_count: 1, want_aovs: Vec::new(), ..request };
+        let alone = FrameRequest { sample_count: 1, ..request };
         if args.dump_passes.is_some() || args.contact_sheet.is_some() {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
             let named = |path: &PathBuf| expand(&path.to_string_lossy(), &input.stem(), frame, "rgba");
@@ -196,6 +198,7 @@ impl Batch<'_> {
             }
         }
         if let Some(report) = &mut self.report {
+            let alone = FrameRequest { want_aovs: Vec::new(), ..alone };
             let plan = renderer.plan(scene, &alone).map_err(failed)?;
             let pass_times = renderer.pass_times(scene, &alone).map_err(failed)?;
             let pairs = if stats.lights == 0 {
@@ -227,9 +230,33 @@ fn failed(error: RenderError) -> Failure {
     still_failure(&error.into())
 }
 
+/// The camera at a frame of a turntable; elsewhere all frames have the same.
+fn view(scene: &Scene, args: &RenderArgs, job: &Job, frame: f32) -> Result<View, Failure> {
+    let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * frame / count as f32);
+    let aspect = job.width as f32 / job.height as f32;
+    let (world_from_view, projection) = camera::resolve(&job.camera, scene, aspect, turn_deg)?;
+    Ok(View { world_from_view, projection })
+}
+
+/// The frame before, if motion is asked for and anything can have moved. It leaves the scene in that pose.
+fn previous_pose(scene: &mut Scene, args: &RenderArgs, job: &Job, frame: u32) -> Result<Option<Arc<Pose>>, Failure> {
+    let time_secs = time_secs(args, frame).map(|time_secs| time_secs - 1.0 / args.fps);
+    let is_still = time_secs.is_none() && args.turntable.is_none();
+    if is_still || !job.aovs.iter().any(|name| name == Aov::Motion.name()) {
+        return Ok(None);
+    }
+    pose(scene, args, time_secs)?;
+    let camera = view(scene, args, job, frame as f32 - 1.0)?;
+    Ok(Some(Arc::new(Pose::capture(scene, camera))))
+}
+
+/// The time of a frame, if a time or frames are asked for.
+fn time_secs(args: &RenderArgs, frame: u32) -> Option<f32> {
+    if args.frames.is_some() { Some(frame as f32 / args.fps) } else { args.time }
+}
+
 /// Poses the scene where a time, frames or an animation are asked for.
-fn pose(scene: &mut Scene, args: &RenderArgs, frame: u32) -> Result<(), Failure> {
-    let time_secs = if args.frames.is_some() { Some(frame as f32 / args.fps) } else { args.time };
+fn pose(scene: &mut Scene, args: &RenderArgs, time_secs: Option<f32>) -> Result<(), Failure> {
     let named = |name: &String| scene.animations.iter().position(|a| a.name == *name).or_else(|| name.parse().ok());
     let index = match &args.animation {
         None if time_secs.is_none() || scene.animations.is_empty() => return Ok(()),
@@ -298,5 +325,6 @@ fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scen
         },
         exposure_stops: args.exposure,
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
+        previous: None,
     }
 }

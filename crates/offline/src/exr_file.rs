@@ -12,7 +12,7 @@ pub fn channel_names(aov: &str, components: usize) -> Vec<&'static str> {
         ("depth", 1) => &["Z"],
         (_, 1) => &["Y"],
         (_, 2) => &["X", "Y"],
-        ("normal" | "position", 3) => &["X", "Y", "Z"],
+        ("normal" | "normal_view" | "position", 3) => &["X", "Y", "Z"],
         (_, 3) => &["R", "G", "B"],
         _ => &["R", "G", "B", "A"],
     };

@@ -129,8 +129,12 @@ pub fn read_picture(
     })
 }
 
-/// An AOV as a PNG, and its range in metres if it is depth: 16-bit grey for depth, shifted from −1…1 for normals,
-/// hashed colours for ids, and the values clamped to 0…1 and encoded as sRGB for the rest.
+/// The motion in pixels that a PNG can hold to each side.
+const MOTION_RANGE_PX: f32 = 32.0;
+
+/// An AOV as a PNG, and its range in metres if it is depth: 16-bit grey for depth, shifted from −1…1 for normals and
+/// from −32…32 pixels for motion, hashed colours for ids, and the values clamped to 0…1 and encoded as sRGB for the
+/// rest, with unassociated alpha if they have alpha.
 ///
 /// # Errors
 /// If the number of values does not fit the size.
@@ -142,21 +146,32 @@ pub fn aov_png(layer: &AovLayer, width: u32, height: u32) -> Result<(Vec<u8>, Op
         }
         Samples::Id(ids) => ids.iter().flat_map(|id| id_color(*id)).collect(),
         Samples::Float { components, data } => {
-            let signed = matches!(layer.name.as_str(), "normal" | "motion");
-            data.chunks_exact((*components).max(1)).flat_map(|pixel| aov_pixel(pixel, signed)).collect()
+            let signed_range = match layer.name.as_str() {
+                "normal" | "normal_view" => Some(1.0),
+                "motion" => Some(MOTION_RANGE_PX),
+                _ => None,
+            };
+            data.chunks_exact((*components).max(1)).flat_map(|pixel| aov_pixel(pixel, signed_range)).collect()
         }
     };
     Ok((encode::png_rgba8(width, height, &pixels)?, None))
 }
 
-fn aov_pixel(values: &[f32], signed: bool) -> [u8; 4] {
+/// `signed_range` is the magnitude that becomes 0 or 1; none for values from 0 to 1.
+fn aov_pixel(values: &[f32], signed_range: Option<f32>) -> [u8; 4] {
     let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
-    let encode = |value: f32| byte(if signed { 0.5 * value + 0.5 } else { srgb_from_linear(value.clamp(0.0, 1.0)) });
+    let encode = |value: f32| match signed_range {
+        Some(range) => byte(0.5 * value / range + 0.5),
+        None => byte(srgb_from_linear(value.clamp(0.0, 1.0))),
+    };
     match *values {
         [y] => [encode(y), encode(y), encode(y), 255],
         [x, y] => [encode(x), encode(y), 0, 255],
         [x, y, z] => [encode(x), encode(y), encode(z), 255],
-        [x, y, z, w, ..] => [encode(x), encode(y), encode(z), byte(w)],
+        [x, y, z, w, ..] => {
+            let unassociated = |value: f32| encode(if w > 0.0 { value / w } else { 0.0 });
+            [unassociated(x), unassociated(y), unassociated(z), byte(w)]
+        }
         [] => [0; 4],
     }
 }
@@ -194,5 +209,8 @@ mod tests {
         let ids = AovLayer { name: "object_id".into(), samples: Samples::Id(vec![0, 1, 2]) };
         assert!(aov_png(&ids, 3, 1).is_ok() && aov_png(&ids, 2, 2).is_err());
         assert_ne!(id_color(1), id_color(2));
+        // 16 pixels to the left and 32 down; half covered by 0.5.
+        assert_eq!(aov_pixel(&[-16.0, 32.0], Some(MOTION_RANGE_PX)), [64, 255, 0, 255]);
+        assert_eq!(aov_pixel(&[0.25, 0.0, 0.5, 0.5], None), [188, 0, 255, 128]);
     }
 }

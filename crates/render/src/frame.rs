@@ -1,9 +1,12 @@
 //! The whole frame, top to bottom, on one page.
 
+use crate::aov::AovPasses;
 use crate::draws::DrawList;
 use crate::environment::EnvironmentUniform;
 use crate::gbuffer::Gbuffer;
-use crate::passes::{accumulate, background, direct, forward, geometry, indirect, linear_depth, tone_map};
+use crate::passes::{
+    accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, tone_map,
+};
 use crate::resources::SceneResources;
 use crate::shader::program::{FullscreenPipeline, ProgramError};
 use crate::shader::{Program, Shaders};
@@ -67,6 +70,10 @@ pub struct Shared<'f> {
     pub tone_map: &'f wgpu::Buffer,
     /// A sampler that does not filter.
     pub nearest_clamp: &'f wgpu::Sampler,
+    /// The passes that variables need.
+    pub aov_passes: AovPasses,
+    /// Whether there is a previous pose to compute motion from.
+    pub has_previous: bool,
     /// What went wrong while passes were recorded.
     pub errors: &'f RefCell<Vec<ProgramError>>,
 }
@@ -78,6 +85,12 @@ pub struct ViewOutputs {
     pub radiance: Handle,
     /// The G-buffer; none on the forward path.
     pub gbuffer: Option<Gbuffer>,
+    /// What surfaces emit, pre-exposed, if a variable needs it.
+    pub emission: Option<Handle>,
+    /// Nodes and materials, if a variable needs them.
+    pub ids: Option<Handle>,
+    /// Pixels moved since the previous frame, if a variable needs it.
+    pub motion: Option<Handle>,
 }
 
 /// Everything from geometry to radiance, for one camera. Mirrors and probes call it again with other cameras.
@@ -89,17 +102,21 @@ pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<
         let (radiance, depth) = forward::record_opaque(graph, shared)?;
         let radiance = background::record(graph, shared, radiance)?;
         let radiance = forward::record_blended(graph, shared, radiance, &depth)?;
-        return Ok(ViewOutputs { radiance, gbuffer: None });
+        return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let geometry = geometry::record(graph, shared)?;
     let linear_depth = linear_depth::record(graph, shared, &geometry.depth)?;
     let gbuffer =
         Gbuffer { base_color: geometry.base_color, normal: geometry.normal, material: geometry.material, linear_depth };
+    let wanted = shared.aov_passes;
+    let emission = wanted.emission.then(|| emission::record(graph, shared, &geometry.radiance)).transpose()?;
+    let ids = wanted.ids.then(|| ids::record(graph, shared, &geometry.depth)).transpose()?;
+    let motion = wanted.motion.then(|| motion::record(graph, shared, &geometry.depth)).transpose()?;
     let radiance = indirect::record(graph, shared, &gbuffer, geometry.radiance)?;
     let radiance = direct::record(graph, shared, &gbuffer, radiance)?;
     let radiance = background::record(graph, shared, radiance)?;
     let radiance = forward::record_blended(graph, shared, radiance, &geometry.depth)?;
-    Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer) })
+    Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), emission, ids, motion })
 }
 
 /// From radiance to the picture: accumulation over the frames of a still, then the display transform.

@@ -1,6 +1,6 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
-use crate::aov::{Aov, AovPixels, GbufferPixels};
+use crate::aov::{Aov, AovExports, AovPasses, AovPixels, GbufferPixels};
 use crate::draws::{Deformation, DrawList};
 use crate::environment::{Background, Environment, EnvironmentUniform};
 use crate::frame::{self, Path, Shared};
@@ -9,7 +9,9 @@ use crate::gpu::{Gpu, GpuError, readback};
 use crate::passes::accumulate::SUM;
 use crate::passes::direct;
 use crate::passes::lights::{self, ClusterLists, LightCulling, LightTable};
+use crate::passes::motion::MotionUniform;
 use crate::passes::tone_map::{ToneMapUniform, Tonemap};
+use crate::pose::Pose;
 use crate::resources::SceneResources;
 use crate::settings::Settings;
 use crate::shader::Shaders;
@@ -19,6 +21,7 @@ use crate::view::{self, View, ViewUniform};
 use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, PlanError, RunOptions, TextureDesc};
 use manypass_scene::Scene;
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`.
 const LIST_WIDTH: u32 = 4096;
@@ -59,6 +62,8 @@ pub struct FrameRequest {
     pub exposure_stops: f32,
     /// The variables that will be read after the frame.
     pub want_aovs: Vec<Aov>,
+    /// The scene and camera of the previous frame, for [`Aov::Motion`].
+    pub previous: Option<Arc<Pose>>,
 }
 
 impl FrameRequest {
@@ -80,6 +85,7 @@ impl FrameRequest {
             tonemap: Tonemap::default(),
             exposure_stops: 0.0,
             want_aovs: Vec::new(),
+            previous: None,
         }
     }
 }
@@ -177,6 +183,7 @@ struct FrameBuffers {
     environment: wgpu::Buffer,
     accumulation: wgpu::Buffer,
     tone_map: wgpu::Buffer,
+    motion: wgpu::Buffer,
     lights: DataTexture,
     cluster_table: DataTexture,
     cluster_lights: DataTexture,
@@ -375,18 +382,32 @@ impl Renderer {
         pollster::block_on(self.read_radiance_async())
     }
 
-    /// A variable of the first frame; the request must have wanted it.
+    /// A variable of the first frame, one value for every pixel of the picture; the request must have wanted it.
     ///
     /// # Errors
-    /// Nothing was rendered yet, on the forward path, or without wanting variables.
-    pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
-        let gbuffer = self.gbuffer.as_ref().ok_or(RenderError::Missing(
-            "there are no AOVs: only the deferred path has them, and the request must name them",
-        ))?;
-        Ok(gbuffer.read(aov))
+    /// Nothing was rendered yet, on the forward path, or without wanting the variable; or the device was lost.
+    pub async fn read_aov_async(&self, aov: Aov) -> Result<AovPixels, RenderError> {
+        let missing = RenderError::Missing(
+            "there is no such AOV: only the deferred path has them, and the request must name them",
+        );
+        match (&self.gbuffer, aov) {
+            (None, _) => Err(missing),
+            (Some(_), Aov::Radiance) => Ok(AovPixels::Float { components: 4, data: self.read_radiance_async().await? }),
+            (Some(gbuffer), aov) => gbuffer.read(aov).ok_or(missing),
+        }
     }
 
-    fn check_size(&self, request: &FrameRequest) -> Result<(u32, u32), RenderError> {
+    /// As [`Self::read_aov_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_aov_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
+        pollster::block_on(self.read_aov_async(aov))
+    }
+
+    /// The size at which the view is shaded; the picture itself is as large as the request says.
+    fn shaded_size(&self, request: &FrameRequest) -> Result<(u32, u32), RenderError> {
         let limit = self.gpu.capabilities.max_texture_size;
         let scale = request.settings.render.scale;
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
@@ -400,9 +421,10 @@ impl Renderer {
     }
 
     async fn run(&mut self, scene: &Scene, request: &FrameRequest, purpose: &mut Purpose) -> Result<Plan, RenderError> {
-        let size = self.check_size(request)?;
+        let size = self.shaded_size(request)?;
+        let output_size = (request.width, request.height);
         let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
-        let output = Output::of(&self.gpu, &mut self.output, size);
+        let output = Output::of(&self.gpu, &mut self.output, output_size);
         self.pre_exposure = request.exposure_stops.exp2();
 
         // What the view sees.
@@ -432,6 +454,15 @@ impl Renderer {
             request.environment_intensity * self.pre_exposure,
         );
         self.buffers.write(&self.gpu, request, &uniform, &environment, &table, &lists, &draws);
+        let wants_aovs = request.sample_index == 0 && !request.want_aovs.is_empty();
+        let aov_passes = if wants_aovs { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
+        let previous = request.previous.as_deref().filter(|_| aov_passes.motion);
+        let has_previous = previous.is_some_and(|previous| {
+            let motion = MotionUniform::new(&request.camera, Some(&previous.camera), range, output_size);
+            self.gpu.queue.write_buffer(&self.buffers.motion, 0, bytemuck::bytes_of(&motion));
+            let texels = previous.append_to(scene, &mut deformation);
+            resources.write_previous_nodes(&self.gpu, &texels)
+        });
         resources.write_deformation(&self.gpu, &deformation);
 
         // The frame.
@@ -455,9 +486,10 @@ impl Renderer {
             accumulation: &buffers.accumulation,
             tone_map: &buffers.tone_map,
             nearest_clamp: &buffers.nearest_clamp,
+            aov_passes,
+            has_previous,
             errors: &errors,
         };
-        let wants_gbuffer = request.sample_index == 0 && !request.want_aovs.is_empty();
         let previous_sum = if request.sample_index == 0 { 0 } else { self.latest_sum };
         let mut graph = Graph::new(Limits::from(&self.gpu.capabilities.limits));
         let view_outputs = frame::view_passes(&mut graph, &shared)?;
@@ -467,7 +499,7 @@ impl Renderer {
             pairs_name = Some(pairs.name().to_owned());
             graph.export(pairs);
         } else {
-            let sum_desc = TextureDesc::new_2d(size.0, size.1, SUM);
+            let sum_desc = TextureDesc::new_2d(output_size.0, output_size.1, SUM);
             let import = |graph: &mut Graph<'_>, name, index: usize| {
                 graph.import(name, sum_desc, output.sums[index].create_view(&Default::default()))
             };
@@ -477,18 +509,12 @@ impl Renderer {
             );
             let display = graph.import(
                 "display",
-                TextureDesc::new_2d(size.0, size.1, DISPLAY),
+                TextureDesc::new_2d(output_size.0, output_size.1, DISPLAY),
                 output.display.create_view(&Default::default()),
             );
             frame::output_passes(&mut graph, &shared, &view_outputs.radiance, Some(sums), display)?;
         }
-        let mut gbuffer_names = Vec::new();
-        if let (true, Some(gbuffer)) = (wants_gbuffer, view_outputs.gbuffer) {
-            for handle in [gbuffer.base_color, gbuffer.normal, gbuffer.material, gbuffer.linear_depth] {
-                gbuffer_names.push(handle.name().to_owned());
-                graph.export(handle);
-            }
-        }
+        let exports = if wants_aovs { AovExports::new(&mut graph, view_outputs) } else { AovExports::default() };
         let plan = graph.plan()?;
         let bytes = plan.bytes();
         self.stats.texture_bytes = bytes.aliased;
@@ -505,18 +531,10 @@ impl Renderer {
         self.gpu.check()?;
 
         // What comes back.
-        let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
-        if let [base_color, normal, material, linear_depth] = gbuffer_names.as_slice() {
-            self.gbuffer = Some(GbufferPixels {
-                view: uniform,
-                base_color: readback::read_texture(&self.gpu, exported(base_color)?).await?,
-                normal: readback::read_texture(&self.gpu, exported(normal)?).await?,
-                material: readback::read_texture(&self.gpu, exported(material)?).await?,
-                linear_depth: readback::read_texture(&self.gpu, exported(linear_depth)?).await?,
-            });
-        } else if request.sample_index == 0 {
-            self.gbuffer = None;
+        if request.sample_index == 0 {
+            self.gbuffer = exports.read(&self.gpu, &run, uniform, output_size).await?;
         }
+        let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
         if let (Purpose::Pairs(counts), Some(name)) = (&mut *purpose, &pairs_name) {
             *counts = sum_pairs(&readback::read_texture(&self.gpu, exported(name)?).await?);
         }
@@ -598,6 +616,7 @@ impl FrameBuffers {
             environment: uniform("environment", size_of::<EnvironmentUniform>()),
             accumulation: uniform("accumulation", 16),
             tone_map: uniform("tone_map", size_of::<ToneMapUniform>()),
+            motion: uniform("motion", size_of::<MotionUniform>()),
             // The widths are constants of `lights.wgsl`: 256 lights of 4 texels, 1,024 clusters, 4,096 entries a row.
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, 1024),
             cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, 1024),
@@ -626,7 +645,8 @@ impl FrameBuffers {
         queue.write_buffer(&self.environment, 0, bytemuck::bytes_of(environment));
         // The mean of the frames so far, so that the picture can be shown at any time.
         let weight = 1.0 / (request.sample_index as f32 + 1.0);
-        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&[weight, 1.0 - weight, 0.0, 0.0]));
+        let accumulation = [weight, 1.0 - weight, 1.0 / request.width as f32, 1.0 / request.height as f32];
+        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&accumulation));
         let tone_map = ToneMapUniform {
             curve: request.tonemap as u32,
             premultiply: 0.0,
@@ -646,7 +666,7 @@ impl FrameBuffers {
         }
     }
 
-    fn frame_resources(&self) -> [(&'static str, wgpu::BindingResource<'_>); 8] {
+    fn frame_resources(&self) -> [(&'static str, wgpu::BindingResource<'_>); 9] {
         [
             ("view", self.view.as_entire_binding()),
             ("directional_albedo", wgpu::BindingResource::TextureView(&self.directional_albedo)),
@@ -656,6 +676,7 @@ impl FrameBuffers {
             ("cluster_table", wgpu::BindingResource::TextureView(self.cluster_table.view())),
             ("cluster_lights", wgpu::BindingResource::TextureView(self.cluster_lights.view())),
             ("environment", self.environment.as_entire_binding()),
+            ("motion", self.motion.as_entire_binding()),
         ]
     }
 }

@@ -59,7 +59,8 @@ pub struct Settings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RenderSettings {
-    /// Shading happens at this many times the output's width and height (0.25 to 2).
+    /// Shading happens at this many times the output's width and height (0.25 to 2), each rounded to whole pixels; the
+    /// output keeps its size.
     pub scale: f32,
 }
 

@@ -5,7 +5,7 @@ use crate::frame::Shared;
 use crate::resources::SceneResources;
 use crate::resources::geometry::{ATTRIBUTES, STRIDES};
 use crate::shader::program::ProgramError;
-use crate::shader::{Program, Shaders};
+use crate::shader::{Program, Shaders, compose};
 use manypass_graph::PassContext;
 use manypass_scene::Topology;
 use std::cell::RefCell;
@@ -162,7 +162,11 @@ pub fn prepare(
         ];
         let key = Key {
             program,
-            axes: axes.iter().filter(|(_, on)| *on).map(|(axis, _)| *axis).collect(),
+            axes: axes
+                .iter()
+                .filter(|(axis, on)| *on && compose::has_axis(program, axis))
+                .map(|(axis, _)| *axis)
+                .collect(),
             targets: targets.clone(),
             topology: primitive.topology,
             double_sided: material.double_sided,
@@ -197,6 +201,7 @@ fn object_bind_group(shared: &Shared<'_>, program: &Program) -> Result<wgpu::Bin
             ("joint_matrices", wgpu::BindingResource::TextureView(resources.joint_matrices.view())),
             ("morph_displacements", wgpu::BindingResource::TextureView(resources.morph_displacements.view())),
             ("morph_weights", wgpu::BindingResource::TextureView(resources.morph_weights.view())),
+            ("previous_nodes", wgpu::BindingResource::TextureView(resources.previous_nodes.view())),
         ],
     )
 }

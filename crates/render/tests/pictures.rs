@@ -4,31 +4,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-use manypass::{
-    Aov, AovPixels, Background, Environment, FrameRequest, Gpu, LightCulling, Path, Renderer, Tonemap, View,
-};
+mod common;
+
+use common::{floats, inner_pixels, plain_request, renderer};
+use manypass::{Aov, Background, Environment, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::Scene;
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, assert_same, linear_difference};
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes::{self, TestScene};
 
 const SIZE: (u32, u32) = (128, 96);
-
-fn renderer() -> Renderer {
-    Renderer::new(Gpu::headless(None).unwrap()).unwrap()
-}
-
-/// The scene's first camera, no environment, black behind, no tone curve, no dither.
-fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest {
-    let node = scene.nodes.iter().find(|node| node.camera.is_some()).unwrap();
-    let projection = scene.cameras[node.camera.unwrap()].projection;
-    let mut request = FrameRequest::new(width, height, View { world_from_view: node.world_from_object, projection });
-    request.environment = Environment::None;
-    request.background = Background::Color([0.0; 3]);
-    request.tonemap = Tonemap::None;
-    request.settings.tone_map.dither = 0.0;
-    request
-}
 
 fn radiance(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Vec<[f32; 3]> {
     renderer.render(scene, request).unwrap();
@@ -39,22 +24,6 @@ fn display(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Pi
     renderer.render(scene, request).unwrap();
     let bytes = renderer.read_display().unwrap();
     Picture::from_rgba8(request.width as usize, request.height as usize, &bytes)
-}
-
-/// Pixels whose neighbours all show the same object; at silhouettes triangles and exact shapes differ by a pixel.
-fn inner_pixels(ids: &[u32], (width, height): (usize, usize)) -> Vec<usize> {
-    let mut inner = Vec::new();
-    for y in 1..height - 1 {
-        for x in 1..width - 1 {
-            let at = y * width + x;
-            let same =
-                |dx: isize, dy: isize| ids[(y as isize + dy) as usize * width + (x as isize + dx) as usize] == ids[at];
-            if (-1..=1).all(|dy| (-1..=1).all(|dx| same(dx, dy))) {
-                inner.push(at);
-            }
-        }
-    }
-    inner
 }
 
 fn against_ray_caster(test: &TestScene, path: Path) -> (f64, f64) {
@@ -116,10 +85,6 @@ fn depth_and_position_agree_with_the_ray_caster() {
         let mut request = plain_request(&test.scene, SIZE);
         request.want_aovs = vec![Aov::Depth, Aov::Position, Aov::Normal];
         renderer.render(&test.scene, &request).unwrap();
-        let floats = |aov: AovPixels| match aov {
-            AovPixels::Float { data, .. } => data,
-            AovPixels::Id(_) => panic!("not floats"),
-        };
         let depth = floats(renderer.read_aov(Aov::Depth).unwrap());
         let position = floats(renderer.read_aov(Aov::Position).unwrap());
         let normal = floats(renderer.read_aov(Aov::Normal).unwrap());

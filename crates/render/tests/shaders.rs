@@ -77,6 +77,7 @@ macro_rules! same_layout {
 fn uniforms_have_one_layout() {
     use manypass::environment::EnvironmentUniform;
     use manypass::passes::lights::ClusterUniform;
+    use manypass::passes::motion::MotionUniform;
     use manypass::passes::tone_map::ToneMapUniform;
     use manypass::resources::MaterialFactors;
     use manypass::view::ViewUniform;
@@ -106,6 +107,12 @@ fn uniforms_have_one_layout() {
         [size, slice_from_log_distance, directional_count, global_count]
     );
     same_layout!("forward", "Environment", EnvironmentUniform, [constant, box_count, axes, amplitudes, background]);
+    same_layout!(
+        "motion",
+        "Motion",
+        MotionUniform,
+        [clip_from_world, previous_clip_from_world, pixel_from_ndc, padding]
+    );
     same_layout!("tone_map", "ToneMap", ToneMapUniform, [curve, premultiply, dither, padding]);
     same_layout!(
         "forward",

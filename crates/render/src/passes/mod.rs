@@ -3,9 +3,12 @@
 pub mod accumulate;
 pub mod background;
 pub mod direct;
+pub mod emission;
 pub mod forward;
 pub mod geometry;
+pub mod ids;
 pub mod indirect;
 pub mod lights;
 pub mod linear_depth;
+pub mod motion;
 pub mod tone_map;

@@ -79,6 +79,8 @@ pub struct SceneResources {
     pub morph_displacements: DataTexture,
     /// Weights of morph targets of every node that has some.
     pub morph_weights: DataTexture,
+    /// Transforms of all nodes in the previous frame, and where their joints and weights are; see `motion.wgsl`.
+    pub previous_nodes: DataTexture,
     /// What was left out, or replaced.
     pub warnings: Vec<String>,
 }
@@ -106,6 +108,7 @@ impl SceneResources {
             joint_matrices: DataTexture::new(&gpu.device, "joint_matrices", wgpu::TextureFormat::Rgba32Float, 1024),
             morph_displacements,
             morph_weights: DataTexture::new(&gpu.device, "morph_weights", wgpu::TextureFormat::R32Float, 1024),
+            previous_nodes: DataTexture::new(&gpu.device, "previous_nodes", wgpu::TextureFormat::Rgba32Float, 1024),
             warnings,
         }
     }
@@ -188,5 +191,15 @@ impl SceneResources {
         if !fits && !self.warnings.iter().any(|warning| warning == message) {
             self.warnings.push(message.into());
         }
+    }
+
+    /// Uploads the previous transforms of all nodes. Returns false, with a warning, if they do not fit a texture.
+    pub fn write_previous_nodes(&mut self, gpu: &Gpu, texels: &[[f32; 4]]) -> bool {
+        let fits = self.previous_nodes.write(&gpu.device, &gpu.queue, texels);
+        let message = "the nodes do not fit a texture of this adapter; motion is 0";
+        if !fits && !self.warnings.iter().any(|warning| warning == message) {
+            self.warnings.push(message.into());
+        }
+        fits
     }
 }

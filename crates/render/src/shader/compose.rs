@@ -19,3 +19,8 @@ pub fn source(program: &str, axes_on: &[&str]) -> Result<&'static str, String> {
     }
     variants.get(index).copied().ok_or_else(|| format!("program `{program}` has no variant {index}"))
 }
+
+/// Whether a program has variants with and without `axis`.
+pub fn has_axis(program: &str, axis: &str) -> bool {
+    PROGRAMS.iter().any(|(name, axes, _)| *name == program && axes.contains(&axis))
+}

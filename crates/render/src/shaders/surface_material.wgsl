@@ -69,15 +69,25 @@ fn shading_normal(in: SurfaceVarying, front_facing: bool) -> vec3f {
     }
 }
 
+// Base colour and alpha, by one expression, so that a pass which draws a surface again drops the same fragments.
+fn surface_base_color(in: SurfaceVarying) -> vec4f {
+    let factors = material_factors.base_color * in.color;
+    @if(textured) {
+        return factors * textureSample(base_color_texture, base_color_sampler, material_uv(in.uv, 0u));
+    }
+    @if(!textured) {
+        return factors;
+    }
+}
+
 fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     var out: SurfaceSample;
-    var base_color = material_factors.base_color * in.color;
+    let base_color = surface_base_color(in);
     var metallic = material_factors.metallic;
     var roughness = material_factors.roughness;
     var occlusion = 1.0;
     var emission = material_factors.emissive;
     @if(textured) {
-        base_color *= textureSample(base_color_texture, base_color_sampler, material_uv(in.uv, 0u));
         let rough_metal = textureSample(metallic_roughness_texture, metallic_roughness_sampler, material_uv(in.uv, 1u));
         roughness *= rough_metal.g;
         metallic *= rough_metal.b;

@@ -36,9 +36,9 @@ struct SurfaceVarying {
 @if(deformed) @group(3) @binding(1) var morph_displacements: texture_2d<f32>;
 @if(deformed) @group(3) @binding(2) var morph_weights: texture_2d<f32>;
 
-@if(deformed) const DATA_WIDTH: u32 = 1024u;
+const DATA_WIDTH: u32 = 1024u;
 
-@if(deformed) fn data_texel(index: u32) -> vec2i {
+fn data_texel(index: u32) -> vec2i {
     return vec2i(i32(index % DATA_WIDTH), i32(index / DATA_WIDTH));
 }
 
@@ -57,15 +57,39 @@ struct Rows {
     );
 }
 
-@if(deformed) fn skinned_rows(in: SurfaceInput) -> Rows {
+@if(deformed) fn skinned_rows(in: SurfaceInput, first_joint: u32) -> Rows {
     var rows = Rows(vec4f(0.0), vec4f(0.0), vec4f(0.0));
     for (var i = 0u; i < 4u; i++) {
-        let joint = joint_rows(in.instance.y + in.joints[i]);
+        let joint = joint_rows(first_joint + in.joints[i]);
         rows.row0 += joint.row0 * in.weights[i];
         rows.row1 += joint.row1 * in.weights[i];
         rows.row2 += joint.row2 * in.weights[i];
     }
     return rows;
+}
+
+// What the morph targets add to position, normal and tangent.
+struct Displacement {
+    position: vec3f,
+    normal: vec3f,
+    tangent: vec3f,
+}
+
+@if(deformed) fn morph_displacement(in: SurfaceInput, first_weight: u32) -> Displacement {
+    var sum = Displacement(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    for (var target_index = 0u; target_index < in.instance.w; target_index++) {
+        let weight = textureLoad(morph_weights, data_texel(first_weight + target_index), 0).r;
+        let first = in.morph.x + (target_index * in.morph.y + in.vertex) * 3u;
+        sum.position += weight * textureLoad(morph_displacements, data_texel(first), 0).xyz;
+        sum.normal += weight * textureLoad(morph_displacements, data_texel(first + 1u), 0).xyz;
+        sum.tangent += weight * textureLoad(morph_displacements, data_texel(first + 2u), 0).xyz;
+    }
+    return sum;
+}
+
+fn transform_point(rows: Rows, position: vec3f) -> vec3f {
+    let point = vec4f(position, 1.0);
+    return vec3f(dot(rows.row0, point), dot(rows.row1, point), dot(rows.row2, point));
 }
 
 fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
@@ -74,26 +98,18 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     var tangent = in.tangent.xyz;
     var rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
     @if(deformed) {
-        for (var target_index = 0u; target_index < in.instance.w; target_index++) {
-            let weight_index = in.instance.z + target_index;
-            let weight = textureLoad(morph_weights, data_texel(weight_index), 0).r;
-            let first = in.morph.x + (target_index * in.morph.y + in.vertex) * 3u;
-            position += weight * textureLoad(morph_displacements, data_texel(first), 0).xyz;
-            normal += weight * textureLoad(morph_displacements, data_texel(first + 1u), 0).xyz;
-            tangent += weight * textureLoad(morph_displacements, data_texel(first + 2u), 0).xyz;
-        }
+        let displacement = morph_displacement(in, in.instance.z);
+        position += displacement.position;
+        normal += displacement.normal;
+        tangent += displacement.tangent;
         if in.instance.y != 0xffffffffu {
-            rows = skinned_rows(in);
+            rows = skinned_rows(in, in.instance.y);
         }
     }
     let row_x = rows.row0.xyz;
     let row_y = rows.row1.xyz;
     let row_z = rows.row2.xyz;
-    let position_world = vec3f(
-        dot(rows.row0, vec4f(position, 1.0)),
-        dot(rows.row1, vec4f(position, 1.0)),
-        dot(rows.row2, vec4f(position, 1.0)),
-    );
+    let position_world = transform_point(rows, position);
     // The cofactor matrix turns normals rightly under any scale; its sign is that of the determinant.
     let cofactor_x = cross(row_y, row_z);
     let cofactor_y = cross(row_z, row_x);

@@ -2,6 +2,7 @@
 //! the other (ping-pong).
 //!
 //! Source: Haeberli & Akeley 1990, "The Accumulation Buffer". Reads: radiance, the previous sum. Writes: the next sum.
+//! Radiance of another size than the sum's (`render.scale`) is filtered linearly.
 
 use crate::frame::Shared;
 use crate::shader::program::ProgramError;
@@ -21,7 +22,10 @@ pub fn record<'f>(
     previous: &Handle,
     next: Handle,
 ) -> Result<Handle, ProgramError> {
-    let step = shared.fullscreen("accumulate", &[], SUM, None)?;
+    let shaded_size = (radiance.desc().width, radiance.desc().height);
+    let is_scaled = shaded_size != (next.desc().width, next.desc().height);
+    let axes: &[&'static str] = if is_scaled { &["scaled"] } else { &[] };
+    let step = shared.fullscreen("accumulate", axes, SUM, None)?;
     let mut pass = graph.pass("accumulate");
     let reads = [("radiance", pass.read(radiance)), ("previous", pass.read(previous))];
     let next = pass.color(next, ColorLoad::Discard);

@@ -1,0 +1,139 @@
+//! The G-buffer in memory, and the variables that are decoded from it.
+
+use super::{Aov, AovPixels};
+use crate::view::ViewUniform;
+use glam::{Vec2, Vec3};
+
+/// The G-buffer of the first, unjittered frame, in memory, with the targets that only variables need.
+#[derive(Clone, Debug)]
+pub(crate) struct GbufferPixels {
+    pub view: ViewUniform,
+    /// Width and height of the picture, which may have been shaded at another size.
+    pub output_size: (u32, u32),
+    pub base_color: Vec<u8>,
+    pub normal: Vec<u8>,
+    pub material: Vec<u8>,
+    pub linear_depth: Vec<u8>,
+    /// Half floats; none if no variable needs it.
+    pub emission: Option<Vec<u8>>,
+    /// Two integers a pixel; none if no variable needs them.
+    pub ids: Option<Vec<u8>>,
+    /// Two floats a pixel; none if no variable needs it.
+    pub motion: Option<Vec<u8>>,
+}
+
+/// The distance that stands for infinity in `linear_depth.wgsl`.
+pub(super) const DISTANCE_BACKGROUND_M: f32 = 1.0e38;
+
+impl GbufferPixels {
+    /// A variable, one value for every pixel of the picture; none if the frame did not record it.
+    pub fn read(&self, aov: Aov) -> Option<AovPixels> {
+        let unit = |bytes: &[u8], at: usize| [f32::from(bytes[at]) / 255.0];
+        Some(match aov {
+            Aov::BaseColor => {
+                self.floats(|i| [0, 1, 2].map(|channel| linear_from_srgb(self.base_color[i * 4 + channel])))
+            }
+            Aov::Occlusion => self.floats(|i| unit(&self.base_color, i * 4 + 3)),
+            Aov::Metallic => self.floats(|i| unit(&self.material, i * 4)),
+            Aov::Roughness => self.floats(|i| unit(&self.material, i * 4 + 1)),
+            Aov::Depth => self.floats(|i| [self.distance_m(i).unwrap_or(f32::INFINITY)]),
+            Aov::Normal => self.floats(|i| self.normal_world(i).to_array()),
+            Aov::NormalView => {
+                self.floats(|i| self.view.view_from_world.transform_vector3(self.normal_world(i)).to_array())
+            }
+            Aov::Position => self.floats(|i| self.position_world(i).to_array()),
+            Aov::Emission => {
+                let halves = self.emission.as_ref()?;
+                let scale = 1.0 / self.view.pre_exposure;
+                let half = |at: usize| f32_from_half(u16::from_le_bytes([halves[at], halves[at + 1]])) * scale;
+                self.floats(|i| [0, 2, 4].map(|channel| half(i * 8 + channel)))
+            }
+            Aov::Motion => {
+                let motion = self.motion.as_ref()?;
+                self.floats(|i| [0, 4].map(|channel| f32::from_le_bytes(word(motion, i * 8 + channel))))
+            }
+            Aov::ObjectId => self.ids(self.ids.as_ref()?, 0),
+            Aov::MaterialId => self.ids(self.ids.as_ref()?, 4),
+            // The accumulated picture is no part of the G-buffer.
+            Aov::Radiance => return None,
+        })
+    }
+
+    /// The pixels of the G-buffer nearest to those of the picture, row by row from the top.
+    fn sources(&self) -> impl Iterator<Item = usize> {
+        let (shaded_width, shaded_height) = (self.view.size_px.x as usize, self.view.size_px.y as usize);
+        let (width, height) = (self.output_size.0 as usize, self.output_size.1 as usize);
+        // The pixel whose middle is at (x + 1/2) · shaded / size, rounded down.
+        let source = |x: usize, shaded: usize, size: usize| (2 * x + 1) * shaded / (2 * size);
+        (0..height).flat_map(move |y| {
+            let row = source(y, shaded_height, height) * shaded_width;
+            (0..width).map(move |x| row + source(x, shaded_width, width))
+        })
+    }
+
+    fn floats<const N: usize>(&self, value: impl Fn(usize) -> [f32; N]) -> AovPixels {
+        AovPixels::Float { components: N as u32, data: self.sources().flat_map(value).collect() }
+    }
+
+    fn ids(&self, ids: &[u8], offset: usize) -> AovPixels {
+        AovPixels::Id(self.sources().map(|i| u32::from_le_bytes(word(ids, i * 8 + offset))).collect())
+    }
+
+    fn distance_m(&self, i: usize) -> Option<f32> {
+        let distance = f32::from_le_bytes(word(&self.linear_depth, i * 4));
+        (distance < DISTANCE_BACKGROUND_M).then_some(distance)
+    }
+
+    /// Zero where there is no surface.
+    fn normal_world(&self, i: usize) -> Vec3 {
+        if self.distance_m(i).is_none() {
+            return Vec3::ZERO;
+        }
+        let component = |c: usize| {
+            let at = i * 4 + c * 2;
+            f32::from(u16::from_le_bytes([self.normal[at], self.normal[at + 1]])) / 65535.0 * 2.0 - 1.0
+        };
+        direction_from_octahedral(Vec2::new(component(0), component(1)))
+    }
+
+    /// Zero where there is no surface.
+    fn position_world(&self, i: usize) -> Vec3 {
+        let Some(distance) = self.distance_m(i) else { return Vec3::ZERO };
+        let width = self.view.size_px.x as usize;
+        let pixel = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let uv = pixel * self.view.inverse_size_px;
+        let ndc = Vec2::new(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0);
+        let plane = (ndc - self.view.jitter_ndc) * self.view.view_from_ndc_scale;
+        let plane = if self.view.orthographic > 0.5 { plane } else { plane * distance };
+        self.view.world_from_view.transform_point3(plane.extend(-distance))
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> [u8; 4] {
+    [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]
+}
+
+/// The twin of `octahedral.wgsl`.
+pub(super) fn direction_from_octahedral(v: Vec2) -> Vec3 {
+    let z = 1.0 - v.x.abs() - v.y.abs();
+    let wrap = |a: f32, b: f32| (1.0 - b.abs()) * if a >= 0.0 { 1.0 } else { -1.0 };
+    let xy = if z >= 0.0 { v } else { Vec2::new(wrap(v.x, v.y), wrap(v.y, v.x)) };
+    xy.extend(z).normalize()
+}
+
+fn linear_from_srgb(byte: u8) -> f32 {
+    let s = f32::from(byte) / 255.0;
+    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The value of a half float; NaNs count as infinity.
+pub(super) fn f32_from_half(bits: u16) -> f32 {
+    let exponent = i32::from(bits >> 10 & 31);
+    let mantissa = f32::from(bits & 1023);
+    let magnitude = match exponent {
+        0 => mantissa * 2f32.powi(-24),
+        31 => f32::INFINITY,
+        _ => (1.0 + mantissa / 1024.0) * 2f32.powi(exponent - 15),
+    };
+    if bits & 0x8000 == 0 { magnitude } else { -magnitude }
+}

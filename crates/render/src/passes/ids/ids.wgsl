@@ -1,0 +1,20 @@
+// ids: which node and which material every pixel shows: their indices plus 1; 0 where there is no surface.
+// Reads: depth, whose surfaces it draws again. Writes: ids (rg32uint).
+
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
+import package::shaders::surface_material::{material_factors, surface_base_color};
+
+@vertex
+fn vs_ids(in: SurfaceInput) -> SurfaceVarying {
+    return surface_varying(in);
+}
+
+@fragment
+fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
+    @if(masked) {
+        if surface_base_color(in).a < material_factors.alpha_cutoff {
+            discard;
+        }
+    }
+    return vec2u(in.object_id, material_factors.material_id + 1u);
+}

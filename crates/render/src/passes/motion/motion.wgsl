@@ -1,0 +1,63 @@
+// motion: how far the point of every pixel moved since the previous frame.
+// Reads: depth, whose surfaces it draws again; the previous pose. Writes: motion (rg32float, pixels).
+
+import package::passes::motion::spaces::{motion, motion_px};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};
+import package::shaders::surface_vertex::{data_texel, skinned_rows, morph_displacement};
+import package::shaders::surface_material::{material_factors, surface_base_color};
+
+// Four texels a node: three rows of its previous `world_from_object`; its previous first joint and morph weight, which
+// lie in the tables of this frame.
+@group(3) @binding(3) var previous_nodes: texture_2d<f32>;
+
+struct MotionVarying {
+    @invariant @builtin(position) position_clip: vec4f,
+    @location(0) uv: vec4f,
+    @location(1) color: vec4f,
+    // Before the division, because that is what interpolates linearly along a surface.
+    @location(2) clip: vec4f,
+    @location(3) previous_clip: vec4f,
+}
+
+fn previous_position_world(in: SurfaceInput) -> vec3f {
+    let first = (in.instance.x - 1u) * 4u;
+    var rows = Rows(
+        textureLoad(previous_nodes, data_texel(first), 0),
+        textureLoad(previous_nodes, data_texel(first + 1u), 0),
+        textureLoad(previous_nodes, data_texel(first + 2u), 0),
+    );
+    var position = in.position;
+    @if(deformed) {
+        let tables = textureLoad(previous_nodes, data_texel(first + 3u), 0);
+        position += morph_displacement(in, u32(tables.y)).position;
+        if in.instance.y != 0xffffffffu {
+            rows = skinned_rows(in, u32(tables.x));
+        }
+    }
+    return transform_point(rows, position);
+}
+
+@vertex
+fn vs_motion(in: SurfaceInput) -> MotionVarying {
+    let surface = surface_varying(in);
+    var out: MotionVarying;
+    out.position_clip = surface.position_clip;
+    out.uv = surface.uv;
+    out.color = surface.color;
+    out.clip = motion.clip_from_world * vec4f(surface.position_world, 1.0);
+    out.previous_clip = motion.previous_clip_from_world * vec4f(previous_position_world(in), 1.0);
+    return out;
+}
+
+@fragment
+fn fs_motion(in: MotionVarying) -> @location(0) vec2f {
+    @if(masked) {
+        var surface: SurfaceVarying;
+        surface.uv = in.uv;
+        surface.color = in.color;
+        if surface_base_color(surface).a < material_factors.alpha_cutoff {
+            discard;
+        }
+    }
+    return motion_px(in.clip, in.previous_clip);
+}

@@ -1,0 +1,55 @@
+//! What the tests that need an adapter share; the software one will do.
+
+#![allow(dead_code, clippy::unwrap_used, reason = "each test file uses a part, and panics where it expects something")]
+
+use manypass::{AovPixels, Background, Environment, FrameRequest, Gpu, Renderer, Tonemap, View};
+use manypass_scene::Scene;
+
+/// A renderer on the first adapter.
+pub fn renderer() -> Renderer {
+    Renderer::new(Gpu::headless(None).unwrap()).unwrap()
+}
+
+/// The scene's first camera, no environment, black behind, no tone curve, no dither.
+pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest {
+    let node = scene.nodes.iter().find(|node| node.camera.is_some()).unwrap();
+    let projection = scene.cameras[node.camera.unwrap()].projection;
+    let mut request = FrameRequest::new(width, height, View { world_from_view: node.world_from_object, projection });
+    request.environment = Environment::None;
+    request.background = Background::Color([0.0; 3]);
+    request.tonemap = Tonemap::None;
+    request.settings.tone_map.dither = 0.0;
+    request
+}
+
+/// Pixels whose neighbours all show the same object; at silhouettes triangles and exact shapes differ by a pixel.
+pub fn inner_pixels(ids: &[u32], (width, height): (usize, usize)) -> Vec<usize> {
+    let mut inner = Vec::new();
+    for y in 1..height - 1 {
+        for x in 1..width - 1 {
+            let at = y * width + x;
+            let same =
+                |dx: isize, dy: isize| ids[(y as isize + dy) as usize * width + (x as isize + dx) as usize] == ids[at];
+            if (-1..=1).all(|dy| (-1..=1).all(|dx| same(dx, dy))) {
+                inner.push(at);
+            }
+        }
+    }
+    inner
+}
+
+/// The values of a variable that is made of floats.
+pub fn floats(aov: AovPixels) -> Vec<f32> {
+    match aov {
+        AovPixels::Float { data, .. } => data,
+        AovPixels::Id(_) => panic!("ids are not floats"),
+    }
+}
+
+/// The values of a variable that is made of ids.
+pub fn ids(aov: AovPixels) -> Vec<u32> {
+    match aov {
+        AovPixels::Id(ids) => ids,
+        AovPixels::Float { .. } => panic!("floats are not ids"),
+    }
+}

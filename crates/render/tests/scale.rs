@@ -1,0 +1,65 @@
+//! `render.scale`: shading at another size than the picture's.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{floats, plain_request, renderer};
+use manypass::Aov;
+use manypass_testkit::scenes;
+
+/// The mean difference of channels, of 255.
+fn mean_difference(a: &[u8], b: &[u8]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / a.len() as f64
+}
+
+#[test]
+fn the_output_keeps_its_size_and_its_picture() {
+    let test = scenes::rows_of_spheres();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    for (width, height) in [(128, 96), (97, 73), (1, 1)] {
+        let mut picture_at = |scale: f32| {
+            let mut request = plain_request(&test.scene, (width, height));
+            request.settings.render.scale = scale;
+            request.want_aovs = vec![Aov::Depth];
+            request.sample_count = 4;
+            for sample in 0..4 {
+                request.sample_index = sample;
+                renderer.render(&test.scene, &request).unwrap();
+            }
+            let count = (width * height) as usize;
+            assert_eq!(renderer.read_radiance().unwrap().len(), 4 * count, "{width}x{height} at {scale}");
+            let depth = floats(renderer.read_aov(Aov::Depth).unwrap());
+            assert_eq!(depth.len(), count, "{width}x{height} at {scale}");
+            (renderer.read_display().unwrap(), depth)
+        };
+        let (whole, depth) = picture_at(1.0);
+        assert_eq!(whole.len(), (width * height * 4) as usize);
+        if width == 1 {
+            assert!([0.25, 2.0].map(&mut picture_at).iter().all(|(display, _)| display.len() == 4));
+            continue;
+        }
+        let flipped: Vec<u8> = whole.chunks_exact(width as usize * 4).rev().flatten().copied().collect();
+        // Half the pixels along each side blur silhouettes and highlights over two pixels; twice as many sharpen them.
+        for (scale, most) in [(0.5, 5.0), (2.0, 1.5), (0.77, 3.5)] {
+            let (scaled, scaled_depth) = picture_at(scale);
+            let difference = mean_difference(&whole, &scaled);
+            println!("{width}x{height} at {scale}: mean difference {difference:.3}/255");
+            assert!(difference > 0.0 && difference < most, "{width}x{height} at {scale}: {difference}");
+            assert!(mean_difference(&flipped, &scaled) > 2.0 * most, "the test cannot fail");
+            // It lies where it should: moved by a pixel, to the side or down, it fits worse.
+            for offset in [4, width as usize * 4] {
+                for (a, b) in [
+                    (&whole[offset..], &scaled[..scaled.len() - offset]),
+                    (&whole[..whole.len() - offset], &scaled[offset..]),
+                ] {
+                    assert!(mean_difference(a, b) > difference, "{width}x{height} at {scale} is moved");
+                }
+            }
+            let near = depth.iter().zip(&scaled_depth).filter(|(a, b)| (**a - **b).abs() < 0.05 * **a || a == b);
+            assert!(near.count() * 10 > depth.len() * 8, "{width}x{height} at {scale}: depths differ");
+        }
+    }
+}
