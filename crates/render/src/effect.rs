@@ -41,7 +41,7 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 /// Its own uniforms lie in group 2 and are set by their names.
 ///
 /// ```no_run
-/// # use manypass::{FrameRequest, Gpu, Renderer, View, WgslEffect, scene};
+/// # use manypass::{FrameRequest, Gpu, Renderer, WgslEffect, scene};
 /// let scene = scene::demo::hall();
 /// let mut renderer = Renderer::new(Gpu::headless(None)?)?;
 /// renderer.load(&scene)?;
@@ -58,7 +58,7 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 ///      }",
 /// )?;
 /// vignette.set_uniform("strength", &1.5f32.to_le_bytes())?;
-/// let mut request = FrameRequest::new(640, 360, View::of_scene(&scene, 640.0 / 360.0));
+/// let mut request = FrameRequest::of_scene(&scene, 640, 360);
 /// request.effects.push(std::sync::Arc::new(vignette));
 /// renderer.render(&scene, &request)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -140,8 +140,8 @@ impl Effect for WgslEffect {
         gbuffer: Option<&Gbuffer>,
         radiance: Handle,
     ) -> Result<Handle, ProgramError> {
-        if *shared.device != self.gpu.device {
-            let message = "it was compiled for another device than the renderer's".into();
+        if !shared.gpu.is_same(&self.gpu) {
+            let message = "it was compiled for another device than that of `Renderer::gpu`".into();
             return Err(ProgramError::Invalid { pass: self.name().into(), message });
         }
         let step = shared.own_fullscreen(&self.pipeline, self.own_group.as_ref())?;

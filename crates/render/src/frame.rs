@@ -5,6 +5,7 @@ use crate::draws::DrawList;
 use crate::effect::Effect;
 use crate::environment::EnvironmentUniform;
 use crate::gbuffer::Gbuffer;
+use crate::gpu::Gpu;
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, present, tone_map,
@@ -40,6 +41,8 @@ pub enum Path {
 /// What all passes of one view share: its draws, lists of lights, environment and uniforms.
 #[derive(Debug)]
 pub struct Shared<'f> {
+    /// The device and what it can do.
+    pub gpu: &'f Gpu,
     /// The device.
     pub device: &'f wgpu::Device,
     /// Programs and full-screen pipelines.

@@ -4,12 +4,12 @@
 //! [`Renderer`] draws a [`scene::Scene`] as a [`FrameRequest`] says. The frame itself is one function, in [`frame`].
 //!
 //! ```
-//! use manypass::{FrameRequest, Gpu, Renderer, View, scene};
+//! use manypass::{FrameRequest, Gpu, Renderer, scene};
 //!
 //! let scene = scene::demo::hall();
 //! let mut renderer = Renderer::new(Gpu::headless(None)?)?;
 //! renderer.load(&scene)?;
-//! renderer.render(&scene, &FrameRequest::new(64, 36, View::of_scene(&scene, 64.0 / 36.0)))?;
+//! renderer.render(&scene, &FrameRequest::of_scene(&scene, 64, 36))?;
 //! let rgba8 = renderer.read_display()?;
 //! assert_eq!(rgba8.len(), 64 * 36 * 4);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -71,6 +71,15 @@ pub struct FrameRequest {
 }
 
 impl FrameRequest {
+    /// A request that shows `scene` through its first camera, or else all of it; under its own lights, or else in the
+    /// studio.
+    pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
+        let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
+        let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
+        let environment = if is_lit { Environment::None } else { Environment::Studio };
+        Self { environment, ..Self::new(width, height, camera) }
+    }
+
     /// A request with the defaults of the command line.
     pub fn new(width: u32, height: u32, camera: View) -> Self {
         Self {
@@ -312,10 +321,9 @@ impl Renderer {
     /// ```no_run
     /// # fn show(renderer: &mut manypass::Renderer, scene: &manypass::scene::Scene, frame: &wgpu::SurfaceTexture)
     /// #     -> Result<(), manypass::RenderError> {
-    /// # use manypass::{FrameRequest, Target, View};
+    /// # use manypass::{FrameRequest, Target};
     /// let target = Target::whole(&frame.texture);
-    /// let view = View::of_scene(scene, target.width as f32 / target.height as f32);
-    /// renderer.render_to(scene, &FrameRequest::new(target.width, target.height, view), &target)?;
+    /// renderer.render_to(scene, &FrameRequest::of_scene(scene, target.width, target.height), &target)?;
     /// # Ok(()) }
     /// ```
     #[cfg(not(target_arch = "wasm32"))]
@@ -524,6 +532,7 @@ impl Renderer {
         let buffers = &self.buffers;
         let frame_resources = buffers.frame_resources();
         let shared = Shared {
+            gpu: &self.gpu,
             device: &self.gpu.device,
             shaders: &self.shaders,
             surface_pipelines: &self.surface_pipelines,

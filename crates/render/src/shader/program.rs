@@ -221,7 +221,11 @@ pub(crate) fn parse(
     file: &str,
     source: &str,
 ) -> Result<(naga::Module, naga::valid::ModuleInfo), ProgramError> {
-    let invalid = |message: String| ProgramError::Invalid { pass: pass.into(), message };
+    // Some errors of a whole function have no place.
+    let invalid = |message: String| {
+        let message = if message.contains(file) { message } else { format!("{file}: {message}") };
+        ProgramError::Invalid { pass: pass.into(), message }
+    };
     let module = wgsl::parse_str(source).map_err(|error| invalid(error.emit_to_string_with_path(source, file)))?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::default())
         .validate(&module)
