@@ -17,8 +17,7 @@ const SIDE_PX: u32 = 96;
 
 /// Every .glb and .gltf of the sample models, in order; none, with a message, where they are not there.
 fn models() -> Vec<PathBuf> {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets/khronos-sample-assets");
-    let mut folders = vec![root.clone()];
+    let mut folders: Vec<PathBuf> = common::sample_models().into_iter().collect();
     let mut found = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -31,9 +30,6 @@ fn models() -> Vec<PathBuf> {
         }
     }
     found.sort();
-    if found.is_empty() {
-        eprintln!("SKIPPED: there are no sample models at {}", root.display());
-    }
     found
 }
 

@@ -4,6 +4,7 @@
 
 use manypass::{AovPixels, Background, Environment, FrameRequest, Gpu, Renderer, Tonemap, View};
 use manypass_scene::Scene;
+use std::path::PathBuf;
 
 /// A renderer on the first adapter.
 pub fn renderer() -> Renderer {
@@ -20,6 +21,18 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     request.tonemap = Tonemap::None;
     request.settings.tone_map.dither = 0.0;
     request
+}
+
+/// The folder of the sample models; none, with a message, where they are not there. `MANYPASS_ASSETS` names another place
+/// for the folder that holds them.
+pub fn sample_models() -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets");
+    let root = std::env::var_os("MANYPASS_ASSETS").map_or_else(beside, PathBuf::from).join("khronos-sample-assets");
+    if !root.exists() {
+        eprintln!("SKIPPED: there are no sample models at {}", root.display());
+        return None;
+    }
+    Some(root)
 }
 
 /// Pixels whose neighbours all show the same object; at silhouettes triangles and exact shapes differ by a pixel.
