@@ -13,6 +13,8 @@ use manypass_scene::{NodeId, Projection, Scene, gltf_file};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 const SIDE_PX: usize = 512;
+/// Smaller areas are edges of letters.
+const AREA_MIN_PX: usize = 15;
 
 type Rgb = [u8; 3];
 
@@ -57,17 +59,28 @@ fn shoot(renderer: &mut Renderer, scene: &Scene, rotation: Quat) -> Shot {
 }
 
 impl Shot {
-    /// From the front: the pixels around a point in world space, row by row, of a square that ends `half_m` from it.
+    /// From the front: colours around a point in world space, row by row, of a square that ends `half_m` from it. They
+    /// are interpolated, because the point need not be the middle of a pixel.
     fn patch(&self, at: Vec2, half_m: f32) -> Vec<Rgb> {
         let scale = SIDE_PX as f32 / self.height_m;
-        let middle = SIDE_PX as f32 / 2.0;
+        let middle = (SIDE_PX as f32 - 1.0) / 2.0;
         let (x, y) = (middle + (at.x - self.center.x) * scale, middle - (at.y - self.center.y) * scale);
-        let half = (half_m * scale) as isize;
-        let (x, y) = (x.round() as isize, y.round() as isize);
-        let rows = y - half..=y + half;
-        rows.flat_map(|row| (x - half..=x + half).map(move |column| (row * SIDE_PX as isize + column) as usize))
-            .map(|at| self.pixels[at])
-            .collect()
+        let half = (half_m * scale) as i32;
+        let offsets = (-half..=half).flat_map(|row| (-half..=half).map(move |column| (column as f32, row as f32)));
+        offsets.map(|(column, row)| self.interpolated(x + column, y + row)).collect()
+    }
+
+    /// The colour between the middles of four pixels, which are at whole numbers.
+    fn interpolated(&self, x: f32, y: f32) -> Rgb {
+        let (left, top) = (x.floor() as usize, y.floor() as usize);
+        let (u, v) = (x.fract(), y.fract());
+        let corners = [(0, 0, (1.0 - u) * (1.0 - v)), (1, 0, u * (1.0 - v)), (0, 1, (1.0 - u) * v), (1, 1, u * v)];
+        [0, 1, 2].map(|channel| {
+            let of = |(dx, dy, share): (usize, usize, f32)| {
+                share * f32::from(self.pixels[(top + dy) * SIDE_PX + left + dx][channel])
+            };
+            corners.map(of).iter().sum::<f32>().round() as u8
+        })
     }
 
     /// The mean colour of a node's pixels.
@@ -79,7 +92,7 @@ impl Shot {
         [0, 1, 2].map(|channel| shown.clone().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / count as f64)
     }
 
-    /// Sizes of the connected areas of pixels that `is_in`, of at least 30 pixels, in reading order.
+    /// Sizes of the connected areas of pixels that `is_in`, of at least [`AREA_MIN_PX`], in reading order.
     fn areas(&self, is_in: impl Fn(Rgb) -> bool) -> Vec<usize> {
         let mut open: Vec<bool> = self.pixels.iter().map(|pixel| is_in(*pixel)).collect();
         let mut areas = Vec::new();
@@ -99,7 +112,7 @@ impl Shot {
                 ];
                 stack.extend(beside.into_iter().flatten());
             }
-            if size >= 30 {
+            if size >= AREA_MIN_PX {
                 areas.push(size);
             }
         }
@@ -112,11 +125,11 @@ impl Shot {
 }
 
 fn is_green([r, g, b]: Rgb) -> bool {
-    g > 80 && g / 2 > r && g / 2 > b
+    g > 80 && 3 * u32::from(r.max(b)) < 2 * u32::from(g)
 }
 
 fn is_red([r, g, b]: Rgb) -> bool {
-    r > 80 && r / 2 > g && r / 2 > b
+    r > 80 && 3 * u32::from(g.max(b)) < 2 * u32::from(r)
 }
 
 /// The mean absolute difference of two lists of pixels in levels.
@@ -220,12 +233,20 @@ fn alpha_modes_pass() {
     let mut renderer = renderer();
     let rotation = Quat::from_rotation_x(-0.6);
     let shot = shoot(&mut renderer, &scene, rotation);
-    println!("AlphaBlendModeTest: green {:?}, red {}", shot.areas(is_green), shot.count(is_red));
-    assert_eq!(shot.count(is_red), 0, "crosses");
-    assert!(shot.areas(is_green).len() >= 5, "two check marks and three arrows");
-    let mut opaque = scene.clone();
-    opaque.materials.iter_mut().for_each(|material| material.alpha_mode = manypass_scene::AlphaMode::Opaque);
-    assert!(shoot(&mut renderer, &opaque, rotation).count(is_red) > 30, "the test can fail");
+    // The marks are thin, so that no pixel is of their colour alone.
+    let is_mark = |[r, g, b]: Rgb| g > 90 && u32::from(r.max(b)) + 40 < u32::from(g);
+    let is_cross = |[r, g, b]: Rgb| r > 90 && u32::from(g.max(b)) + 40 < u32::from(r);
+    println!("AlphaBlendModeTest: marks {:?}, red {}", shot.areas(is_mark), shot.count(is_cross));
+    assert_eq!(shot.count(is_cross), 0, "crosses");
+    assert_eq!(shot.areas(is_mark).len(), 5, "two check marks, and an arrow at each of three cutoffs");
+    // The test can fail: every box opaque, or every box blended.
+    for alpha_mode in [manypass_scene::AlphaMode::Opaque, manypass_scene::AlphaMode::Blend] {
+        let mut wrong = scene.clone();
+        wrong.materials.iter_mut().for_each(|material| material.alpha_mode = alpha_mode);
+        let wrong = shoot(&mut renderer, &wrong, rotation);
+        println!("{alpha_mode:?}: marks {:?}, red {}", wrong.areas(is_mark), wrong.count(is_cross));
+        assert!(wrong.areas(is_mark).len() != 5 || wrong.count(is_cross) > 0, "{alpha_mode:?}");
+    }
 }
 
 /// How far off its target an arrow points, as the sine of an angle seen from in front of its face: the tip of the arrow is
