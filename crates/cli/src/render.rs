@@ -149,7 +149,8 @@ impl Batch<'_> {
         phases.load = ms_since(start);
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
-        phases.upload = ms_since(start);
+        phases.decode = self.renderer.decode_ms();
+        phases.upload = ms_since(start) - phases.decode;
         warnings.extend(self.renderer.warnings());
         if !self.args.quiet {
             self.bar.suspend(|| warnings.iter().for_each(|warning| eprintln!("warning: {}: {warning}", input.name())));
@@ -172,10 +173,12 @@ impl Batch<'_> {
         let request = FrameRequest { previous, ..request(args, job, &self.settings, camera, scene) };
         let renderer = &mut self.renderer;
         let start = Instant::now();
+        let compiled_ms = renderer.compile_ms();
         accumulate(renderer, scene, &request, args.samples, |_| !STOP.load(Ordering::SeqCst))
             .map_err(|error| still_failure(&error))?;
         renderer.wait();
-        phases.frames = ms_since(start);
+        phases.compile = renderer.compile_ms() - compiled_ms;
+        phases.frames = ms_since(start) - phases.compile;
         let stats = renderer.stats();
         let start = Instant::now();
         let picture =

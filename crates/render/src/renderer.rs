@@ -264,6 +264,16 @@ impl Renderer {
         self.resources.as_ref().map(|resources| resources.warnings.clone()).unwrap_or_default()
     }
 
+    /// Milliseconds in which decoding images held up the upload of the scene.
+    pub fn decode_ms(&self) -> f64 {
+        self.resources.as_ref().map_or(0.0, |resources| resources.textures.decode_ms)
+    }
+
+    /// Milliseconds spent on shaders and pipelines so far. A driver may do more of it when it first draws.
+    pub fn compile_ms(&self) -> f64 {
+        self.shaders.compile_ms()
+    }
+
     /// Numbers of the last frame.
     pub fn stats(&self) -> FrameStats {
         self.stats.clone()
