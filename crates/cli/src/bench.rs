@@ -75,6 +75,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
         atomic::write_file(path, &bytes).map_err(output_failure)?;
     }
+    let pass_times = renderer.pass_times(&scene, &request).map_err(failed)?;
     let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
     let over = (pairs.pairs_in_range > 0).then(|| pairs.pairs_visited as f64 / pairs.pairs_in_range as f64);
     let adapter = &renderer.gpu().adapter;
@@ -97,6 +98,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "visited_over_in_range": over,
         "texture_bytes": stats.texture_bytes,
         "texture_bytes_unaliased": stats.texture_bytes_unaliased,
+        "passes": pass_times,
         "load_ms": load_ms,
         "upload_ms": upload_ms,
     });

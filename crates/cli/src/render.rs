@@ -197,6 +197,7 @@ impl Batch<'_> {
         }
         if let Some(report) = &mut self.report {
             let plan = renderer.plan(scene, &alone).map_err(failed)?;
+            let pass_times = renderer.pass_times(scene, &alone).map_err(failed)?;
             let pairs = if stats.lights == 0 {
                 PairCounts::default()
             } else {
@@ -212,6 +213,7 @@ impl Batch<'_> {
                 phases,
                 stats: &stats,
                 plan: &plan,
+                pass_times: &pass_times,
                 pairs,
                 depth_range_m,
                 warnings,

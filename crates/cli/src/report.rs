@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::session::output_failure;
+use manypass::graph::PassTime;
 use manypass::{AdapterSummary, FrameStats, PairCounts, Plan};
 use manypass_offline::atomic::AtomicFile;
 use serde_json::{Value, json};
@@ -53,6 +54,8 @@ pub struct Entry<'a> {
     pub stats: &'a FrameStats,
     /// The passes of a frame.
     pub plan: &'a Plan,
+    /// Measured in a frame of its own.
+    pub pass_times: &'a [PassTime],
     /// Counted in a frame of its own.
     pub pairs: PairCounts,
     /// The nearest and the farthest depth in the depth PNG, in metres.
@@ -95,6 +98,7 @@ impl Report {
                 "total": total,
                 "culling": stats.culling_ms,
             },
+            "passes": entry.pass_times,
             "plan": {
                 "passes": entry.plan.passes.iter().map(|pass| &pass.name).collect::<Vec<_>>(),
                 "culled": entry.plan.culled,

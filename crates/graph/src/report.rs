@@ -33,6 +33,7 @@ pub struct Run {
 }
 
 #[derive(Debug)]
+#[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what would be read"))]
 pub(crate) struct Timestamps {
     /// Begin and end of the first `count` passes as `u64` ticks.
     pub(crate) buffer: wgpu::Buffer,
@@ -40,7 +41,7 @@ pub(crate) struct Timestamps {
     pub(crate) ms_per_tick: f64,
 }
 
-/// Time of one pass, or of one group of merged passes under its first name.
+/// Time of one pass. Passes that are measured are not merged.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassTime {
     /// Name of the pass.

@@ -16,7 +16,7 @@ use crate::shader::Shaders;
 use crate::shader::program::ProgramError;
 use crate::surfaces::SurfacePipelines;
 use crate::view::{self, View, ViewUniform};
-use manypass_graph::{Executor, Graph, Limits, Plan, PlanError, RunOptions, TextureDesc};
+use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, PlanError, RunOptions, TextureDesc};
 use manypass_scene::Scene;
 use std::cell::RefCell;
 
@@ -199,10 +199,13 @@ pub struct Renderer {
     stats: FrameStats,
 }
 
+/// What a frame is rendered for. All but the picture itself are for machines with files and a clock of their own.
+#[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what the others read"))]
 enum Purpose {
     Picture,
     Pictures(Vec<PassPicture>),
     Pairs(PairCounts),
+    Times(Vec<PassTime>),
 }
 
 impl Renderer {
@@ -234,11 +237,11 @@ impl Renderer {
     /// Uploads `scene` in place of the former one.
     ///
     /// # Errors
-    /// None today; a device may be lost.
+    /// The scene does not fit the device's memory, or the device was lost.
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
         self.resources = None;
         self.resources = Some(SceneResources::new(&self.gpu, scene));
-        Ok(())
+        Ok(self.gpu.check()?)
     }
 
     /// What was left out, or replaced, when the scene was uploaded.
@@ -294,6 +297,18 @@ impl Renderer {
         let request = FrameRequest { path: Path::Deferred, ..request.clone() };
         pollster::block_on(self.run(scene, &request, &mut purpose))?;
         Ok(if let Purpose::Pairs(pairs) = purpose { pairs } else { PairCounts::default() })
+    }
+
+    /// Renders one frame and measures its passes: the time to record each, and where the adapter has timestamps the
+    /// time to execute it. No passes are merged for it.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn pass_times(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Vec<PassTime>, RenderError> {
+        let mut purpose = Purpose::Times(Vec::new());
+        pollster::block_on(self.run(scene, request, &mut purpose))?;
+        Ok(if let Purpose::Times(times) = purpose { times } else { Vec::new() })
     }
 
     /// The plan of the frame that `request` asks for.
@@ -459,13 +474,15 @@ impl Renderer {
         self.stats.texture_bytes = bytes.aliased;
         self.stats.texture_bytes_unaliased = bytes.unaliased;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let options = RunOptions { tap: matches!(purpose, Purpose::Pictures(_)), time: false };
+        let options =
+            RunOptions { tap: matches!(purpose, Purpose::Pictures(_)), time: matches!(purpose, Purpose::Times(_)) };
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         self.gpu.queue.submit([encoder.finish()]);
         self.latest_sum = 1 - previous_sum;
         if let Some(error) = errors.borrow_mut().pop() {
             return Err(error.into());
         }
+        self.gpu.check()?;
 
         // What comes back.
         let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
@@ -484,9 +501,13 @@ impl Renderer {
             *counts = sum_pairs(&readback::read_texture(&self.gpu, exported(name)?).await?);
         }
         #[cfg(not(target_arch = "wasm32"))]
-        if let Purpose::Pictures(pictures) = purpose {
-            let report = run.read(&self.gpu.device);
-            *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
+        match purpose {
+            Purpose::Pictures(pictures) => {
+                let report = run.read(&self.gpu.device);
+                *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
+            }
+            Purpose::Times(times) => *times = run.read(&self.gpu.device).passes,
+            Purpose::Picture | Purpose::Pairs(_) => (),
         }
         Ok(plan)
     }

@@ -6,6 +6,8 @@ pub mod readback;
 
 pub use capabilities::Capabilities;
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 /// No device could be had.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
@@ -36,6 +38,40 @@ pub enum GpuError {
     /// The device went away.
     #[error("the device was lost: {0}")]
     Lost(String),
+    /// The device refused what it was told to do, or ran out of memory.
+    #[error("{0}")]
+    Refused(String),
+}
+
+/// The first thing that went wrong on a device since it was last asked; the device reports it when it likes.
+#[derive(Clone, Debug, Default)]
+struct Faults(Arc<Mutex<Option<GpuError>>>);
+
+impl Faults {
+    fn put(&self, fault: GpuError) {
+        let mut slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // A loss outweighs what led to it.
+        if slot.is_none() || matches!(fault, GpuError::Lost(_)) {
+            *slot = Some(fault);
+        }
+    }
+
+    /// Takes the place of wgpu's handlers, which panic.
+    fn watch(&self, device: &wgpu::Device) {
+        let refused = self.clone();
+        device.on_uncaptured_error(Arc::new(move |error| {
+            refused.put(match error {
+                wgpu::Error::OutOfMemory { .. } => GpuError::Refused("the device ran out of memory".into()),
+                error => GpuError::Refused(format!("the device refused a command: {error}")),
+            });
+        }));
+        let lost = self.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                lost.put(GpuError::Lost(message));
+            }
+        });
+    }
 }
 
 /// What a user sees of an adapter.
@@ -76,16 +112,18 @@ pub struct Gpu {
     pub capabilities: Capabilities,
     /// The adapter it came from.
     pub adapter: AdapterSummary,
+    faults: Faults,
 }
 
 impl Gpu {
-    /// Takes over the caller's device and queue. The adapter tells what the device can do.
+    /// Shares the caller's device and queue. The adapter tells what the device can do. Errors of the device go to the
+    /// caller's handler.
     ///
     /// # Errors
     /// An adapter that cannot render to floating-point targets.
     pub fn from_device(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Result<Self, GpuError> {
         let capabilities = Capabilities::of(adapter, &device)?;
-        Ok(Self { device, queue, capabilities, adapter: adapter.get_info().into() })
+        Ok(Self { device, queue, capabilities, adapter: adapter.get_info().into(), faults: Faults::default() })
     }
 
     /// Asks `adapter` for a device with everything the frame can use.
@@ -102,7 +140,17 @@ impl Gpu {
         };
         let (device, queue) =
             adapter.request_device(&descriptor).await.map_err(|error| GpuError::Device(error.to_string()))?;
-        Self::from_device(adapter, device, queue)
+        let gpu = Self::from_device(adapter, device, queue)?;
+        gpu.faults.watch(&gpu.device);
+        Ok(gpu)
+    }
+
+    /// Whether the device refused anything, or was lost, since this was last called.
+    ///
+    /// # Errors
+    /// If so.
+    pub fn check(&self) -> Result<(), GpuError> {
+        self.faults.0.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
     }
 
     /// A device without a window. Without a name a hardware adapter is preferred to a software one.
