@@ -112,10 +112,11 @@ impl Input {
             Self::File(path) => gltf_file::load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
                 let mut bytes = Vec::new();
-                std::io::stdin()
-                    .lock()
-                    .read_to_end(&mut bytes)
-                    .map_err(|error| failed(&error, "pipe a .glb file in"))?;
+                let mut stdin = std::io::stdin().lock().take(gltf_file::MAX_FILE_BYTES + 1);
+                stdin.read_to_end(&mut bytes).map_err(|error| failed(&error, "pipe a .glb file in"))?;
+                if bytes.len() as u64 > gltf_file::MAX_FILE_BYTES {
+                    return Err(failed(&"it is larger than 1 GiB", "pipe a smaller .glb file in"));
+                }
                 let mut refuse = |uri: &str| Err(format!("standard input has no folder to find `{uri}` in"));
                 gltf_file::load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| unread(&error))?
             }

@@ -30,8 +30,8 @@ pub const SUPPORTED_EXTENSIONS: [&str; 6] = [
 /// JSON can ask for the product of two long lists.
 const MAX_DRAWN_PRIMITIVES: usize = 1 << 20;
 
-/// The largest file that is read beside the model: 1 GiB.
-const MAX_FILE_BYTES: u64 = 1 << 30;
+/// The largest file that is read, the model's own or one beside it: 1 GiB.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// A scene as read, and what is wrong with its file but does not hinder drawing.
 #[derive(Clone, Debug)]
