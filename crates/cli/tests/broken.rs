@@ -45,7 +45,7 @@ fn render(folder: &Folder, files: &[&str]) -> BTreeMap<String, Option<String>> {
     assert_eq!(lines, if failed > 0 { failed + 1 } else { 0 }, "{}", watched.run.stderr);
     for (input, error) in &verdicts {
         let stem = Path::new(input).file_stem().expect("a stem").to_string_lossy();
-        let picture = image::open(folder.join(format!("out/{stem}.png"))).ok();
+        let picture = image::open(folder.join(&format!("out/{stem}.png"))).ok();
         match error {
             Some(error) => assert!(picture.is_none() && error.contains(input.as_str()), "{input}: {error}"),
             None => assert_eq!(picture.expect("a picture").width(), 64, "{input}"),
