@@ -207,15 +207,16 @@ fn more_samples_take_no_more_memory() {
     }
     let folder = Folder::new("samples");
     folder.write("tri.glb", &triangle_glb([1.0, 1.0, 1.0]));
-    for input in ["tri.glb", "demo:hall"] {
+    for (input, path) in [("tri.glb", "deferred"), ("tri.glb", "forward"), ("demo:hall", "deferred")] {
         let peak_mib = |samples| {
-            let args = ["render", input, "-o", "a.png", "--size", "32x32", "--quiet", "--samples", samples];
+            let size = ["--size", "32x32", "--quiet", "--path", path];
+            let args = [&["render", input, "-o", "a.png", "--samples", samples], &size[..]].concat();
             let watched = watch(&folder, &args, Duration::from_secs(60));
             watched.run.expect(0);
             watched.peak_mib
         };
         // Some memory is only taken once frames overlap; a megabyte lost with every frame would show.
         let (few, many) = (peak_mib("16"), peak_mib("112"));
-        assert!(many < few + 64, "{input}: {few} MiB, then {many} MiB");
+        assert!(many < few + 64, "{input} {path}: {few} MiB, then {many} MiB");
     }
 }

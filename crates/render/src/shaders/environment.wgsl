@@ -19,7 +19,8 @@ struct Environment {
 @group(0) @binding(7) var<uniform> environment: Environment;
 
 // The number of boxes; 0 for a direction that is none. Mesa 22's software adapter copies a shader for every draw, and
-// keeps the copies, where a branch depends on uniforms alone.
+// keeps the copies, where a branch depends on uniforms alone. In a condition of two parts the other one comes first:
+// the adapter gives up at the first that is no uniform, and crashes where it has met a uniform before.
 fn box_count_for(direction: vec3f) -> u32 {
     return select(0u, environment.box_count, dot(direction, direction) > 0.0);
 }

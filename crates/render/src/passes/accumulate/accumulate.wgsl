@@ -18,7 +18,7 @@ struct Accumulation {
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let share = textureLoad(radiance, pixel, 0) * accumulation.weight;
-    if (accumulation.keep < 0.5) & (position.x >= 0.0) {
+    if (position.x >= 0.0) & (accumulation.keep < 0.5) {
         return share;
     }
     return textureLoad(previous, pixel, 0) + share;
