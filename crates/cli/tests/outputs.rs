@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::watch::{start, wait};
+use common::watch::{start, wait, watch};
 use common::{Folder, Run, has_adapter, run_in, triangle_glb};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -198,4 +198,25 @@ fn endless_standard_input_is_refused() {
     let run: Run = child.wait_with_output().expect("the program ends").into();
     assert!(written < 1 << 12 && run.code == 1 && run.stderr.contains("larger than 1 GiB"), "{written}: {run:?}");
     assert!(folder.names().is_empty());
+}
+
+#[test]
+fn more_samples_take_no_more_memory() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("samples");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 1.0]));
+    for (input, path) in [("tri.glb", "deferred"), ("tri.glb", "forward"), ("demo:hall", "deferred")] {
+        let peak_mib = |samples| {
+            let size = ["--size", "32x32", "--quiet", "--path", path];
+            let args = [&["render", input, "-o", "a.png", "--samples", samples], &size[..]].concat();
+            let watched = watch(&folder, &args, Duration::from_secs(60));
+            watched.run.expect(0);
+            watched.peak_mib
+        };
+        // Some memory is only taken once frames overlap; a megabyte lost with every frame would show.
+        let (few, many) = (peak_mib("16"), peak_mib("112"));
+        assert!(many < few + 64, "{input} {path}: {few} MiB, then {many} MiB");
+    }
 }
