@@ -67,7 +67,8 @@ pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Resu
     renderer.load(&scene).map_err(failed)?;
     let (width, height) = GRAPH_SIZE_PX;
     let aspect = width as f32 / height as f32;
-    let (world_from_view, projection) = camera::resolve(&CameraSpec::default(), &scene, aspect, 0.0)?;
+    let (world_from_view, projection) =
+        camera::resolve(&CameraSpec::default(), &scene, &scene.framing_bounds_world(), aspect, 0.0)?;
     let request = FrameRequest {
         environment: session::default_environment(&scene),
         ..FrameRequest::new(width, height, View { world_from_view, projection })
