@@ -18,6 +18,7 @@ const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("forward", "package::passes::forward::forward", &["textured", "normal_map", "masked", "deformed"]),
     ("accumulate", "package::passes::accumulate::accumulate", &["scaled"]),
     ("tone_map", "package::passes::tone_map::tone_map", &[]),
+    ("present", "package::passes::present::present", &["srgb_target"]),
 ];
 
 /// More variants of one module than this are a sign that it should be two modules.
@@ -44,6 +45,8 @@ fn main() {
         list.push_str("    ]),\n");
     }
     list.push_str("];\n");
+    let prelude = compose_prelude().unwrap_or_else(|error| panic!("prelude of effects:\n{error}"));
+    let _ = writeln!(list, "/// What effects find declared.\npub const EFFECT_PRELUDE: &str = {prelude:?};");
     let table = directional_albedo_table();
     let _ = writeln!(
         list,
@@ -53,10 +56,21 @@ fn main() {
     fs::write(Path::new(&out).join("programs.rs"), list).expect("the output folder is writable");
 }
 
-fn compose(module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
+/// Every declaration of the modules that `prelude.wgsl` imports, used or not.
+fn compose_prelude() -> Result<String, String> {
+    let path = "package::effect::prelude".parse().map_err(|error| format!("{error}"))?;
+    composer(false).compile(&path).map(|result| result.to_string()).map_err(|error| error.to_string())
+}
+
+fn composer(strip: bool) -> Wesl<wesl::StandardResolver> {
     let mut wesl = Wesl::new("src");
     wesl.set_mangler(ManglerKind::None);
-    wesl.set_options(CompileOptions { strip: true, imports: true, condcomp: true, lower: false, ..Default::default() });
+    wesl.set_options(CompileOptions { strip, imports: true, condcomp: true, lower: false, ..Default::default() });
+    wesl
+}
+
+fn compose(module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
+    let mut wesl = composer(true);
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);
     }

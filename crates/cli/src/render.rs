@@ -346,5 +346,6 @@ fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scen
         exposure_stops: args.exposure,
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
         previous: None,
+        effects: Vec::new(),
     }
 }

@@ -2,10 +2,13 @@
 
 use crate::aov::AovPasses;
 use crate::draws::DrawList;
+use crate::effect::Effect;
 use crate::environment::EnvironmentUniform;
 use crate::gbuffer::Gbuffer;
+use crate::gpu::Gpu;
+use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, tone_map,
+    accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, present, tone_map,
 };
 use crate::resources::SceneResources;
 use crate::shader::program::{FullscreenPipeline, ProgramError};
@@ -38,6 +41,8 @@ pub enum Path {
 /// What all passes of one view share: its draws, lists of lights, environment and uniforms.
 #[derive(Debug)]
 pub struct Shared<'f> {
+    /// The device and what it can do.
+    pub gpu: &'f Gpu,
     /// The device.
     pub device: &'f wgpu::Device,
     /// Programs and full-screen pipelines.
@@ -68,6 +73,8 @@ pub struct Shared<'f> {
     pub accumulation: &'f wgpu::Buffer,
     /// The uniform of `tone_map`.
     pub tone_map: &'f wgpu::Buffer,
+    /// The uniform of `present`.
+    pub present: &'f wgpu::Buffer,
     /// A sampler that does not filter.
     pub nearest_clamp: &'f wgpu::Sampler,
     /// The passes that variables need.
@@ -119,7 +126,24 @@ pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<
     Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), emission, ids, motion })
 }
 
-/// From radiance to the picture: accumulation over the frames of a still, then the display transform.
+/// The user's effects, each on the radiance of the one before.
+///
+/// # Errors
+/// As [`Effect::record`].
+pub fn effect_passes<'f>(
+    graph: &mut Graph<'f>,
+    shared: &'f Shared<'f>,
+    effects: &'f [Arc<dyn Effect>],
+    mut outputs: ViewOutputs,
+) -> Result<ViewOutputs, ProgramError> {
+    for effect in effects {
+        outputs.radiance = effect.record(graph, shared, outputs.gbuffer.as_ref(), outputs.radiance)?;
+    }
+    Ok(outputs)
+}
+
+/// From radiance to the picture: accumulation over the frames of a still, the display transform, and the caller's
+/// `target` if there is one.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
@@ -129,6 +153,7 @@ pub fn output_passes<'f>(
     radiance: &Handle,
     sums: Option<(Handle, Handle)>,
     display: Handle,
+    target: Option<&Target>,
 ) -> Result<(), ProgramError> {
     let display = match sums {
         Some((previous, next)) => {
@@ -139,6 +164,9 @@ pub fn output_passes<'f>(
         }
         None => tone_map::record(graph, shared, radiance, display)?,
     };
+    if let Some(target) = target {
+        present::record(graph, shared, &display, target)?;
+    }
     graph.export(display);
     Ok(())
 }
@@ -148,6 +176,7 @@ pub fn output_passes<'f>(
 pub struct FullscreenStep<'f> {
     pipeline: Arc<FullscreenPipeline>,
     frame: Option<wgpu::BindGroup>,
+    own: Option<&'f wgpu::BindGroup>,
     errors: &'f RefCell<Vec<ProgramError>>,
 }
 
@@ -172,8 +201,23 @@ impl<'f> Shared<'f> {
         blend: Option<wgpu::BlendState>,
     ) -> Result<FullscreenStep<'f>, ProgramError> {
         let pipeline = self.shaders.fullscreen(name, axes_on, format, blend)?;
-        let frame = if pipeline.program.uses_group(0) { Some(self.frame_bind_group(&pipeline.program)?) } else { None };
-        Ok(FullscreenStep { pipeline, frame, errors: self.errors })
+        self.own_fullscreen(&pipeline, None)
+    }
+}
+
+impl<'f> Shared<'f> {
+    /// The full-screen pass of a pipeline from elsewhere, with a bind group of its own as group 2.
+    ///
+    /// # Errors
+    /// The program declares in group 0 what nobody binds.
+    pub fn own_fullscreen(
+        &self,
+        pipeline: &Arc<FullscreenPipeline>,
+        own: Option<&'f wgpu::BindGroup>,
+    ) -> Result<FullscreenStep<'f>, ProgramError> {
+        let program = &pipeline.program;
+        let frame = if program.uses_group(0) { Some(self.frame_bind_group(program)?) } else { None };
+        Ok(FullscreenStep { pipeline: pipeline.clone(), frame, own, errors: self.errors })
     }
 }
 
@@ -205,6 +249,9 @@ impl FullscreenStep<'_> {
         }
         if let Some(group) = &group {
             context.render_pass.set_bind_group(1, group, &[]);
+        }
+        if let Some(own) = self.own {
+            context.render_pass.set_bind_group(2, own, &[]);
         }
         context.render_pass.draw(0..3, 0..1);
     }

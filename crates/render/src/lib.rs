@@ -2,9 +2,26 @@
 //! WebGPU and WebGL 2.
 //!
 //! [`Renderer`] draws a [`scene::Scene`] as a [`FrameRequest`] says. The frame itself is one function, in [`frame`].
+//!
+//! ```
+//! use manypass::{FrameRequest, Gpu, Renderer, scene};
+//!
+//! let scene = scene::demo::hall();
+//! let mut renderer = Renderer::new(Gpu::headless(None)?)?;
+//! renderer.load(&scene)?;
+//! renderer.render(&scene, &FrameRequest::of_scene(&scene, 64, 36))?;
+//! let rgba8 = renderer.read_display()?;
+//! assert_eq!(rgba8.len(), 64 * 36 * 4);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The frame can be extended with an [`Effect`], most easily one WGSL file ([`WgslEffect`]), and drawn to a texture of
+//! the caller's on the caller's own device ([`Gpu::from_device`], [`Renderer::render_to`]). The folder `examples` shows
+//! both.
 
 pub mod aov;
 pub mod draws;
+pub mod effect;
 pub mod environment;
 pub mod frame;
 pub mod gbuffer;
@@ -19,6 +36,7 @@ pub mod surfaces;
 pub mod view;
 
 pub use aov::{Aov, AovPixels};
+pub use effect::{Effect, WgslEffect};
 pub use environment::{Background, Environment};
 pub use frame::Path;
 pub use gpu::{AdapterSummary, Gpu, GpuError};
@@ -26,6 +44,7 @@ pub use manypass_graph as graph;
 pub use manypass_graph::Plan;
 pub use manypass_scene as scene;
 pub use passes::lights::LightCulling;
+pub use passes::present::Target;
 pub use passes::tone_map::Tonemap;
 pub use pose::Pose;
 pub use renderer::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError, Renderer};

@@ -2,6 +2,7 @@
 
 use crate::aov::{Aov, AovExports, AovPasses, AovPixels, GbufferPixels};
 use crate::draws::{Deformation, DrawList};
+use crate::effect::Effect;
 use crate::environment::{Background, Environment, EnvironmentUniform};
 use crate::frame::{self, Path, Shared};
 use crate::gpu::data_texture::DataTexture;
@@ -10,6 +11,7 @@ use crate::passes::accumulate::SUM;
 use crate::passes::direct;
 use crate::passes::lights::{self, ClusterLists, LightCulling, LightTable};
 use crate::passes::motion::MotionUniform;
+use crate::passes::present::{PresentUniform, Target};
 use crate::passes::tone_map::{ToneMapUniform, Tonemap};
 use crate::pose::Pose;
 use crate::resources::SceneResources;
@@ -64,9 +66,20 @@ pub struct FrameRequest {
     pub want_aovs: Vec<Aov>,
     /// The scene and camera of the previous frame, for [`Aov::Motion`].
     pub previous: Option<Arc<Pose>>,
+    /// Passes of the user's own, after shading and before accumulation, in this order.
+    pub effects: Vec<Arc<dyn Effect>>,
 }
 
 impl FrameRequest {
+    /// A request that shows `scene` through its first camera, or else all of it; under its own lights, or else in the
+    /// studio.
+    pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
+        let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
+        let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
+        let environment = if is_lit { Environment::None } else { Environment::Studio };
+        Self { environment, ..Self::new(width, height, camera) }
+    }
+
     /// A request with the defaults of the command line.
     pub fn new(width: u32, height: u32, camera: View) -> Self {
         Self {
@@ -86,6 +99,7 @@ impl FrameRequest {
             exposure_stops: 0.0,
             want_aovs: Vec::new(),
             previous: None,
+            effects: Vec::new(),
         }
     }
 }
@@ -112,6 +126,9 @@ pub enum RenderError {
         /// The largest side.
         limit: u32,
     },
+    /// The caller's target cannot be drawn to.
+    #[error("the target cannot be drawn to: {0}")]
+    Target(String),
     /// [`Renderer::load`] was not called, or nothing was rendered yet.
     #[error("{0}")]
     Missing(&'static str),
@@ -183,6 +200,7 @@ struct FrameBuffers {
     environment: wgpu::Buffer,
     accumulation: wgpu::Buffer,
     tone_map: wgpu::Buffer,
+    present: wgpu::Buffer,
     motion: wgpu::Buffer,
     lights: DataTexture,
     cluster_table: DataTexture,
@@ -211,8 +229,9 @@ pub struct Renderer {
 
 /// What a frame is rendered for. All but the picture itself are for machines with files and a clock of their own.
 #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what the others read"))]
-enum Purpose {
+enum Purpose<'t> {
     Picture,
+    Target(&'t Target),
     Pictures(Vec<PassPicture>),
     Pairs(PairCounts),
     Times(Vec<PassTime>),
@@ -299,6 +318,44 @@ impl Renderer {
     /// No scene was loaded, the size does not fit, or the device failed.
     pub async fn render_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
         self.run(scene, request, &mut Purpose::Picture).await.map(drop)
+    }
+
+    /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target` holds.
+    ///
+    /// It submits to the device's queue: what the caller submitted before is done before, and what it submits afterwards
+    /// sees the picture. With [`Background::Transparent`] the target shows through where there is no surface.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`], and if the target cannot be drawn to.
+    ///
+    /// ```no_run
+    /// # fn show(renderer: &mut manypass::Renderer, scene: &manypass::scene::Scene, frame: &wgpu::SurfaceTexture)
+    /// #     -> Result<(), manypass::RenderError> {
+    /// # use manypass::{FrameRequest, Target};
+    /// let target = Target::whole(&frame.texture);
+    /// renderer.render_to(scene, &FrameRequest::of_scene(scene, target.width, target.height), &target)?;
+    /// # Ok(()) }
+    /// ```
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn render_to(&mut self, scene: &Scene, request: &FrameRequest, target: &Target) -> Result<(), RenderError> {
+        pollster::block_on(self.render_to_async(scene, request, target))
+    }
+
+    /// As [`Self::render_to`], where waiting is not possible.
+    ///
+    /// # Errors
+    /// As [`Self::render_to`].
+    pub async fn render_to_async(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        target: &Target,
+    ) -> Result<(), RenderError> {
+        if let Some(fault) = target.fault() {
+            return Err(RenderError::Target(fault));
+        }
+        self.gpu.queue.write_buffer(&self.buffers.present, 0, bytemuck::bytes_of(&PresentUniform::new(target)));
+        self.run(scene, request, &mut Purpose::Target(target)).await.map(drop)
     }
 
     /// Renders one frame and returns the picture of every target of every pass.
@@ -430,7 +487,12 @@ impl Renderer {
         }
     }
 
-    async fn run(&mut self, scene: &Scene, request: &FrameRequest, purpose: &mut Purpose) -> Result<Plan, RenderError> {
+    async fn run(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        purpose: &mut Purpose<'_>,
+    ) -> Result<Plan, RenderError> {
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
         let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
@@ -480,6 +542,7 @@ impl Renderer {
         let buffers = &self.buffers;
         let frame_resources = buffers.frame_resources();
         let shared = Shared {
+            gpu: &self.gpu,
             device: &self.gpu.device,
             shaders: &self.shaders,
             surface_pipelines: &self.surface_pipelines,
@@ -495,6 +558,7 @@ impl Renderer {
             frame_resources: &frame_resources,
             accumulation: &buffers.accumulation,
             tone_map: &buffers.tone_map,
+            present: &buffers.present,
             nearest_clamp: &buffers.nearest_clamp,
             aov_passes,
             has_previous,
@@ -503,6 +567,7 @@ impl Renderer {
         let previous_sum = if request.sample_index == 0 { 0 } else { self.latest_sum };
         let mut graph = Graph::new(Limits::from(&self.gpu.capabilities.limits));
         let view_outputs = frame::view_passes(&mut graph, &shared)?;
+        let view_outputs = frame::effect_passes(&mut graph, &shared, &request.effects, view_outputs)?;
         let mut pairs_name = None;
         if let (Purpose::Pairs(_), Some(gbuffer)) = (&*purpose, &view_outputs.gbuffer) {
             let pairs = direct::record_counting(&mut graph, &shared, gbuffer)?;
@@ -522,7 +587,8 @@ impl Renderer {
                 TextureDesc::new_2d(output_size.0, output_size.1, DISPLAY),
                 output.display.create_view(&Default::default()),
             );
-            frame::output_passes(&mut graph, &shared, &view_outputs.radiance, Some(sums), display)?;
+            let target = if let Purpose::Target(target) = &*purpose { Some(*target) } else { None };
+            frame::output_passes(&mut graph, &shared, &view_outputs.radiance, Some(sums), display, target)?;
         }
         let exports = if wants_aovs { AovExports::new(&mut graph, view_outputs) } else { AovExports::default() };
         let plan = graph.plan()?;
@@ -555,7 +621,7 @@ impl Renderer {
                 *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
             }
             Purpose::Times(times) => *times = run.read(&self.gpu.device).passes,
-            Purpose::Picture | Purpose::Pairs(_) => (),
+            Purpose::Picture | Purpose::Target(_) | Purpose::Pairs(_) => (),
         }
         Ok(plan)
     }
@@ -626,6 +692,7 @@ impl FrameBuffers {
             environment: uniform("environment", size_of::<EnvironmentUniform>()),
             accumulation: uniform("accumulation", 16),
             tone_map: uniform("tone_map", size_of::<ToneMapUniform>()),
+            present: uniform("present", size_of::<PresentUniform>()),
             motion: uniform("motion", size_of::<MotionUniform>()),
             // The widths are constants of `lights.wgsl`: 256 lights of 4 texels, 1,024 clusters, 4,096 entries a row.
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, 1024),

@@ -78,6 +78,7 @@ fn uniforms_have_one_layout() {
     use manypass::environment::EnvironmentUniform;
     use manypass::passes::lights::ClusterUniform;
     use manypass::passes::motion::MotionUniform;
+    use manypass::passes::present::PresentUniform;
     use manypass::passes::tone_map::ToneMapUniform;
     use manypass::resources::MaterialFactors;
     use manypass::view::ViewUniform;
@@ -114,6 +115,7 @@ fn uniforms_have_one_layout() {
         [clip_from_world, previous_clip_from_world, pixel_from_ndc, padding]
     );
     same_layout!("tone_map", "ToneMap", ToneMapUniform, [curve, premultiply, dither, padding]);
+    same_layout!("present", "Present", PresentUniform, [offset_px, inverse_size_px]);
     same_layout!(
         "forward",
         "MaterialFactors",

@@ -145,6 +145,12 @@ impl Gpu {
         Ok(gpu)
     }
 
+    /// Whether `other` is this one or a clone of it. Devices of different instances have equal ids in wgpu, so that
+    /// comparing devices tells nothing.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.faults.0, &other.faults.0)
+    }
+
     /// Whether the device refused anything, or was lost, since this was last called.
     ///
     /// # Errors

@@ -11,4 +11,5 @@ pub mod indirect;
 pub mod lights;
 pub mod linear_depth;
 pub mod motion;
+pub mod present;
 pub mod tone_map;

@@ -19,16 +19,30 @@ pub enum ProgramError {
         message: String,
     },
     /// The shader declares something that nobody binds.
-    #[error("pass `{pass}`: the shader declares `{binding}` in group {group}, which is not among: {known}")]
+    #[error(
+        "pass `{pass}`: the shader declares `{binding}` (line {line}) in group {group}, which is not among: {known}"
+    )]
     Unbound {
         /// The pass.
         pass: String,
         /// The WGSL name.
         binding: String,
+        /// The line of its declaration, from 1; of the composed module if the shader is built in.
+        line: u32,
         /// Its bind group.
         group: u32,
         /// The names that were offered.
         known: String,
+    },
+    /// A uniform of an effect cannot be set.
+    #[error("pass `{pass}`: the uniform `{uniform}` cannot be set: {message}")]
+    Uniform {
+        /// The pass.
+        pass: String,
+        /// The WGSL name.
+        uniform: String,
+        /// Why not.
+        message: String,
     },
     /// The shader has a vertex input that no attribute is called.
     #[error("pass `{pass}`: the vertex shader has an input `{input}`, which is not among: {known}")]
@@ -44,9 +58,15 @@ pub enum ProgramError {
 
 /// One name of a bind group.
 #[derive(Clone, Debug)]
-struct Slot {
-    name: String,
-    entry: wgpu::BindGroupLayoutEntry,
+pub(crate) struct Slot {
+    /// The WGSL name.
+    pub name: String,
+    /// Where and how it is bound.
+    pub entry: wgpu::BindGroupLayoutEntry,
+    /// The line of its declaration, from 1.
+    pub line: u32,
+    /// The bytes of a uniform; 0 for textures and samplers.
+    pub size_bytes: u32,
 }
 
 /// A compiled module and what it binds.
@@ -81,12 +101,19 @@ impl Program {
     /// # Errors
     /// The module is not valid WGSL.
     pub fn new(device: &wgpu::Device, name: &str, source: &str) -> Result<Self, ProgramError> {
-        let invalid = |message: String| ProgramError::Invalid { pass: name.into(), message };
-        let module = wgsl::parse_str(source).map_err(|error| invalid(error.emit_to_string(source)))?;
-        let info = Validator::new(ValidationFlags::all(), Capabilities::default())
-            .validate(&module)
-            .map_err(|error| invalid(error.emit_to_string(source)))?;
-        let slots = reflect_bindings(&module, &info);
+        let (module, info) = parse(name, "wgsl", source)?;
+        let slots = reflect_bindings(&module, &info, source);
+        Ok(Self::from_parsed(device, name, source, &module, slots))
+    }
+
+    /// The program of a module that has been parsed and validated, with its `slots`.
+    pub(crate) fn from_parsed(
+        device: &wgpu::Device,
+        name: &str,
+        source: &str,
+        module: &naga::Module,
+        slots: Vec<Vec<Slot>>,
+    ) -> Self {
         let groups = slots
             .into_iter()
             .map(|slots| {
@@ -108,7 +135,12 @@ impl Program {
             label: Some(name),
             source: wgpu::ShaderSource::Wgsl(source.into()),
         });
-        Ok(Self { name: name.into(), module: shader, layout, vertex_inputs: reflect_inputs(&module), groups })
+        Self { name: name.into(), module: shader, layout, vertex_inputs: reflect_inputs(module), groups }
+    }
+
+    /// What the module binds in `group`.
+    pub(crate) fn slots(&self, group: u32) -> &[Slot] {
+        self.groups.get(group as usize).map_or(&[], |(_, slots)| slots)
     }
 
     /// The number of bind groups, empty ones included.
@@ -136,6 +168,7 @@ impl Program {
             return Err(ProgramError::Unbound {
                 pass: self.name.clone(),
                 binding: "nothing".into(),
+                line: 1,
                 group,
                 known: String::new(),
             });
@@ -146,6 +179,7 @@ impl Program {
                 resources.iter().find(|(name, _)| *name == slot.name).ok_or_else(|| ProgramError::Unbound {
                     pass: self.name.clone(),
                     binding: slot.name.clone(),
+                    line: slot.line,
                     group,
                     known: resources.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
                 })?;
@@ -179,6 +213,24 @@ impl Program {
         }
         Ok(layouts)
     }
+}
+
+/// Parses and validates a module; errors name `file`, line and column.
+pub(crate) fn parse(
+    pass: &str,
+    file: &str,
+    source: &str,
+) -> Result<(naga::Module, naga::valid::ModuleInfo), ProgramError> {
+    // Some errors of a whole function have no place.
+    let invalid = |message: String| {
+        let message = if message.contains(file) { message } else { format!("{file}: {message}") };
+        ProgramError::Invalid { pass: pass.into(), message }
+    };
+    let module = wgsl::parse_str(source).map_err(|error| invalid(error.emit_to_string_with_path(source, file)))?;
+    let info = Validator::new(ValidationFlags::all(), Capabilities::default())
+        .validate(&module)
+        .map_err(|error| invalid(error.emit_to_string_with_path(source, file)))?;
+    Ok((module, info))
 }
 
 fn stages_of(
@@ -216,7 +268,8 @@ fn samples_nearest(module: &naga::Module, sampler: naga::Handle<naga::GlobalVari
     module.global_variables[sampler].name.as_deref().is_some_and(|name| name.starts_with("nearest"))
 }
 
-fn reflect_bindings(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Vec<Vec<Slot>> {
+/// What the module's entry points bind, by group.
+pub(crate) fn reflect_bindings(module: &naga::Module, info: &naga::valid::ModuleInfo, source: &str) -> Vec<Vec<Slot>> {
     let filtered = filtered_textures(module, info);
     let mut groups: Vec<Vec<Slot>> = Vec::new();
     for (handle, global) in module.global_variables.iter() {
@@ -246,9 +299,12 @@ fn reflect_bindings(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Ve
         if groups.len() <= group {
             groups.resize_with(group + 1, Vec::new);
         }
+        let is_buffer = matches!(ty, wgpu::BindingType::Buffer { .. });
         groups[group].push(Slot {
             name: global.name.clone().unwrap_or_default(),
             entry: wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None },
+            line: module.global_variables.get_span(handle).location(source).line_number,
+            size_bytes: if is_buffer { module.types[global.ty].inner.size(module.to_ctx()) } else { 0 },
         });
     }
     groups
@@ -310,6 +366,40 @@ pub struct FullscreenPipeline {
     pub program: Arc<Program>,
     /// The pipeline.
     pub pipeline: wgpu::RenderPipeline,
+}
+
+impl FullscreenPipeline {
+    /// A pipeline of the vertex stage of `triangle` and the fragment stage of `program`.
+    pub fn new(
+        device: &wgpu::Device,
+        program: Arc<Program>,
+        triangle: &Program,
+        format: wgpu::TextureFormat,
+        blend: Option<wgpu::BlendState>,
+    ) -> Self {
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(&program.name),
+            layout: Some(&program.layout),
+            vertex: wgpu::VertexState {
+                module: &triangle.module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &program.module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { program, pipeline }
+    }
 }
 
 type ProgramKey = (&'static str, Vec<&'static str>);
@@ -381,29 +471,8 @@ impl Shaders {
         }
         let program = self.program(name, axes_on)?;
         let triangle = self.program("fullscreen", &[])?;
-        let descriptor = wgpu::RenderPipelineDescriptor {
-            label: Some(name),
-            layout: Some(&program.layout),
-            vertex: wgpu::VertexState {
-                module: &triangle.module,
-                entry_point: None,
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &program.module,
-                entry_point: None,
-                compilation_options: Default::default(),
-                targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
-            }),
-            multiview_mask: None,
-            cache: None,
-        };
-        let pipeline = self.compiling(|| self.device.create_render_pipeline(&descriptor));
-        let pipeline = Arc::new(FullscreenPipeline { program, pipeline });
+        let create = || FullscreenPipeline::new(&self.device, program, &triangle, format, blend);
+        let pipeline = Arc::new(self.compiling(create));
         self.fullscreen.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
     }

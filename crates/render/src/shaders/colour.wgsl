@@ -13,3 +13,9 @@ fn srgb_from_linear(linear: vec3f) -> vec3f {
     let high = 1.055 * pow(max(linear, vec3f(0.0031308)), vec3f(1.0 / 2.4)) - 0.055;
     return select(high, low, linear <= vec3f(0.0031308));
 }
+
+fn linear_from_srgb(encoded: vec3f) -> vec3f {
+    let low = encoded / 12.92;
+    let high = pow((max(encoded, vec3f(0.04045)) + 0.055) / 1.055, vec3f(2.4));
+    return select(high, low, encoded <= vec3f(0.04045));
+}

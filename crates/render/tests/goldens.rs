@@ -1,0 +1,114 @@
+//! Goldens: small pictures of one subject each, in `goldens/NAME.png`. `cargo xtask goldens` writes them again; look at
+//! every change before you commit it. A missing golden fails, and so does one that no subject has.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+#[path = "goldens/subjects.rs"]
+mod subjects;
+
+use manypass::Renderer;
+use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
+use std::path::{Path, PathBuf};
+use subjects::Subject;
+
+/// Software adapters differ by two to three levels from host to host (they use other vector units), and at edges, where a
+/// quarter of a pixel more is covered. Four samples a pixel leave few edges: the share.
+const TOLERANCE: Tolerance = Tolerance { within: 3, share: 0.99, share_between: 0.998, mean: 0.5 };
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/goldens")
+}
+
+fn read(path: &Path) -> Option<Picture> {
+    let decoded = image::open(path).ok()?.to_rgba8();
+    Some(Picture::from_rgba8(decoded.width() as usize, decoded.height() as usize, decoded.as_raw()))
+}
+
+fn write(path: &Path, picture: &Picture) {
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    image::save_buffer(path, picture.pixels.as_flattened(), width, height, image::ColorType::Rgba8).unwrap();
+}
+
+/// Draws a subject: its strips below one another, four samples a pixel.
+fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
+    renderer.load(&subject.scene).unwrap();
+    let mut pixels = Vec::new();
+    let (mut width, mut height) = (0, 0);
+    for request in &subject.strips {
+        let mut request = request.clone();
+        request.sample_count = 4;
+        for sample_index in 0..request.sample_count {
+            request.sample_index = sample_index;
+            renderer.render(&subject.scene, &request).unwrap();
+        }
+        (width, height) = (request.width as usize, height + request.height as usize);
+        pixels.extend(renderer.read_display().unwrap());
+    }
+    Picture::from_rgba8(width, height, &pixels)
+}
+
+/// What is wrong with `found`, if anything. A known failure is wrong when it is right.
+fn judge(found: &Picture, golden: Option<&Picture>, known_failure: Option<&str>) -> Option<String> {
+    let Some(golden) = golden else { return Some("the golden is missing; `cargo xtask goldens` writes it".into()) };
+    if (found.width, found.height) != (golden.width, golden.height) {
+        return Some(format!("the golden is {} × {} pixels", golden.width, golden.height));
+    }
+    let difference = difference(golden, found, TOLERANCE.within);
+    match (difference.is_within(TOLERANCE), known_failure) {
+        (true, None) | (false, Some(_)) => None,
+        (false, None) => Some(format!("{difference}; {:?}", difference.worst)),
+        (true, Some(reason)) => Some(format!("is no longer wrong ({reason}); delete its reason")),
+    }
+}
+
+#[test]
+fn goldens_hold() {
+    let writes = std::env::var("MANYPASS_GOLDENS").is_ok_and(|value| value == "write");
+    let mut renderer = common::renderer();
+    let (mut wrong, mut names) = (Vec::new(), Vec::new());
+    for subject in subjects::all() {
+        let path = folder().join(format!("{}.png", subject.name));
+        let found = draw(&mut renderer, &subject);
+        assert!(found.width <= 128 && found.height <= 128, "{}: goldens are small", subject.name);
+        // A golden that accepts a spoilt picture proves nothing.
+        println!("{}", subject.name);
+        assert_rejects_mutations(&found, TOLERANCE);
+        names.push(format!("{}.png", subject.name));
+        let golden = read(&path);
+        let Some(fault) = judge(&found, golden.as_ref(), subject.known_failure) else { continue };
+        if writes {
+            println!("writes {}: {fault}", path.display());
+            write(&path, &found);
+            continue;
+        }
+        let seen = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{}.png", subject.name));
+        write(&seen, &found);
+        wrong.push(format!("{}: {fault}; the picture is at {}", subject.name, seen.display()));
+    }
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let file = entry.unwrap().file_name().to_string_lossy().into_owned();
+        if file.ends_with(".png") && !names.contains(&file) {
+            wrong.push(format!("{file} has no subject; delete it"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_golden_is_judged_strictly() {
+    let pixels: Vec<u8> = (0..64 * 64).flat_map(|i| [(i % 64 * 4) as u8, (i / 64 * 4) as u8, 90, 255]).collect();
+    let picture = Picture::from_rgba8(64, 64, &pixels);
+    let mut noisy = picture.clone();
+    noisy.pixels.iter_mut().for_each(|pixel| pixel[2] += 3);
+    let mut wrong = picture.clone();
+    wrong.pixels.iter_mut().for_each(|pixel| pixel[2] += 4);
+    let smaller = Picture::from_rgba8(32, 128, &pixels);
+    assert!(judge(&picture, Some(&picture), None).is_none());
+    assert!(judge(&noisy, Some(&picture), None).is_some(), "three levels everywhere are too much on average");
+    assert!(judge(&wrong, Some(&picture), None).is_some());
+    assert!(judge(&smaller, Some(&picture), None).is_some());
+    assert!(judge(&picture, None, None).is_some(), "a missing golden fails");
+    assert!(judge(&wrong, Some(&picture), Some("reason")).is_none());
+    assert!(judge(&picture, Some(&picture), Some("reason")).is_some(), "a known failure that passes fails");
+}
