@@ -325,7 +325,7 @@ fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scen
             Backdrop::Color(color) => Background::Color(color),
         },
         environment: match job.environment {
-            None => session::default_environment(scene),
+            None => Environment::of_scene(scene),
             Some(Backdrop::Named) => Environment::Studio,
             Some(Backdrop::Nothing) => Environment::None,
             Some(Backdrop::Color(color)) => Environment::Color(color),

@@ -75,9 +75,7 @@ impl FrameRequest {
     /// studio.
     pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
         let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
-        let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
-        let environment = if is_lit { Environment::None } else { Environment::Studio };
-        Self { environment, ..Self::new(width, height, camera) }
+        Self { environment: Environment::of_scene(scene), ..Self::new(width, height, camera) }
     }
 
     /// A request with the defaults of the command line.
