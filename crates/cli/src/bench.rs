@@ -35,7 +35,8 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     renderer.load(&scene).map_err(failed)?;
     let upload_ms = ms_since(upload_started);
     let aspect = width as f32 / height as f32;
-    let (world_from_view, projection) = camera::resolve(&CameraSpec::default(), &scene, aspect, 0.0)?;
+    let (world_from_view, projection) =
+        camera::resolve(&CameraSpec::default(), &scene, &scene.framing_bounds_world(), aspect, 0.0)?;
     let mut settings = Settings::default();
     settings.set("tone_map.dither", "0").map_err(|error| Failure::usage(error, "report this"))?;
     let request = FrameRequest {

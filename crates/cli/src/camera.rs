@@ -1,7 +1,7 @@
 //! Where the camera stands: from flags, from the file, or so that the whole model is seen.
 
 use crate::failure::Failure;
-use glam::{Mat3, Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
 use manypass_scene::{Aabb, Projection, Scene};
 
 /// Where the camera is.
@@ -41,6 +41,8 @@ pub struct CameraSpec {
     pub near_m: Option<f32>,
     /// The far plane; none is infinity, or fitted with parallel rays.
     pub far_m: Option<f32>,
+    /// Whether the camera goes around, so that one distance must do for every yaw.
+    pub turns: bool,
 }
 
 /// The yaw and pitch that show a model without a camera.
@@ -57,39 +59,45 @@ impl Default for CameraSpec {
             ortho_height_m: None,
             near_m: None,
             far_m: None,
+            turns: false,
         }
     }
 }
 
-/// The camera of a scene: `world_from_view`, and how it projects. `turn_deg` is added to the yaw of an orbit;
-/// `aspect` is width / height.
+/// The camera of a scene whose models lie within `bounds`: `world_from_view`, and how it projects. `turn_deg` is added to
+/// the yaw of an orbit; `aspect` is width / height.
 ///
 /// # Errors
 /// If the scene has no such camera, or the camera would stand on its target.
-pub fn resolve(spec: &CameraSpec, scene: &Scene, aspect: f32, turn_deg: f32) -> Result<(Mat4, Projection), Failure> {
+pub fn resolve(
+    spec: &CameraSpec,
+    scene: &Scene,
+    bounds: &Aabb,
+    aspect: f32,
+    turn_deg: f32,
+) -> Result<(Mat4, Projection), Failure> {
     let place = match &spec.place {
-        Place::Default => match file_cameras(scene).first() {
-            Some(camera) => return Ok(*camera),
+        Place::Default => match scene.placed_cameras().first() {
+            Some((_, world_from_view, projection)) => return Ok((*world_from_view, *projection)),
             None => DEFAULT_ORBIT,
         },
         Place::Named(name) => return named(scene, name),
         place => place.clone(),
     };
-    let bounds = scene.bounds_world();
     let target = spec.target.unwrap_or_else(|| bounds.center());
     let up = spec.up.normalize_or(Vec3::Y);
     let rotation_and_eye = match place {
         Place::Eye(eye) => (look(target - eye, up)?, eye),
         Place::Orbit { yaw_deg, pitch_deg, radius_m } => {
-            let turn = Quat::from_rotation_y((yaw_deg + turn_deg).to_radians());
-            let rotation = Quat::from_rotation_arc(Vec3::Y, up) * turn * Quat::from_rotation_x(-pitch_deg.to_radians());
-            let distance_m = radius_m.unwrap_or_else(|| auto_distance_m(spec, &bounds, target, aspect));
+            let rotation = orbit_rotation(yaw_deg + turn_deg, pitch_deg, up);
+            let distance_m =
+                radius_m.unwrap_or_else(|| auto_distance_m(spec, bounds, target, aspect, (yaw_deg, pitch_deg)));
             (Mat3::from_quat(rotation), target + rotation * Vec3::Z * distance_m)
         }
         Place::Default | Place::Named(_) => (Mat3::IDENTITY, target),
     };
     let (rotation, eye) = rotation_and_eye;
-    Ok((Mat4::from_translation(eye) * Mat4::from_mat3(rotation), projection(spec, &bounds, eye)))
+    Ok((Mat4::from_translation(eye) * Mat4::from_mat3(rotation), projection(spec, bounds, eye)))
 }
 
 /// The rotation of a camera that looks along `direction`. Where `up` is parallel to it, another up is taken.
@@ -100,50 +108,43 @@ fn look(direction: Vec3, up: Vec3) -> Result<Mat3, Failure> {
     Ok(Mat3::from_cols(right, back.cross(right), back))
 }
 
-/// The radius of the sphere around `center` that holds the model; 1 m without a model.
-fn radius_around_m(bounds: &Aabb, center: Vec3) -> f32 {
-    if bounds.is_empty() {
-        return 1.0;
-    }
-    bounds.corners().iter().map(|corner| corner.distance(center)).fold(1e-4, f32::max)
+fn orbit_rotation(yaw_deg: f32, pitch_deg: f32, up: Vec3) -> Quat {
+    let turn = Quat::from_rotation_y(yaw_deg.to_radians());
+    Quat::from_rotation_arc(Vec3::Y, up) * turn * Quat::from_rotation_x(-pitch_deg.to_radians())
 }
 
-/// How far from the target the sphere around the model just fits into the narrower field of view.
-fn auto_distance_m(spec: &CameraSpec, bounds: &Aabb, target: Vec3, aspect: f32) -> f32 {
-    let radius_m = radius_around_m(bounds, target);
+/// How far from the target the model just fits into the picture; with parallel rays, where it is not cut.
+fn auto_distance_m(
+    spec: &CameraSpec,
+    bounds: &Aabb,
+    target: Vec3,
+    aspect: f32,
+    (yaw_deg, pitch_deg): (f32, f32),
+) -> f32 {
     if spec.ortho_height_m.is_some() {
-        return 2.0 * radius_m;
+        return 2.0 * bounds.radius_around_m(target);
     }
-    let half_y = 0.5 * spec.fov_y_rad;
-    let half_x = (half_y.tan() * aspect).atan();
-    radius_m / half_y.min(half_x).sin().max(1e-3)
+    let half_height = (0.5 * spec.fov_y_rad).tan();
+    let half_extent = Vec2::new(half_height * aspect, half_height);
+    let up = spec.up.normalize_or(Vec3::Y);
+    let distance_m =
+        |yaw_deg: f32| bounds.framing_distance_m(target, orbit_rotation(yaw_deg, pitch_deg, up), half_extent);
+    let turns = if spec.turns { 72 } else { 1 };
+    (0..turns).map(|i| distance_m(yaw_deg + 5.0 * i as f32)).fold(0.0, f32::max)
 }
 
 fn projection(spec: &CameraSpec, bounds: &Aabb, eye: Vec3) -> Projection {
-    let center = bounds.center();
-    let radius_m = radius_around_m(bounds, center);
-    let distance_m = eye.distance(center);
-    // Half of the way to the model, so that nothing is cut; inside the model a thousandth of its radius.
-    let fitted_near_m = (0.5 * (distance_m - radius_m)).max(1e-3 * radius_m);
+    let fitted_near_m = bounds.fitted_near_m(eye);
     let near_m = spec.near_m.unwrap_or(spec.far_m.map_or(fitted_near_m, |far| fitted_near_m.min(0.5 * far)));
     match spec.ortho_height_m {
         Some(height_m) => {
-            let far_m = spec.far_m.unwrap_or((distance_m + 2.0 * radius_m).max(2.0 * near_m));
+            let center = bounds.center();
+            let beyond_m = eye.distance(center) + 2.0 * bounds.radius_around_m(center);
+            let far_m = spec.far_m.unwrap_or(beyond_m.max(2.0 * near_m));
             Projection::Orthographic { height_m, near_m, far_m }
         }
         None => Projection::Perspective { fov_y_rad: spec.fov_y_rad, near_m, far_m: spec.far_m },
     }
-}
-
-/// The cameras that stand in the scene, in the order of the file, without the scale of their nodes.
-fn file_cameras(scene: &Scene) -> Vec<(Mat4, Projection)> {
-    (0..scene.cameras.len()).filter_map(|index| file_camera(scene, index)).collect()
-}
-
-fn file_camera(scene: &Scene, index: usize) -> Option<(Mat4, Projection)> {
-    let id = scene.visible_nodes().into_iter().find(|id| scene.node(*id).camera == Some(index))?;
-    let (_, rotation, translation) = scene.node(id).world_from_object.to_scale_rotation_translation();
-    Some((Mat4::from_rotation_translation(rotation, translation), scene.cameras.get(index)?.projection))
 }
 
 fn named(scene: &Scene, name: &str) -> Result<(Mat4, Projection), Failure> {
@@ -151,7 +152,8 @@ fn named(scene: &Scene, name: &str) -> Result<(Mat4, Projection), Failure> {
     let by_name = scene.cameras.iter().position(|camera| camera.name == name);
     let by_node = || (0..scene.cameras.len()).find(|index| node_name(*index).is_some_and(|node| node == name));
     let index = by_name.or_else(by_node).or_else(|| name.parse().ok());
-    index.and_then(|index| file_camera(scene, index)).ok_or_else(|| {
+    let placed = scene.placed_cameras().into_iter().find(|(placed, ..)| index == Some(*placed));
+    placed.map(|(_, world_from_view, projection)| (world_from_view, projection)).ok_or_else(|| {
         let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
         let hint =
             if names.is_empty() { "the file has no cameras".into() } else { format!("cameras: {}", names.join(", ")) };
@@ -176,7 +178,7 @@ mod tests {
     fn orbit(yaw_deg: f32, pitch_deg: f32) -> (Vec3, Vec3) {
         let place = Place::Orbit { yaw_deg, pitch_deg, radius_m: Some(5.0) };
         let spec = CameraSpec { place, ..CameraSpec::default() };
-        let (view, _) = resolve(&spec, &unit_scene(), 1.5, 0.0).expect("camera");
+        let (view, _) = resolve(&spec, &unit_scene(), &unit_scene().bounds_world(), 1.5, 0.0).expect("camera");
         (view.w_axis.truncate(), -view.z_axis.truncate())
     }
 
@@ -194,7 +196,9 @@ mod tests {
     #[test]
     fn the_whole_model_fits_into_narrow_and_wide_pictures() {
         for aspect in [0.25, 1.0, 4.0] {
-            let (view, projection) = resolve(&CameraSpec::default(), &unit_scene(), aspect, 0.0).expect("camera");
+            let (view, projection) =
+                resolve(&CameraSpec::default(), &unit_scene(), &unit_scene().bounds_world(), aspect, 0.0)
+                    .expect("camera");
             let Projection::Perspective { fov_y_rad, near_m, .. } = projection else { panic!("perspective") };
             let tan_y = (0.5 * fov_y_rad).tan();
             for corner in unit_scene().bounds_world().corners() {
@@ -211,12 +215,15 @@ mod tests {
     fn eye_looks_at_the_target_even_straight_down() {
         for eye in [Vec3::new(3.0, 2.0, 1.0), Vec3::new(0.0, 4.0, 0.0)] {
             let spec = CameraSpec { place: Place::Eye(eye), ..CameraSpec::default() };
-            let (view, _) = resolve(&spec, &unit_scene(), 1.0, 0.0).expect("camera");
+            let (view, _) = resolve(&spec, &unit_scene(), &unit_scene().bounds_world(), 1.0, 0.0).expect("camera");
             assert!((-view.z_axis.truncate()).abs_diff_eq(-eye.normalize(), 1e-5));
             assert!((view.determinant() - 1.0).abs() < 1e-4);
         }
         let spec = CameraSpec { place: Place::Eye(Vec3::ZERO), ..CameraSpec::default() };
-        assert_eq!(resolve(&spec, &unit_scene(), 1.0, 0.0).expect_err("degenerate").code(), 2);
+        assert_eq!(
+            resolve(&spec, &unit_scene(), &unit_scene().bounds_world(), 1.0, 0.0).expect_err("degenerate").code(),
+            2
+        );
     }
 
     #[test]
@@ -231,10 +238,14 @@ mod tests {
         scene.update_transforms();
         for place in [Place::Default, Place::Named("Main".into()), Place::Named("0".into())] {
             let (view, found) =
-                resolve(&CameraSpec { place, ..CameraSpec::default() }, &scene, 1.0, 0.0).expect("camera");
+                resolve(&CameraSpec { place, ..CameraSpec::default() }, &scene, &scene.bounds_world(), 1.0, 0.0)
+                    .expect("camera");
             assert_eq!((view, found), (Mat4::from_translation(Vec3::new(0.0, 0.0, 7.0)), projection));
         }
         let unknown = CameraSpec { place: Place::Named("Side".into()), ..CameraSpec::default() };
-        assert_eq!(resolve(&unknown, &scene, 1.0, 0.0).expect_err("unknown").hint, "cameras: Main");
+        assert_eq!(
+            resolve(&unknown, &scene, &scene.bounds_world(), 1.0, 0.0).expect_err("unknown").hint,
+            "cameras: Main"
+        );
     }
 }

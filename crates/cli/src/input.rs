@@ -1,7 +1,7 @@
 //! Inputs: files, folders, standard input and the built-in demos.
 
 use crate::failure::{Failure, Kind};
-use manypass_scene::{Scene, gltf_file};
+use manypass_scene::{LoadError, Scene, gltf_file};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +26,15 @@ pub mod demo {
     /// The scene called `name`.
     pub fn scene(name: &str) -> Option<Scene> {
         (name == "hall").then(manypass_scene::demo::hall)
+    }
+}
+
+/// What to do about a file that cannot be read.
+fn hint(error: &LoadError) -> &'static str {
+    match error {
+        LoadError::Io { .. } => "name a readable .glb or .gltf file",
+        LoadError::Invalid { .. } => "correct the file at that place, or export the model again",
+        LoadError::UnsupportedExtension { .. } => "a converter such as glTF-Transform can unpack compressed files",
     }
 }
 
@@ -98,16 +107,16 @@ impl Input {
             Failure::new(Kind::Failed, format!("{}: {error}", self.name()), hint)
         };
         // What the reader of glTF says names its file already.
-        let unread =
-            |error: &manypass_scene::LoadError| Failure::new(Kind::Failed, error, "name a readable .glb or .gltf file");
+        let unread = |error: &LoadError| Failure::new(Kind::Failed, error, hint(error));
         let loaded = match self {
             Self::File(path) => gltf_file::load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
                 let mut bytes = Vec::new();
-                std::io::stdin()
-                    .lock()
-                    .read_to_end(&mut bytes)
-                    .map_err(|error| failed(&error, "pipe a .glb file in"))?;
+                let mut stdin = std::io::stdin().lock().take(gltf_file::MAX_FILE_BYTES + 1);
+                stdin.read_to_end(&mut bytes).map_err(|error| failed(&error, "pipe a .glb file in"))?;
+                if bytes.len() as u64 > gltf_file::MAX_FILE_BYTES {
+                    return Err(failed(&"it is larger than 1 GiB", "pipe a smaller .glb file in"));
+                }
                 let mut refuse = |uri: &str| Err(format!("standard input has no folder to find `{uri}` in"));
                 gltf_file::load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| unread(&error))?
             }

@@ -5,7 +5,7 @@ use crate::camera::{self, CameraSpec};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::session::{self, print, still_failure};
-use manypass::{FrameRequest, Gpu, RenderError, View};
+use manypass::{Environment, FrameRequest, Gpu, RenderError, View};
 use manypass_scene::{LightKind, Primitive, Projection, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -67,9 +67,10 @@ pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Resu
     renderer.load(&scene).map_err(failed)?;
     let (width, height) = GRAPH_SIZE_PX;
     let aspect = width as f32 / height as f32;
-    let (world_from_view, projection) = camera::resolve(&CameraSpec::default(), &scene, aspect, 0.0)?;
+    let (world_from_view, projection) =
+        camera::resolve(&CameraSpec::default(), &scene, &scene.framing_bounds_world(), aspect, 0.0)?;
     let request = FrameRequest {
-        environment: session::default_environment(&scene),
+        environment: Environment::of_scene(&scene),
         ..FrameRequest::new(width, height, View { world_from_view, projection })
     };
     let plan = renderer.plan(&scene, &request).map_err(failed)?;

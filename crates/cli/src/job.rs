@@ -196,6 +196,7 @@ fn camera(args: &RenderArgs) -> Result<CameraSpec, Failure> {
     spec.ortho_height_m = positive(args.ortho_height, "--ortho-height")?;
     spec.near_m = positive(args.near, "--near")?;
     spec.far_m = positive(args.far, "--far")?;
+    spec.turns = args.turntable.is_some();
     if spec.near_m.zip(spec.far_m).is_some_and(|(near, far)| near >= far) {
         return Err(Failure::usage("--near is not below --far", "give a nearer --near"));
     }

@@ -14,7 +14,7 @@ use manypass::{
 };
 use manypass_offline::still::{accumulate, aov_named, aov_names, read_picture};
 use manypass_offline::{Format, atomic};
-use manypass_scene::Scene;
+use manypass_scene::{Aabb, Scene};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -35,6 +35,14 @@ struct Batch<'a> {
     has_several_inputs: bool,
     /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.
     start_ms: f64,
+}
+
+/// An input in memory and on the device.
+struct LoadedInput {
+    scene: Scene,
+    /// What an automatic camera shows whole.
+    bounds: Aabb,
+    warnings: Vec<String>,
 }
 
 /// Runs `render`; `started` is when the process started.
@@ -116,7 +124,7 @@ impl Batch<'_> {
 
     fn render_input(&mut self, input: &Input) -> Result<(), Failure> {
         let (first, last) = self.job.frames.unwrap_or((0, 0));
-        let mut loaded: Option<(Scene, Vec<String>)> = None;
+        let mut loaded: Option<LoadedInput> = None;
         for frame in first..=last {
             let shown = self.job.frames.map(|_| frame);
             self.bar.set_message(input.stem());
@@ -129,11 +137,11 @@ impl Batch<'_> {
                 }
             } else {
                 let mut phases = Phases { start: std::mem::take(&mut self.start_ms), ..Phases::default() };
-                let (scene, warnings) = match &mut loaded {
+                let loaded = match &mut loaded {
                     Some(loaded) => loaded,
-                    slot => slot.insert(self.load(input, &mut phases)?),
+                    slot => slot.insert(self.load(input, first, &mut phases)?),
                 };
-                self.render_frame(input, (scene, warnings), frame, &output, phases)?;
+                self.render_frame(input, loaded, frame, &output, phases)?;
             }
             self.bar.inc(1);
             if STOP.load(Ordering::SeqCst) {
@@ -143,39 +151,45 @@ impl Batch<'_> {
         Ok(())
     }
 
-    fn load(&mut self, input: &Input, phases: &mut Phases) -> Result<(Scene, Vec<String>), Failure> {
+    fn load(&mut self, input: &Input, first_frame: u32, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
-        let (scene, mut warnings) = input.load()?;
+        let (mut scene, mut warnings) = input.load()?;
+        // One box for all frames, so that the camera stands still while the model moves.
+        pose(&mut scene, self.args, time_secs(self.args, first_frame))?;
+        let bounds = scene.framing_bounds_world();
         phases.load = ms_since(start);
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
-        phases.upload = ms_since(start);
+        phases.decode = self.renderer.decode_ms();
+        phases.upload = ms_since(start) - phases.decode;
         warnings.extend(self.renderer.warnings());
         if !self.args.quiet {
             self.bar.suspend(|| warnings.iter().for_each(|warning| eprintln!("warning: {}: {warning}", input.name())));
         }
-        Ok((scene, warnings))
+        Ok(LoadedInput { scene, bounds, warnings })
     }
 
     fn render_frame(
         &mut self,
         input: &Input,
-        (scene, warnings): (&mut Scene, &[String]),
+        LoadedInput { scene, bounds, warnings }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
     ) -> Result<(), Failure> {
         let (args, job) = (self.args, self.job);
-        let previous = previous_pose(scene, args, job, frame)?;
+        let previous = previous_pose(scene, bounds, args, job, frame)?;
         pose(scene, args, time_secs(args, frame))?;
-        let camera = view(scene, args, job, frame as f32)?;
+        let camera = view(scene, bounds, args, job, frame as f32)?;
         let request = FrameRequest { previous, ..request(args, job, &self.settings, camera, scene) };
         let renderer = &mut self.renderer;
         let start = Instant::now();
+        let compiled_ms = renderer.compile_ms();
         accumulate(renderer, scene, &request, args.samples, |_| !STOP.load(Ordering::SeqCst))
             .map_err(|error| still_failure(&error))?;
         renderer.wait();
-        phases.frames = ms_since(start);
+        phases.compile = renderer.compile_ms() - compiled_ms;
+        phases.frames = ms_since(start) - phases.compile;
         let stats = renderer.stats();
         let start = Instant::now();
         let picture =
@@ -231,22 +245,28 @@ fn failed(error: RenderError) -> Failure {
 }
 
 /// The camera at a frame of a turntable; elsewhere all frames have the same.
-fn view(scene: &Scene, args: &RenderArgs, job: &Job, frame: f32) -> Result<View, Failure> {
+fn view(scene: &Scene, bounds: &Aabb, args: &RenderArgs, job: &Job, frame: f32) -> Result<View, Failure> {
     let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * frame / count as f32);
     let aspect = job.width as f32 / job.height as f32;
-    let (world_from_view, projection) = camera::resolve(&job.camera, scene, aspect, turn_deg)?;
+    let (world_from_view, projection) = camera::resolve(&job.camera, scene, bounds, aspect, turn_deg)?;
     Ok(View { world_from_view, projection })
 }
 
 /// The frame before, if motion is asked for and anything can have moved. It leaves the scene in that pose.
-fn previous_pose(scene: &mut Scene, args: &RenderArgs, job: &Job, frame: u32) -> Result<Option<Arc<Pose>>, Failure> {
+fn previous_pose(
+    scene: &mut Scene,
+    bounds: &Aabb,
+    args: &RenderArgs,
+    job: &Job,
+    frame: u32,
+) -> Result<Option<Arc<Pose>>, Failure> {
     let time_secs = time_secs(args, frame).map(|time_secs| time_secs - 1.0 / args.fps);
     let is_still = time_secs.is_none() && args.turntable.is_none();
     if is_still || !job.aovs.iter().any(|name| name == Aov::Motion.name()) {
         return Ok(None);
     }
     pose(scene, args, time_secs)?;
-    let camera = view(scene, args, job, frame as f32 - 1.0)?;
+    let camera = view(scene, bounds, args, job, frame as f32 - 1.0)?;
     Ok(Some(Arc::new(Pose::capture(scene, camera))))
 }
 
@@ -305,7 +325,7 @@ fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scen
             Backdrop::Color(color) => Background::Color(color),
         },
         environment: match job.environment {
-            None => session::default_environment(scene),
+            None => Environment::of_scene(scene),
             Some(Backdrop::Named) => Environment::Studio,
             Some(Backdrop::Nothing) => Environment::None,
             Some(Backdrop::Color(color)) => Environment::Color(color),

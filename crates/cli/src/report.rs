@@ -23,8 +23,12 @@ pub struct Phases {
     pub start: f64,
     /// Reading and parsing the input.
     pub load: f64,
-    /// Decoding images, and handing the scene to the device.
+    /// Waiting for decoded images; decoding runs beside the upload.
+    pub decode: f64,
+    /// Handing the scene to the device.
     pub upload: f64,
+    /// Shaders and pipelines.
+    pub compile: f64,
     /// Rendering all samples.
     pub frames: f64,
     /// Reading the picture back.
@@ -79,7 +83,8 @@ impl Report {
     /// If it cannot be written.
     pub fn rendered(&mut self, entry: &Entry<'_>) -> Result<(), Failure> {
         let (phases, stats) = (&entry.phases, entry.stats);
-        let total = phases.start + phases.load + phases.upload + phases.frames + phases.readback + phases.encode;
+        let scene = phases.load + phases.decode + phases.upload;
+        let total = phases.start + scene + phases.compile + phases.frames + phases.readback + phases.encode;
         self.add(&json!({
             "input": entry.input,
             "output": entry.output,
@@ -91,7 +96,9 @@ impl Report {
             "milliseconds": {
                 "start": phases.start,
                 "load": phases.load,
+                "decode": phases.decode,
                 "upload": phases.upload,
+                "compile": phases.compile,
                 "frames": phases.frames,
                 "readback": phases.readback,
                 "encode": phases.encode,

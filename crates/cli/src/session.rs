@@ -2,10 +2,9 @@
 
 use crate::args::{CullingArg, PathArg};
 use crate::failure::{Failure, Kind};
-use manypass::{Environment, Gpu, GpuError, LightCulling, Path, Renderer};
+use manypass::{Gpu, GpuError, LightCulling, Path, Renderer};
 use manypass_offline::atomic;
 use manypass_offline::still::StillError;
-use manypass_scene::Scene;
 use std::time::Instant;
 
 /// A renderer on the adapter whose name contains `adapter`.
@@ -66,9 +65,4 @@ pub fn light_culling(culling: CullingArg) -> LightCulling {
         CullingArg::Clustered => LightCulling::Clustered,
         CullingArg::None => LightCulling::None,
     }
-}
-
-/// The environment where no flag names one.
-pub fn default_environment(scene: &Scene) -> Environment {
-    if scene.lights.is_empty() { Environment::Studio } else { Environment::None }
 }

@@ -1,4 +1,5 @@
-//! Files that appear whole or not at all: written beside their place, then renamed.
+//! Files that appear whole or not at all: written beside their place, then renamed. A link is followed, and a device or
+//! a pipe is written to as it is: to rename a file over it would take it away.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -49,12 +50,14 @@ impl WriteError {
 #[derive(Debug)]
 pub struct AtomicFile {
     target: PathBuf,
-    temporary: PathBuf,
+    /// Where the bytes go until they are whole; none where they go to a device at once.
+    temporary: Option<PathBuf>,
     file: Option<File>,
 }
 
 impl AtomicFile {
-    /// Opens a temporary file in the folder of `target`, which is made if it is missing.
+    /// Opens a temporary file in the folder of `target`, which is made if it is missing; or `target`, if that is a
+    /// device or a pipe.
     ///
     /// # Errors
     /// If the folder cannot be made, or the file cannot be opened.
@@ -68,12 +71,19 @@ impl AtomicFile {
             let source = io::Error::new(io::ErrorKind::IsADirectory, "it is a folder");
             return Err(WriteError::new(target, source));
         }
+        let failed = |source| WriteError::new(target, source);
+        if fs::metadata(target).is_ok_and(|metadata| !metadata.is_file()) {
+            let file = OpenOptions::new().write(true).open(target).map_err(failed)?;
+            return Ok(Self { target: target.to_owned(), temporary: None, file: Some(file) });
+        }
+        // Only a link to something that is there can be followed; another is replaced.
+        let is_link = target.is_symlink();
+        let target = fs::canonicalize(target).ok().filter(|_| is_link).unwrap_or_else(|| target.to_owned());
         let name = target.file_name().unwrap_or_default().to_string_lossy();
-        let temporary = folder.join(format!(".{name}.{}.partial", std::process::id()));
-        let opened = OpenOptions::new().write(true).create(true).truncate(true).open(&temporary);
-        let file = opened.map_err(|source| WriteError::new(target, source))?;
+        let temporary = target.with_file_name(format!(".{name}.{}.partial", std::process::id()));
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&temporary).map_err(failed)?;
         UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(temporary.clone());
-        Ok(Self { target: target.to_owned(), temporary, file: Some(file) })
+        Ok(Self { target, temporary: Some(temporary), file: Some(file) })
     }
 
     /// Appends `bytes`.
@@ -90,19 +100,22 @@ impl AtomicFile {
     /// # Errors
     /// If the bytes do not reach the disk or the file cannot be renamed.
     pub fn commit(mut self) -> Result<(), WriteError> {
-        if let Some(file) = self.file.take() {
-            file.sync_all().map_err(|source| WriteError::new(&self.target, source))?;
-        }
-        fs::rename(&self.temporary, &self.target).map_err(|source| WriteError::new(&self.target, source))
+        // What goes to a device has arrived; many cannot be synchronised.
+        let (Some(temporary), Some(file)) = (&self.temporary, self.file.take()) else { return Ok(()) };
+        let failed = |source| WriteError::new(&self.target, source);
+        file.sync_all().map_err(failed)?;
+        drop(file);
+        fs::rename(temporary, &self.target).map_err(failed)
     }
 }
 
 impl Drop for AtomicFile {
     fn drop(&mut self) {
         self.file = None;
+        let Some(temporary) = &self.temporary else { return };
         // After a successful rename the temporary file is gone, and this fails as it should.
-        let _ = fs::remove_file(&self.temporary);
-        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.temporary);
+        let _ = fs::remove_file(temporary);
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| path != temporary);
     }
 }
 
@@ -174,6 +187,24 @@ mod tests {
         write_file(&folder.join("file"), b"").expect("written");
         assert!(matches!(write_file(&folder.join("file/a.png"), b""), Err(WriteError::Folder { .. })));
         assert!(write_file(&folder, b"").is_err());
+        let _ = fs::remove_dir_all(folder);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn links_are_followed_and_devices_stay() {
+        use std::os::unix::fs::{FileTypeExt, symlink};
+        let folder = folder("links");
+        write_file(&folder.join("real/a.png"), b"old").expect("written");
+        symlink(folder.join("real/a.png"), folder.join("link.png")).expect("linked");
+        write_file(&folder.join("link.png"), b"new").expect("written");
+        assert_eq!(fs::read(folder.join("real/a.png")).expect("read"), b"new");
+        assert!(folder.join("link.png").is_symlink());
+        symlink("/dev/null", folder.join("null.png")).expect("linked");
+        write_file(&folder.join("null.png"), b"gone").expect("written");
+        assert!(fs::metadata(folder.join("null.png")).expect("there").file_type().is_char_device());
+        symlink("/dev/full", folder.join("full.png")).expect("linked");
+        assert!(matches!(write_file(&folder.join("full.png"), b"more"), Err(WriteError::DiskFull(_))));
         let _ = fs::remove_dir_all(folder);
     }
 

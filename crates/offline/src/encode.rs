@@ -98,6 +98,9 @@ fn png_bytes(w: u32, h: u32, color: png::ColorType, depth: png::BitDepth, data: 
     let mut encoder = png::Encoder::new(&mut bytes, w, h);
     encoder.set_color(color);
     encoder.set_depth(depth);
+    // On rendered pictures as small as the default, in less than half the time.
+    encoder.set_deflate_compression(png::DeflateCompression::Level(3));
+    encoder.set_filter(png::Filter::Sub);
     if color == png::ColorType::Rgba {
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     }

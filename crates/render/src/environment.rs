@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
+use manypass_scene::Scene;
 
 /// What surrounds the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,6 +14,14 @@ pub enum Environment {
     None,
     /// The same radiance from everywhere, linear Rec. 709.
     Color([f32; 3]),
+}
+
+impl Environment {
+    /// What surrounds `scene` where nobody says: the studio, or nothing where the scene brings its own lights.
+    pub fn of_scene(scene: &Scene) -> Self {
+        let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
+        if is_lit { Self::None } else { Self::Studio }
+    }
 }
 
 /// What the camera sees where there is no surface.

@@ -75,9 +75,7 @@ impl FrameRequest {
     /// studio.
     pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
         let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
-        let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
-        let environment = if is_lit { Environment::None } else { Environment::Studio };
-        Self { environment, ..Self::new(width, height, camera) }
+        Self { environment: Environment::of_scene(scene), ..Self::new(width, height, camera) }
     }
 
     /// A request with the defaults of the command line.
@@ -281,6 +279,16 @@ impl Renderer {
     /// What was left out, or replaced, when the scene was uploaded.
     pub fn warnings(&self) -> Vec<String> {
         self.resources.as_ref().map(|resources| resources.warnings.clone()).unwrap_or_default()
+    }
+
+    /// Milliseconds in which decoding images held up the upload of the scene.
+    pub fn decode_ms(&self) -> f64 {
+        self.resources.as_ref().map_or(0.0, |resources| resources.textures.decode_ms)
+    }
+
+    /// Milliseconds spent on shaders and pipelines so far. A driver may do more of it when it first draws.
+    pub fn compile_ms(&self) -> f64 {
+        self.shaders.compile_ms()
     }
 
     /// Numbers of the last frame.

@@ -64,7 +64,8 @@ impl SurfacePipelines {
             return Ok(pipeline.clone());
         }
         let program = shaders.program(key.program, &key.axes)?;
-        let pipeline = Arc::new(SurfacePipeline { pipeline: create(device, &program, &key)?, program });
+        let pipeline = shaders.compiling(|| create(device, &program, &key))?;
+        let pipeline = Arc::new(SurfacePipeline { pipeline, program });
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
     }

@@ -56,32 +56,23 @@ impl View {
     /// The scene's first camera; without one, all of the scene from the right and above, in a picture whose width is
     /// `aspect` times its height. As of the last [`Scene::update_transforms`].
     pub fn of_scene(scene: &Scene, aspect: f32) -> Self {
-        let cameras = scene.visible_nodes().into_iter().map(|id| scene.node(id));
-        let first = cameras.filter_map(|node| Some((node.world_from_object, scene.cameras.get(node.camera?)?))).next();
-        if let Some((world_from_view, camera)) = first {
-            // A camera sees along its axes whatever the scale of its node.
-            let (_, rotation, eye) = world_from_view.to_scale_rotation_translation();
-            let world_from_view = Mat4::from_rotation_translation(rotation, eye);
-            return Self { world_from_view, projection: camera.projection };
+        if let Some((_, world_from_view, projection)) = scene.placed_cameras().first() {
+            return Self { world_from_view: *world_from_view, projection: *projection };
         }
-        Self::framing(&scene.posed_bounds_world(), aspect)
+        Self::framing(&scene.framing_bounds_world(), aspect)
     }
 
     /// All of `bounds` from 30° to the right and 20° above, with a vertical field of view of 45°, in a picture whose
     /// width is `aspect` times its height.
     pub fn framing(bounds_world: &Aabb, aspect: f32) -> Self {
         let fov_y_rad = 45f32.to_radians();
-        let (center, radius_m) = if bounds_world.is_empty() {
-            (Vec3::ZERO, 1.0)
-        } else {
-            (bounds_world.center(), bounds_world.radius_m().max(1e-4))
-        };
-        let half_y = 0.5 * fov_y_rad;
-        let half_x = (half_y.tan() * aspect).atan();
-        let distance_m = radius_m / half_y.min(half_x).sin();
+        let half_height = (0.5 * fov_y_rad).tan();
         let rotation = Quat::from_rotation_y(30f32.to_radians()) * Quat::from_rotation_x(-20f32.to_radians());
+        let center = bounds_world.center();
+        let distance_m =
+            bounds_world.framing_distance_m(center, rotation, Vec2::new(half_height * aspect, half_height));
         let eye = center + rotation * Vec3::Z * distance_m;
-        let projection = Projection::Perspective { fov_y_rad, near_m: 1e-3 * distance_m, far_m: None };
+        let projection = Projection::Perspective { fov_y_rad, near_m: bounds_world.fitted_near_m(eye), far_m: None };
         Self { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection }
     }
 

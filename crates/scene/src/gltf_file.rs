@@ -26,8 +26,12 @@ pub const SUPPORTED_EXTENSIONS: [&str; 6] = [
     "KHR_texture_transform",
 ];
 
-/// The largest file that is read beside the model: 1 GiB.
-const MAX_FILE_BYTES: u64 = 1 << 30;
+/// The most primitives, counted once for every node that shows them, that a scene may draw: a million. A few bytes of
+/// JSON can ask for the product of two long lists.
+const MAX_DRAWN_PRIMITIVES: usize = 1 << 20;
+
+/// The largest file that is read, the model's own or one beside it: 1 GiB.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// A scene as read, and what is wrong with its file but does not hinder drawing.
 #[derive(Clone, Debug)]
@@ -50,7 +54,7 @@ pub enum LoadError {
         message: String,
     },
     /// The file is not valid glTF 2.0.
-    #[error("{file}: at \"{pointer}\": {message}")]
+    #[error("{file}: {}{message}", place(pointer))]
     Invalid {
         /// The model's file.
         file: String,
@@ -72,10 +76,23 @@ pub enum LoadError {
     },
 }
 
+/// Where something is, for a message; nothing for the whole file.
+fn place(pointer: &str) -> String {
+    if pointer.is_empty() { String::new() } else { format!("at \"{pointer}\": ") }
+}
+
 impl LoadError {
     /// An error at `pointer`; [`load_bytes`] adds the file's name.
     fn invalid(pointer: &str, message: impl Into<String>) -> Self {
         Self::Invalid { file: String::new(), pointer: pointer.to_owned(), message: message.into() }
+    }
+
+    /// What went wrong, without the place.
+    fn into_message(self) -> String {
+        match self {
+            Self::Io { message, .. } | Self::Invalid { message, .. } => message,
+            unsupported @ Self::UnsupportedExtension { .. } => unsupported.to_string(),
+        }
     }
 
     fn in_file(mut self, name: &str) -> Self {
@@ -144,8 +161,36 @@ impl Document<'_> {
     /// Keeps a warning; past a hundred they say nothing new.
     fn warn(&mut self, pointer: &str, message: &str) {
         if self.warnings.len() < 100 {
-            self.warnings.push(format!("at \"{pointer}\": {message}"));
+            self.warnings.push(format!("{}{message}", place(pointer)));
         }
+    }
+
+    /// Numbers of at least 0 and at most `max`; those outside are moved there, with a warning.
+    fn clamped<const N: usize>(
+        &mut self,
+        json: &Json,
+        key: &str,
+        default: [f32; N],
+        max: f32,
+    ) -> Result<[f32; N], LoadError> {
+        let given = json.numbers(key)?.unwrap_or(default);
+        Ok(self.clamp(json, key, given, max))
+    }
+
+    /// As [`Self::clamped`], for a single number.
+    fn clamped_number(&mut self, json: &Json, key: &str, default: f32, max: f32) -> Result<f32, LoadError> {
+        let given = [json.number(key)?.unwrap_or(default)];
+        let [number] = self.clamp(json, key, given, max);
+        Ok(number)
+    }
+
+    fn clamp<const N: usize>(&mut self, json: &Json, key: &str, given: [f32; N], max: f32) -> [f32; N] {
+        let numbers = given.map(|number| number.clamp(0.0, max));
+        if numbers != given {
+            let upper = if max == f32::MAX { String::new() } else { format!(" and at most {max}") };
+            self.warn(&json.at(key), &format!("expected at least 0{upper}, found {given:?}; {numbers:?} is used"));
+        }
+        numbers
     }
 }
 
@@ -160,7 +205,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
         warnings.push("the file starts with a byte order mark, which glTF forbids; it is passed over".to_owned());
     }
 
-    let buffers = container::read_buffers(&root, binary, resolve)?;
+    let buffers = container::read_buffers(&root, binary, bytes.starts_with(container::GLB_MAGIC), resolve)?;
     let views = container::read_views(&root, &buffers)?;
     let buffer_bytes: u64 = buffers.iter().flatten().map(|bytes| bytes.len() as u64).sum();
     // Floats from bytes, unwelding and sharing multiply what a buffer holds; honest models stay far below this.
@@ -187,15 +232,28 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     node::read_skins(&mut document, &mut scene)?;
     animation::read_animations(&mut document, &mut scene)?;
     scene.update_transforms();
-
-    let draws = scene.visible_nodes().iter().any(|&id| {
-        let mesh = scene.node(id).mesh.and_then(|mesh| scene.meshes.get(mesh));
-        mesh.is_some_and(|mesh| mesh.primitives.iter().any(|primitive| !primitive.positions.is_empty()))
-    });
-    if !draws {
-        document.warn("/scene", "the scene draws nothing; it has no node with a mesh");
+    match drawn_primitives(&scene) {
+        0 => document.warn("/scene", "the scene draws nothing; it has no node with a mesh"),
+        1..=MAX_DRAWN_PRIMITIVES => {}
+        count => {
+            let message = format!(
+                "the nodes draw {count} primitives together, and {MAX_DRAWN_PRIMITIVES} are possible; join meshes"
+            );
+            return Err(LoadError::invalid("/nodes", message));
+        }
     }
     Ok(Loaded { scene, warnings: document.warnings })
+}
+
+/// How many primitives are drawn, each counted once for every node that shows it.
+fn drawn_primitives(scene: &Scene) -> usize {
+    let drawn_by: Vec<usize> = scene
+        .meshes
+        .iter()
+        .map(|mesh| mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty()).count())
+        .collect();
+    let nodes = scene.visible_nodes().into_iter().map(|id| scene.node(id));
+    nodes.filter_map(|node| drawn_by.get(node.mesh?)).fold(0, |sum, &count| sum.saturating_add(count))
 }
 
 fn check_version(root: &Json) -> Result<(), LoadError> {

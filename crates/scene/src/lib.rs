@@ -10,6 +10,7 @@ pub mod animation;
 pub mod bounds;
 pub mod camera;
 pub mod demo;
+mod framing;
 pub mod gltf_file;
 pub mod image;
 pub mod light;

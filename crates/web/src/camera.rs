@@ -1,7 +1,7 @@
 //! Where the camera stands: the same places as `--orbit` and the default of the command line.
 
-use glam::{Mat4, Quat, Vec3};
-use manypass_scene::{Aabb, Projection, Scene};
+use glam::{Mat4, Quat, Vec2, Vec3};
+use manypass_scene::{Projection, Scene};
 
 const FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
 
@@ -27,13 +27,9 @@ pub(crate) fn resolve(orbit: Option<Orbit>, scene: &Scene, aspect: f32) -> (Mat4
         (None, None) => start(scene, aspect),
         (Some(orbit), _) => orbit,
     };
-    let rotation =
-        Quat::from_rotation_y(orbit.yaw_deg.to_radians()) * Quat::from_rotation_x(-orbit.pitch_deg.to_radians());
+    let rotation = rotation(orbit.yaw_deg, orbit.pitch_deg);
     let eye = orbit.target_world + rotation * Vec3::Z * orbit.radius_m;
-    let bounds = scene.bounds_world();
-    let model_radius_m = radius_around_m(&bounds, bounds.center());
-    // Half of the way to the model, so that nothing is cut; inside the model a thousandth of its radius.
-    let near_m = (0.5 * (eye.distance(bounds.center()) - model_radius_m)).max(1e-3 * model_radius_m);
+    let near_m = scene.framing_bounds_world().fitted_near_m(eye);
     let fov_y_rad = match own {
         Some((_, Projection::Perspective { fov_y_rad, .. })) => fov_y_rad,
         _ => FOV_Y_RAD,
@@ -44,17 +40,18 @@ pub(crate) fn resolve(orbit: Option<Orbit>, scene: &Scene, aspect: f32) -> (Mat4
 /// The orbit from which the user sets out: where the scene's first camera stands, so that the picture does not jump, or
 /// else yaw 30, pitch 20 around the whole model.
 pub(crate) fn start(scene: &Scene, aspect: f32) -> Orbit {
-    let bounds = scene.bounds_world();
+    let bounds = scene.framing_bounds_world();
     let center = bounds.center();
-    let model_radius_m = radius_around_m(&bounds, center);
     let Some((world_from_view, _)) = file_camera(scene) else {
-        let radius_m = framing_distance_m(model_radius_m, aspect);
+        let half_height = (0.5 * FOV_Y_RAD).tan();
+        let half_extent = Vec2::new(half_height * aspect, half_height);
+        let radius_m = bounds.framing_distance_m(center, rotation(30.0, 20.0), half_extent);
         return Orbit { yaw_deg: 30.0, pitch_deg: 20.0, radius_m, target_world: center };
     };
     let (eye, back) = (world_from_view.w_axis.truncate(), world_from_view.z_axis.truncate());
     let is_inside = eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
     // Inside a room a short arm looks around; outside, the point beside the middle of the model stays in place.
-    let least_m = 0.05 * model_radius_m;
+    let least_m = 0.05 * bounds.radius_around_m(center);
     let radius_m = if is_inside { least_m } else { (eye - center).dot(back).max(least_m) };
     Orbit {
         yaw_deg: back.x.atan2(back.z).to_degrees(),
@@ -64,34 +61,18 @@ pub(crate) fn start(scene: &Scene, aspect: f32) -> Orbit {
     }
 }
 
-fn radius_around_m(bounds: &Aabb, center: Vec3) -> f32 {
-    if bounds.is_empty() {
-        return 1.0;
-    }
-    bounds.corners().iter().map(|corner| corner.distance(center)).fold(1e-4, f32::max)
+fn rotation(yaw_deg: f32, pitch_deg: f32) -> Quat {
+    Quat::from_rotation_y(yaw_deg.to_radians()) * Quat::from_rotation_x(-pitch_deg.to_radians())
 }
 
-/// How far away a sphere just fits into the narrower field of view.
-fn framing_distance_m(radius_m: f32, aspect: f32) -> f32 {
-    let half_y = 0.5 * FOV_Y_RAD;
-    let half_x = (half_y.tan() * aspect).atan();
-    radius_m / half_y.min(half_x).sin().max(1e-3)
-}
-
-/// The first camera that stands in the scene, without the scale of its node.
 fn file_camera(scene: &Scene) -> Option<(Mat4, Projection)> {
-    let visible = scene.visible_nodes();
-    (0..scene.cameras.len()).find_map(|index| {
-        let id = visible.iter().find(|id| scene.node(**id).camera == Some(index))?;
-        let (_, rotation, translation) = scene.node(*id).world_from_object.to_scale_rotation_translation();
-        Some((Mat4::from_rotation_translation(rotation, translation), scene.cameras[index].projection))
-    })
+    scene.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use manypass_scene::{Camera, Mesh, Node, Primitive};
+    use manypass_scene::{Aabb, Camera, Mesh, Node, Primitive};
 
     fn unit_scene() -> Scene {
         let bounds = Aabb { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) };

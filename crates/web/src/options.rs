@@ -20,9 +20,7 @@ pub struct Options {
 impl Options {
     /// Puts the options into a request for a frame of `scene`.
     pub fn apply(&self, request: &mut FrameRequest, scene: &Scene) {
-        // As on the command line: a scene with lights of its own is lit by them alone.
-        let usual = if scene.lights.is_empty() { Environment::Studio } else { Environment::None };
-        request.environment = self.environment.unwrap_or(usual);
+        request.environment = self.environment.unwrap_or_else(|| Environment::of_scene(scene));
         request.path = self.path;
         request.light_culling = self.light_culling;
         request.tonemap = self.tonemap;

@@ -12,6 +12,8 @@ pub struct Textures {
     /// For every texture of the scene: the index of its view as data and as colour, and of its sampler.
     entries: Vec<[usize; 2]>,
     sampler_of: Vec<usize>,
+    /// Milliseconds in which decoding, which runs beside the uploads, held them up.
+    pub decode_ms: f64,
 }
 
 /// An image with all its mips, the largest first.
@@ -30,8 +32,11 @@ impl Textures {
         let wanted = wanted_images(scene);
         let mut uploaded: BTreeMap<(usize, bool), usize> = BTreeMap::new();
         let limit = gpu.capabilities.max_texture_size;
+        let started = web_time::Instant::now();
+        let mut upload_ms = 0.0;
         decode_all(scene, &wanted, limit, &mut |(image, is_srgb), result| match result {
             Ok((chain, shrunk)) => {
+                let started = web_time::Instant::now();
                 let name = &scene.images[image].name;
                 if shrunk {
                     warnings
@@ -39,9 +44,11 @@ impl Textures {
                 }
                 uploaded.insert((image, is_srgb), views.len());
                 views.push(create(gpu, name, &chain, is_srgb));
+                upload_ms += started.elapsed().as_secs_f64() * 1e3;
             }
             Err(message) => warnings.push(message),
         });
+        let decode_ms = (started.elapsed().as_secs_f64() * 1e3 - upload_ms).max(0.0);
         let mut kinds: Vec<Sampler> = vec![Sampler::default()];
         let mut sampler_of = vec![0];
         let mut entries = vec![[Self::WHITE; 2]];
@@ -55,7 +62,7 @@ impl Textures {
             entries.push([view(false), view(true)]);
         }
         let samplers = kinds.iter().map(|sampler| create_sampler(gpu, sampler)).collect();
-        Self { views, samplers, entries, sampler_of }
+        Self { views, samplers, entries, sampler_of, decode_ms }
     }
 
     /// A key for [`Self::view`] and [`Self::sampler`]: the texture of the scene, as colour or as data.

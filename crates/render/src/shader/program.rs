@@ -3,7 +3,7 @@
 
 use naga::front::wgsl;
 use naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -411,12 +411,31 @@ pub struct Shaders {
     device: wgpu::Device,
     programs: RefCell<HashMap<ProgramKey, Arc<Program>>>,
     fullscreen: RefCell<HashMap<FullscreenKey, Arc<FullscreenPipeline>>>,
+    compile_ms: Cell<f64>,
 }
 
 impl Shaders {
     /// No program yet.
     pub fn new(device: &wgpu::Device) -> Self {
-        Self { device: device.clone(), programs: RefCell::default(), fullscreen: RefCell::default() }
+        Self {
+            device: device.clone(),
+            programs: RefCell::default(),
+            fullscreen: RefCell::default(),
+            compile_ms: Cell::default(),
+        }
+    }
+
+    /// Runs `compile` and counts its time.
+    pub(crate) fn compiling<T>(&self, compile: impl FnOnce() -> T) -> T {
+        let started = web_time::Instant::now();
+        let result = compile();
+        self.compile_ms.set(self.compile_ms.get() + started.elapsed().as_secs_f64() * 1e3);
+        result
+    }
+
+    /// Milliseconds spent on programs and pipelines so far. A driver may do more of it when it first draws.
+    pub fn compile_ms(&self) -> f64 {
+        self.compile_ms.get()
     }
 
     /// The program `name` with the given axes on.
@@ -430,7 +449,7 @@ impl Shaders {
         }
         let source = super::compose::source(name, axes_on)
             .map_err(|message| ProgramError::Invalid { pass: name.into(), message })?;
-        let program = Arc::new(Program::new(&self.device, name, source)?);
+        let program = Arc::new(self.compiling(|| Program::new(&self.device, name, source))?);
         self.programs.borrow_mut().insert(key, program.clone());
         Ok(program)
     }
@@ -452,8 +471,8 @@ impl Shaders {
         }
         let program = self.program(name, axes_on)?;
         let triangle = self.program("fullscreen", &[])?;
-        let pipeline = FullscreenPipeline::new(&self.device, program, &triangle, format, blend);
-        let pipeline = Arc::new(pipeline);
+        let create = || FullscreenPipeline::new(&self.device, program, &triangle, format, blend);
+        let pipeline = Arc::new(self.compiling(create));
         self.fullscreen.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
     }

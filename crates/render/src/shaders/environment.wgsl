@@ -18,9 +18,17 @@ struct Environment {
 
 @group(0) @binding(7) var<uniform> environment: Environment;
 
+// The number of boxes; 0 for a direction that is none. Mesa 22's software adapter copies a shader for every draw, and
+// keeps the copies, where a branch depends on uniforms alone. In a condition of two parts the other one comes first:
+// the adapter gives up at the first that is no uniform, and crashes where it has met a uniform before.
+fn box_count_for(direction: vec3f) -> u32 {
+    return select(0u, environment.box_count, dot(direction, direction) > 0.0);
+}
+
 fn environment_radiance(direction: vec3f) -> vec3f {
+    let box_count = box_count_for(direction);
     var radiance = environment.constant;
-    for (var i = 0u; i < environment.box_count; i++) {
+    for (var i = 0u; i < box_count; i++) {
         let lobe = environment.axes[i];
         radiance += environment.amplitudes[i].rgb * exp(lobe.w * (dot(direction, lobe.xyz) - 1.0));
     }
@@ -29,10 +37,11 @@ fn environment_radiance(direction: vec3f) -> vec3f {
 
 // Radiance averaged over the lobe of GGX about `direction`; the lobe is the Gaussian of sharpness 2 / alpha².
 fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
+    let box_count = box_count_for(direction);
     // Warped from the half vector to the reflected direction at normal incidence: a quarter of 2 / alpha².
     let lobe_sharpness = 0.5 / max(roughness_alpha * roughness_alpha, 1e-6);
     var radiance = environment.constant;
-    for (var i = 0u; i < environment.box_count; i++) {
+    for (var i = 0u; i < box_count; i++) {
         let lobe = environment.axes[i];
         let sharpness = lobe.w * lobe_sharpness / (lobe.w + lobe_sharpness);
         // The integral over the sphere is kept: 2 pi a / s (1 - exp(-2 s)).
@@ -45,8 +54,9 @@ fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
 }
 
 fn environment_irradiance(normal: vec3f) -> vec3f {
+    let box_count = box_count_for(normal);
     var irradiance = environment.constant * PI;
-    for (var i = 0u; i < environment.box_count; i++) {
+    for (var i = 0u; i < box_count; i++) {
         let lobe = environment.axes[i];
         let mu = dot(lobe.xyz, normal);
         let c0 = 0.36;

@@ -110,10 +110,12 @@ fn directional_radiance(index: u32, shading: Shading, sums: ptr<function, LightS
 
 fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
     var sums: LightSums;
-    for (var i = 0u; i < cluster_grid.directional_count; i++) {
+    let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
+    let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);
+    for (var i = 0u; i < directional_count; i++) {
         directional_radiance(i, shading, &sums);
     }
-    for (var i = cluster_grid.directional_count; i < cluster_grid.global_count; i++) {
+    for (var i = directional_count; i < global_count; i++) {
         punctual_radiance(i, position_world, shading, &sums);
     }
     let list = cluster_at(cluster_index_at(position_px, distance_m));

@@ -172,8 +172,12 @@ impl<'a> Document<'a> {
             return Err(json.error("type", format!("expected {N} components for \"{pointer}\", found {}", head.width)));
         }
         let decoded_bytes = (head.count as u64).saturating_mul(size_of::<[T; N]>() as u64);
-        let (view, offset) = (json.integer("bufferView")?, json.integer("byteOffset")?.unwrap_or(0));
+        let (mut view, offset) = (json.integer("bufferView")?, json.integer("byteOffset")?.unwrap_or(0));
         self.spend(decoded_bytes, pointer)?;
+        if view.is_some_and(|view| !self.has_bytes(view)) {
+            self.warn(&json.at("bufferView"), "refers to a buffer that has no bytes; its values are 0");
+            view = None;
+        }
         if view.is_none() {
             let left = self.zeros_budget_bytes.checked_sub(decoded_bytes);
             self.zeros_budget_bytes =

@@ -6,6 +6,9 @@ use std::borrow::Cow;
 /// UTF-8's mark, which some exporters write all the same.
 pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
+/// The first bytes of a GLB.
+pub(super) const GLB_MAGIC: &[u8] = b"glTF";
+
 /// A checked range of a buffer.
 pub(super) struct View {
     pub(super) buffer: usize,
@@ -19,7 +22,7 @@ pub(super) type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 
 /// The JSON, and the binary chunk of a GLB.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
-    if !bytes.starts_with(b"glTF") {
+    if !bytes.starts_with(GLB_MAGIC) {
         return Ok((bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), None));
     }
     let broken = |message: &str| LoadError::invalid("", format!("broken GLB: {message}; export the model again"));
@@ -115,10 +118,12 @@ fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The bytes of every buffer; none for a buffer without a URI that is not the binary chunk.
+/// The bytes of every buffer; none for a buffer without a URI that is not the binary chunk. The first buffer of a GLB
+/// is that chunk, unless it has a URI.
 pub(super) fn read_buffers<'a>(
     root: &Json<'a>,
     binary: Option<&'a [u8]>,
+    is_glb: bool,
     resolve: &mut Resolve,
 ) -> Result<Vec<Option<Cow<'a, [u8]>>>, LoadError> {
     let mut buffers = Vec::new();
@@ -126,6 +131,9 @@ pub(super) fn read_buffers<'a>(
         let length = buffer.require_integer("byteLength")?;
         let bytes = match buffer.string("uri")? {
             Some(uri) => Some(Cow::Owned(fetch(uri, resolve).map_err(|message| buffer.error("uri", message))?)),
+            None if i == 0 && is_glb && binary.is_none() => {
+                return Err(buffer.error("uri", "the GLB has no binary chunk for it; export the model again"));
+            }
             None if i == 0 => binary.map(Cow::Borrowed),
             None => None,
         };
@@ -166,6 +174,12 @@ pub(super) fn read_views(root: &Json, buffers: &[Option<Cow<[u8]>>]) -> Result<V
 }
 
 impl Document<'_> {
+    /// Whether the buffer of a view has bytes; glTF allows one without a URI.
+    pub(super) fn has_bytes(&self, view: usize) -> bool {
+        let buffer = self.views.get(view).and_then(|view| self.buffers.get(view.buffer));
+        buffer.is_some_and(Option::is_some)
+    }
+
     /// The bytes of a buffer view that `pointer` refers to.
     pub(super) fn view_bytes(&self, index: usize, pointer: &str) -> Result<(&[u8], Option<usize>), LoadError> {
         let view = self.views.get(index).ok_or_else(|| {
@@ -173,7 +187,9 @@ impl Document<'_> {
         })?;
         let bytes = self.buffers.get(view.buffer).and_then(Option::as_ref);
         let bytes = bytes.and_then(|bytes| bytes.get(view.offset..view.offset.saturating_add(view.length)));
-        let bytes = bytes.ok_or_else(|| LoadError::invalid(pointer, "refers to a buffer that has no bytes"))?;
+        let bytes = bytes.ok_or_else(|| {
+            LoadError::invalid(pointer, "refers to a buffer that has no bytes; give the buffer a uri")
+        })?;
         Ok((bytes, view.stride))
     }
 }

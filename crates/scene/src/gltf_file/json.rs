@@ -13,6 +13,7 @@ pub(super) struct Json<'a> {
 impl<'a> Json<'a> {
     pub(super) fn root(value: &'a Value) -> Result<Self, LoadError> {
         Self::new(value, String::new())
+            .map_err(|_| LoadError::invalid("", "not a glTF file: its JSON is not an object"))
     }
 
     fn new(value: &'a Value, pointer: String) -> Result<Self, LoadError> {

@@ -13,9 +13,16 @@ fn white() -> ImageSource {
     ImageSource::Pixels(Arc::new(Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data: vec![255; 4] }))
 }
 
+/// What all images of a file may take as texels: 1 GiB, and more for a file with many bytes of images. So a few
+/// kilobytes cannot claim all memory, and honest models, whose images are seldom packed more tightly, stay far below.
+fn texel_budget_bytes(encoded_bytes: u64) -> u64 {
+    (1 << 30) + encoded_bytes.saturating_mul(64)
+}
+
 /// Every image, still encoded. One that cannot be read becomes white and a warning.
 pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Result<Vec<Image>, LoadError> {
     let mut images = Vec::new();
+    let (mut encoded_bytes, mut texel_bytes) = (0_u64, 0_u64);
     for json in document.root.objects("images")? {
         let uri = json.string("uri")?;
         let view = json.index("bufferView", document.views.len(), "bufferView")?;
@@ -31,14 +38,23 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
             (Some(uri), None) => fetch(uri, resolve),
             (None, Some(view)) => {
                 let bytes = document.view_bytes(view, &json.at("bufferView"));
-                bytes.map(|(bytes, _)| bytes.to_vec()).map_err(|error| error.to_string())
+                bytes.map(|(bytes, _)| bytes.to_vec()).map_err(LoadError::into_message)
             }
             (Some(_), Some(_)) => Err("expected a uri or a bufferView, found both".to_owned()),
             (None, None) => Err("expected a uri or a bufferView, found neither".to_owned()),
         };
         let source = bytes.and_then(|bytes| {
+            encoded_bytes += bytes.len() as u64;
             let image = Image { name: String::new(), source: ImageSource::Encoded(bytes.into()) };
-            image.dimensions().map_err(|error| error.to_string())?;
+            let (width, height) = image.dimensions().map_err(|error| error.message)?;
+            let image_bytes = u64::from(width) * u64::from(height) * 4;
+            if texel_bytes + image_bytes > texel_budget_bytes(encoded_bytes) {
+                return Err(format!(
+                    "the images take more than {} MiB together; make them smaller",
+                    texel_budget_bytes(encoded_bytes) >> 20
+                ));
+            }
+            texel_bytes += image_bytes;
             Ok(image.source)
         });
         let source = source.unwrap_or_else(|message| {
@@ -147,10 +163,11 @@ pub(super) fn read_materials(document: &mut Document, texture_count: usize) -> R
 fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> {
     let mut material = Material { name: json.name()?, ..Material::default() };
     if let Some(pbr) = json.object("pbrMetallicRoughness")? {
-        material.base_color_factor = Vec4::from(pbr.numbers("baseColorFactor")?.unwrap_or([1.0; 4]));
+        let document = &mut *slots.document;
+        material.base_color_factor = Vec4::from(document.clamped(&pbr, "baseColorFactor", [1.0; 4], 1.0)?);
+        material.metallic_factor = document.clamped_number(&pbr, "metallicFactor", 1.0, 1.0)?;
+        material.roughness_factor = document.clamped_number(&pbr, "roughnessFactor", 1.0, 1.0)?;
         material.base_color_texture = slots.read(&pbr, "baseColorTexture")?;
-        material.metallic_factor = pbr.number_in("metallicFactor", 1.0, 0.0, 1.0)?;
-        material.roughness_factor = pbr.number_in("roughnessFactor", 1.0, 0.0, 1.0)?;
         material.metallic_roughness_texture = slots.read(&pbr, "metallicRoughnessTexture")?;
     }
     material.normal_texture = slots.read(json, "normalTexture")?;
@@ -159,12 +176,13 @@ fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> 
     }
     material.occlusion_texture = slots.read(json, "occlusionTexture")?;
     if let Some(occlusion) = json.object("occlusionTexture")? {
-        material.occlusion_strength = occlusion.number_in("strength", 1.0, 0.0, 1.0)?;
+        material.occlusion_strength = slots.document.clamped_number(&occlusion, "strength", 1.0, 1.0)?;
     }
     material.emissive_texture = slots.read(json, "emissiveTexture")?;
-    material.emissive_factor = Vec3::from(json.numbers("emissiveFactor")?.unwrap_or([0.0; 3]));
+    // Files from before KHR_materials_emissive_strength exceed 1 to glow; only negative light is impossible.
+    material.emissive_factor = Vec3::from(slots.document.clamped(json, "emissiveFactor", [0.0; 3], f32::MAX)?);
     if let Some(extension) = json.extension("KHR_materials_emissive_strength")? {
-        material.emissive_factor *= extension.number_in("emissiveStrength", 1.0, 0.0, f32::MAX)?;
+        material.emissive_factor *= slots.document.clamped_number(&extension, "emissiveStrength", 1.0, f32::MAX)?;
         if !material.emissive_factor.is_finite() {
             return Err(extension.error("emissiveStrength", "the emission exceeds what 32 bits hold"));
         }
@@ -172,7 +190,7 @@ fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> 
     if json.extension("KHR_materials_unlit")?.is_some() {
         material.shading_model = ShadingModel::Unlit;
     }
-    let cutoff = json.number_in("alphaCutoff", 0.5, 0.0, f32::MAX)?;
+    let cutoff = slots.document.clamped_number(json, "alphaCutoff", 0.5, f32::MAX)?;
     material.alpha_mode = match json.string("alphaMode")?.unwrap_or("OPAQUE") {
         "OPAQUE" => AlphaMode::Opaque,
         "MASK" => AlphaMode::Mask { cutoff },

@@ -91,7 +91,7 @@ fn complete(
 fn read_attributes(document: &mut Document, json: &Json, primitive: &mut Primitive) -> Result<(), LoadError> {
     for key in json.keys() {
         json.index(key, document.accessors.len(), "accessor")?;
-        if ["JOINTS_1", "WEIGHTS_1", "TEXCOORD_2", "COLOR_1"].contains(&key) {
+        if ["JOINTS_2", "WEIGHTS_2", "TEXCOORD_2", "COLOR_1"].contains(&key) {
             document.warn(&json.at(key), "not supported; the attribute is passed over");
         }
     }
@@ -163,34 +163,75 @@ fn read_vec3(document: &mut Document, json: &Json, key: &str, count: usize) -> R
 }
 
 fn read_colors(document: &mut Document, json: &Json, count: usize) -> Result<Vec<[f32; 4]>, LoadError> {
-    match attribute(document, json, "COLOR_0", count)? {
+    let mut colors: Vec<[f32; 4]> = match attribute(document, json, "COLOR_0", count)? {
         Some((_, header)) if header.width == 3 => {
             let colors = read_vec3(document, json, "COLOR_0", count)?;
-            Ok(colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
+            colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
         }
-        _ => read_floats(document, json, "COLOR_0", count),
+        _ => read_floats(document, json, "COLOR_0", count)?,
+    };
+    let mut is_clamped = false;
+    for value in colors.iter_mut().flatten().filter(|value| !(0.0..=1.0).contains(*value)) {
+        *value = value.clamp(0.0, 1.0);
+        is_clamped = true;
     }
+    if is_clamped {
+        document.warn(&json.at("COLOR_0"), "some colours are not from 0 to 1; they are clamped");
+    }
+    Ok(colors)
 }
 
-/// Joints and weights: weights add up to 1, and a joint without weight is 0.
-fn read_joints(document: &mut Document, json: &Json, primitive: &mut Primitive, count: usize) -> Result<(), LoadError> {
-    let Some((index, header)) = attribute(document, json, "JOINTS_0", count)? else { return Ok(()) };
+/// One set of joints with their weights; empty without such a set.
+fn read_joint_set(
+    document: &mut Document,
+    json: &Json,
+    [joints_key, weights_key]: [&str; 2],
+    count: usize,
+) -> Result<Vec<[(u32, f32); 4]>, LoadError> {
+    let Some((index, header)) = attribute(document, json, joints_key, count)? else { return Ok(Vec::new()) };
     if !matches!(header.component, Component::U8 | Component::U16) {
-        return Err(json.error("JOINTS_0", "expected unsigned integers of 8 or 16 bits"));
+        return Err(json.error(joints_key, "expected unsigned integers of 8 or 16 bits"));
     }
-    let joints = document.read::<u32, 4>(index, &json.at("JOINTS_0"), to_u32)?;
-    let weights: Vec<[f32; 4]> = read_floats(document, json, "WEIGHTS_0", count)?;
+    let joints = document.read::<u32, 4>(index, &json.at(joints_key), to_u32)?;
+    let weights: Vec<[f32; 4]> = read_floats(document, json, weights_key, count)?;
     if weights.len() != joints.len() {
-        return Err(json.error("WEIGHTS_0", "expected weights beside JOINTS_0, found nothing"));
+        return Err(json.error(weights_key, format!("expected weights beside {joints_key}, found nothing")));
     }
-    for (joints, weights) in joints.into_iter().zip(weights) {
-        let weights = Vec4::from(weights).max(Vec4::ZERO);
+    let pairs = joints.into_iter().zip(weights);
+    Ok(pairs.map(|([a, b, c, d], [s, t, u, v])| [(a, s), (b, t), (c, u), (d, v)]).collect())
+}
+
+/// Joints and weights: weights add up to 1, and a joint without weight is 0. Of eight the strongest four stay.
+fn read_joints(document: &mut Document, json: &Json, primitive: &mut Primitive, count: usize) -> Result<(), LoadError> {
+    let mut sets = read_joint_set(document, json, ["JOINTS_0", "WEIGHTS_0"], count)?;
+    if sets.is_empty() {
+        return Ok(());
+    }
+    let second = read_joint_set(document, json, ["JOINTS_1", "WEIGHTS_1"], count)?;
+    let mut is_cut = false;
+    for (first, second) in sets.iter_mut().zip(second) {
+        let [a, b, c, d] = *first;
+        let [e, f, g, h] = second;
+        let mut all = [a, b, c, d, e, f, g, h];
+        all.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        let [a, b, c, d, next, ..] = all;
+        is_cut |= next.1 > 0.0;
+        *first = [a, b, c, d];
+    }
+    if is_cut {
+        document.warn(&json.at("JOINTS_1"), "some vertices have more than four joints; the strongest four move them");
+    }
+    for influences in sets {
+        let weights = Vec4::from(influences.map(|(_, weight)| weight)).max(Vec4::ZERO);
         let sum = weights.element_sum();
         let weights = if sum > 0.0 && sum.is_finite() { weights / sum } else { Vec4::X };
-        let [a, b, c, d] = joints;
-        let keep = |joint: u32, weight: f32| if weight > 0.0 { joint as u16 } else { 0 };
-        primitive.joints.push([keep(a, weights.x), keep(b, weights.y), keep(c, weights.z), keep(d, weights.w)]);
-        primitive.weights.push(weights.to_array());
+        let weights = weights.to_array();
+        let mut joints = [0; 4];
+        for ((slot, (joint, _)), weight) in joints.iter_mut().zip(influences).zip(weights) {
+            *slot = if weight > 0.0 { joint as u16 } else { 0 };
+        }
+        primitive.joints.push(joints);
+        primitive.weights.push(weights);
     }
     Ok(())
 }

@@ -46,20 +46,11 @@ pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadErr
     let Some(extension) = document.root.extension("KHR_lights_punctual")? else { return Ok(Vec::new()) };
     let mut lights = Vec::new();
     for json in extension.objects("lights")? {
-        let mut intensity = json.number_in("intensity", 1.0, 0.0, f32::MAX)?;
+        let mut intensity = document.clamped_number(&json, "intensity", 1.0, f32::MAX)?;
         let kind = match json.string("type")?.unwrap_or("nothing") {
             "directional" => LightKind::Directional,
             "point" => LightKind::Point,
-            "spot" => {
-                let spot = json.require_object("spot")?;
-                let quarter = std::f32::consts::FRAC_PI_2;
-                let outer_cone_rad = spot.number_in("outerConeAngle", quarter / 2.0, 0.0, quarter + 1e-5)?;
-                let inner_cone_rad = spot.number_in("innerConeAngle", 0.0, 0.0, quarter)?;
-                if inner_cone_rad >= outer_cone_rad {
-                    return Err(spot.error("innerConeAngle", "expected an angle below outerConeAngle"));
-                }
-                LightKind::Spot { inner_cone_rad, outer_cone_rad: outer_cone_rad.min(quarter) }
-            }
+            "spot" => read_cone(document, &json.require_object("spot")?)?,
             other => {
                 document.warn(&json.at("type"), &format!("the kind of light {other} is not known; it gives no light"));
                 intensity = 0.0;
@@ -70,10 +61,23 @@ pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadErr
         if range_m.is_some_and(|range_m| range_m <= 0.0) {
             return Err(json.error("range", "expected a number above 0"));
         }
-        let color_linear = Vec3::from(json.numbers("color")?.unwrap_or([1.0; 3]));
+        let color_linear = Vec3::from(document.clamped(&json, "color", [1.0; 3], f32::MAX)?);
         lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind });
     }
     Ok(lights)
+}
+
+/// The cone of a spot light. Exporters write equal angles for a hard edge, which glTF forbids; they are drawn apart.
+fn read_cone(document: &mut Document, spot: &Json) -> Result<LightKind, LoadError> {
+    let quarter = std::f32::consts::FRAC_PI_2;
+    let outer_cone_rad = spot.number_in("outerConeAngle", quarter / 2.0, 0.0, quarter + 1e-5)?;
+    let outer_cone_rad = outer_cone_rad.clamp(1e-3, quarter);
+    let mut inner_cone_rad = spot.number_in("innerConeAngle", 0.0, 0.0, quarter + 1e-5)?;
+    if inner_cone_rad >= outer_cone_rad {
+        document.warn(&spot.at("innerConeAngle"), "expected an angle below outerConeAngle; one just below is used");
+        inner_cone_rad = 0.999 * outer_cone_rad;
+    }
+    Ok(LightKind::Spot { inner_cone_rad, outer_cone_rad })
 }
 
 /// Every node, and the roots of the scene that is shown.

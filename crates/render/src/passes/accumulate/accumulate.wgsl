@@ -29,7 +29,7 @@ fn radiance_at(position_px: vec2f) -> vec4f {
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let share = radiance_at(position.xy) * accumulation.weight;
-    if accumulation.keep <= 0.0 {
+    if (position.x >= 0.0) & (accumulation.keep <= 0.0) {
         return share;
     }
     return textureLoad(previous, pixel, 0) * accumulation.keep + share;

@@ -7,7 +7,8 @@ import package::shaders::colour::half_float_clamped;
 
 @fragment
 fn fs_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    if environment.background.w > 0.5 {
+    // As `box_count_for` explains, the branch depends on more than uniforms.
+    if (position.x >= 0.0) & (environment.background.w > 0.5) {
         let radiance = environment_radiance(ray_direction_world_from_pixel(position.xy));
         return vec4f(half_float_clamped(radiance), 1.0);
     }

@@ -60,7 +60,16 @@ struct Grid {
     /// Tile coordinates = plane · scale + offset, where plane is x or −y in view space (at 1 m for perspective).
     tile_scale: Vec2,
     tile_offset: Vec2,
+    /// The planes above and below every row of tiles.
+    row_planes: Vec<[f32; 2]>,
     orthographic: bool,
+}
+
+/// The part of a sphere that lies in one slice.
+struct Section {
+    /// The nearest and the farthest distance along the view axis, and what turns view space into planes there.
+    z: [f32; 2],
+    plane_scale: [f32; 2],
 }
 
 /// Room for rounding, which differs between the shader and the CPU: in tiles, and as a factor on radii.
@@ -163,17 +172,24 @@ impl Grid {
         let log_step = (range.far_m / range.near_m).log2().max(1e-4) / settings.slices as f32;
         let mut slice_edges_m: Vec<f32> =
             (0..=settings.slices).map(|slice| range.near_m * (log_step * slice as f32).exp2()).collect();
+        let tile_scale = 0.5 * size_px / (half_extent * tile_px);
+        // The picture moves by the jitter, right and down.
+        let tile_offset = (0.5 * size_px + target.jitter_px) / tile_px;
+        let plane = |tile: f32| (tile - tile_offset.y) / tile_scale.y;
+        let rows = target.size.1.div_ceil(settings.tile_px);
+        let row_planes =
+            (0..rows).map(|row| [plane(row as f32 - TILE_SLACK), plane(row as f32 + 1.0 + TILE_SLACK)]).collect();
         slice_edges_m[0] = 0.0;
         slice_edges_m[settings.slices as usize] = f32::INFINITY;
         Self {
-            tiles: [target.size.0.div_ceil(settings.tile_px), target.size.1.div_ceil(settings.tile_px)],
+            tiles: [target.size.0.div_ceil(settings.tile_px), rows],
             tile_px: settings.tile_px,
             slice_edges_m,
             log2_near: range.near_m.log2(),
             log_step,
-            tile_scale: 0.5 * size_px / (half_extent * tile_px),
-            // The picture moves by the jitter, right and down.
-            tile_offset: (0.5 * size_px + target.jitter_px) / tile_px,
+            tile_scale,
+            tile_offset,
+            row_planes,
             orthographic: view.is_orthographic(),
         }
     }
@@ -187,7 +203,7 @@ impl Grid {
     }
 
     /// The spans of all spheres, in the order of the lights; none if the lists would get too long.
-    fn all_spans(&self, spheres: &[(Vec3, f32)], first_light: u32, entries_max: usize) -> Option<Vec<Span>> {
+    fn all_spans(&self, spheres: &[(Vec3, f32)], first_light: u32, entries_max: usize) -> Option<Vec<Vec<Span>>> {
         let collect = |part: Range<usize>| {
             let mut spans = Vec::with_capacity(part.len() * 32);
             let mut entries = 0;
@@ -206,16 +222,16 @@ impl Grid {
             in_parallel(parts(spheres.len(), LIGHTS_PER_THREAD_MIN), collect).into_iter().collect();
         let results = results?;
         let total: usize = results.iter().map(|(_, entries)| entries).sum();
-        (total <= entries_max).then(|| results.into_iter().flat_map(|(spans, _)| spans).collect())
+        (total <= entries_max).then(|| results.into_iter().map(|(spans, _)| spans).collect())
     }
 
     /// Offset and length of every list, and the lists. Rows of clusters are filled one after the other, so that what
     /// is written stays in the cache.
-    fn lists(&self, spans: &[Span]) -> (Vec<[u32; 2]>, Vec<u16>) {
+    fn lists(&self, parts_of_spans: &[Vec<Span>]) -> (Vec<[u32; 2]>, Vec<u16>) {
         let row_len = self.tiles[0] as usize;
         // Where the spans and the entries of a row begin.
         let mut begins = vec![[0usize; 2]; self.row_count() + 1];
-        for span in spans {
+        for span in parts_of_spans.iter().flatten() {
             let [count, entries] = &mut begins[span.row as usize + 1];
             *count += 1;
             *entries += usize::from(span.end - span.first);
@@ -224,9 +240,10 @@ impl Grid {
             begins[row][0] += begins[row - 1][0];
             begins[row][1] += begins[row - 1][1];
         }
-        let mut sorted = vec![Span::default(); spans.len()];
+        let span_count = begins.last().map_or(0, |begin| begin[0]);
+        let mut sorted = vec![Span::default(); span_count];
         let mut next: Vec<u32> = begins.iter().map(|begin| begin[0] as u32).collect();
-        for span in spans {
+        for span in parts_of_spans.iter().flatten() {
             let place = &mut next[span.row as usize];
             sorted[*place as usize] = *span;
             *place += 1;
@@ -235,7 +252,7 @@ impl Grid {
         let mut lights = vec![0u16; begins.last().map_or(0, |begin| begin[1])];
         let mut parts_with_output = Vec::new();
         let (mut table_rest, mut lights_rest) = (table.as_mut_slice(), lights.as_mut_slice());
-        for rows in parts(self.row_count(), if spans.len() < 4096 { usize::MAX } else { 1 }) {
+        for rows in parts(self.row_count(), if span_count < 4096 { usize::MAX } else { 1 }) {
             let (table_part, rest) = table_rest.split_at_mut(rows.len() * row_len);
             table_rest = rest;
             let (lights_part, rest) = lights_rest.split_at_mut(begins[rows.end][1] - begins[rows.start][1]);
@@ -283,45 +300,44 @@ impl Grid {
         let distance = -center.z;
         // The widest cross-section of the sphere within the slice, and the distances at which it lies.
         let nearest = distance.clamp(d0, d1) - distance;
-        let disc = (radius * radius - nearest * nearest).max(0.0).sqrt();
-        let (z0, z1) = ((distance - radius).max(d0), (distance + radius).min(d1));
-        let (y0, y1) = self.tile_range(-center.y, disc, z0, z1, 1);
+        let disc_m = (radius * radius - nearest * nearest).max(0.0).sqrt();
+        let z = [(distance - radius).max(d0), (distance + radius).min(d1)];
+        let plane_scale = if self.orthographic { [1.0; 2] } else { [z[0].max(1e-6).recip(), z[1].recip()] };
+        let section = Section { z, plane_scale };
+        let (y0, y1) = self.tile_range(-center.y, disc_m, &section, 1);
         for tile_y in y0..y1 {
             // The chord at the row's edge that is nearest to the middle of the disc.
-            let gap = self.row_gap(tile_y, -center.y, z0, z1);
-            if gap > disc {
+            let gap = self.row_gap(tile_y, -center.y, &section);
+            let chord_squared = disc_m * disc_m - gap * gap;
+            if chord_squared < 0.0 {
                 continue;
             }
-            let chord = (disc * disc - gap * gap).max(0.0).sqrt();
-            let (x0, x1) = self.tile_range(center.x, chord, z0, z1, 0);
+            let (x0, x1) = self.tile_range(center.x, chord_squared.sqrt(), &section, 0);
             if x0 < x1 {
                 spans.push(Span { row: slice * self.tiles[1] + tile_y, light, first: x0 as u16, end: x1 as u16 });
             }
         }
     }
 
-    /// The tiles that the interval `middle` ± `half` covers between the distances `z0` and `z1`.
-    fn tile_range(&self, middle: f32, half: f32, z0: f32, z1: f32, axis: usize) -> (u32, u32) {
+    /// The tiles that the interval `middle` ± `half` covers in the section.
+    fn tile_range(&self, middle: f32, half: f32, section: &Section, axis: usize) -> (u32, u32) {
         let (low, high) = (middle - half, middle + half);
-        let (low, high) = if self.orthographic {
-            (low, high)
-        } else {
-            // Seen from the eye an edge lies farthest out where it is nearest, or, if it lies on the other side of the
-            // axis, where it is farthest.
-            let near = z0.max(1e-6);
-            (low / if low < 0.0 { near } else { z1 }, high / if high > 0.0 { near } else { z1 })
-        };
+        // Seen from the eye an edge lies farthest out where it is nearest, or, if it lies on the other side of the
+        // axis, where it is farthest.
+        let [near, far] = section.plane_scale;
+        let low = low * if low < 0.0 { near } else { far };
+        let high = high * if high > 0.0 { near } else { far };
         let tile = |plane: f32| plane * self.tile_scale[axis] + self.tile_offset[axis];
-        let tiles = self.tiles[axis] as f32;
-        let first = (tile(low) - TILE_SLACK).clamp(0.0, tiles).floor();
-        let end = ((tile(high) + TILE_SLACK).floor() + 1.0).clamp(0.0, tiles);
-        (first as u32, end as u32)
+        // Conversion to integers cuts off fractions, and what is negative or too large.
+        let first = ((tile(low) - TILE_SLACK) as u32).min(self.tiles[axis]);
+        let end = ((tile(high) + TILE_SLACK + 1.0) as u32).min(self.tiles[axis]);
+        (first, end)
     }
 
-    /// The smallest distance in y between a row of tiles and `middle`, between the distances `z0` and `z1`.
-    fn row_gap(&self, tile_y: u32, middle: f32, z0: f32, z1: f32) -> f32 {
-        let plane = |tile: f32| (tile - self.tile_offset.y) / self.tile_scale.y;
-        let (top, bottom) = (plane(tile_y as f32 - TILE_SLACK), plane(tile_y as f32 + 1.0 + TILE_SLACK));
+    /// The smallest distance in y between a row of tiles and `middle` in the section.
+    fn row_gap(&self, tile_y: u32, middle: f32, section: &Section) -> f32 {
+        let [top, bottom] = self.row_planes[tile_y as usize];
+        let [z0, z1] = section.z;
         let (low, high) =
             if self.orthographic { (top, bottom) } else { ((top * z0).min(top * z1), (bottom * z0).max(bottom * z1)) };
         (low - middle).max(middle - high).max(0.0)

@@ -7,7 +7,8 @@ import package::passes::motion::spaces::{motion, motion_px};
 @fragment
 fn fs_motion_background(@builtin(position) position: vec4f) -> @location(0) vec2f {
     // Parallel rays all end in one point at infinity; nothing there moves.
-    if view.orthographic > 0.5 {
+    // As `box_count_for` of `environment.wgsl` explains, the branch depends on more than uniforms.
+    if (position.x >= 0.0) & (view.orthographic > 0.5) {
         return vec2f(0.0);
     }
     let direction = vec4f(ray_direction_world_from_pixel(position.xy), 0.0);

@@ -86,7 +86,7 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let texel = textureLoad(radiance, vec2i(position.xy), 0);
     let alpha = clamp(texel.a, 0.0, 1.0);
     var color = texel.rgb / max(texel.a, 1e-6);
-    switch tone_map.curve {
+    switch select(0u, tone_map.curve, position.x >= 0.0) {
         case 1u: { color = tone_map_neutral(color); }
         case 2u: { color = tone_map_aces(color); }
         case 3u: { color = tone_map_agx(color); }

@@ -1,0 +1,222 @@
+//! Outputs that cannot be written, pictures that are too large, and interrupts: one error, and nothing left behind.
+
+mod common;
+
+use common::watch::{start, wait, watch};
+use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const SMALL: [&str; 4] = ["--size", "16x16", "--samples", "1"];
+
+/// Renders a triangle with further arguments; the run ends with `code` and, unless that is 0, with one error.
+#[track_caller]
+fn render(folder: &Folder, args: &[&str], code: i32) -> Run {
+    folder.write("tri.glb", &triangle_glb([1.0, 0.5, 0.0]));
+    let run = run_in(folder, &[&["render", "tri.glb"], args].concat()).expect(code);
+    let errors = run.stderr.lines().filter(|line| line.starts_with("error: ")).count();
+    assert_eq!(errors, usize::from(code != 0), "{}", run.stderr);
+    assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+    run
+}
+
+#[test]
+fn sizes_that_cannot_be_are_wrong_usage() {
+    let folder = Folder::new("sizes");
+    for size in ["0x0", "0x16", "16x0", "1000000000x1000000000", "16385x1", "-1x4", "4294967297x4", "1.5x2", "x", ""] {
+        let run = render(&folder, &[&format!("--size={size}")], 2);
+        assert!(run.stderr.contains("is no size"), "{size}: {}", run.stderr);
+    }
+    assert_eq!(folder.names(), ["tri.glb"]);
+}
+
+#[test]
+fn an_adapter_that_is_not_there_ends_with_3() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("adapter");
+    let run = render(&folder, &[&SMALL[..], &["--adapter", "Voodoo 2"]].concat(), 3);
+    assert!(run.stderr.contains("Voodoo 2") && run.stderr.contains("manypass adapters"), "{}", run.stderr);
+    assert_eq!(folder.names(), ["tri.glb"]);
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("places");
+    folder.write("file", b"");
+    std::fs::create_dir(folder.join("folder.png")).expect("a folder");
+    let mut places = vec!["file/a.png", "folder.png/", "file/deep/"];
+    if cfg!(target_os = "linux") {
+        // Nobody makes files there, not even the superuser.
+        places.extend(["/proc/a.png", "/proc/deep/a.png"]);
+    }
+    for place in places {
+        let code = i32::from(place != "folder.png/");
+        let run = render(&folder, &[&SMALL[..], &["-o", place]].concat(), code);
+        assert!(code == 0 || run.stderr.contains("hint: "), "{}", run.stderr);
+    }
+    for flag in ["--report", "--contact-sheet", "--dump-passes"] {
+        let run = render(&folder, &[&SMALL[..], &[flag, "file/a.png"]].concat(), 1);
+        assert!(run.stderr.contains("file"), "{flag}: {}", run.stderr);
+    }
+    assert_eq!(folder.names(), ["file", "folder.png", "tri.glb", "tri.png"]);
+    assert_eq!(std::fs::read(folder.join("file")).expect("there"), b"");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_without_permission_is_named() {
+    use std::os::unix::fs::PermissionsExt;
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("permission");
+    let locked = folder.join("locked");
+    std::fs::create_dir(&locked).expect("a folder");
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o555)).expect("locked");
+    // The superuser may write everywhere.
+    if std::fs::write(locked.join("probe"), b"").is_ok() {
+        println!("SKIPPED: this user may write everywhere");
+        return;
+    }
+    let run = render(&folder, &[&SMALL[..], &["-o", "locked/a.png"]].concat(), 1);
+    assert!(run.stderr.contains("no permission to write locked/a.png"), "{}", run.stderr);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_named_and_its_device_stays() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::process::{Command, Stdio};
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("full");
+    symlink("/dev/full", folder.join("full.png")).expect("linked");
+    let run = render(&folder, &[&SMALL[..], &["-o", "full.png"]].concat(), 1);
+    assert!(run.stderr.contains("no space left to write full.png"), "{}", run.stderr);
+    assert_eq!(folder.names(), ["full.png", "tri.glb"]);
+    assert!(std::fs::metadata("/dev/full").expect("there").file_type().is_char_device());
+
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("opened");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_manypass"));
+    command.args(["render", "tri.glb", "-o", "-", "--format", "png"]).args(SMALL).current_dir(&*folder);
+    let run: Run = command.stdout(full).stdin(Stdio::null()).output().expect("run").into();
+    assert!(run.code == 1 && run.stderr.starts_with("error: no space left to write standard output"), "{run:?}");
+}
+
+/// Waits until the report's temporary file is there: from then on the program has its renderer and heeds signals.
+fn wait_until_it_renders(folder: &Folder) {
+    let start = Instant::now();
+    while !folder.names().iter().any(|name| name.ends_with(".partial")) {
+        assert!(start.elapsed() < Duration::from_secs(60), "it does not start: {:?}", folder.names());
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[cfg(unix)]
+fn send(signal: &str, process: u32) {
+    let status = std::process::Command::new("kill").args([signal, &process.to_string()]).status();
+    assert!(status.expect("kill runs").success());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_no_partial_file() {
+    if !has_adapter() {
+        return;
+    }
+    for (signal, extra) in [("-INT", vec![]), ("-TERM", vec![]), ("-INT", vec!["--aov", "all"])] {
+        let folder = Folder::new(&format!("interrupt{signal}{}", extra.len()));
+        let args = ["render", "demo:hall", "-o", "out/a.png", "--size", "64x36", "--samples", "65536"];
+        let child = start(&folder, &[&args[..], &extra, &["--report", "report.json"]].concat());
+        wait_until_it_renders(&folder);
+        std::thread::sleep(Duration::from_millis(200));
+        send(signal, child.id());
+        let run = wait(child, Duration::from_secs(60)).run.expect(130);
+        assert!(run.stderr.starts_with("error: interrupted\nhint: "), "{}", run.stderr);
+        // The report is whole: it says that the picture was interrupted.
+        assert_eq!(folder.names(), ["report.json"]);
+        let report = std::fs::read_to_string(folder.join("report.json")).expect("report");
+        let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+        assert_eq!(report["error"], "interrupted");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_batch_keeps_what_is_done() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("interrupt-batch");
+    for name in ["a.glb", "b.glb"] {
+        folder.write(name, &triangle_glb([1.0, 1.0, 1.0]));
+    }
+    let args = ["render", "a.glb", "b.glb", "-o", "out/", "--size", "16x16", "--samples", "1", "--report", "r.jsonl"];
+    let frames = ["--frames", "0..100000", "--quiet"];
+    let child = start(&folder, &[&args[..], &frames].concat());
+    let first = folder.join("out/a_0000.png");
+    let start = Instant::now();
+    while !first.exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no picture appears");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    send("-INT", child.id());
+    wait(child, Duration::from_secs(60)).run.expect(130);
+    let pictures: Vec<_> =
+        std::fs::read_dir(folder.join("out")).expect("listed").map(|e| e.expect("entry").path()).collect();
+    assert!(pictures.iter().all(|path| is_whole(path)), "{pictures:?}");
+    assert_eq!(folder.names(), ["a.glb", "b.glb", "out", "r.jsonl"]);
+}
+
+fn is_whole(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end == "png") && image::open(path).is_ok()
+}
+
+#[cfg(unix)]
+#[test]
+fn endless_standard_input_is_refused() {
+    use std::io::Write;
+    use std::process::{Command, Stdio};
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("endless");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_manypass"));
+    command.args(["render", "-", "-o", "a.png"]).args(SMALL).current_dir(&*folder);
+    let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let mut pipe = child.stdin.take().expect("piped");
+    let block = vec![0; 1 << 20];
+    // The program stops reading after a gibibyte, and then the pipe breaks.
+    let written = (0..1 << 12).take_while(|_| pipe.write_all(&block).is_ok()).count();
+    drop(pipe);
+    let run: Run = child.wait_with_output().expect("the program ends").into();
+    assert!(written < 1 << 12 && run.code == 1 && run.stderr.contains("larger than 1 GiB"), "{written}: {run:?}");
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn more_samples_take_no_more_memory() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("samples");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 1.0]));
+    for (input, path) in [("tri.glb", "deferred"), ("tri.glb", "forward"), ("demo:hall", "deferred")] {
+        let peak_mib = |samples| {
+            let size = ["--size", "32x32", "--quiet", "--path", path];
+            let args = [&["render", input, "-o", "a.png", "--samples", samples], &size[..]].concat();
+            let watched = watch(&folder, &args, Duration::from_secs(60));
+            watched.run.expect(0);
+            watched.peak_mib
+        };
+        // Some memory is only taken once frames overlap; a megabyte lost with every frame would show.
+        let (few, many) = (peak_mib("16"), peak_mib("112"));
+        assert!(many < few + 64, "{input} {path}: {few} MiB, then {many} MiB");
+    }
+}
