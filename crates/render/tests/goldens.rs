@@ -65,7 +65,7 @@ fn judge(found: &Picture, golden: Option<&Picture>, known_failure: Option<&str>)
 #[test]
 fn goldens_hold() {
     let writes = std::env::var("MANYPASS_GOLDENS").is_ok_and(|value| value == "write");
-    let mut renderer = common::renderer();
+    let mut renderer = common::software_renderer();
     let (mut wrong, mut names) = (Vec::new(), Vec::new());
     for subject in subjects::all() {
         let path = folder().join(format!("{}.png", subject.name));

@@ -83,6 +83,15 @@ impl Shot {
         })
     }
 
+    /// The colour of the middle one of a node's pixels, in reading order of a row in the middle.
+    fn middle_of(&self, node: usize) -> Rgb {
+        let shown: Vec<usize> = (0..self.nodes.len()).filter(|at| self.nodes[*at] == node as u32 + 1).collect();
+        assert!(shown.len() > 500, "node {node} covers {} pixels", shown.len());
+        let row = shown[shown.len() / 2] / SIDE_PX;
+        let in_row: Vec<usize> = shown.into_iter().filter(|at| at / SIDE_PX == row).collect();
+        self.pixels[in_row[in_row.len() / 2]]
+    }
+
     /// The mean colour of a node's pixels.
     fn mean_of(&self, node: usize) -> [f64; 3] {
         let shown =
@@ -247,6 +256,45 @@ fn alpha_modes_pass() {
         println!("{alpha_mode:?}: marks {:?}, red {}", wrong.areas(is_mark), wrong.count(is_cross));
         assert!(wrong.areas(is_mark).len() != 5 || wrong.count(is_cross) > 0, "{alpha_mode:?}");
     }
+}
+
+#[test]
+fn texture_coordinates_start_at_the_top_left() {
+    let Some(scene) = load("TextureCoordinateTest") else { return };
+    let shot = shoot(&mut renderer(), &scene, Quat::IDENTITY);
+    let bounds = scene.posed_bounds_world();
+    let half = 0.5 * (bounds.max - bounds.min);
+    let is_dark = |pixel: &Rgb| pixel.iter().all(|level| *level < 70);
+    // Yellow, orange, blue and green quarters; each has a chequered edge at the corner of the picture that it is named for.
+    let quarters: [(&str, f32, f32, [bool; 3]); 4] = [
+        ("top left", -1.0, 1.0, [true, true, false]),
+        ("top right", 1.0, 1.0, [true, false, false]),
+        ("bottom left", -1.0, -1.0, [false, false, true]),
+        ("bottom right", 1.0, -1.0, [false, true, false]),
+    ];
+    for (name, right, up, bright) in quarters {
+        let at = |share: f32| shot.center.truncate() + Vec2::new(right * half.x, up * half.y) * share;
+        let plain = shot.patch(at(0.35), 0.03 * half.x);
+        assert!(plain.iter().all(|pixel| (0..3).all(|c| (pixel[c] > 110) == bright[c])), "{name}: {:?}", plain[0]);
+        let outer = shot.patch(at(0.9), 0.06 * half.x).iter().filter(|pixel| is_dark(pixel)).count();
+        assert!(outer > 5 && !plain.iter().any(is_dark), "{name}: {outer} dark pixels at the corner");
+    }
+}
+
+#[test]
+fn unlit_surfaces_show_their_base_color() {
+    let Some(scene) = load("UnlitTest") else { return };
+    let shot = shoot(&mut renderer(), &scene, Quat::IDENTITY);
+    let encode = |x: f32| 255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+    let mut checked = 0;
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let Some(material) = node.mesh.and_then(|mesh| scene.meshes[mesh].primitives[0].material) else { continue };
+        let expected = scene.materials[material].base_color_factor.truncate().to_array().map(encode);
+        let inside = shot.middle_of(index);
+        assert!((0..3).all(|c| (f32::from(inside[c]) - expected[c]).abs() <= 1.0), "{inside:?}, expected {expected:?}");
+        checked += 1;
+    }
+    assert_eq!(checked, 2);
 }
 
 /// How far off its target an arrow points, as the sine of an angle seen from in front of its face: the tip of the arrow is

@@ -54,6 +54,21 @@ fn every_variant_is_valid_and_runs_on_webgl2() {
     assert!(variants > 30);
 }
 
+#[test]
+fn effects_are_valid_and_run_on_webgl2() {
+    use manypass::shader::compose::EFFECT_PRELUDE;
+    for (name, own) in [
+        ("own_pass", include_str!("../examples/own_pass.wgsl")),
+        ("prelude", "@fragment fn fs() -> @location(0) vec4f { return radiance_at(vec2i(0)); }"),
+    ] {
+        let (module, info) = parse(name, &format!("{own}\n{EFFECT_PRELUDE}"));
+        assert_eq!(module.entry_points.len(), 1, "{name}");
+        if let Err(error) = translate(&module, &info, &module.entry_points[0]) {
+            panic!("{name}: no GLSL ES 3.00: {error}");
+        }
+    }
+}
+
 /// Looks a struct up by name and returns its size and its members' offsets.
 fn layout(program: &str, name: &str) -> (u32, Vec<(String, u32)>) {
     let (_, _, sources) = PROGRAMS.iter().find(|(known, ..)| *known == program).unwrap();

@@ -11,6 +11,16 @@ pub fn renderer() -> Renderer {
     Renderer::new(Gpu::headless(None).unwrap()).unwrap()
 }
 
+/// A renderer on the software adapter, which all machines have in nearly the same form; on the first adapter, with a
+/// message, where there is none.
+pub fn software_renderer() -> Renderer {
+    let software = Gpu::adapters().into_iter().find(|adapter| adapter.device_type == "Software");
+    if software.is_none() {
+        eprintln!("NOTE: there is no software adapter; pictures may differ more");
+    }
+    Renderer::new(Gpu::headless(software.as_ref().map(|adapter| adapter.name.as_str())).unwrap()).unwrap()
+}
+
 /// The scene's first camera, no environment, black behind, no tone curve, no dither.
 pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest {
     let node = scene.nodes.iter().find(|node| node.camera.is_some()).unwrap();
