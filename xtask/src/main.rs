@@ -1,5 +1,6 @@
 //! Set-up, tests, the web package and the demo: `cargo xtask`.
 
+mod bench;
 mod browser;
 mod setup;
 mod step;
@@ -17,7 +18,7 @@ cargo xtask COMMAND
   web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
               --fast         compile sooner to a larger module, for work on the package
   browser   only the browser tests, with the web package as it was built last (about 3 minutes)
-  bench     measure the demo scene and print the milliseconds of each pass
+  bench     measure the frame graph and the demo against forward and brute force; ratios within one run
   goldens   write the golden pictures again; look at every change before you commit it
   setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core
 
@@ -45,7 +46,10 @@ fn main() -> Result<()> {
         ["web"] => web_package(&mut steps, web::Size::Small),
         ["web", "--fast"] => web_package(&mut steps, web::Size::Fast),
         ["browser"] => browser_tests(&mut steps),
-        ["bench"] => steps.run("bench", "5 min the first time", || manypass(&["bench", "demo:hall"])),
+        ["bench"] => {
+            steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
+            steps.run("bench", "4 min, and 4 min to build", bench::run);
+        }
         ["goldens"] => steps.run("goldens", "3 min", || {
             step::check(cargo(["test", "--workspace", "golden"]).env("MANYPASS_GOLDENS", "write"))
         }),
