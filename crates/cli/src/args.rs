@@ -238,6 +238,9 @@ pub struct RenderArgs {
     /// N frames around the target.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
+    /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
+    #[arg(long = "effect", value_name = "FILE.wgsl")]
+    pub effects: Vec<PathBuf>,
     /// Change a setting; may be given again.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,

@@ -10,7 +10,8 @@ use crate::report::{Entry, Phases, Report};
 use crate::session::{self, ms_since, still_failure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass::{
-    Aov, Background, Environment, FrameRequest, PairCounts, Pose, RenderError, Renderer, Settings, Tonemap, View,
+    Aov, Background, Effect, Environment, FrameRequest, PairCounts, Pose, RenderError, Renderer, Settings, Tonemap,
+    View, WgslEffect,
 };
 use manypass_offline::still::{accumulate, aov_named, aov_names, read_picture};
 use manypass_offline::{Format, atomic};
@@ -29,6 +30,7 @@ struct Batch<'a> {
     job: &'a Job,
     settings: Settings,
     renderer: Renderer,
+    effects: Vec<Arc<dyn Effect>>,
     report: Option<Report>,
     bar: ProgressBar,
     /// Whether messages name their input.
@@ -70,11 +72,13 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         }
     });
     let renderer = session::open(args.adapter.as_deref())?;
+    let effects = args.effects.iter().map(|path| effect(&renderer, path)).collect::<Result<_, _>>()?;
     let mut batch = Batch {
         args,
         job: &job,
         settings,
         renderer,
+        effects,
         report: args.report.as_ref().map(|path| Report::create(path, count > 1)).transpose()?,
         bar: progress_bar(count, args.quiet),
         has_several_inputs: inputs.len() > 1,
@@ -181,7 +185,8 @@ impl Batch<'_> {
         let previous = previous_pose(scene, bounds, args, job, frame)?;
         pose(scene, args, time_secs(args, frame))?;
         let camera = view(scene, bounds, args, job, frame as f32)?;
-        let request = FrameRequest { previous, ..request(args, job, &self.settings, camera, scene) };
+        let effects = self.effects.clone();
+        let request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
         let renderer = &mut self.renderer;
         let start = Instant::now();
         let compiled_ms = renderer.compile_ms();
@@ -238,6 +243,16 @@ impl Batch<'_> {
         }
         Ok(())
     }
+}
+
+/// The effect in a file; errors name the file and the line.
+fn effect(renderer: &Renderer, path: &Path) -> Result<Arc<dyn Effect>, Failure> {
+    let name = path.display().to_string();
+    let source = std::fs::read_to_string(path)
+        .map_err(|error| Failure::new(Kind::Failed, format!("{name}: {error}"), "name a WGSL file"))?;
+    let effect = WgslEffect::new(renderer.gpu(), &name, &source)
+        .map_err(|error| Failure::new(Kind::Failed, error, "correct the WGSL file"))?;
+    Ok(Arc::new(effect))
 }
 
 fn failed(error: RenderError) -> Failure {

@@ -50,6 +50,34 @@ fn the_hall_renders_the_same_bytes_twice_and_nearly_the_same_forward() {
 }
 
 #[test]
+fn an_effect_changes_the_picture_and_a_wrong_one_is_named() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("effect");
+    folder.write("tri.glb", &triangle_glb([0.9, 0.1, 0.1]));
+    let swap =
+        b"@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f { return radiance_at(vec2i(p.xy)).bgra; }";
+    folder.write("swap.wgsl", swap);
+    folder.write("wrong.wgsl", b"@fragment fn fs() -> @location(0) vec4f {\n    return nothing; }");
+    let plain = ["tri.glb", "-o", "a.png", "--background", "000000"];
+    render(&folder, &plain).expect(0);
+    let once = ["tri.glb", "-o", "b.png", "--background", "000000", "--effect", "swap.wgsl"];
+    render(&folder, &once).expect(0);
+    let twice = ["tri.glb", "-o", "c.png", "--background", "000000", "--effect", "swap.wgsl", "--effect", "swap.wgsl"];
+    render(&folder, &twice).expect(0);
+    let [a, b] = ["a.png", "b.png"].map(|name| picture(&folder.join(name)));
+    assert!(difference(&a, &b) > 5.0, "{}", difference(&a, &b));
+    assert!(a.pixels().zip(b.pixels()).all(|(a, b)| a.0[0].abs_diff(b.0[2]) <= 1 && a.0[2].abs_diff(b.0[0]) <= 1));
+    assert!(difference(&a, &picture(&folder.join("c.png"))) < 0.01, "swapped twice");
+    for (file, expected) in [("wrong.wgsl", "wrong.wgsl:2:12"), ("absent.wgsl", "absent.wgsl")] {
+        let run = render(&folder, &["tri.glb", "-o", "d.png", "--effect", file]).expect(1);
+        assert!(run.stderr.contains(expected), "{}", run.stderr);
+        assert!(!folder.join("d.png").exists());
+    }
+}
+
+#[test]
 fn orbits_begin_with_a_minus_in_one_word_or_two() {
     if !has_adapter() {
         return;
