@@ -12,7 +12,8 @@ use step::{Steps, cargo};
 const HELP: &str = "\
 cargo xtask COMMAND
 
-  demo      set up, build, and render the built-in demo to demo.png (about 5 minutes the first time)
+  demo      set up, build, and render the built-in demo to demo.png and its passes to demo-passes.png
+              (about 5 minutes the first time)
   test      set up what is missing, then check formatting, lints, docs, tests, web build and browsers (about 15 minutes)
               --no-browser   leave out the web build and the browser tests
   web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
@@ -38,7 +39,7 @@ fn main() -> Result<()> {
         ["demo"] => {
             steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
             steps.run("render the demo", "4 min the first time", || {
-                manypass(&["render", "demo:hall", "-o", "demo.png"])
+                manypass(&["render", "demo:hall", "-o", "demo.png", "--contact-sheet", "demo-passes.png"])
             });
         }
         ["test"] => test(&mut steps, true),

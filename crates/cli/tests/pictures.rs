@@ -211,7 +211,7 @@ fn reports_passes_and_contact_sheets_are_written() {
     let flags = ["--aov", "depth", "--report", "r.json", "--dump-passes", "passes", "--contact-sheet", "sheet.png"];
     render(&folder, &[&["demo:hall"], &flags[..]].concat()).expect(0);
     let report = json(&std::fs::read_to_string(folder.join("r.json")).expect("report"));
-    for key in ["start", "load", "upload", "frames", "readback", "encode", "total"] {
+    for key in ["start", "load", "decode", "upload", "compile", "frames", "readback", "encode", "total"] {
         assert!(report["milliseconds"][key].as_f64() >= Some(0.0), "{key}");
     }
     let count = |key: &str| report[key].as_u64().unwrap_or_else(|| panic!("no {key}"));
@@ -219,6 +219,10 @@ fn reports_passes_and_contact_sheets_are_written() {
     // A list holds every light that reaches its pixels, so what is in range is visited.
     assert!(count("pairs_visited") >= count("pairs_in_range") && count("pairs_in_range") >= count("pairs_shaded"));
     assert!(count("pairs_shaded") > 0);
+    let passes = report["passes"].as_array().expect("passes");
+    assert!(passes.len() > 5 && passes.iter().all(|pass| pass["cpu_ms"].as_f64() >= Some(0.0)), "{passes:?}");
+    // The software adapter has timestamps.
+    assert!(passes.iter().filter_map(|pass| pass["gpu_ms"].as_f64()).sum::<f64>() > 0.0, "{passes:?}");
     let range = report["depth_range_m"].as_array().expect("range");
     assert!(range[0].as_f64() > Some(0.0) && range[0].as_f64() < range[1].as_f64());
     let depth = image::open(folder.join("hall.depth.png")).expect("depth");
