@@ -56,7 +56,7 @@ fn main() {
     let mut rows = [("declare", Vec::new()), ("plan", Vec::new())];
     for _ in 0..2000 {
         let (started, before) = (Instant::now(), ALLOCATIONS.load(Ordering::Relaxed));
-        let mut graph = frame();
+        let graph = frame();
         let (declared, between) = (started.elapsed(), ALLOCATIONS.load(Ordering::Relaxed));
         let plan = graph.plan();
         let (planned, after) = (started.elapsed(), ALLOCATIONS.load(Ordering::Relaxed));
