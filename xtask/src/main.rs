@@ -49,7 +49,7 @@ fn main() -> Result<()> {
         ["browser"] => browser_tests(&mut steps),
         ["bench"] => {
             steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
-            steps.run("bench", "4 min, and 4 min to build", bench::run);
+            steps.run("bench", "7 min, and 4 min to build", bench::run);
         }
         ["goldens"] => steps.run("goldens", "3 min", || {
             step::check(cargo(["test", "--workspace", "golden"]).env("MANYPASS_GOLDENS", "write"))
