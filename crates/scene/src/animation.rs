@@ -1,6 +1,6 @@
 //! Skins, and animations evaluated at a given time.
 
-use crate::{Aabb, NodeId, Scene};
+use crate::{Aabb, Node, NodeId, Scene};
 use glam::{Mat4, Quat, Vec3};
 
 /// The joints that deform a mesh.
@@ -198,84 +198,33 @@ impl Scene {
             .collect()
     }
 
-    /// A box in world space around everything that is drawn, posed by skins and morph targets; it may be too large,
-    /// never too small.
+    /// A box in world space around everything that is drawn, posed by skins and morph targets, as of the last
+    /// [`Scene::update_transforms`]; it may be too large, never too small.
     pub fn posed_bounds_world(&self) -> Aabb {
+        self.visible_nodes().into_iter().fold(Aabb::EMPTY, |bounds, id| bounds.union(&self.node(id).bounds_world))
+    }
+
+    /// What [`Node::bounds_world`] is to be.
+    pub(crate) fn posed_bounds_of(&self, node: &Node) -> Aabb {
+        let Some(mesh) = node.mesh.and_then(|mesh| self.meshes.get(mesh)) else { return Aabb::EMPTY };
+        let skin_matrices = node.skin.map(|skin| self.joint_matrices(skin));
+        let weights = if node.morph_weights.is_empty() { &mesh.default_morph_weights } else { &node.morph_weights };
         let mut bounds = Aabb::EMPTY;
-        for id in self.visible_nodes() {
-            let node = self.node(id);
-            let Some(mesh) = node.mesh.and_then(|mesh| self.meshes.get(mesh)) else { continue };
-            let skin_matrices = node.skin.map(|skin| self.joint_matrices(skin));
-            let weights = if node.morph_weights.is_empty() { &mesh.default_morph_weights } else { &node.morph_weights };
-            for primitive in &mesh.primitives {
-                let mut local = primitive.bounds;
-                for (target, &weight) in primitive.morph_targets.iter().zip(weights) {
-                    let deltas = target.positions.iter().map(|&delta| Vec3::from(delta) * weight);
-                    let reach = Aabb::from_points(deltas.chain([Vec3::ZERO]));
-                    local = Aabb { min: local.min + reach.min, max: local.max + reach.max };
+        for primitive in &mesh.primitives {
+            let mut local = primitive.bounds;
+            for (target, &weight) in primitive.morph_targets.iter().zip(weights) {
+                let deltas = target.positions.iter().map(|&delta| Vec3::from(delta) * weight);
+                let reach = Aabb::from_points(deltas.chain([Vec3::ZERO]));
+                local = Aabb { min: local.min + reach.min, max: local.max + reach.max };
+            }
+            match skin_matrices.as_deref() {
+                Some(matrices) if !primitive.joints.is_empty() => {
+                    let boxes = matrices.iter().map(|world_from_mesh| local.transformed(world_from_mesh));
+                    bounds = boxes.fold(bounds, |bounds, posed| bounds.union(&posed));
                 }
-                match skin_matrices.as_deref() {
-                    Some(matrices) if !primitive.joints.is_empty() => {
-                        let boxes = matrices.iter().map(|world_from_mesh| local.transformed(world_from_mesh));
-                        bounds = boxes.fold(bounds, |bounds, posed| bounds.union(&posed));
-                    }
-                    _ => bounds = bounds.union(&local.transformed(&node.world_from_object)),
-                }
+                _ => bounds = bounds.union(&local.transformed(&node.world_from_object)),
             }
         }
         bounds
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
-    use super::*;
-    use crate::Node;
-
-    fn posed(interpolation: Interpolation, keyframes: Keyframes, time_secs: f32) -> Node {
-        let mut scene = Scene::default();
-        let node = scene.add_node(None, Node::default());
-        let channel = Channel { node, times_secs: vec![1.0, 3.0], interpolation, keyframes };
-        scene.animations.push(Animation { name: String::new(), channels: vec![channel] });
-        assert_eq!(scene.animations[0].duration_secs(), 3.0);
-        scene.pose(0, time_secs);
-        scene.node(node).clone()
-    }
-
-    #[test]
-    fn times_outside_are_clamped() {
-        let keys = || Keyframes::Translation(vec![Vec3::X, Vec3::Y]);
-        for interpolation in [Interpolation::Step, Interpolation::Linear] {
-            assert_eq!(posed(interpolation, keys(), -1.0).translation, Vec3::X);
-            assert_eq!(posed(interpolation, keys(), 9.0).translation, Vec3::Y);
-            assert!(posed(interpolation, keys(), f32::NAN).translation.is_finite());
-        }
-        assert_eq!(posed(Interpolation::Step, keys(), 2.9).translation, Vec3::X);
-        assert_eq!(posed(Interpolation::Linear, keys(), 2.0).translation, Vec3::new(0.5, 0.5, 0.0));
-    }
-
-    #[test]
-    fn rotations_take_the_short_way() {
-        let keys = Keyframes::Rotation(vec![Quat::IDENTITY, -Quat::from_rotation_y(1.0)]);
-        let rotation = posed(Interpolation::Linear, keys, 2.0).rotation;
-        assert!(rotation.dot(Quat::from_rotation_y(0.5)).abs() > 0.999_99);
-    }
-
-    #[test]
-    fn a_cubic_spline_reproduces_a_cubic() {
-        let (f, slope) = (|t: f32| t * t * t - 2.0 * t, |t: f32| 3.0 * t * t - 2.0);
-        let key = |t: f32| [slope(t), f(t), slope(t)];
-        let values: Vec<f32> = [1.0, 3.0].into_iter().flat_map(key).collect();
-        let vectors = Keyframes::Scale(values.iter().map(|&v| Vec3::splat(v)).collect());
-        // Two weights, the second the negative of the first.
-        let weights = values.iter().flat_map(|&v| [v, -v]).collect();
-        for time_secs in [1.0, 1.5, 2.0, 2.75, 3.0] {
-            let scale = posed(Interpolation::CubicSpline, vectors.clone(), time_secs).scale.x;
-            assert!((scale - f(time_secs)).abs() < 1e-4);
-            let keys = Keyframes::MorphWeights { count: 2, values: Vec::clone(&weights) };
-            let posed = posed(Interpolation::CubicSpline, keys, time_secs).morph_weights;
-            assert!((posed[0] - f(time_secs)).abs() < 1e-4 && posed[1] == -posed[0]);
-        }
     }
 }

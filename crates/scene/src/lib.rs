@@ -27,4 +27,4 @@ pub use image::{Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Te
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, ShadingModel, TextureRef, TextureTransform};
 pub use mesh::{Mesh, MorphTarget, Primitive, Topology};
-pub use node::{Node, NodeId, Scene};
+pub use node::{Node, NodeId, Placed, Scene};

@@ -36,6 +36,24 @@ pub struct Node {
     pub morph_weights: Vec<f32>,
     /// `world_from_object`, as of the last [`Scene::update_transforms`].
     pub world_from_object: Mat4,
+    /// A box in world space around the node's mesh, posed by skin and morph targets, as of the last
+    /// [`Scene::update_transforms`]; it may be too large, never too small.
+    pub bounds_world: Aabb,
+    /// What the last [`Scene::update_transforms`] has seen.
+    pub placed: Placed,
+}
+
+/// What [`Scene::update_transforms`] compares a node with, to find out whether it has moved.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Placed(Option<Place>);
+
+#[derive(Clone, Debug, PartialEq)]
+struct Place {
+    parent: Option<NodeId>,
+    local: (Vec3, Quat, Vec3, Option<Mat4>),
+    mesh: Option<usize>,
+    skin: Option<usize>,
+    morph_weights: Vec<f32>,
 }
 
 impl Default for Node {
@@ -54,11 +72,35 @@ impl Default for Node {
             light: None,
             morph_weights: Vec::new(),
             world_from_object: Mat4::IDENTITY,
+            bounds_world: Aabb::EMPTY,
+            placed: Placed::default(),
         }
     }
 }
 
 impl Node {
+    fn place(&self) -> Place {
+        Place {
+            parent: self.parent,
+            local: (self.translation, self.rotation, self.scale, self.matrix),
+            mesh: self.mesh,
+            skin: self.skin,
+            morph_weights: self.morph_weights.clone(),
+        }
+    }
+
+    fn stands_still(&self) -> bool {
+        self.placed.0.as_ref().is_some_and(|place| {
+            place.parent == self.parent && place.local == (self.translation, self.rotation, self.scale, self.matrix)
+        })
+    }
+
+    fn keeps_its_shape(&self) -> bool {
+        self.placed.0.as_ref().is_some_and(|place| {
+            place.mesh == self.mesh && place.skin == self.skin && place.morph_weights == self.morph_weights
+        })
+    }
+
     /// `parent_from_object`.
     pub fn local_matrix(&self) -> Mat4 {
         self.matrix
@@ -125,13 +167,35 @@ impl Scene {
         order
     }
 
-    /// Recomputes `world_from_object` of every node that is drawn.
-    pub fn update_transforms(&mut self) {
-        for id in self.visible_nodes() {
-            let parent = self.node(id).parent.map_or(Mat4::IDENTITY, |parent| self.node(parent).world_from_object);
-            let node = self.node_mut(id);
-            node.world_from_object = parent * node.local_matrix();
+    /// Brings `world_from_object` and `bounds_world` of the nodes that are drawn up to date, where anything has changed
+    /// since the last time: the node itself, one above it, a joint of its skin or a morph weight. Gives the number of
+    /// nodes whose transform was computed anew.
+    pub fn update_transforms(&mut self) -> usize {
+        let order = self.visible_nodes();
+        let mut has_moved = vec![false; self.nodes.len()];
+        for id in &order {
+            let node = self.node(*id);
+            let is_carried = node.parent.is_some_and(|parent| has_moved[parent.0 as usize]);
+            if node.stands_still() && !is_carried {
+                continue;
+            }
+            let world_from_parent = node.parent.map_or(Mat4::IDENTITY, |parent| self.node(parent).world_from_object);
+            let world_from_object = world_from_parent * node.local_matrix();
+            self.node_mut(*id).world_from_object = world_from_object;
+            has_moved[id.0 as usize] = true;
         }
+        for id in &order {
+            let node = self.node(*id);
+            let joints = node.skin.and_then(|skin| self.skins.get(skin)).map_or(&[][..], |skin| &skin.joints);
+            let is_bent = joints.iter().any(|joint| has_moved.get(joint.0 as usize).copied().unwrap_or(false));
+            if has_moved[id.0 as usize] || is_bent || !node.keeps_its_shape() {
+                let (bounds_world, place) = (self.posed_bounds_of(node), node.place());
+                let node = self.node_mut(*id);
+                node.bounds_world = bounds_world;
+                node.placed = Placed(Some(place));
+            }
+        }
+        has_moved.into_iter().filter(|moved| *moved).count()
     }
 
     /// The box around everything that is drawn, in world space, as of the last [`Scene::update_transforms`].
@@ -143,5 +207,59 @@ impl Scene {
                 .iter()
                 .fold(bounds, |bounds, primitive| bounds.union(&primitive.bounds.transformed(&node.world_from_object)))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{MorphTarget, Primitive};
+
+    fn scene() -> (Scene, [NodeId; 3]) {
+        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+        let target = MorphTarget { positions: vec![[4.0, 0.0, 0.0]], ..Default::default() };
+        let primitive =
+            Primitive { positions: vec![[1.0; 3]], bounds, morph_targets: vec![target], ..Default::default() };
+        let mesh = Mesh { primitives: vec![primitive], default_morph_weights: vec![0.0], ..Default::default() };
+        let mut scene = Scene { meshes: vec![mesh], ..Default::default() };
+        let root = scene.add_node(None, Node::default());
+        let child = scene.add_node(Some(root), Node { mesh: Some(0), ..Node::default() });
+        let other = scene.add_node(None, Node::default());
+        (scene, [root, child, other])
+    }
+
+    #[test]
+    fn only_what_moved_is_computed_anew() {
+        let (mut scene, [root, child, other]) = scene();
+        assert_eq!(scene.update_transforms(), 3);
+        assert_eq!(scene.update_transforms(), 0);
+        scene.node_mut(other).rotation = Quat::from_rotation_x(1.0);
+        assert_eq!(scene.update_transforms(), 1);
+        scene.node_mut(root).translation = Vec3::X;
+        assert_eq!(scene.update_transforms(), 2);
+        assert_eq!(scene.node(child).world_from_object.w_axis.truncate(), Vec3::X);
+        assert_eq!(scene.posed_bounds_world(), Aabb { min: Vec3::X, max: Vec3::new(2.0, 1.0, 1.0) });
+        scene.node_mut(child).parent = Some(other);
+        scene.node_mut(root).children.clear();
+        scene.node_mut(other).children.push(child);
+        assert_eq!(scene.update_transforms(), 1);
+    }
+
+    #[test]
+    fn bounds_follow_morph_weights_and_joints() {
+        let (mut scene, [_, child, other]) = scene();
+        scene.update_transforms();
+        scene.node_mut(child).morph_weights = vec![0.5];
+        assert_eq!(scene.update_transforms(), 0);
+        assert_eq!(scene.posed_bounds_world().max, Vec3::new(3.0, 1.0, 1.0));
+        scene.meshes[0].primitives[0].joints = vec![[0; 4]];
+        scene.skins.push(Skin { joints: vec![other], ..Default::default() });
+        scene.node_mut(child).skin = Some(0);
+        scene.node_mut(other).translation = Vec3::Y;
+        scene.update_transforms();
+        assert_eq!(scene.posed_bounds_world().max, Vec3::new(3.0, 2.0, 1.0));
+        scene.node_mut(other).translation = 3.0 * Vec3::Y;
+        scene.update_transforms();
+        assert_eq!(scene.posed_bounds_world().max, Vec3::new(3.0, 4.0, 1.0));
     }
 }
