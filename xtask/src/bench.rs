@@ -1,9 +1,9 @@
 //! What the frame costs, as ratios within one run: every row names its counters, and counts only if its picture is the
 //! one that brute force draws.
 
-use crate::step::{cargo, check, output_of, root};
+use crate::step::{assets, cargo, check, open_picture, output_of, root};
 use anyhow::{Context, Result, ensure};
-use manypass_testkit::compare::{self, Picture, Tolerance};
+use manypass_testkit::compare::{self, Tolerance};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -49,7 +49,7 @@ pub(crate) fn run() -> Result<()> {
 /// The demo, and the fields of lights where they are.
 fn rows() -> Vec<Row> {
     let mut rows = vec![Row { name: "demo:hall".into(), input: "demo:hall".into(), size: "960x540" }];
-    let folder = root().parent().map(|parent| parent.join("shared/assets/lightfield")).unwrap_or_default();
+    let folder = assets().join("lightfield");
     let fields = [16, 64, 256, 1024, 4096, 10_000].map(|count| (format!("lightfield_{count}"), "960x540"));
     for (name, size) in fields.into_iter().chain([("overdraw".to_owned(), "480x270")]) {
         let file = folder.join(format!("{name}.glb"));
@@ -93,7 +93,7 @@ fn print_row(row: &Row) -> Result<()> {
     // A single frame, because it may take a minute.
     let one = ["--count", "1", "--budget-ms", "1", "--light-culling", "none", "--png", &with_png(&brute)];
     let brute_force = measure(row, &one)?;
-    let found = compare::difference(&open(&clustered)?, &open(&brute)?, Tolerance::default().within);
+    let found = compare::difference(&open_picture(&clustered)?, &open_picture(&brute)?, Tolerance::default().within);
     let info = &result["info"];
     let number = |key: &str| info[key].as_f64().unwrap_or(f64::NAN);
     let ms = median_ms(&result);
@@ -116,9 +116,4 @@ fn print_row(row: &Row) -> Result<()> {
     }
     ensure!(found.is_within(Tolerance::default()), "the picture is not that of brute force: {found}");
     Ok(())
-}
-
-fn open(path: &Path) -> Result<Picture> {
-    let image = image::open(path).with_context(|| format!("reading {}", path.display()))?.to_rgba8();
-    Ok(Picture::from_rgba8(image.width() as usize, image.height() as usize, image.as_raw()))
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     setup,
-    step::{cargo, check, root},
+    step::{self, cargo, check, open_picture, root},
 };
 use anyhow::{Context, Result, ensure};
 use manypass_testkit::compare::{self, Difference, Picture, Tolerance};
@@ -59,7 +59,7 @@ impl Case {
 /// The same frames natively, through WebGPU and through WebGL 2. `run.mjs` fails on driver errors in the console.
 pub(crate) fn test() -> Result<()> {
     let chromium = setup::chromium().context("no Chromium; run `cargo xtask setup`")?;
-    let assets = root().parent().map(|parent| parent.join("shared/assets")).unwrap_or_default();
+    let assets = step::assets();
     let wanted = std::env::var("MANYPASS_BROWSER_CASES").ok();
     let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.split(',').any(|word| word == name));
     let found: Vec<(&Case, String)> = CASES
@@ -105,11 +105,6 @@ fn picture(case: &Case, what: &str) -> PathBuf {
     root().join(format!("target/browser/{}-{what}.png", case.name))
 }
 
-fn open(path: &Path) -> Result<Picture> {
-    let image = image::open(path).with_context(|| format!("reading {}", path.display()))?.to_rgba8();
-    Ok(Picture::from_rgba8(image.width() as usize, image.height() as usize, image.as_raw()))
-}
-
 fn difference(a: &Picture, b: &Picture) -> Result<Difference> {
     let sizes = [a, b].map(|picture| (picture.width, picture.height));
     ensure!(sizes[0] == sizes[1], "the sizes differ: {sizes:?}");
@@ -118,27 +113,27 @@ fn difference(a: &Picture, b: &Picture) -> Result<Difference> {
 
 /// Prints every difference before it fails at one.
 fn judge(case: &Case) -> Result<()> {
-    let native = open(&picture(case, "native"))?;
+    let native = open_picture(&picture(case, "native"))?;
     for (name, spoilt) in compare::mutations(&native) {
         let found = difference(&native, &spoilt)?;
         ensure!(!found.is_within(Tolerance::RASTERIZERS), "the comparison would accept the picture {name}: {found}");
     }
     let mut refused = Vec::new();
     for backend in ["webgpu", "webgl"] {
-        let drawn = open(&picture(case, backend))?;
+        let drawn = open_picture(&picture(case, backend))?;
         let found = difference(&native, &drawn)?;
         println!("    {:24} {backend:6} against native: {found}", case.name);
         if !found.is_within(Tolerance::RASTERIZERS) {
             refused.push(format!("{backend} differs from native: {found}"));
         }
         // A screenshot is composited by the browser, but without scaling and in sRGB.
-        let shown = difference(&drawn, &open(&picture(case, &format!("{backend}-canvas")))?)?;
+        let shown = difference(&drawn, &open_picture(&picture(case, &format!("{backend}-canvas")))?)?;
         if !shown.is_within(Tolerance::default()) {
             refused.push(format!("the canvas does not show the picture on {backend}: {shown}"));
         }
     }
     // One rasterizer stands behind both, so here nothing but rounding may differ.
-    let [webgpu, webgl] = ["webgpu", "webgl"].map(|backend| open(&picture(case, backend)));
+    let [webgpu, webgl] = ["webgpu", "webgl"].map(|backend| open_picture(&picture(case, backend)));
     let between = difference(&webgpu?, &webgl?)?;
     if !between.is_within(Tolerance::default()) {
         refused.push(format!("webgl differs from webgpu: {between}"));

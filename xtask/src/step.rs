@@ -1,6 +1,7 @@
 //! Steps with a name, an estimate and a time; and running programs.
 
 use anyhow::{Context, Result, bail, ensure};
+use manypass_testkit::compare::Picture;
 use std::{
     ffi::OsStr,
     io::{BufRead, BufReader},
@@ -81,6 +82,18 @@ fn counts(line: &str) -> (u64, u64) {
 /// The repository's root.
 pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_owned).unwrap_or_default()
+}
+
+/// Models that are not in the repository: `MANYPASS_ASSETS`, or else the folder beside it.
+pub(crate) fn assets() -> PathBuf {
+    let named = std::env::var_os("MANYPASS_ASSETS").map(PathBuf::from);
+    named.unwrap_or_else(|| root().parent().map(|parent| parent.join("shared/assets")).unwrap_or_default())
+}
+
+/// A picture file in memory.
+pub(crate) fn open_picture(path: &Path) -> Result<Picture> {
+    let image = image::open(path).with_context(|| format!("reading {}", path.display()))?.to_rgba8();
+    Ok(Picture::from_rgba8(image.width() as usize, image.height() as usize, image.as_raw()))
 }
 
 /// `cargo` in the repository's root.

@@ -58,7 +58,7 @@ pub enum Command {
         #[arg(long)]
         adapter: Option<String>,
     },
-    /// Measure milliseconds per frame.
+    /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.
     Bench(BenchArgs),
     /// List the adapters of this machine.
     Adapters {
@@ -196,7 +196,7 @@ pub struct RenderArgs {
     /// environment, transparent or an sRGB colour.
     #[arg(long, default_value = "environment")]
     pub background: String,
-    /// Exposure compensation in stops.
+    /// Exposure compensation in stops; .exr stays scene-linear without it.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
     /// The tone mapper.

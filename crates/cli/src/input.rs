@@ -34,7 +34,7 @@ fn hint(error: &LoadError) -> &'static str {
     match error {
         LoadError::Io { .. } => "name a readable .glb or .gltf file",
         LoadError::Invalid { .. } => "correct the file at that place, or export the model again",
-        LoadError::UnsupportedExtension { .. } => "a converter such as glTF-Transform can unpack compressed files",
+        LoadError::UnsupportedExtension { .. } => "export the model without it, or let a converter unpack it",
     }
 }
 

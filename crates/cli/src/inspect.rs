@@ -5,7 +5,7 @@ use crate::camera::{self, CameraSpec};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::session::{self, print, still_failure};
-use manypass::{Environment, FrameRequest, Gpu, RenderError, View};
+use manypass::{Environment, FrameRequest, Gpu, GpuError, RenderError, View};
 use manypass_scene::{LightKind, Primitive, Projection, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -43,11 +43,14 @@ fn one(argument: &str) -> Result<Input, Failure> {
 /// Runs `adapters`.
 ///
 /// # Errors
-/// If standard output is closed.
+/// If there is none, or standard output is closed.
 pub fn adapters(as_json: bool) -> Result<(), Failure> {
     let adapters = Gpu::adapters();
     if as_json {
         return print(&format!("{:#}\n", json!(adapters)));
+    }
+    if adapters.is_empty() {
+        return Err(session::gpu_failure(&GpuError::NoAdapter));
     }
     let mut text = String::new();
     for adapter in adapters {

@@ -358,7 +358,8 @@ fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scen
             TonemapArg::Exponential => Tonemap::Exponential,
             TonemapArg::None => Tonemap::None,
         },
-        exposure_stops: args.exposure,
+        // Linear files have the exposure divided out again; half floats hold most without any.
+        exposure_stops: if job.format == Format::Exr { 0.0 } else { args.exposure },
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
         previous: None,
         effects: Vec::new(),

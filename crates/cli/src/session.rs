@@ -2,7 +2,7 @@
 
 use crate::args::{CullingArg, PathArg};
 use crate::failure::{Failure, Kind};
-use manypass::{Gpu, GpuError, LightCulling, Path, Renderer};
+use manypass::{Gpu, GpuError, LightCulling, Path, RenderError, Renderer};
 use manypass_offline::atomic;
 use manypass_offline::still::StillError;
 use std::time::Instant;
@@ -16,11 +16,13 @@ pub fn open(adapter: Option<&str>) -> Result<Renderer, Failure> {
     Renderer::new(gpu).map_err(|error| still_failure(&error.into()))
 }
 
-fn gpu_failure(error: &GpuError) -> Failure {
+/// What a missing device means to the user.
+pub fn gpu_failure(error: &GpuError) -> Failure {
     match error {
         GpuError::Lost(_) => Failure::new(Kind::DeviceLost, error, "try a smaller --size or another --adapter"),
         GpuError::UnknownAdapter { .. } => Failure::new(Kind::NoAdapter, error, "see `manypass adapters`"),
-        _ => Failure::new(Kind::NoAdapter, error, "on Debian and Ubuntu install mesa-vulkan-drivers"),
+        GpuError::NoAdapter => Failure::new(Kind::NoAdapter, error, "install a driver, or mesa-vulkan-drivers"),
+        _ => Failure::new(Kind::NoAdapter, error, "try another --adapter; see `manypass adapters`"),
     }
 }
 
@@ -29,6 +31,9 @@ pub fn still_failure(error: &StillError) -> Failure {
     match error {
         StillError::Stopped => Failure::new(Kind::Interrupted, error, "run it again with --skip-existing"),
         StillError::Render(e) if e.is_device_lost() => Failure::new(Kind::DeviceLost, error, "try a smaller --size"),
+        StillError::Render(RenderError::Program(_)) => {
+            Failure::new(Kind::Failed, error, "correct the effect, or leave --effect or --path out")
+        }
         StillError::Render(_) => Failure::new(Kind::Failed, error, "try a smaller --size or another --adapter"),
     }
 }

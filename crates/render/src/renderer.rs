@@ -391,7 +391,7 @@ impl Renderer {
         Ok(if let Purpose::Times(times) = purpose { times } else { Vec::new() })
     }
 
-    /// The plan of the frame that `request` asks for.
+    /// Renders the frame that `request` asks for, and gives its plan.
     ///
     /// # Errors
     /// As [`Self::render_async`].
@@ -598,7 +598,9 @@ impl Renderer {
             RunOptions { tap: matches!(purpose, Purpose::Pictures(_)), time: matches!(purpose, Purpose::Times(_)) };
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         self.gpu.queue.submit([encoder.finish()]);
-        self.latest_sum = 1 - previous_sum;
+        if !matches!(purpose, Purpose::Pairs(_)) {
+            self.latest_sum = 1 - previous_sum;
+        }
         if let Some(error) = errors.borrow_mut().pop() {
             return Err(error.into());
         }

@@ -7,28 +7,29 @@ const message = document.getElementById("message");
 const state = (window.manypass = { viewer: null, ready: false, error: null, draw });
 /** Nothing until the user turns: then the view sets out from the file's camera. */
 let orbit;
-let wanted = false, drawing = null;
+/** Whether there is a model to draw. */
+let isLoaded = false;
+/** Rises with every wish, so that older ones give way. */
+let latest = 0;
 /** With a fixed size, for tests and pictures, a frame is one sample a pixel, and nothing but the canvas is shown. */
 const bare = query.has("size");
 
 const say = (text) => { message.textContent = text; };
 const tried = (action) => action.catch((error) => say(error.message ?? String(error)));
 
-/** Draws as soon as the frame before is done; the viewer takes one call at a time. */
+/** The viewer takes one call at a time: everything that calls it waits here for its turn. */
+let queue = Promise.resolve();
+const inTurn = (action) => (queue = queue.catch(() => {}).then(action));
+
+/** Draws; gives way to a later wish, and smooths edges for as long as there is none. */
 function draw() {
-  wanted = true;
-  drawing ??= (async () => {
-    try {
-      while (wanted) {
-        wanted = false;
-        await state.viewer.render(orbit);
-        await new Promise(requestAnimationFrame);
-        // Smooths edges for as long as nobody moves.
-        while (!bare && !wanted && await state.viewer.refine()) await new Promise(requestAnimationFrame);
-      }
-    } finally { drawing = null; }
-  })();
-  return drawing;
+  const mine = ++latest;
+  return inTurn(async () => {
+    if (!isLoaded || mine !== latest) return;
+    await state.viewer.render(orbit);
+    await new Promise(requestAnimationFrame);
+    while (!bare && mine === latest && await state.viewer.refine()) await new Promise(requestAnimationFrame);
+  });
 }
 
 /** Relative addresses in a .gltf; nothing for a .glb, whose JSON the viewer reads itself. */
@@ -68,24 +69,27 @@ async function openFiles(files) {
 }
 
 async function show(load) {
-  await drawing;
-  load(state.viewer);
-  orbit = undefined;
-  say(state.viewer.warnings().slice(0, 5).join("\n"));
+  latest++;
+  await inTurn(() => {
+    isLoaded = false;
+    load(state.viewer);
+    isLoaded = true;
+    orbit = undefined;
+    say(state.viewer.warnings().slice(0, 5).join("\n"));
+  });
   await draw();
 }
 
 /** Leaves the file's camera as soon as the user turns or zooms. */
 function turn(change) {
-  if (!state.ready) return;
+  if (!isLoaded) return;
   orbit ??= state.viewer.startOrbit();
   change(orbit);
   orbit.pitch = Math.max(-89, Math.min(89, orbit.pitch));
   tried(draw());
 }
 
-async function fitWindow() {
-  await drawing;
+function setSize() {
   const scale = Math.min(devicePixelRatio, 2);
   [canvas.width, canvas.height] = [Math.round(innerWidth * scale), Math.round(innerHeight * scale)];
   [canvas.style.width, canvas.style.height] = [`${innerWidth}px`, `${innerHeight}px`];
@@ -95,7 +99,7 @@ try {
   if (bare) {
     [canvas.width, canvas.height] = query.get("size").split("x").map(Number);
     document.body.classList.add("bare");
-  } else await fitWindow();
+  } else setSize();
   say("Loading …");
   await init();
   state.viewer = await create(canvas, query.get("backend") ?? "auto");
@@ -117,7 +121,7 @@ try {
     dropping(false);
     tried(openFiles([...event.dataTransfer.files]));
   });
-  if (!bare) addEventListener("resize", () => tried(fitWindow().then(draw)));
+  if (!bare) addEventListener("resize", () => { tried(inTurn(setSize)); tried(draw()); });
   await openUrl(query.get("model") ?? "demo:hall");
   if (!query.has("model")) say("The built-in hall. Drop a .glb here, or a .gltf together with its files. Drag to turn, scroll to zoom.");
   state.ready = true;

@@ -74,7 +74,9 @@ impl Options {
             }
             "lightSubset" => self.light_subset = light_subset(value)?,
             "settings" => {
-                for entry in js_sys::Object::entries(value.unchecked_ref()).iter() {
+                let settings = value.dyn_ref::<js_sys::Object>();
+                let settings = settings.ok_or_else(|| JsError::new("settings is an object of numbers by key"))?;
+                for entry in js_sys::Object::entries(settings).iter() {
                     let entry = js_sys::Array::from(&entry);
                     let key = entry.get(0).as_string().unwrap_or_default();
                     let value = entry.get(1).as_f64().map_or_else(|| "no number".to_owned(), |v| v.to_string());
@@ -93,8 +95,10 @@ fn light_subset(value: &JsValue) -> Result<Option<(u32, u32)>, JsError> {
     }
     let pair = js_sys::Array::from(value);
     match (pair.get(0).as_f64(), pair.get(1).as_f64()) {
-        (Some(k), Some(n)) if k >= 0.0 && n > k => Ok(Some((k as u32, n as u32))),
-        _ => Err(JsError::new("lightSubset takes [k, n] with 0 ≤ k < n, or null")),
+        (Some(k), Some(n)) if k >= 0.0 && n > k && k.fract() == 0.0 && n.fract() == 0.0 => {
+            Ok(Some((k as u32, n as u32)))
+        }
+        _ => Err(JsError::new("lightSubset takes whole numbers [k, n] with 0 ≤ k < n, or null")),
     }
 }
 

@@ -363,7 +363,7 @@ fn read_resources(resources: &JsValue) -> BTreeMap<String, Vec<u8>> {
     };
     let pair = |entry: JsValue| {
         let entry = js_sys::Array::from(&entry);
-        Some((entry.get(0).as_string()?, js_sys::Uint8Array::new(&entry.get(1)).to_vec()))
+        Some((entry.get(0).as_string()?, entry.get(1).dyn_ref::<js_sys::Uint8Array>()?.to_vec()))
     };
     entries.iter().filter_map(pair).collect()
 }

@@ -79,7 +79,7 @@ impl Faults {
 pub struct AdapterSummary {
     /// The device's name.
     pub name: String,
-    /// Vulkan, Metal, Dx12, WebGPU or WebGL.
+    /// Vulkan, Metal, Dx12, WebGPU or OpenGL.
     pub backend: String,
     /// Discrete, integrated, virtual or software.
     pub device_type: String,
@@ -91,7 +91,11 @@ impl From<wgpu::AdapterInfo> for AdapterSummary {
     fn from(info: wgpu::AdapterInfo) -> Self {
         Self {
             name: info.name,
-            backend: format!("{:?}", info.backend),
+            backend: match info.backend {
+                wgpu::Backend::BrowserWebGpu => "WebGPU".into(),
+                wgpu::Backend::Gl => "OpenGL".into(),
+                other => format!("{other:?}"),
+            },
             device_type: match info.device_type {
                 wgpu::DeviceType::Cpu => "Software".into(),
                 other => format!("{other:?}"),

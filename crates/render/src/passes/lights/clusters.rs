@@ -167,25 +167,27 @@ fn in_parallel<P: Send, R: Send>(parts: Vec<P>, work: impl Fn(P) -> R + Sync) ->
 impl Grid {
     fn new(view: &View, range: DepthRange, target: &Target, settings: &ClusterSettings) -> Self {
         let size_px = Vec2::new(target.size.0 as f32, target.size.1 as f32);
-        let tile_px = settings.tile_px as f32;
+        // A camera may begin at its own eye; powers need a nearest distance above 0, and slice 0 takes what is nearer.
+        let near_m = range.near_m.max(range.far_m * 1e-4).max(f32::MIN_POSITIVE);
+        let (tile, slices) = (settings.tile_px.clamp(4, 16384), settings.slices.clamp(1, 256));
+        let tile_px = tile as f32;
         let half_extent = view.half_extent(size_px.x / size_px.y);
-        let log_step = (range.far_m / range.near_m).log2().max(1e-4) / settings.slices as f32;
-        let mut slice_edges_m: Vec<f32> =
-            (0..=settings.slices).map(|slice| range.near_m * (log_step * slice as f32).exp2()).collect();
+        let log_step = (range.far_m / near_m).log2().max(1e-4) / slices as f32;
+        let mut slice_edges_m: Vec<f32> = (0..=slices).map(|slice| near_m * (log_step * slice as f32).exp2()).collect();
         let tile_scale = 0.5 * size_px / (half_extent * tile_px);
         // The picture moves by the jitter, right and down.
         let tile_offset = (0.5 * size_px + target.jitter_px) / tile_px;
         let plane = |tile: f32| (tile - tile_offset.y) / tile_scale.y;
-        let rows = target.size.1.div_ceil(settings.tile_px);
+        let rows = target.size.1.div_ceil(tile);
         let row_planes =
             (0..rows).map(|row| [plane(row as f32 - TILE_SLACK), plane(row as f32 + 1.0 + TILE_SLACK)]).collect();
         slice_edges_m[0] = 0.0;
-        slice_edges_m[settings.slices as usize] = f32::INFINITY;
+        slice_edges_m[slices as usize] = f32::INFINITY;
         Self {
-            tiles: [target.size.0.div_ceil(settings.tile_px), rows],
-            tile_px: settings.tile_px,
+            tiles: [target.size.0.div_ceil(tile), rows],
+            tile_px: tile,
             slice_edges_m,
-            log2_near: range.near_m.log2(),
+            log2_near: near_m.log2(),
             log_step,
             tile_scale,
             tile_offset,
@@ -432,7 +434,8 @@ mod tests {
             let mut reached = 0;
             for i in 0..4000u32 {
                 let pixel = Vec2::new((unit(i, 5) * 331.0).floor() + 0.5, (unit(i, 6) * 177.0).floor() + 0.5);
-                let distance = range.near_m * (range.far_m / range.near_m).powf(unit(i, 7));
+                let near_m = range.near_m.max(0.01);
+                let distance = near_m * (range.far_m / near_m).powf(unit(i, 7));
                 let [scale, bias] = lists.uniform.slice_from_log_distance;
                 let slice = (distance.log2() * scale + bias).clamp(0.0, slices as f32 - 1.0) as u32;
                 let tile = (pixel / tile_px as f32).floor();

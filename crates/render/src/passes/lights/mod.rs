@@ -1,6 +1,6 @@
 //! lights: the table of lights, and the list of lights of every cluster.
 //!
-//! Clusters are tiles of the picture times slices of distance, spaced by powers and fitted to the visible depth (Olsson,
+//! Clusters are tiles of the picture times slices of distance, spaced by powers and fitted to the scene's bounds (Olsson,
 //! Billeter & Assarsson 2012, "Clustered Deferred and Forward Shading"). A light is put into a cluster if its sphere
 //! touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row of
 //! tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has no
@@ -76,7 +76,7 @@ impl LightTable {
             let node = scene.node(id);
             let Some(light) = node.light.and_then(|light| scene.lights.get(light)) else { continue };
             number += 1;
-            if subset.is_some_and(|(k, n)| (number - 1) % n != k) {
+            if subset.is_some_and(|(k, n)| (number - 1) % n.max(1) != k) {
                 continue;
             }
             let position = node.world_from_object.w_axis.truncate();
