@@ -203,9 +203,7 @@ impl<'f> Shared<'f> {
         let pipeline = self.shaders.fullscreen(name, axes_on, format, blend)?;
         self.own_fullscreen(&pipeline, None)
     }
-}
 
-impl<'f> Shared<'f> {
     /// The full-screen pass of a pipeline from elsewhere, with a bind group of its own as group 2.
     ///
     /// # Errors

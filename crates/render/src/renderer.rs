@@ -2,185 +2,26 @@
 
 use crate::aov::{Aov, AovExports, AovPasses, AovPixels, GbufferPixels};
 use crate::draws::{Deformation, DrawList};
-use crate::effect::Effect;
-use crate::environment::{Background, Environment, EnvironmentUniform};
+use crate::environment::{Background, EnvironmentUniform};
 use crate::frame::{self, Path, Shared};
-use crate::gpu::data_texture::DataTexture;
-use crate::gpu::{Gpu, GpuError, readback};
+use crate::frame_buffers::{FrameBuffers, LIST_WIDTH};
+use crate::gpu::{Gpu, readback};
 use crate::passes::accumulate::SUM;
 use crate::passes::direct;
-use crate::passes::lights::{self, ClusterLists, LightCulling, LightTable};
+use crate::passes::lights::{self, LightTable};
 use crate::passes::motion::MotionUniform;
 use crate::passes::present::{PresentUniform, Target};
-use crate::passes::tone_map::{ToneMapUniform, Tonemap};
-use crate::pose::Pose;
+use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
-use crate::settings::Settings;
 use crate::shader::Shaders;
-use crate::shader::program::ProgramError;
 use crate::surfaces::SurfacePipelines;
-use crate::view::{self, View, ViewUniform};
-use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, PlanError, RunOptions, TextureDesc};
+use crate::view::{self};
+use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, RunOptions, TextureDesc};
 use manypass_scene::Scene;
 use std::cell::RefCell;
-use std::sync::Arc;
-
-/// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`.
-const LIST_WIDTH: u32 = 4096;
 
 /// The format of the finished picture: display colours, encoded in the shader.
 pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-
-/// Everything about one frame but the scene.
-#[derive(Clone, Debug)]
-pub struct FrameRequest {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// From where the scene is seen.
-    pub camera: View,
-    /// Which of the accumulated frames this is; 0 starts anew.
-    pub sample_index: u32,
-    /// How many frames are accumulated.
-    pub sample_count: u32,
-    /// What lies behind the surfaces.
-    pub background: Background,
-    /// What surrounds the scene.
-    pub environment: Environment,
-    /// Multiplies the environment.
-    pub environment_intensity: f32,
-    /// Settings of the passes.
-    pub settings: Settings,
-    /// Where shading happens.
-    pub path: Path,
-    /// How lights are kept from pixels that they do not reach.
-    pub light_culling: LightCulling,
-    /// Only the lights k, k + n, k + 2n, … of (k, n); for tests that add them up.
-    pub light_subset: Option<(u32, u32)>,
-    /// The curve from radiance to display colours.
-    pub tonemap: Tonemap,
-    /// Exposure compensation in stops; 0 multiplies radiance by 1.
-    pub exposure_stops: f32,
-    /// The variables that will be read after the frame.
-    pub want_aovs: Vec<Aov>,
-    /// The scene and camera of the previous frame, for [`Aov::Motion`].
-    pub previous: Option<Arc<Pose>>,
-    /// Passes of the user's own, after shading and before accumulation, in this order.
-    pub effects: Vec<Arc<dyn Effect>>,
-}
-
-impl FrameRequest {
-    /// A request that shows `scene` through its first camera, or else all of it; under its own lights, or else in the
-    /// studio.
-    pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
-        let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
-        Self { environment: Environment::of_scene(scene), ..Self::new(width, height, camera) }
-    }
-
-    /// A request with the defaults of the command line.
-    pub fn new(width: u32, height: u32, camera: View) -> Self {
-        Self {
-            width,
-            height,
-            camera,
-            sample_index: 0,
-            sample_count: 1,
-            background: Background::default(),
-            environment: Environment::default(),
-            environment_intensity: 1.0,
-            settings: Settings::default(),
-            path: Path::default(),
-            light_culling: LightCulling::default(),
-            light_subset: None,
-            tonemap: Tonemap::default(),
-            exposure_stops: 0.0,
-            want_aovs: Vec::new(),
-            previous: None,
-            effects: Vec::new(),
-        }
-    }
-}
-
-/// Why there is no frame.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// The device failed.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// A shader failed.
-    #[error(transparent)]
-    Program(#[from] ProgramError),
-    /// The frame graph is contradictory.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The picture does not fit the adapter.
-    #[error("a picture of {width} × {height} pixels is not possible: each side must be 1 to {limit} on this adapter")]
-    Size {
-        /// The width that was asked for.
-        width: u32,
-        /// The height that was asked for.
-        height: u32,
-        /// The largest side.
-        limit: u32,
-    },
-    /// The caller's target cannot be drawn to.
-    #[error("the target cannot be drawn to: {0}")]
-    Target(String),
-    /// [`Renderer::load`] was not called, or nothing was rendered yet.
-    #[error("{0}")]
-    Missing(&'static str),
-}
-
-impl RenderError {
-    /// Whether the device went away, so that nothing more can be rendered with it.
-    pub fn is_device_lost(&self) -> bool {
-        matches!(self, Self::Gpu(GpuError::Lost(_)))
-    }
-}
-
-/// Numbers of the last frame.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct FrameStats {
-    /// Draw calls of surfaces.
-    pub draws: u32,
-    /// Triangles of all draws.
-    pub triangles: u64,
-    /// Lights.
-    pub lights: u32,
-    /// Entries of all lists of lights.
-    pub list_entries: u64,
-    /// Milliseconds to build the lists of lights.
-    pub culling_ms: f64,
-    /// Bytes of the frame's textures after aliasing.
-    pub texture_bytes: u64,
-    /// Bytes of the frame's textures without aliasing.
-    pub texture_bytes_unaliased: u64,
-}
-
-/// Pairs of pixel and light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct PairCounts {
-    /// Iterations of the loop over lights.
-    pub pairs_visited: u64,
-    /// Reflectance evaluated.
-    pub pairs_shaded: u64,
-    /// The pixel lies within the light's range.
-    pub pairs_in_range: u64,
-}
-
-/// The picture of one target of one pass.
-#[derive(Clone, Debug)]
-pub struct PassPicture {
-    /// Pass and target.
-    pub name: String,
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// sRGB, opaque.
-    pub rgba8: Vec<u8>,
-}
 
 /// Textures of the output, kept from frame to frame.
 #[derive(Debug)]
@@ -188,25 +29,6 @@ struct Output {
     size: (u32, u32),
     sums: [wgpu::Texture; 2],
     display: wgpu::Texture,
-}
-
-/// Small buffers and tables that every frame fills anew.
-#[derive(Debug)]
-struct FrameBuffers {
-    view: wgpu::Buffer,
-    cluster_grid: wgpu::Buffer,
-    environment: wgpu::Buffer,
-    accumulation: wgpu::Buffer,
-    tone_map: wgpu::Buffer,
-    present: wgpu::Buffer,
-    motion: wgpu::Buffer,
-    lights: DataTexture,
-    cluster_table: DataTexture,
-    cluster_lights: DataTexture,
-    instances: wgpu::Buffer,
-    directional_albedo: wgpu::TextureView,
-    linear_clamp: wgpu::Sampler,
-    nearest_clamp: wgpu::Sampler,
 }
 
 /// Draws scenes.
@@ -665,139 +487,4 @@ impl Output {
             }
         })
     }
-}
-
-impl FrameBuffers {
-    fn new(gpu: &Gpu) -> Self {
-        let uniform = |label, size: usize| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: size as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        let table = |label, format, width| DataTexture::new(&gpu.device, label, format, width);
-        let sampler = |label, filter| {
-            gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some(label),
-                mag_filter: filter,
-                min_filter: filter,
-                ..Default::default()
-            })
-        };
-        Self {
-            view: uniform("view", size_of::<ViewUniform>()),
-            cluster_grid: uniform("cluster_grid", 32),
-            environment: uniform("environment", size_of::<EnvironmentUniform>()),
-            accumulation: uniform("accumulation", 16),
-            tone_map: uniform("tone_map", size_of::<ToneMapUniform>()),
-            present: uniform("present", size_of::<PresentUniform>()),
-            motion: uniform("motion", size_of::<MotionUniform>()),
-            // The widths are constants of `lights.wgsl`: 256 lights of 4 texels, 1,024 clusters, 4,096 entries a row.
-            lights: table("lights", wgpu::TextureFormat::Rgba32Float, 1024),
-            cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, 1024),
-            cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
-            instances: create_instances(gpu, 64),
-            directional_albedo: upload_directional_albedo(gpu),
-            linear_clamp: sampler("linear_clamp", wgpu::FilterMode::Linear),
-            nearest_clamp: sampler("nearest_clamp", wgpu::FilterMode::Nearest),
-        }
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "each is one of the frame's inputs, used once")]
-    fn write(
-        &mut self,
-        gpu: &Gpu,
-        request: &FrameRequest,
-        uniform: &ViewUniform,
-        environment: &EnvironmentUniform,
-        table: &LightTable,
-        lists: &ClusterLists,
-        draws: &DrawList,
-    ) {
-        let queue = &gpu.queue;
-        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(uniform));
-        queue.write_buffer(&self.cluster_grid, 0, bytemuck::bytes_of(&lists.uniform));
-        queue.write_buffer(&self.environment, 0, bytemuck::bytes_of(environment));
-        // The mean of the frames so far, so that the picture can be shown at any time.
-        let weight = 1.0 / (request.sample_index as f32 + 1.0);
-        let accumulation = [weight, 1.0 - weight, 1.0 / request.width as f32, 1.0 / request.height as f32];
-        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&accumulation));
-        let tone_map = ToneMapUniform {
-            curve: request.tonemap as u32,
-            premultiply: 0.0,
-            dither: request.settings.tone_map.dither,
-            padding: 0.0,
-        };
-        queue.write_buffer(&self.tone_map, 0, bytemuck::bytes_of(&tone_map));
-        self.lights.write(&gpu.device, queue, &table.texels);
-        self.cluster_table.write(&gpu.device, queue, &lists.table);
-        self.cluster_lights.write(&gpu.device, queue, &lists.lights);
-        let bytes: &[u8] = bytemuck::cast_slice(&draws.instances);
-        if bytes.len() as u64 > self.instances.size() {
-            self.instances = create_instances(gpu, (bytes.len() as u64).next_power_of_two());
-        }
-        if !bytes.is_empty() {
-            queue.write_buffer(&self.instances, 0, bytes);
-        }
-    }
-
-    fn frame_resources(&self) -> [(&'static str, wgpu::BindingResource<'_>); 9] {
-        [
-            ("view", self.view.as_entire_binding()),
-            ("directional_albedo", wgpu::BindingResource::TextureView(&self.directional_albedo)),
-            ("linear_clamp", wgpu::BindingResource::Sampler(&self.linear_clamp)),
-            ("cluster_grid", self.cluster_grid.as_entire_binding()),
-            ("lights", wgpu::BindingResource::TextureView(self.lights.view())),
-            ("cluster_table", wgpu::BindingResource::TextureView(self.cluster_table.view())),
-            ("cluster_lights", wgpu::BindingResource::TextureView(self.cluster_lights.view())),
-            ("environment", self.environment.as_entire_binding()),
-            ("motion", self.motion.as_entire_binding()),
-        ]
-    }
-}
-
-fn create_instances(gpu: &Gpu, size: u64) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("instances"),
-        size,
-        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
-}
-
-/// The table of `build.rs` as half floats, which every backend can filter.
-fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
-    let size = wgpu::Extent3d { width: 32, height: 32, depth_or_array_layers: 1 };
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("directional_albedo"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rg16Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let texels: Vec<u16> =
-        crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flatten().map(|value| half_from_unit(*value)).collect();
-    gpu.queue.write_texture(
-        texture.as_image_copy(),
-        bytemuck::cast_slice(&texels),
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(128), rows_per_image: None },
-        size,
-    );
-    texture.create_view(&Default::default())
-}
-
-/// A half float of a value from 0 to 2, rounded to nearest; values below 2⁻¹⁴ become denormal.
-fn half_from_unit(value: f32) -> u16 {
-    let bits = value.max(0.0).to_bits();
-    let exponent = (bits >> 23) as i32 - 127 + 15;
-    if exponent <= 0 {
-        return (value * 16_777_216.0).round() as u16;
-    }
-    let rounded = (bits & 0x7f_ffff) + 0x1000;
-    (((exponent as u32) << 10) + (rounded >> 13)) as u16
 }

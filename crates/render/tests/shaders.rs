@@ -129,7 +129,7 @@ fn uniforms_have_one_layout() {
         MotionUniform,
         [clip_from_world, previous_clip_from_world, pixel_from_ndc, padding]
     );
-    same_layout!("tone_map", "ToneMap", ToneMapUniform, [curve, premultiply, dither, padding]);
+    same_layout!("tone_map", "ToneMap", ToneMapUniform, [curve, dither, padding]);
     same_layout!("present", "Present", PresentUniform, [offset_px, inverse_size_px]);
     same_layout!(
         "forward",

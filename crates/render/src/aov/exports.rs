@@ -3,7 +3,7 @@
 use super::GbufferPixels;
 use crate::frame::ViewOutputs;
 use crate::gpu::{Gpu, readback};
-use crate::renderer::RenderError;
+use crate::request::RenderError;
 use crate::view::ViewUniform;
 use manypass_graph::{Graph, Handle, Run};
 

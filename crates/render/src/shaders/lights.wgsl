@@ -1,5 +1,5 @@
 // The lights of the scene and the lists of lights for every cluster, in textures wrapped in two dimensions, reached only
-// through `light_at` and `cluster_at`, so that another storage can take their place here.
+// through `light_texel`, `cluster_at` and `cluster_light_at`, so that another storage can take their place here.
 // The first `global_count` lights have no range or are directional; they are in no list and every pixel visits them.
 
 import package::view::view;

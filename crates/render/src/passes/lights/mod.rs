@@ -4,7 +4,7 @@
 //! Billeter & Assarsson 2012, "Clustered Deferred and Forward Shading"). A light is put into a cluster if its sphere
 //! touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row of
 //! tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has no
-//! compute. Writes: `lights`, `cluster_table`, `cluster_lights`; read in `lights.wgsl` through `light_at`, `cluster_at`.
+//! compute. Writes: `lights`, `cluster_table`, `cluster_lights`; read in `lights.wgsl` alone.
 
 mod clusters;
 

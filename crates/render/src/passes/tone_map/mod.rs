@@ -45,12 +45,10 @@ impl Default for ToneMapSettings {
 pub struct ToneMapUniform {
     /// 0 none, 1 neutral, 2 aces, 3 agx, 4 reinhard, 5 exponential.
     pub curve: u32,
-    /// 1: colour times alpha; 0: unassociated.
-    pub premultiply: f32,
     /// Amplitude of the dither in steps of 1/255.
     pub dither: f32,
     /// Zero.
-    pub padding: f32,
+    pub padding: [f32; 2],
 }
 
 /// Records the pass.

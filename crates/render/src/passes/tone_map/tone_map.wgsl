@@ -8,11 +8,9 @@ import package::shaders::colour::srgb_from_linear;
 struct ToneMap {
     // 0 none, 1 neutral, 2 aces, 3 agx, 4 reinhard, 5 exponential.
     curve: u32,
-    // 1: write colour times alpha, as a canvas wants it; 0: unassociated, as PNG wants it.
-    premultiply: f32,
     // Amplitude of the dither in steps of 1/255.
     dither: f32,
-    padding: f32,
+    padding: vec2f,
 }
 
 @group(1) @binding(0) var<uniform> tone_map: ToneMap;
@@ -98,5 +96,5 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let noise = (dither_noise(floor(position.xy)) - 0.5) * tone_map.dither / 255.0;
     // Black and white stay as they are.
     display = select(display, clamp(display + noise, vec3f(0.0), vec3f(1.0)), (display > vec3f(0.0)) & (display < vec3f(1.0)));
-    return vec4f(display * mix(1.0, alpha, tone_map.premultiply), alpha);
+    return vec4f(display, alpha);
 }

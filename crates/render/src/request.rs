@@ -1,0 +1,167 @@
+//! What a frame is asked for, and what is told of it afterwards.
+
+use crate::aov::Aov;
+use crate::effect::Effect;
+use crate::environment::{Background, Environment};
+use crate::frame::Path;
+use crate::gpu::GpuError;
+use crate::passes::lights::LightCulling;
+use crate::passes::tone_map::Tonemap;
+use crate::pose::Pose;
+use crate::settings::Settings;
+use crate::shader::program::ProgramError;
+use crate::view::View;
+use manypass_graph::PlanError;
+use manypass_scene::Scene;
+use std::sync::Arc;
+
+/// Everything about one frame but the scene.
+#[derive(Clone, Debug)]
+pub struct FrameRequest {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// From where the scene is seen.
+    pub camera: View,
+    /// Which of the accumulated frames this is; 0 starts anew.
+    pub sample_index: u32,
+    /// How many frames are accumulated.
+    pub sample_count: u32,
+    /// What lies behind the surfaces.
+    pub background: Background,
+    /// What surrounds the scene.
+    pub environment: Environment,
+    /// Multiplies the environment.
+    pub environment_intensity: f32,
+    /// Settings of the passes.
+    pub settings: Settings,
+    /// Where shading happens.
+    pub path: Path,
+    /// How lights are kept from pixels that they do not reach.
+    pub light_culling: LightCulling,
+    /// Only the lights k, k + n, k + 2n, … of (k, n); for tests that add them up.
+    pub light_subset: Option<(u32, u32)>,
+    /// The curve from radiance to display colours.
+    pub tonemap: Tonemap,
+    /// Exposure compensation in stops; 0 multiplies radiance by 1.
+    pub exposure_stops: f32,
+    /// The variables that will be read after the frame.
+    pub want_aovs: Vec<Aov>,
+    /// The scene and camera of the previous frame, for [`Aov::Motion`].
+    pub previous: Option<Arc<Pose>>,
+    /// Passes of the user's own, after shading and before accumulation, in this order.
+    pub effects: Vec<Arc<dyn Effect>>,
+}
+
+impl FrameRequest {
+    /// A request that shows `scene` through its first camera, or else all of it; under its own lights, or else in the
+    /// studio.
+    pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
+        let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
+        Self { environment: Environment::of_scene(scene), ..Self::new(width, height, camera) }
+    }
+
+    /// A request with the defaults of the command line.
+    pub fn new(width: u32, height: u32, camera: View) -> Self {
+        Self {
+            width,
+            height,
+            camera,
+            sample_index: 0,
+            sample_count: 1,
+            background: Background::default(),
+            environment: Environment::default(),
+            environment_intensity: 1.0,
+            settings: Settings::default(),
+            path: Path::default(),
+            light_culling: LightCulling::default(),
+            light_subset: None,
+            tonemap: Tonemap::default(),
+            exposure_stops: 0.0,
+            want_aovs: Vec::new(),
+            previous: None,
+            effects: Vec::new(),
+        }
+    }
+}
+
+/// Why there is no frame.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The device failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A shader failed.
+    #[error(transparent)]
+    Program(#[from] ProgramError),
+    /// The frame graph is contradictory.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The picture does not fit the adapter.
+    #[error("a picture of {width} × {height} pixels is not possible: each side must be 1 to {limit} on this adapter")]
+    Size {
+        /// The width that was asked for.
+        width: u32,
+        /// The height that was asked for.
+        height: u32,
+        /// The largest side.
+        limit: u32,
+    },
+    /// The caller's target cannot be drawn to.
+    #[error("the target cannot be drawn to: {0}")]
+    Target(String),
+    /// [`crate::Renderer::load`] was not called, or nothing was rendered yet.
+    #[error("{0}")]
+    Missing(&'static str),
+}
+
+impl RenderError {
+    /// Whether the device went away, so that nothing more can be rendered with it.
+    pub fn is_device_lost(&self) -> bool {
+        matches!(self, Self::Gpu(GpuError::Lost(_)))
+    }
+}
+
+/// Numbers of the last frame.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct FrameStats {
+    /// Draw calls of surfaces.
+    pub draws: u32,
+    /// Triangles of all draws.
+    pub triangles: u64,
+    /// Lights.
+    pub lights: u32,
+    /// Entries of all lists of lights.
+    pub list_entries: u64,
+    /// Milliseconds to build the lists of lights.
+    pub culling_ms: f64,
+    /// Bytes of the frame's textures after aliasing.
+    pub texture_bytes: u64,
+    /// Bytes of the frame's textures without aliasing.
+    pub texture_bytes_unaliased: u64,
+}
+
+/// Pairs of pixel and light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct PairCounts {
+    /// Iterations of the loop over lights.
+    pub pairs_visited: u64,
+    /// Reflectance evaluated.
+    pub pairs_shaded: u64,
+    /// The pixel lies within the light's range.
+    pub pairs_in_range: u64,
+}
+
+/// The picture of one target of one pass.
+#[derive(Clone, Debug)]
+pub struct PassPicture {
+    /// Pass and target.
+    pub name: String,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// sRGB, opaque.
+    pub rgba8: Vec<u8>,
+}
