@@ -3,7 +3,7 @@
 use crate::aov::{Aov, AovExports, AovPasses, AovPixels, GbufferPixels};
 use crate::draws::{Deformation, DrawList};
 use crate::environment::{Background, EnvironmentUniform};
-use crate::frame::{self, Path, Shared};
+use crate::frame::{self, Shared};
 use crate::frame_buffers::{FrameBuffers, LIST_WIDTH};
 use crate::gpu::{Gpu, readback};
 use crate::passes::accumulate::SUM;
@@ -196,7 +196,7 @@ impl Renderer {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn count_pairs(&mut self, scene: &Scene, request: &FrameRequest) -> Result<PairCounts, RenderError> {
         let mut purpose = Purpose::Pairs(PairCounts::default());
-        let request = FrameRequest { path: Path::Deferred, ..request.clone() };
+        let request = FrameRequest { path: frame::Path::Deferred, ..request.clone() };
         pollster::block_on(self.run(scene, &request, &mut purpose))?;
         Ok(if let Purpose::Pairs(pairs) = purpose { pairs } else { PairCounts::default() })
     }
