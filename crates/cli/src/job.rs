@@ -1,23 +1,16 @@
 //! The command line, checked and typed: everything that can be refused without reading a file or a GPU is refused here.
 
 use crate::args::{PathArg, RenderArgs};
-use crate::camera::{CameraSpec, DEFAULT_ORBIT, Place};
+use crate::camera::CameraSpec;
 use crate::failure::Failure;
-use glam::Vec3;
+use crate::pattern::{self, Output};
 use manypass_offline::Format;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+mod camera;
 
 /// The longest side of a picture in pixels: the largest texture that common adapters offer.
 const LARGEST_SIDE_PX: u32 = 16384;
-
-/// Where pictures go.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Output {
-    /// Standard output.
-    Stdout,
-    /// A pattern with `{stem}`, `{frame}` and `{aov}`.
-    Pattern(String),
-}
 
 /// A checked `render`.
 #[derive(Debug)]
@@ -67,7 +60,7 @@ impl Job {
             (None, Some(count)) => Some((0, count.saturating_sub(1))),
             (None, None) => None,
         };
-        let (format, output) = output(args, several, frames.is_some_and(|(a, b)| a != b))?;
+        let (format, output) = pattern::output(args, several, frames.is_some_and(|(a, b)| a != b))?;
         let background = backdrop(&args.background, "environment", "transparent", "--background")?;
         if format == Format::Jpg && background == Backdrop::Nothing {
             return Err(Failure::usage(
@@ -88,7 +81,7 @@ impl Job {
         }
         let environment = args.environment.as_deref().map(|text| backdrop(text, "studio", "none", "--environment"));
         let set = args.set.iter().map(|pair| key_value(pair)).collect::<Result<_, _>>()?;
-        let camera = camera(args)?;
+        let camera = camera::spec(args)?;
         Ok(Self {
             width,
             height,
@@ -155,71 +148,6 @@ fn frame_range(text: &str) -> Result<(u32, u32), Failure> {
     })
 }
 
-fn vector(text: &str, flag: &str) -> Result<Vec3, Failure> {
-    let numbers: Option<Vec<f32>> =
-        text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f32| n.is_finite())).collect();
-    match numbers.as_deref() {
-        Some([x, y, z]) => Ok(Vec3::new(*x, *y, *z)),
-        _ => Err(Failure::usage(format!("`{text}` is not three numbers"), format!("write {flag} X,Y,Z"))),
-    }
-}
-
-fn camera(args: &RenderArgs) -> Result<CameraSpec, Failure> {
-    let mut spec = CameraSpec::default();
-    let positive = |value: Option<f32>, flag: &str| match value {
-        Some(value) if !(value.is_finite() && value > 0.0) => {
-            Err(Failure::usage(format!("{flag} {value} is out of range"), "give a number above 0"))
-        }
-        value => Ok(value),
-    };
-    let shaped = args.target.is_some() || args.up.is_some() || args.fov_y.is_some() || args.ortho_height.is_some();
-    spec.place = match (&args.camera, &args.eye, &args.orbit) {
-        (Some(name), _, _) => Place::Named(name.clone()),
-        (_, Some(eye), _) => Place::Eye(vector(eye, "--eye")?),
-        (_, _, Some(orbit)) => orbit_place(orbit)?,
-        _ if shaped || args.near.is_some() || args.far.is_some() || args.turntable.is_some() => DEFAULT_ORBIT,
-        _ => Place::Default,
-    };
-    spec.target = args.target.as_deref().map(|text| vector(text, "--target")).transpose()?;
-    if let Some(up) = &args.up {
-        spec.up = vector(up, "--up")?;
-        if spec.up == Vec3::ZERO {
-            return Err(Failure::usage("--up has no length", "write --up 0,1,0"));
-        }
-    }
-    if let Some(degrees) = positive(args.fov_y, "--fov-y")? {
-        if degrees >= 180.0 {
-            return Err(Failure::usage(format!("--fov-y {degrees} is out of range"), "give degrees between 0 and 180"));
-        }
-        spec.fov_y_rad = degrees.to_radians();
-    }
-    spec.ortho_height_m = positive(args.ortho_height, "--ortho-height")?;
-    spec.near_m = positive(args.near, "--near")?;
-    spec.far_m = positive(args.far, "--far")?;
-    spec.turns = args.turntable.is_some();
-    if spec.near_m.zip(spec.far_m).is_some_and(|(near, far)| near >= far) {
-        return Err(Failure::usage("--near is not below --far", "give a nearer --near"));
-    }
-    Ok(spec)
-}
-
-fn orbit_place(text: &str) -> Result<Place, Failure> {
-    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-    let number = |text: &str| text.parse::<f32>().ok().filter(|n| n.is_finite());
-    let parsed = match parts[..] {
-        [yaw, pitch, "auto"] => number(yaw).zip(number(pitch)).map(|(yaw, pitch)| (yaw, pitch, None)),
-        [yaw, pitch, radius] => number(yaw)
-            .zip(number(pitch))
-            .zip(number(radius).filter(|r| *r > 0.0))
-            .map(|((yaw, pitch), radius)| (yaw, pitch, Some(radius))),
-        _ => None,
-    };
-    let (yaw_deg, pitch_deg, radius_m) = parsed.ok_or_else(|| {
-        Failure::usage(format!("`{text}` is no orbit"), "write --orbit YAW,PITCH,RADIUS; RADIUS may be auto")
-    })?;
-    Ok(Place::Orbit { yaw_deg, pitch_deg, radius_m })
-}
-
 fn backdrop(text: &str, named: &str, nothing: &str, flag: &str) -> Result<Backdrop, Failure> {
     if text == named {
         return Ok(Backdrop::Named);
@@ -261,54 +189,6 @@ fn aovs(text: Option<&str>, names: &[&str]) -> Result<Vec<String>, Failure> {
         }
     }
     Ok(found)
-}
-
-fn output(args: &RenderArgs, several: bool, sequence: bool) -> Result<(Format, Output), Failure> {
-    let unknown = |text: &str| Failure::usage(format!("unknown format `{text}`"), "formats: png, jpg, webp, exr");
-    let asked =
-        args.format.as_deref().map(|text| Format::from_extension(text).ok_or_else(|| unknown(text))).transpose()?;
-    let default_name = if sequence { "{stem}_{frame:04}" } else { "{stem}" };
-    let format = asked.unwrap_or(Format::Png);
-    let Some(out) = args.output.as_deref() else {
-        return Ok((format, Output::Pattern(format!("{default_name}.{}", format.extension()))));
-    };
-    if out == "-" {
-        let format = asked.ok_or_else(|| Failure::usage("standard output has no format", "add --format png"))?;
-        if several || sequence {
-            return Err(Failure::usage("standard output takes one picture", "write to a folder: -o DIR/"));
-        }
-        return Ok((format, Output::Stdout));
-    }
-    let path = Path::new(out);
-    match path.extension().and_then(|e| e.to_str()).filter(|_| !out.ends_with('/') && !path.is_dir()) {
-        None => Ok((
-            format,
-            Output::Pattern(format!("{}/{default_name}.{}", out.trim_end_matches('/'), format.extension())),
-        )),
-        Some(extension) => {
-            let named = Format::from_extension(extension).ok_or_else(|| unknown(extension))?;
-            if asked.is_some_and(|asked| asked != named) {
-                return Err(Failure::usage(format!("--format and `{out}` disagree"), "leave --format out"));
-            }
-            Ok((named, Output::Pattern(out.to_owned())))
-        }
-    }
-}
-
-/// The file of a pattern for one picture. `{frame:04}` is the frame with at least four digits.
-pub fn expand(pattern: &str, stem: &str, frame: u32, aov: &str) -> PathBuf {
-    PathBuf::from(expand_with(pattern, stem, aov, |width| format!("{frame:0width$}")))
-}
-
-/// As [`expand`]; `frame` writes the frame with at least so many digits.
-pub fn expand_with(pattern: &str, stem: &str, aov: &str, frame: impl Fn(usize) -> String) -> String {
-    let mut text = pattern.replace("{aov}", aov).replace("{frame}", &frame(0));
-    while let Some(start) = text.find("{frame:0") {
-        let Some(end) = text[start..].find('}').map(|end| start + end) else { break };
-        let width = text[start + 8..end].parse::<usize>().unwrap_or(0).min(32);
-        text.replace_range(start..=end, &frame(width));
-    }
-    text.replace("{stem}", stem)
 }
 
 #[cfg(test)]

@@ -8,10 +8,13 @@ mod input;
 mod inspect;
 mod job;
 mod output;
+mod pattern;
 mod render;
 mod report;
+mod request;
 mod run;
 mod session;
+mod shot;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};

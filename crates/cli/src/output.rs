@@ -1,7 +1,8 @@
 //! The files of a picture: which they are, and writing them.
 
 use crate::failure::Failure;
-use crate::job::{Job, Output, expand, expand_with};
+use crate::job::Job;
+use crate::pattern::{Output, expand, expand_with};
 use crate::session::output_failure;
 use manypass::PassPicture;
 use manypass_offline::sheet::{self, contact_sheet};

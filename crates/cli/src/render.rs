@@ -1,19 +1,18 @@
 //! `render`: pictures of one or more inputs.
 
-use crate::args::{RenderArgs, TonemapArg};
-use crate::camera;
+use crate::args::RenderArgs;
 use crate::failure::{Failure, Kind};
 use crate::input::Input;
-use crate::job::{Backdrop, Job, expand};
+use crate::job::Job;
 use crate::output;
+use crate::pattern::expand;
 use crate::report::{Entry, Phases, Report};
+use crate::request::{effect, request, settings};
 use crate::session::{self, ms_since, still_failure};
+use crate::shot::{pose, previous_pose, time_secs, view};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use manypass::{
-    Aov, Background, Effect, Environment, FrameRequest, PairCounts, Pose, RenderError, Renderer, Settings, Tonemap,
-    View, WgslEffect,
-};
-use manypass_offline::still::{accumulate, aov_named, aov_names, read_picture};
+use manypass::{Effect, FrameRequest, PairCounts, RenderError, Renderer, Settings};
+use manypass_offline::still::{accumulate, aov_names, read_picture};
 use manypass_offline::{Format, atomic};
 use manypass_scene::{Aabb, Scene};
 use std::io::IsTerminal;
@@ -245,123 +244,6 @@ impl Batch<'_> {
     }
 }
 
-/// The effect in a file; errors name the file and the line.
-fn effect(renderer: &Renderer, path: &Path) -> Result<Arc<dyn Effect>, Failure> {
-    let name = path.display().to_string();
-    let source = std::fs::read_to_string(path)
-        .map_err(|error| Failure::new(Kind::Failed, format!("{name}: {error}"), "name a WGSL file"))?;
-    let effect = WgslEffect::new(renderer.gpu(), &name, &source)
-        .map_err(|error| Failure::new(Kind::Failed, error, "correct the WGSL file"))?;
-    Ok(Arc::new(effect))
-}
-
 fn failed(error: RenderError) -> Failure {
     still_failure(&error.into())
-}
-
-/// The camera at a frame of a turntable; elsewhere all frames have the same.
-fn view(scene: &Scene, bounds: &Aabb, args: &RenderArgs, job: &Job, frame: f32) -> Result<View, Failure> {
-    let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * frame / count as f32);
-    let aspect = job.width as f32 / job.height as f32;
-    let (world_from_view, projection) = camera::resolve(&job.camera, scene, bounds, aspect, turn_deg)?;
-    Ok(View { world_from_view, projection })
-}
-
-/// The frame before, if motion is asked for and anything can have moved. It leaves the scene in that pose.
-fn previous_pose(
-    scene: &mut Scene,
-    bounds: &Aabb,
-    args: &RenderArgs,
-    job: &Job,
-    frame: u32,
-) -> Result<Option<Arc<Pose>>, Failure> {
-    let time_secs = time_secs(args, frame).map(|time_secs| time_secs - 1.0 / args.fps);
-    let is_still = time_secs.is_none() && args.turntable.is_none();
-    if is_still || !job.aovs.iter().any(|name| name == Aov::Motion.name()) {
-        return Ok(None);
-    }
-    pose(scene, args, time_secs)?;
-    let camera = view(scene, bounds, args, job, frame as f32 - 1.0)?;
-    Ok(Some(Arc::new(Pose::capture(scene, camera))))
-}
-
-/// The time of a frame, if a time or frames are asked for.
-fn time_secs(args: &RenderArgs, frame: u32) -> Option<f32> {
-    if args.frames.is_some() { Some(frame as f32 / args.fps) } else { args.time }
-}
-
-/// Poses the scene where a time, frames or an animation are asked for.
-fn pose(scene: &mut Scene, args: &RenderArgs, time_secs: Option<f32>) -> Result<(), Failure> {
-    let named = |name: &String| scene.animations.iter().position(|a| a.name == *name).or_else(|| name.parse().ok());
-    let index = match &args.animation {
-        None if time_secs.is_none() || scene.animations.is_empty() => return Ok(()),
-        None => Some(0),
-        Some(name) => named(name),
-    };
-    let index = index.filter(|index| *index < scene.animations.len()).ok_or_else(|| {
-        let names: Vec<&str> = scene.animations.iter().map(|animation| animation.name.as_str()).collect();
-        let asked = args.animation.as_deref().unwrap_or_default();
-        let hint = if names.is_empty() {
-            "the file has no animations".into()
-        } else {
-            format!("animations: {}", names.join(", "))
-        };
-        Failure::usage(format!("there is no animation `{asked}`"), hint)
-    })?;
-    scene.pose(index, time_secs.unwrap_or(0.0));
-    scene.update_transforms();
-    Ok(())
-}
-
-fn settings(args: &RenderArgs, job: &Job) -> Result<Settings, Failure> {
-    let mut settings = Settings::default();
-    if let Some(path) = &args.settings {
-        let read = std::fs::read_to_string(path);
-        let text =
-            read.map_err(|e| Failure::new(Kind::Failed, format!("{}: {e}", path.display()), "name a TOML file"))?;
-        settings = Settings::from_toml(&text).map_err(|e| Failure::usage(e, "correct the file"))?;
-    }
-    for (key, value) in &job.set {
-        settings.set(key, value).map_err(|e| Failure::usage(e, "write --set KEY=VALUE"))?;
-    }
-    Ok(settings)
-}
-
-fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scene: &Scene) -> FrameRequest {
-    FrameRequest {
-        width: job.width,
-        height: job.height,
-        camera,
-        sample_index: 0,
-        sample_count: args.samples,
-        background: match job.background {
-            Backdrop::Named => Background::Environment,
-            Backdrop::Nothing => Background::Transparent,
-            Backdrop::Color(color) => Background::Color(color),
-        },
-        environment: match job.environment {
-            None => Environment::of_scene(scene),
-            Some(Backdrop::Named) => Environment::Studio,
-            Some(Backdrop::Nothing) => Environment::None,
-            Some(Backdrop::Color(color)) => Environment::Color(color),
-        },
-        environment_intensity: args.environment_intensity,
-        settings: settings.clone(),
-        path: session::path(args.path),
-        light_culling: session::light_culling(args.light_culling),
-        light_subset: None,
-        tonemap: match args.tonemap {
-            TonemapArg::Neutral => Tonemap::Neutral,
-            TonemapArg::Aces => Tonemap::Aces,
-            TonemapArg::Agx => Tonemap::Agx,
-            TonemapArg::Reinhard => Tonemap::Reinhard,
-            TonemapArg::Exponential => Tonemap::Exponential,
-            TonemapArg::None => Tonemap::None,
-        },
-        // Linear files have the exposure divided out again; half floats hold most without any.
-        exposure_stops: if job.format == Format::Exr { 0.0 } else { args.exposure },
-        want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
-        previous: None,
-        effects: Vec::new(),
-    }
 }

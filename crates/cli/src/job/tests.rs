@@ -1,6 +1,9 @@
 use super::*;
 use crate::args::{Cli, Command};
+use crate::camera::Place;
+use crate::pattern::expand;
 use clap::Parser;
+use glam::Vec3;
 
 fn job(flags: &[&str]) -> Result<Job, Failure> {
     let cli = Cli::try_parse_from(["manypass", "render", "a.glb"].iter().chain(flags));

@@ -1,0 +1,75 @@
+//! The flags of the camera, checked.
+
+use crate::args::RenderArgs;
+use crate::camera::{CameraSpec, DEFAULT_ORBIT, Place};
+use crate::failure::Failure;
+use glam::Vec3;
+
+fn vector(text: &str, flag: &str) -> Result<Vec3, Failure> {
+    let numbers: Option<Vec<f32>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f32| n.is_finite())).collect();
+    match numbers.as_deref() {
+        Some([x, y, z]) => Ok(Vec3::new(*x, *y, *z)),
+        _ => Err(Failure::usage(format!("`{text}` is not three numbers"), format!("write {flag} X,Y,Z"))),
+    }
+}
+
+/// The camera that the flags describe.
+///
+/// # Errors
+/// Numbers out of range, or flags that contradict each other.
+pub fn spec(args: &RenderArgs) -> Result<CameraSpec, Failure> {
+    let mut spec = CameraSpec::default();
+    let positive = |value: Option<f32>, flag: &str| match value {
+        Some(value) if !(value.is_finite() && value > 0.0) => {
+            Err(Failure::usage(format!("{flag} {value} is out of range"), "give a number above 0"))
+        }
+        value => Ok(value),
+    };
+    let shaped = args.target.is_some() || args.up.is_some() || args.fov_y.is_some() || args.ortho_height.is_some();
+    spec.place = match (&args.camera, &args.eye, &args.orbit) {
+        (Some(name), _, _) => Place::Named(name.clone()),
+        (_, Some(eye), _) => Place::Eye(vector(eye, "--eye")?),
+        (_, _, Some(orbit)) => orbit_place(orbit)?,
+        _ if shaped || args.near.is_some() || args.far.is_some() || args.turntable.is_some() => DEFAULT_ORBIT,
+        _ => Place::Default,
+    };
+    spec.target = args.target.as_deref().map(|text| vector(text, "--target")).transpose()?;
+    if let Some(up) = &args.up {
+        spec.up = vector(up, "--up")?;
+        if spec.up == Vec3::ZERO {
+            return Err(Failure::usage("--up has no length", "write --up 0,1,0"));
+        }
+    }
+    if let Some(degrees) = positive(args.fov_y, "--fov-y")? {
+        if degrees >= 180.0 {
+            return Err(Failure::usage(format!("--fov-y {degrees} is out of range"), "give degrees between 0 and 180"));
+        }
+        spec.fov_y_rad = degrees.to_radians();
+    }
+    spec.ortho_height_m = positive(args.ortho_height, "--ortho-height")?;
+    spec.near_m = positive(args.near, "--near")?;
+    spec.far_m = positive(args.far, "--far")?;
+    spec.turns = args.turntable.is_some();
+    if spec.near_m.zip(spec.far_m).is_some_and(|(near, far)| near >= far) {
+        return Err(Failure::usage("--near is not below --far", "give a nearer --near"));
+    }
+    Ok(spec)
+}
+
+fn orbit_place(text: &str) -> Result<Place, Failure> {
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    let number = |text: &str| text.parse::<f32>().ok().filter(|n| n.is_finite());
+    let parsed = match parts[..] {
+        [yaw, pitch, "auto"] => number(yaw).zip(number(pitch)).map(|(yaw, pitch)| (yaw, pitch, None)),
+        [yaw, pitch, radius] => number(yaw)
+            .zip(number(pitch))
+            .zip(number(radius).filter(|r| *r > 0.0))
+            .map(|((yaw, pitch), radius)| (yaw, pitch, Some(radius))),
+        _ => None,
+    };
+    let (yaw_deg, pitch_deg, radius_m) = parsed.ok_or_else(|| {
+        Failure::usage(format!("`{text}` is no orbit"), "write --orbit YAW,PITCH,RADIUS; RADIUS may be auto")
+    })?;
+    Ok(Place::Orbit { yaw_deg, pitch_deg, radius_m })
+}
