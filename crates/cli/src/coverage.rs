@@ -22,15 +22,15 @@ pub fn is_empty(
     request: &FrameRequest,
     picture: &Picture,
 ) -> Result<bool, RenderError> {
-    let mut boxes = Vec::new();
-    for id in scene.visible_nodes() {
-        let node = scene.node(id);
-        if node.mesh.is_some() && !node.bounds_world.is_empty() {
-            boxes.push(node.bounds_world);
+    let size_px = Vec2::new(request.width as f32, request.height as f32);
+    let mut has_surfaces = false;
+    for bounds_world in boxes_world(scene) {
+        has_surfaces = true;
+        if is_certainly_seen(&request.camera, &bounds_world, size_px) {
+            return Ok(false);
         }
     }
-    let size_px = Vec2::new(request.width as f32, request.height as f32);
-    if boxes.is_empty() || boxes.iter().any(|bounds| is_certainly_seen(&request.camera, bounds, size_px)) {
+    if !has_surfaces {
         return Ok(false);
     }
     if matches!(request.background, Background::Transparent) {
@@ -55,6 +55,19 @@ pub fn is_empty(
         }
     }
     Ok(true)
+}
+
+/// The boxes of what is drawn: of each primitive, or of the whole mesh where that is deformed.
+fn boxes_world(scene: &Scene) -> impl Iterator<Item = Aabb> + '_ {
+    let of_node = |id| {
+        let node = scene.node(id);
+        let primitives = node.mesh.and_then(|mesh| scene.meshes.get(mesh)).map_or(&[][..], |mesh| &mesh.primitives);
+        let is_deformed = node.skin.is_some() || primitives.iter().any(|part| !part.morph_targets.is_empty());
+        let whole = is_deformed.then_some(node.bounds_world);
+        let parts = primitives.iter().filter(move |_| !is_deformed).filter(|part| !part.bounds.is_empty());
+        whole.into_iter().chain(parts.map(|part| part.bounds.transformed(&node.world_from_object)))
+    };
+    scene.visible_nodes().into_iter().flat_map(of_node).filter(|bounds| !bounds.is_empty())
 }
 
 fn is_transparent(rgba8: &[u8]) -> bool {

@@ -15,7 +15,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 /// The most pictures whose files are checked before the first is drawn; those of the rest are checked as their turn comes.
-const CHECKED_AT_START: u64 = 100_000;
+const CHECKED_AT_START: u64 = 20_000;
 
 /// What tells a file that is there apart, whatever its name: device and inode.
 type FileId = (u64, u64);
