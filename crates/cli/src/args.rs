@@ -6,6 +6,7 @@ use std::path::PathBuf;
 /// Renders glTF files, with a GPU or without, in many passes.
 #[derive(Debug, Parser)]
 #[command(name = "manypass", version, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(args_override_self = true)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -16,6 +17,7 @@ const EXAMPLES: &str = "Examples:
   manypass render helmet.glb                              helmet.png in this folder
   manypass render helmet.glb -o out.exr --aov all         linear colour, depth, normals, … as layers
   manypass render models/ -o 'shots/{stem}.png'           every model of a folder
+  manypass render 'models/**/*.glb' -o 'shots/{parent}_{stem}.png'
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
   manypass graph helmet.glb --format mermaid              the passes of the frame
   manypass adapters                                       what can render on this machine
@@ -145,10 +147,20 @@ pub struct BenchArgs {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
 pub struct RenderArgs {
-    /// .glb or .gltf files, folders of them, `-` for standard input, or demo:NAME.
+    /// .glb or .gltf files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
+    ///
+    /// In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders are left
+    /// out.
     #[arg(required = true)]
     pub inputs: Vec<String>,
-    /// A file, a folder, a pattern with {stem}, {frame:04} and {aov}, or `-` for standard output [default: STEM.png].
+    /// Look into the folders of folders, too.
+    #[arg(long)]
+    pub recursive: bool,
+    /// A file, a folder, a pattern, a device or pipe, or `-` for standard output [default: STEM.png].
+    ///
+    /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
+    /// where a folder has both m.glb and m.gltf), {frame} or {frame:04}, and {aov}. With --frames and --turntable a
+    /// folder gets STEM_FRAME, and a file must hold {frame}. An output that is also read, or written twice, is refused.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
     /// png, jpg, webp or exr [default: by the name of OUT].
@@ -250,12 +262,18 @@ pub struct RenderArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Write what was done, as JSON (JSON Lines for several pictures).
+    /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
+    ///
+    /// Several pictures: more than one input, a folder or a pattern, --frames or --turntable. Each line is there as soon
+    /// as its picture is done.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Leave pictures alone that exist.
     #[arg(long)]
     pub skip_existing: bool,
+    /// Fail where there would be a warning; the picture is not written.
+    #[arg(long)]
+    pub strict: bool,
     /// Say nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,

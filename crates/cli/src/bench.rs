@@ -5,6 +5,7 @@ use crate::camera::{self, CameraSpec};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::job;
+use crate::places::Places;
 use crate::session::{self, ms_since, output_failure, print, still_failure};
 use manypass::{Background, Environment, FrameRequest, RenderError, Settings, Tonemap, View};
 use manypass_offline::{atomic, encode};
@@ -26,6 +27,9 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let [input] = &Input::parse(&args.input)?[..] else {
         return Err(Failure::usage("bench takes one file", "name a .glb or .gltf file"));
     };
+    if let Some(path) = &args.png {
+        Places::of_input(input).write(path)?;
+    }
     let failed = |error: RenderError| still_failure(&error.into());
     let mut renderer = session::open(args.adapter.as_deref())?;
     let load_started = Instant::now();

@@ -1,6 +1,7 @@
 //! Where the camera stands: from flags, from the file, or so that the whole model is seen.
 
 use crate::failure::Failure;
+use crate::listing::choices;
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
 use manypass_scene::{Aabb, Projection, Scene};
 
@@ -154,10 +155,11 @@ fn named(scene: &Scene, name: &str) -> Result<(Mat4, Projection), Failure> {
     let index = by_name.or_else(by_node).or_else(|| name.parse().ok());
     let placed = scene.placed_cameras().into_iter().find(|(placed, ..)| index == Some(*placed));
     placed.map(|(_, world_from_view, projection)| (world_from_view, projection)).ok_or_else(|| {
-        let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-        let hint =
-            if names.is_empty() { "the file has no cameras".into() } else { format!("cameras: {}", names.join(", ")) };
-        Failure::usage(format!("there is no camera `{name}`"), hint)
+        let named = scene.placed_cameras().into_iter().map(|(index, ..)| {
+            let name = scene.cameras.get(index).map(|camera| camera.name.as_str()).filter(|name| !name.is_empty());
+            (index, name.or(node_name(index).map(String::as_str)).unwrap_or_default())
+        });
+        Failure::usage(format!("there is no camera `{name}`"), choices("cameras", named))
     })
 }
 
@@ -245,7 +247,7 @@ mod tests {
         let unknown = CameraSpec { place: Place::Named("Side".into()), ..CameraSpec::default() };
         assert_eq!(
             resolve(&unknown, &scene, &scene.bounds_world(), 1.0, 0.0).expect_err("unknown").hint,
-            "cameras: Main"
+            "cameras by index or name: 0 `Main`"
         );
     }
 }

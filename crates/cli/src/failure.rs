@@ -1,6 +1,7 @@
 //! What can go wrong, and the exit code of each.
 
 use std::fmt::Display;
+use std::io::Write as _;
 
 /// The kind of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +54,11 @@ impl Failure {
 
     /// Says it on standard error.
     pub fn print(&self) {
-        eprintln!("error: {}\nhint: {}", self.message, self.hint);
+        say(format_args!("error: {}\nhint: {}", self.message, self.hint));
     }
+}
+
+/// Writes a line to standard error, if anybody reads it: a closed or full standard error is no reason to fail.
+pub fn say(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }

@@ -1,6 +1,8 @@
 //! Inputs: files, folders, standard input and the built-in demos.
 
 use crate::failure::{Failure, Kind};
+use crate::gather;
+use manypass_offline::atomic;
 use manypass_scene::{LoadError, Scene, gltf_file};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -39,7 +41,7 @@ fn hint(error: &LoadError) -> &'static str {
 }
 
 impl Input {
-    /// The inputs that an argument names: a folder is every glTF file in it, by name.
+    /// The inputs that an argument names: a folder is every glTF file in it that is not hidden, by name.
     ///
     /// # Errors
     /// If a folder cannot be read or holds no glTF file.
@@ -61,26 +63,11 @@ impl Input {
         if !path.is_dir() {
             return Ok(vec![Self::File(path.to_owned())]);
         }
-        let failed = |error: &dyn std::fmt::Display| {
-            Failure::new(
-                Kind::Failed,
-                format!("cannot read {argument}: {error}"),
-                "name a folder of .glb or .gltf files",
-            )
-        };
-        let entries = std::fs::read_dir(path).map_err(|error| failed(&error))?;
-        let is_gltf = |path: &PathBuf| {
-            path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"))
-        };
-        let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_gltf).collect();
-        files.sort();
-        if files.is_empty() {
-            return Err(failed(&"it holds no .glb or .gltf file"));
-        }
+        let files = gather::in_folder(path, false, &mut Vec::new())?;
         Ok(files.into_iter().map(Self::File).collect())
     }
 
-    /// The `{stem}` of outputs.
+    /// The name of the file without its ending, or of what is no file.
     pub fn stem(&self) -> String {
         match self {
             Self::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
@@ -112,6 +99,7 @@ impl Input {
             Self::File(path) => gltf_file::load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
                 let mut bytes = Vec::new();
+                let _waiting = atomic::Waiting::begin();
                 let mut stdin = std::io::stdin().lock().take(gltf_file::MAX_FILE_BYTES + 1);
                 stdin.read_to_end(&mut bytes).map_err(|error| failed(&error, "pipe a .glb file in"))?;
                 if bytes.len() as u64 > gltf_file::MAX_FILE_BYTES {

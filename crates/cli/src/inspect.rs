@@ -46,11 +46,11 @@ fn one(argument: &str) -> Result<Input, Failure> {
 /// If there is none, or standard output is closed.
 pub fn adapters(as_json: bool) -> Result<(), Failure> {
     let adapters = Gpu::adapters();
-    if as_json {
-        return print(&format!("{:#}\n", json!(adapters)));
-    }
     if adapters.is_empty() {
         return Err(session::gpu_failure(&GpuError::NoAdapter));
+    }
+    if as_json {
+        return print(&format!("{:#}\n", json!(adapters)));
     }
     let mut text = String::new();
     for adapter in adapters {

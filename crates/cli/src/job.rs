@@ -3,8 +3,8 @@
 use crate::args::{PathArg, RenderArgs};
 use crate::camera::CameraSpec;
 use crate::failure::Failure;
-use crate::pattern::{self, Output};
-use manypass_offline::Format;
+use crate::pattern::{self, Output, Pattern};
+use manypass_offline::{Format, atomic};
 use std::path::PathBuf;
 
 mod camera;
@@ -29,6 +29,10 @@ pub struct Job {
     pub format: Format,
     /// Where it goes.
     pub output: Output,
+    /// The folder of the pictures of all passes.
+    pub dump_passes: Option<Pattern>,
+    /// The file of the pictures of all passes.
+    pub contact_sheet: Option<Pattern>,
     /// Names of AOVs.
     pub aovs: Vec<String>,
     /// The frames, both ends included; none is a still.
@@ -60,7 +64,12 @@ impl Job {
             (None, Some(count)) => Some((0, count.saturating_sub(1))),
             (None, None) => None,
         };
-        let (format, output) = pattern::output(args, several, frames.is_some_and(|(a, b)| a != b))?;
+        let (format, output) = pattern::output(args, several, frames.map(|(a, b)| u64::from(b - a) + 1))?;
+        let pattern = |flag: &str, path: &Option<PathBuf>| {
+            path.as_ref().map(|path| Pattern::of_flag(flag, path, frames.is_some())).transpose()
+        };
+        let dump_passes = pattern("--dump-passes", &args.dump_passes)?;
+        let contact_sheet = pattern("--contact-sheet", &args.contact_sheet)?;
         let background = backdrop(&args.background, "environment", "transparent", "--background")?;
         if format == Format::Jpg && background == Backdrop::Nothing {
             return Err(Failure::usage(
@@ -76,8 +85,12 @@ impl Job {
         if !aovs.is_empty() && !matches!(format, Format::Png | Format::Exr) {
             return Err(Failure::usage("--aov needs .png or .exr", "use -o OUT.exr for all AOVs in one file"));
         }
-        if !aovs.is_empty() && output == Output::Stdout && format != Format::Exr {
-            return Err(Failure::usage("only .exr holds AOVs on standard output", "add --format exr"));
+        let is_one_stream = match &output {
+            Output::Stdout => true,
+            Output::Pattern(pattern) => atomic::is_in_place(pattern.text().as_ref()),
+        };
+        if !aovs.is_empty() && is_one_stream && format != Format::Exr {
+            return Err(Failure::usage("only .exr holds AOVs on standard output or in a device", "add --format exr"));
         }
         let environment = args.environment.as_deref().map(|text| backdrop(text, "studio", "none", "--environment"));
         let set = args.set.iter().map(|pair| key_value(pair)).collect::<Result<_, _>>()?;
@@ -90,6 +103,8 @@ impl Job {
             background,
             format,
             output,
+            dump_passes,
+            contact_sheet,
             aovs,
             frames,
             set,
@@ -143,7 +158,7 @@ fn frame_range(text: &str) -> Result<(u32, u32), Failure> {
     parsed.filter(|(a, b)| a <= b).ok_or_else(|| {
         Failure::usage(
             format!("`{text}` is no range of frames"),
-            "write --frames A..B with A not above B; both are rendered",
+            "write --frames A..B with A from 0 to B; both are rendered",
         )
     })
 }

@@ -3,21 +3,27 @@
 mod args;
 mod bench;
 mod camera;
+mod coverage;
 mod failure;
+mod gather;
 mod input;
 mod inspect;
+mod interrupt;
 mod job;
+mod listing;
 mod output;
 mod pattern;
+mod places;
 mod render;
 mod report;
 mod request;
 mod run;
 mod session;
 mod shot;
+mod words;
 
+use clap::Parser;
 use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -31,29 +37,16 @@ fn quiet_device_selection() {
     }
 }
 
-/// What clap found wrong, as one line, and its tip.
-fn usage_failure(error: &clap::Error) -> failure::Failure {
-    let text = error.to_string();
-    let relevant = text.split("\nUsage:").next().unwrap_or_default();
-    let relevant = relevant.split("\nFor more information").next().unwrap_or_default();
-    let (tips, lines): (Vec<&str>, Vec<&str>) =
-        relevant.lines().map(str::trim).filter(|line| !line.is_empty()).partition(|line| line.starts_with("tip: "));
-    let command = std::env::args().nth(1).filter(|name| args::Cli::command().find_subcommand(name).is_some());
-    let help = command.map_or("see `manypass --help`".into(), |name| format!("see `manypass {name} --help`"));
-    let tips: Vec<&str> = tips.iter().map(|tip| tip.trim_start_matches("tip: ")).collect();
-    let hint = if tips.is_empty() { help } else { format!("{}; {help}", tips.join("; ")) };
-    failure::Failure::usage(lines.join(" ").trim_start_matches("error: "), hint)
-}
-
 fn main() -> ExitCode {
     let started = Instant::now();
     quiet_device_selection();
-    let result = match args::Cli::try_parse() {
+    interrupt::ignore_file_size_signal();
+    let result = match args::Cli::try_parse_from(words::joined(std::env::args_os())) {
         Ok(cli) => run::run(&cli.command, started),
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand || !error.use_stderr() => {
             error.exit()
         }
-        Err(error) => Err(usage_failure(&error)),
+        Err(error) => Err(words::usage_failure(&error)),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,89 +1,73 @@
 //! The files of a picture: which they are, and writing them.
 
 use crate::failure::Failure;
+use crate::gather::Names;
+use crate::interrupt;
 use crate::job::Job;
-use crate::pattern::{Output, expand, expand_with};
-use crate::session::output_failure;
+use crate::pattern::Output;
+use crate::session::{output_failure, write_failure};
 use manypass::PassPicture;
+use manypass_offline::atomic::{self, AtomicFile};
 use manypass_offline::sheet::{self, contact_sheet};
-use manypass_offline::{Format, Picture, atomic, encode, exr_file, still};
-use std::collections::BTreeSet;
+use manypass_offline::{Format, Picture, encode, exr_file, still};
 use std::path::{Path, PathBuf};
 
 /// The file of a picture, and of its AOVs where they have files of their own; none on standard output.
-pub fn files(job: &Job, stem: &str, frame: u32) -> Option<(PathBuf, Vec<PathBuf>)> {
+pub fn files(job: &Job, names: &Names, frame: u32) -> Option<(PathBuf, Vec<PathBuf>)> {
     let Output::Pattern(pattern) = &job.output else { return None };
-    let target = expand(pattern, stem, frame, "rgba");
+    let target = pattern.expand(names, frame, "rgba");
     let aov_file = |aov: &String| {
-        let named = expand(pattern, stem, frame, aov);
+        let named = pattern.expand(names, frame, aov);
         if named == target { target.with_extension(format!("{aov}.png")) } else { named }
     };
     let aovs = if job.format == Format::Png { job.aovs.iter().map(aov_file).collect() } else { Vec::new() };
     Some((target, aovs))
 }
 
-/// Fails if two pictures would be written to the same file. `extra` are further patterns, one file or folder a picture;
-/// `single` are files that are written once. Frames are not counted out: two of them differ where `{frame}` stands.
-///
-/// # Errors
-/// Wrong usage.
-pub fn check_distinct(job: &Job, stems: &[String], extra: &[&Path], single: &[&Path]) -> Result<(), Failure> {
-    let same = |text: &str| {
-        let message = format!("two pictures would be written to {text}");
-        Err(Failure::usage(message, "use {stem} and {frame:04} in the name"))
-    };
-    // No path holds this letter, so it can stand for the frame.
-    let any_frame = |_: usize| "\0".to_owned();
-    let is_sequence = job.frames.is_some_and(|(first, last)| first != last);
-    let mut seen: BTreeSet<PathBuf> = single.iter().map(|path| path.to_path_buf()).collect();
-    let mut patterns: Vec<(String, &str)> = extra.iter().map(|p| (p.to_string_lossy().into_owned(), "rgba")).collect();
-    if let Output::Pattern(pattern) = &job.output {
-        patterns.push((pattern.clone(), "rgba"));
-        if job.format == Format::Png {
-            patterns.extend(job.aovs.iter().map(|aov| (pattern.clone(), aov.as_str())));
-        }
-    }
-    for stem in stems {
-        for (pattern, aov) in &patterns {
-            let mut path = PathBuf::from(expand_with(pattern, stem, aov, any_frame));
-            if *aov != "rgba" && path == expand_with(pattern, stem, "rgba", any_frame) {
-                path = path.with_extension(format!("{aov}.png"));
-            }
-            let shown = path.to_string_lossy().replace('\0', "{frame}");
-            let is_same_in_all_frames = is_sequence && !path.to_string_lossy().contains('\0');
-            if is_same_in_all_frames || !seen.insert(path) {
-                return same(&shown);
-            }
-        }
-    }
-    Ok(())
+/// Begins a file, unless the user has said stop; from then on nothing of it stays.
+fn begin(path: &Path) -> Result<AtomicFile, Failure> {
+    interrupt::check()?;
+    Ok(AtomicFile::create(path).map_err(write_failure)?.heeding(&interrupt::STOP))
 }
 
-/// Writes a picture and its AOVs; gives the range of the depth PNG in metres, if there is one.
-///
-/// # Errors
-/// If it cannot be encoded or written.
-pub fn write(picture: &Picture, job: &Job, stem: &str, frame: u32) -> Result<Option<[f32; 2]>, Failure> {
+/// The bytes of a picture's file.
+fn encoded(picture: &Picture, format: Format) -> Result<Vec<u8>, Failure> {
     let (width, height, pixels) = (picture.width, picture.height, &picture.display_rgba8);
-    let bytes = match job.format {
+    match format {
         Format::Png => encode::png_rgba8(width, height, pixels),
         Format::Jpg => encode::jpg(width, height, pixels),
         Format::Webp => encode::webp(width, height, pixels),
         Format::Exr => exr_file::encode(width, height, Some(&picture.radiance), &picture.aovs),
     }
-    .map_err(output_failure)?;
-    let Some((target, aov_files)) = files(job, stem, frame) else {
-        atomic::write_stdout(&bytes).map_err(output_failure)?;
+    .map_err(output_failure)
+}
+
+/// Writes a picture and its AOVs; gives the range of the depth PNG in metres, if there is one. Every file is whole before
+/// the first takes its place, so that an error or an interrupt leaves none of them.
+///
+/// # Errors
+/// If it cannot be encoded or written, or the user says stop.
+pub fn write(picture: &Picture, job: &Job, names: &Names, frame: u32) -> Result<Option<[f32; 2]>, Failure> {
+    let Some((target, aov_files)) = files(job, names, frame) else {
+        let bytes = encoded(picture, job.format)?;
+        interrupt::check()?;
+        atomic::write_stdout(&bytes).map_err(write_failure)?;
         return Ok(None);
     };
     let mut depth_range_m = None;
+    let mut whole = Vec::with_capacity(aov_files.len() + 1);
     for (aov, path) in picture.aovs.iter().zip(&aov_files) {
-        let (bytes, range) = still::aov_png(aov, width, height).map_err(output_failure)?;
+        let mut file = begin(path)?;
+        let (bytes, range) = still::aov_png(aov, picture.width, picture.height).map_err(output_failure)?;
         depth_range_m = depth_range_m.or(range);
-        atomic::write_file(path, &bytes).map_err(output_failure)?;
+        file.append(&bytes).map_err(write_failure)?;
+        whole.push(file);
     }
+    let mut file = begin(&target)?;
+    file.append(&encoded(picture, job.format)?).map_err(write_failure)?;
     // Last, because --skip-existing and readers take it for the sign that the picture is done.
-    atomic::write_file(&target, &bytes).map_err(output_failure)?;
+    whole.push(file);
+    whole.into_iter().try_for_each(|file| file.commit().map_err(write_failure))?;
     Ok(depth_range_m)
 }
 
@@ -95,7 +79,7 @@ pub fn write_passes(folder: &Path, pictures: &[PassPicture]) -> Result<(), Failu
     for (index, picture) in pictures.iter().enumerate() {
         let path = folder.join(format!("{:02}-{}.png", index + 1, safe_name(&picture.name)));
         let bytes = encode::png_rgba8(picture.width, picture.height, &picture.rgba8).map_err(output_failure)?;
-        atomic::write_file(&path, &bytes).map_err(output_failure)?;
+        write_file(&path, &bytes)?;
     }
     Ok(())
 }
@@ -116,7 +100,13 @@ pub fn write_sheet(path: &Path, pictures: &[PassPicture]) -> Result<(), Failure>
         .collect();
     let (width, height, pixels) = contact_sheet(&entries).map_err(output_failure)?;
     let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
-    atomic::write_file(path, &bytes).map_err(output_failure)
+    write_file(path, &bytes)
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let mut file = begin(path)?;
+    file.append(bytes).map_err(write_failure)?;
+    file.commit().map_err(write_failure)
 }
 
 /// Letters, digits, dots, minus signs and underscores; every run of others becomes one minus sign.

@@ -2,66 +2,188 @@
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use manypass_offline::Format;
+use crate::gather::Names;
+use manypass_offline::{Format, atomic};
 use std::path::{Path, PathBuf};
+
+/// What a pattern may hold, for messages.
+const PLACEHOLDERS: &str = "{parent}, {stem}, {frame}, {frame:04} and {aov}";
+
+/// The most digits of `{frame:0N}`.
+const MOST_DIGITS: usize = 32;
 
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
     /// Standard output.
     Stdout,
-    /// A pattern with `{stem}`, `{frame}` and `{aov}`.
-    Pattern(String),
+    /// A file a picture; or one device or pipe for all.
+    Pattern(Pattern),
 }
 
-/// The format and the place of pictures; `several` inputs, or several frames, make patterns.
+/// A path with placeholders.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pattern {
+    text: String,
+    parts: Vec<Part>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Part {
+    Text(String),
+    Parent,
+    Stem,
+    Frame { digits: usize },
+    Aov,
+}
+
+impl Part {
+    fn placeholder(name: &str) -> Option<Self> {
+        match name {
+            "parent" => Some(Self::Parent),
+            "stem" => Some(Self::Stem),
+            "frame" => Some(Self::Frame { digits: 0 }),
+            "aov" => Some(Self::Aov),
+            _ => {
+                let digits = name.strip_prefix("frame:0")?;
+                let is_number = !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit());
+                let digits = digits.parse().ok().filter(|digits| is_number && *digits <= MOST_DIGITS)?;
+                Some(Self::Frame { digits })
+            }
+        }
+    }
+}
+
+impl Pattern {
+    /// The pattern that `text` is.
+    ///
+    /// # Errors
+    /// Wrong usage, if something else stands in braces.
+    pub fn new(text: &str) -> Result<Self, Failure> {
+        let (mut parts, mut rest) = (Vec::new(), text);
+        while let Some((before, after)) = rest.split_once('{') {
+            let Some((name, after)) = after.split_once('}') else { break };
+            let part = Part::placeholder(name).ok_or_else(|| {
+                Failure::usage(
+                    format!("unknown placeholder `{{{name}}}` in `{text}`"),
+                    format!("known: {PLACEHOLDERS}"),
+                )
+            })?;
+            parts.extend([Part::Text(before.to_owned()), part]);
+            rest = after;
+        }
+        parts.push(Part::Text(rest.to_owned()));
+        Ok(Self { text: text.to_owned(), parts })
+    }
+
+    /// The path that `text` is, whatever it holds.
+    fn literal(text: &str) -> Self {
+        Self { text: text.to_owned(), parts: vec![Part::Text(text.to_owned())] }
+    }
+
+    /// The pattern of a flag that makes one file or folder a picture.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and wrong usage if frames are asked for and the pattern does not tell them apart: not even one
+    /// frame, because another call may render the next one.
+    pub fn of_flag(flag: &str, path: &Path, has_frames: bool) -> Result<Self, Failure> {
+        let text = path.to_string_lossy();
+        let pattern = Self::new(&text)?;
+        if has_frames && !pattern.parts.iter().any(|part| matches!(part, Part::Frame { .. })) {
+            return Err(Failure::usage(
+                format!("{flag} {text} is one file for all frames"),
+                "write {frame:04} into the name, or name a folder: DIR/",
+            ));
+        }
+        Ok(pattern)
+    }
+
+    /// As it was written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The path of one picture. `{frame:04}` is the frame with at least four digits.
+    pub fn expand(&self, names: &Names, frame: u32, aov: &str) -> PathBuf {
+        let mut text = String::new();
+        for part in &self.parts {
+            match part {
+                Part::Text(literal) => text.push_str(literal),
+                Part::Parent => text.push_str(&names.parent),
+                Part::Stem => text.push_str(&names.stem),
+                Part::Frame { digits } => text.push_str(&format!("{frame:0digits$}")),
+                Part::Aov => text.push_str(aov),
+            }
+        }
+        PathBuf::from(text)
+    }
+}
+
+/// Whether a path is another name of standard output.
+pub fn is_stdout(path: &Path) -> bool {
+    [Path::new("-"), Path::new("/dev/stdout"), Path::new("/dev/fd/1"), Path::new("/proc/self/fd/1")].contains(&path)
+}
+
+/// The format and the place of pictures. `several` says that there is more than one input, `frame_count` how many frames
+/// are asked for, if any are.
 ///
 /// # Errors
 /// Wrong usage.
-pub fn output(args: &RenderArgs, several: bool, sequence: bool) -> Result<(Format, Output), Failure> {
+pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Result<(Format, Output), Failure> {
     let unknown = |text: &str| Failure::usage(format!("unknown format `{text}`"), "formats: png, jpg, webp, exr");
     let asked =
         args.format.as_deref().map(|text| Format::from_extension(text).ok_or_else(|| unknown(text))).transpose()?;
-    let default_name = if sequence { "{stem}_{frame:04}" } else { "{stem}" };
+    let default_name = if frame_count.is_some() { "{stem}_{frame:04}" } else { "{stem}" };
     let format = asked.unwrap_or(Format::Png);
     let Some(out) = args.output.as_deref() else {
-        return Ok((format, Output::Pattern(format!("{default_name}.{}", format.extension()))));
+        return Ok((format, Output::Pattern(Pattern::new(&format!("{default_name}.{}", format.extension()))?)));
     };
-    if out == "-" {
+    let path = Path::new(out);
+    if is_stdout(path) {
         let format = asked.ok_or_else(|| Failure::usage("standard output has no format", "add --format png"))?;
-        if several || sequence {
+        if several || frame_count.is_some_and(|count| count > 1) {
             return Err(Failure::usage("standard output takes one picture", "write to a folder: -o DIR/"));
+        }
+        if args.report.as_deref().is_some_and(is_stdout) {
+            return Err(Failure::usage("standard output takes the picture or the report", "write one to a file"));
         }
         return Ok((format, Output::Stdout));
     }
-    let path = Path::new(out);
-    match path.extension().and_then(|e| e.to_str()).filter(|_| !out.ends_with('/') && !path.is_dir()) {
-        None => Ok((
-            format,
-            Output::Pattern(format!("{}/{default_name}.{}", out.trim_end_matches('/'), format.extension())),
-        )),
+    let extension = path.extension().and_then(|e| e.to_str());
+    if atomic::is_in_place(path) {
+        let named = extension.and_then(Format::from_extension);
+        return Ok((asked.or(named).unwrap_or(format), Output::Pattern(Pattern::literal(out))));
+    }
+    match extension.filter(|_| !out.ends_with('/') && !path.is_dir()) {
+        None => {
+            let file = format!("{}/{default_name}.{}", out.trim_end_matches('/'), format.extension());
+            Ok((format, Output::Pattern(Pattern::new(&file)?)))
+        }
         Some(extension) => {
             let named = Format::from_extension(extension).ok_or_else(|| unknown(extension))?;
             if asked.is_some_and(|asked| asked != named) {
                 return Err(Failure::usage(format!("--format and `{out}` disagree"), "leave --format out"));
             }
-            Ok((named, Output::Pattern(out.to_owned())))
+            Ok((named, Output::Pattern(Pattern::of_flag("-o", path, frame_count.is_some())?)))
         }
     }
 }
 
-/// The file of a pattern for one picture. `{frame:04}` is the frame with at least four digits.
-pub fn expand(pattern: &str, stem: &str, frame: u32, aov: &str) -> PathBuf {
-    PathBuf::from(expand_with(pattern, stem, aov, |width| format!("{frame:0width$}")))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// As [`expand`]; `frame` writes the frame with at least so many digits.
-pub fn expand_with(pattern: &str, stem: &str, aov: &str, frame: impl Fn(usize) -> String) -> String {
-    let mut text = pattern.replace("{aov}", aov).replace("{frame}", &frame(0));
-    while let Some(start) = text.find("{frame:0") {
-        let Some(end) = text[start..].find('}').map(|end| start + end) else { break };
-        let width = text[start + 8..end].parse::<usize>().unwrap_or(0).min(32);
-        text.replace_range(start..=end, &frame(width));
+    #[test]
+    fn placeholders_are_filled_in_and_others_refused() {
+        let names = Names { parent: "p".into(), stem: "{aov}".into() };
+        let expand = |text: &str| Pattern::new(text).expect(text).expand(&names, 7, "depth");
+        assert_eq!(expand("o/{parent}/{stem}.{frame:04}{frame}.{aov}.png"), Path::new("o/p/{aov}.00077.depth.png"));
+        assert_eq!(expand("a{.png"), Path::new("a{.png"));
+        for text in
+            ["{foo}", "{}", "{frame:4}", "{frame:0}", "{frame:0x}", "{frame:099}", "{Stem}", "{{stem}}", "{ stem}"]
+        {
+            let failure = Pattern::new(text).expect_err(text);
+            assert!(failure.code() == 2 && failure.hint.contains("{frame:04}"), "{failure:?}");
+        }
     }
-    text.replace("{stem}", stem)
 }

@@ -1,27 +1,26 @@
 //! `render`: pictures of one or more inputs.
 
 use crate::args::RenderArgs;
-use crate::failure::{Failure, Kind};
-use crate::input::Input;
+use crate::coverage;
+use crate::failure::{Failure, Kind, say};
+use crate::gather::{Inputs, Item};
+use crate::interrupt;
 use crate::job::Job;
 use crate::output;
-use crate::pattern::expand;
+use crate::places::Places;
 use crate::report::{Entry, Phases, Report};
 use crate::request::{effect, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass::{Effect, FrameRequest, PairCounts, RenderError, Renderer, Settings};
+use manypass_offline::Format;
 use manypass_offline::still::{accumulate, aov_names, read_picture};
-use manypass_offline::{Format, atomic};
 use manypass_scene::{Aabb, Scene};
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
-
-static STOP: AtomicBool = AtomicBool::new(false);
 
 /// What the pictures of one `render` share.
 struct Batch<'a> {
@@ -32,6 +31,10 @@ struct Batch<'a> {
     effects: Vec<Arc<dyn Effect>>,
     report: Option<Report>,
     bar: ProgressBar,
+    /// What is read and written.
+    places: Places,
+    /// How many pictures were begun.
+    picture_index: u64,
     /// Whether messages name their input.
     has_several_inputs: bool,
     /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.
@@ -51,39 +54,31 @@ struct LoadedInput {
 /// # Errors
 /// The failure of the only input, or how many of several failed.
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
-    let mut inputs = Vec::new();
-    for argument in &args.inputs {
-        inputs.extend(Input::parse(argument)?);
-    }
-    let job = Job::new(args, inputs.len() > 1, &aov_names())?;
+    let inputs = Inputs::gather(&args.inputs, args.recursive)?;
+    let job = Job::new(args, inputs.items.len() > 1, &aov_names())?;
     let settings = settings(args, &job)?;
-    let stems: Vec<String> = inputs.iter().map(Input::stem).collect();
-    let extra: Vec<&Path> = args.contact_sheet.iter().chain(&args.dump_passes).map(PathBuf::as_path).collect();
-    let single: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
-    output::check_distinct(&job, &stems, &extra, &single)?;
+    let places = Places::new(args, &job, &inputs.items)?;
     let (first, last) = job.frames.unwrap_or((0, 0));
-    let count = inputs.len() as u64 * (u64::from(last - first) + 1);
-    // Without a handler an interrupt ends the program as the system does it.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::SeqCst) {
-            atomic::remove_unfinished();
-            std::process::exit(130);
-        }
-    });
+    let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
+    interrupt::heed();
     let renderer = session::open(args.adapter.as_deref())?;
     let effects = args.effects.iter().map(|path| effect(&renderer, path)).collect::<Result<_, _>>()?;
+    let is_lines = inputs.is_batch || job.frames.is_some();
     let mut batch = Batch {
         args,
         job: &job,
         settings,
         renderer,
         effects,
-        report: args.report.as_ref().map(|path| Report::create(path, count > 1)).transpose()?,
+        report: args.report.as_ref().map(|path| Report::create(path, is_lines)).transpose()?,
         bar: progress_bar(count, args.quiet),
-        has_several_inputs: inputs.len() > 1,
+        places,
+        picture_index: 0,
+        has_several_inputs: inputs.items.len() > 1,
         start_ms: ms_since(started),
     };
-    let result = batch.render_all(&inputs);
+    batch.warn("the inputs", &inputs.warnings)?;
+    let result = batch.render_all(&inputs.items);
     batch.bar.finish_and_clear();
     let finished = batch.report.map_or(Ok(()), Report::finish);
     result.and(finished)
@@ -101,11 +96,12 @@ fn progress_bar(count: u64, quiet: bool) -> ProgressBar {
 }
 
 impl Batch<'_> {
-    fn render_all(&mut self, inputs: &[Input]) -> Result<(), Failure> {
+    fn render_all(&mut self, items: &[Item]) -> Result<(), Failure> {
         let mut first_kind = None;
         let mut failed_count = 0;
-        for input in inputs {
-            let Err(mut failure) = self.render_input(input) else { continue };
+        for item in items {
+            let input = &item.input;
+            let Err(mut failure) = self.render_input(item) else { continue };
             if let Some(report) = &mut self.report {
                 report.failed(&input.name(), &failure)?;
             }
@@ -120,20 +116,41 @@ impl Batch<'_> {
             failed_count += 1;
         }
         first_kind.map_or(Ok(()), |kind| {
-            let message = format!("{failed_count} of {} inputs failed", inputs.len());
+            let message = format!("{failed_count} of {} inputs failed", items.len());
             Err(Failure::new(kind, message, "the messages above say why; the others are done"))
         })
     }
 
-    fn render_input(&mut self, input: &Input) -> Result<(), Failure> {
+    /// Says what is wrong without hindering the picture; with `--strict` it hinders it.
+    ///
+    /// # Errors
+    /// With `--strict`, if there is a warning.
+    fn warn(&self, name: &str, warnings: &[String]) -> Result<(), Failure> {
+        let is_error = self.args.strict && !warnings.is_empty();
+        if is_error {
+            let message = format!("{name}: {}", warnings.join("; "));
+            return Err(Failure::new(Kind::Failed, message, "leave --strict out to be warned instead"));
+        }
+        if !self.args.quiet {
+            self.bar.suspend(|| warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}"))));
+        }
+        Ok(())
+    }
+
+    fn render_input(&mut self, item: &Item) -> Result<(), Failure> {
+        let input = &item.input;
         let (first, last) = self.job.frames.unwrap_or((0, 0));
         let mut loaded: Option<LoadedInput> = None;
         for frame in first..=last {
             let shown = self.job.frames.map(|_| frame);
             self.bar.set_message(input.stem());
-            let files = output::files(self.job, &input.stem(), frame);
+            self.places.check(self.picture_index, self.job, item, frame)?;
+            self.picture_index += 1;
+            let files = output::files(self.job, &item.names, frame);
             let output = files.as_ref().map_or("-".into(), |(target, _)| target.display().to_string());
-            let is_there = files.is_some_and(|(target, aovs)| target.exists() && aovs.iter().all(|path| path.exists()));
+            // A device is always there, and never done.
+            let is_there =
+                files.is_some_and(|(target, aovs)| target.is_file() && aovs.iter().all(|path| path.is_file()));
             if self.args.skip_existing && is_there {
                 if let Some(report) = &mut self.report {
                     report.skipped(&input.name(), &output, shown)?;
@@ -142,21 +159,19 @@ impl Batch<'_> {
                 let mut phases = Phases { start: std::mem::take(&mut self.start_ms), ..Phases::default() };
                 let loaded = match &mut loaded {
                     Some(loaded) => loaded,
-                    slot => slot.insert(self.load(input, first, &mut phases)?),
+                    slot => slot.insert(self.load(item, first, &mut phases)?),
                 };
-                self.render_frame(input, loaded, frame, &output, phases)?;
+                self.render_frame(item, loaded, frame, &output, phases)?;
             }
             self.bar.inc(1);
-            if STOP.load(Ordering::SeqCst) {
-                return Err(still_failure(&manypass_offline::still::StillError::Stopped));
-            }
+            interrupt::check()?;
         }
         Ok(())
     }
 
-    fn load(&mut self, input: &Input, first_frame: u32, phases: &mut Phases) -> Result<LoadedInput, Failure> {
+    fn load(&mut self, item: &Item, first_frame: u32, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
-        let (mut scene, mut warnings) = input.load()?;
+        let (mut scene, mut warnings) = item.input.load()?;
         // One box for all frames, so that the camera stands still while the model moves.
         pose(&mut scene, self.args, time_secs(self.args, first_frame))?;
         let bounds = scene.framing_bounds_world();
@@ -166,21 +181,23 @@ impl Batch<'_> {
         phases.decode = self.renderer.decode_ms();
         phases.upload = ms_since(start) - phases.decode;
         warnings.extend(self.renderer.warnings());
-        if !self.args.quiet {
-            self.bar.suspend(|| warnings.iter().for_each(|warning| eprintln!("warning: {}: {warning}", input.name())));
+        let args = self.args;
+        if scene.animations.is_empty() && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {
+            warnings.push("it has no animation; every time shows it as it stands".into());
         }
+        self.warn(&item.input.name(), &warnings)?;
         Ok(LoadedInput { scene, bounds, warnings })
     }
 
     fn render_frame(
         &mut self,
-        input: &Input,
+        item: &Item,
         LoadedInput { scene, bounds, warnings }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
     ) -> Result<(), Failure> {
-        let (args, job) = (self.args, self.job);
+        let (args, job, input) = (self.args, self.job, &item.input);
         let previous = previous_pose(scene, bounds, args, job, frame)?;
         pose(scene, args, time_secs(args, frame))?;
         let camera = view(scene, bounds, args, job, frame as f32)?;
@@ -189,7 +206,7 @@ impl Batch<'_> {
         let renderer = &mut self.renderer;
         let start = Instant::now();
         let compiled_ms = renderer.compile_ms();
-        accumulate(renderer, scene, &request, args.samples, |_| !STOP.load(Ordering::SeqCst))
+        accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst))
             .map_err(|error| still_failure(&error))?;
         renderer.wait();
         phases.compile = renderer.compile_ms() - compiled_ms;
@@ -199,20 +216,26 @@ impl Batch<'_> {
         let picture =
             read_picture(renderer, &request, job.format == Format::Exr).map_err(|error| still_failure(&error))?;
         phases.readback = ms_since(start);
+        let mut warnings = warnings.clone();
+        if coverage::is_empty(renderer, scene, &request, &picture).map_err(failed)? {
+            let warning = ["the picture is empty: no surface is in view".to_owned()];
+            self.warn(&input.name(), &warning)?;
+            warnings.extend(warning);
+        }
         let start = Instant::now();
-        let depth_range_m = output::write(&picture, job, &input.stem(), frame)?;
+        let depth_range_m = output::write(&picture, job, &item.names, frame)?;
         phases.encode = ms_since(start);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
         let alone = FrameRequest { sample_count: 1, ..request };
-        if args.dump_passes.is_some() || args.contact_sheet.is_some() {
+        let renderer = &mut self.renderer;
+        if job.dump_passes.is_some() || job.contact_sheet.is_some() {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
-            let named = |path: &PathBuf| expand(&path.to_string_lossy(), &input.stem(), frame, "rgba");
-            if let Some(folder) = &args.dump_passes {
-                output::write_passes(&named(folder), &pictures)?;
+            if let Some(folder) = &job.dump_passes {
+                output::write_passes(&folder.expand(&item.names, frame, "rgba"), &pictures)?;
             }
-            if let Some(file) = &args.contact_sheet {
-                output::write_sheet(&named(file), &pictures)?;
+            if let Some(file) = &job.contact_sheet {
+                output::write_sheet(&file.expand(&item.names, frame, "rgba"), &pictures)?;
             }
         }
         if let Some(report) = &mut self.report {
@@ -237,7 +260,7 @@ impl Batch<'_> {
                 pass_times: &pass_times,
                 pairs,
                 depth_range_m,
-                warnings,
+                warnings: &warnings,
             })?;
         }
         Ok(())

@@ -1,19 +1,30 @@
 //! `--report`: what was done, one JSON value a picture.
 
 use crate::failure::Failure;
-use crate::session::output_failure;
+use crate::pattern::is_stdout;
+use crate::session::{print, write_failure};
 use manypass::graph::PassTime;
 use manypass::{AdapterSummary, FrameStats, PairCounts, Plan};
 use manypass_offline::atomic::AtomicFile;
+use manypass_offline::lines::LineFile;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The file; it appears when [`Report::finish`] is called.
+/// Where it is written.
 #[derive(Debug)]
 pub struct Report {
-    file: AtomicFile,
+    sink: Sink,
     /// JSON Lines, against one indented value.
     is_lines: bool,
+}
+
+#[derive(Debug)]
+enum Sink {
+    /// A file that appears when [`Report::finish`] is called.
+    Whole(AtomicFile),
+    /// A file that grows with every picture, so that a batch that is killed leaves what it did.
+    Lines(LineFile),
+    Stdout,
 }
 
 /// Milliseconds of the phases of a picture. What a picture shares with the one before it counts there.
@@ -69,12 +80,17 @@ pub struct Entry<'a> {
 }
 
 impl Report {
-    /// Opens the file; `is_lines` for several pictures.
+    /// Opens the file, or takes standard output; `is_lines` wherever there may be several pictures.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn create(path: &Path, is_lines: bool) -> Result<Self, Failure> {
-        Ok(Self { file: AtomicFile::create(path).map_err(output_failure)?, is_lines })
+        let sink = match path {
+            path if is_stdout(path) => Sink::Stdout,
+            path if is_lines => Sink::Lines(LineFile::create(path).map_err(write_failure)?),
+            path => Sink::Whole(AtomicFile::create(path).map_err(write_failure)?),
+        };
+        Ok(Self { sink, is_lines })
     }
 
     /// Adds a picture.
@@ -143,15 +159,22 @@ impl Report {
     }
 
     fn add(&mut self, value: &Value) -> Result<(), Failure> {
-        let text = if self.is_lines { format!("{value}\n") } else { format!("{value:#}\n") };
-        self.file.write(text.as_bytes()).map_err(output_failure)
+        let text = if self.is_lines { value.to_string() } else { format!("{value:#}") };
+        match &mut self.sink {
+            Sink::Whole(file) => file.append(format!("{text}\n").as_bytes()).map_err(write_failure),
+            Sink::Lines(file) => file.append(&text).map_err(write_failure),
+            Sink::Stdout => print(&format!("{text}\n")),
+        }
     }
 
-    /// Puts the file in its place.
+    /// Puts the file in its place, unless it grew there.
     ///
     /// # Errors
     /// If that fails.
     pub fn finish(self) -> Result<(), Failure> {
-        self.file.commit().map_err(output_failure)
+        match self.sink {
+            Sink::Whole(file) => file.commit().map_err(write_failure),
+            Sink::Lines(_) | Sink::Stdout => Ok(()),
+        }
     }
 }

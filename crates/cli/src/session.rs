@@ -3,7 +3,7 @@
 use crate::args::{CullingArg, PathArg};
 use crate::failure::{Failure, Kind};
 use manypass::{Gpu, GpuError, LightCulling, Path, RenderError, Renderer};
-use manypass_offline::atomic;
+use manypass_offline::atomic::{self, WriteError};
 use manypass_offline::still::StillError;
 use std::time::Instant;
 
@@ -43,12 +43,24 @@ pub fn output_failure(error: impl std::fmt::Display) -> Failure {
     Failure::new(Kind::Failed, error, "check the path, the folder's permissions and its free space")
 }
 
+/// What a file that cannot be written means to the user.
+pub fn write_failure(error: WriteError) -> Failure {
+    match error {
+        WriteError::Stopped => still_failure(&StillError::Stopped),
+        WriteError::TooLarge(_) => {
+            Failure::new(Kind::Failed, error, "raise the limit, or write a smaller picture or fewer AOVs")
+        }
+        WriteError::Closed(_) => Failure::new(Kind::Failed, error, "let the reader read to the end"),
+        error => output_failure(error),
+    }
+}
+
 /// Writes text to standard output.
 ///
 /// # Errors
 /// If the other end is closed or full.
 pub fn print(text: &str) -> Result<(), Failure> {
-    atomic::write_stdout(text.as_bytes()).map_err(output_failure)
+    atomic::write_stdout(text.as_bytes()).map_err(write_failure)
 }
 
 /// Milliseconds since `start`.

@@ -4,6 +4,7 @@ use crate::args::RenderArgs;
 use crate::camera;
 use crate::failure::Failure;
 use crate::job::Job;
+use crate::listing::choices;
 use manypass::{Aov, Pose, View};
 use manypass_scene::{Aabb, Scene};
 use std::sync::Arc;
@@ -43,19 +44,16 @@ pub fn time_secs(args: &RenderArgs, frame: u32) -> Option<f32> {
 pub fn pose(scene: &mut Scene, args: &RenderArgs, time_secs: Option<f32>) -> Result<(), Failure> {
     let named = |name: &String| scene.animations.iter().position(|a| a.name == *name).or_else(|| name.parse().ok());
     let index = match &args.animation {
-        None if time_secs.is_none() || scene.animations.is_empty() => return Ok(()),
+        // The caller warns of it: a batch may well hold models that stand still.
+        _ if scene.animations.is_empty() => return Ok(()),
+        None if time_secs.is_none() => return Ok(()),
         None => Some(0),
         Some(name) => named(name),
     };
     let index = index.filter(|index| *index < scene.animations.len()).ok_or_else(|| {
-        let names: Vec<&str> = scene.animations.iter().map(|animation| animation.name.as_str()).collect();
+        let names = scene.animations.iter().map(|animation| animation.name.as_str()).enumerate();
         let asked = args.animation.as_deref().unwrap_or_default();
-        let hint = if names.is_empty() {
-            "the file has no animations".into()
-        } else {
-            format!("animations: {}", names.join(", "))
-        };
-        Failure::usage(format!("there is no animation `{asked}`"), hint)
+        Failure::usage(format!("there is no animation `{asked}`"), choices("animations", names))
     })?;
     scene.pose(index, time_secs.unwrap_or(0.0));
     scene.update_transforms();

@@ -147,6 +147,125 @@ fn an_interrupt_leaves_no_partial_file() {
     }
 }
 
+/// Runs a command line of the shell in `folder`, with the program as `$0`.
+#[cfg(unix)]
+fn shell(folder: &Folder, script: &str) -> Run {
+    let mut command = std::process::Command::new("bash");
+    command.args(["-c", script, env!("CARGO_BIN_EXE_manypass")]).current_dir(&**folder);
+    command.output().expect("bash runs").into()
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_pipes_and_open_files_take_pictures() {
+    use std::os::unix::fs::FileTypeExt;
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("devices");
+    render(&folder, &SMALL, 0);
+    let expected = std::fs::read(folder.join("tri.png")).expect("written");
+    let exr = b"\x76\x2f\x31\x01";
+    let render = "\"$0\" render tri.glb --size 16x16 --samples 1 -o";
+    for (output, name) in [
+        ("/dev/null", ""),
+        ("/dev/null --frames 0..1 --skip-existing", ""),
+        ("/dev/stdout --format png > a.png", "a.png"),
+        (">(cat > b.png) --format png; wait $!", "b.png"),
+        ("/dev/fd/5 --format png 5> c.png", "c.png"),
+        ("pipe.exr --aov depth", "d.exr"),
+    ] {
+        let before = if name == "d.exr" { "mkfifo pipe.exr && (cat pipe.exr > d.exr &) && " } else { "" };
+        shell(&folder, &format!("{before}{render} {output}")).expect(0);
+        let begun = Instant::now();
+        let is_right = || match std::fs::read(folder.join(name)) {
+            _ if name.is_empty() => true,
+            Ok(bytes) if name.ends_with(".exr") => bytes.starts_with(exr),
+            bytes => bytes.is_ok_and(|bytes| bytes == expected),
+        };
+        // What reads from the pipe ends by itself.
+        while !is_right() {
+            assert!(begun.elapsed() < Duration::from_secs(10), "{output}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+    shell(&folder, &format!("{render} /dev/null --aov depth")).expect(2);
+    assert!(std::fs::metadata("/dev/null").expect("there").file_type().is_char_device());
+    assert!(!Path::new("/dev/null.depth.png").exists());
+    assert_eq!(folder.names(), ["a.png", "b.png", "c.png", "d.exr", "pipe.exr", "tri.glb", "tri.png"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_limit_for_files_and_closed_readers_are_errors() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("limits");
+    folder.write("tri.glb", &triangle_glb([1.0, 0.5, 0.0]));
+    let render = "\"$0\" render tri.glb --size 64x64 --samples 1";
+    for script in
+        ["ulimit -f 1; R -o a.exr", "ulimit -f 1; R -o a.exr --aov depth", "ulimit -f 1; R --report - > r.json"]
+    {
+        let run = shell(&folder, &script.replace('R', render));
+        let named = run.stderr.contains("ulimit -f") && run.stderr.lines().count() == 2;
+        assert!(run.code == 1 && named, "{script}: {run:?}");
+    }
+    for script in ["R -o - --format exr | true", "R -o a.png --report - | true"] {
+        let run = shell(&folder, &format!("{}; exit ${{PIPESTATUS[0]}}", script.replace('R', render)));
+        assert!(run.code == 1 && run.stderr.contains("its reader has closed it"), "{script}: {run:?}");
+    }
+    for script in ["R --time -o 2>&1 | true", "R gone.glb -o x/ 2>/dev/full"] {
+        let run = shell(&folder, &format!("{}; exit ${{PIPESTATUS[0]}}", script.replace('R', render)));
+        assert!(run.code == 2 || run.code == 1, "nobody reads the errors: {script}: {run:?}");
+    }
+    // The shell made `r.json`; of what failed there is nothing.
+    assert_eq!(folder.names(), ["a.png", "r.json", "tri.glb", "x"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_while_a_file_is_encoded_leaves_nothing() {
+    if !has_adapter() {
+        return;
+    }
+    for (signal, extra) in
+        [("-INT", &["-o", "out/a.exr", "--aov", "all"][..]), ("-HUP", &["-o", "out/a.png", "--aov", "all"])]
+    {
+        let folder = Folder::new(&format!("encoding{signal}"));
+        let args = ["render", "demo:hall", "--size", "768x768", "--samples", "1", "--light-culling", "clustered"];
+        let child = start(&folder, &[&args[..], extra].concat());
+        let begun = Instant::now();
+        let is_encoding = || std::fs::read_dir(folder.join("out")).is_ok_and(|mut entries| entries.next().is_some());
+        while !is_encoding() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "no file appears");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        send(signal, child.id());
+        let run = wait(child, Duration::from_secs(60)).run.expect(130);
+        assert!(run.stderr.starts_with("error: interrupted\nhint: "), "{}", run.stderr);
+        assert_eq!(std::fs::read_dir(folder.join("out")).expect("listed").count(), 0);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_wait_for_a_reader() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("reader");
+    folder.write("tri.glb", &triangle_glb([1.0, 0.5, 0.0]));
+    shell(&folder, "mkfifo pipe.png").expect(0);
+    let child = start(&folder, &[&["render", "tri.glb", "-o", "pipe.png"], &SMALL[..]].concat());
+    // The program has its picture by then; where it has not, it is stopped before it waits.
+    std::thread::sleep(Duration::from_secs(2));
+    send("-TERM", child.id());
+    let run = wait(child, Duration::from_secs(10)).run.expect(130);
+    assert!(run.stderr.starts_with("error: interrupted\nhint: "), "{}", run.stderr);
+    assert_eq!(folder.names(), ["pipe.png", "tri.glb"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_batch_keeps_what_is_done() {

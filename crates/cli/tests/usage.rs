@@ -34,6 +34,21 @@ fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
         (&["render", "a.glb", "b.glb", "-o", "same.png"], "same.png"),
         (&["render", "a.glb", "a.depth.glb", "--aov", "depth"], "a.depth.png"),
         (&["render", "a.glb", "--frames", "0..4294967295", "-o", "one.png"], "one.png"),
+        (&["render", "a.glb", "--frames", "3..3", "-o", "one.png"], "one.png"),
+        (&["render", "a.glb", "--turntable", "1", "-o", "one.png"], "one.png"),
+        (&["render", "a.glb", "--frames", "3..3", "--contact-sheet", "one.png"], "one.png"),
+        (&["render", "a.glb", "--frames", "0..1", "-o", "-", "--format", "png"], "one picture"),
+        (&["render", "a.glb", "-o", "{foo}.png"], "{parent}, {stem}, {frame}, {frame:04} and {aov}"),
+        (&["render", "a.glb", "--dump-passes", "{stam}"], "unknown placeholder `{stam}`"),
+        (&["render", "a.glb", "-o", "-", "--format", "png", "--report", "-"], "standard output"),
+        (&["render", "a.glb", "-o", "-", "--format", "png", "--report", "/dev/stdout"], "standard output"),
+        (&["render", "a.glb", "--frames", "-3..2"], "-3..2"),
+        (&["render", "a.glb", "--near", "-1"], "--near -1 is out of range"),
+        (&["render", "a.glb", "--fov-y", "-5"], "--fov-y -5 is out of range"),
+        (&["render", "a.glb", "--time", "-inf"], "--time -inf is out of range"),
+        (&["render", "a.glb", "--size", "-1x4"], "`-1x4` is no size"),
+        (&["render", "a.glb", "--turntable", "-1"], "'-1' for '--turntable"),
+        (&["render", "a.glb", "--background", "-1"], "`-1` is no value of --background"),
         (&["render", "demo:hell"], "hall"),
         (&["bench", "a.glb", "--count", "0"], "--count"),
         (&["bench", "a.glb", "--budget-ms", "0"], "--budget-ms"),
@@ -45,6 +60,7 @@ fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
         let lines: Vec<&str> = run.stderr.lines().collect();
         assert!(matches!(lines[..], [e, h] if e.starts_with("error: ") && h.starts_with("hint: ")), "{}", run.stderr);
         assert!(run.stderr.contains(part), "{args:?}: {}", run.stderr);
+        assert!(!run.stderr.contains("-- -"), "{args:?}: {}", run.stderr);
         assert!(run.stdout.is_empty());
     }
     assert!(folder.names().is_empty());
@@ -58,6 +74,18 @@ fn without_arguments_there_is_help_and_2() {
     assert!(run_in(&folder, &["--help"]).expect(0).text().contains("Exit codes"));
     assert!(run_in(&folder, &["--version"]).expect(0).text().starts_with("manypass "));
     assert!(run_in(&folder, &["completions", "bash"]).expect(0).text().contains("manypass"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_machine_without_a_driver_ends_with_3() {
+    let folder = Folder::new("driver");
+    for args in [&["adapters"][..], &["adapters", "--json"]] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_manypass"));
+        command.env("VK_ICD_FILENAMES", "/nowhere").env("VK_DRIVER_FILES", "/nowhere");
+        let run: common::Run = command.args(args).current_dir(&*folder).output().expect("run").into();
+        assert!(run.code == 3 && run.stdout.is_empty() && run.stderr.contains("hint: install"), "{args:?}: {run:?}");
+    }
 }
 
 #[test]

@@ -11,6 +11,9 @@ mod json;
 mod material;
 mod mesh;
 mod node;
+mod references;
+
+pub use references::references;
 
 use crate::Scene;
 use json::Json;

@@ -1,7 +1,6 @@
 use super::*;
 use crate::args::{Cli, Command};
 use crate::camera::Place;
-use crate::pattern::expand;
 use clap::Parser;
 use glam::Vec3;
 
@@ -46,9 +45,22 @@ fn conflicts_and_nonsense_are_wrong_usage() {
 }
 
 #[test]
-fn colours_are_srgb_and_patterns_expand() {
+fn colours_are_srgb_and_folders_become_patterns() {
     assert_eq!(job(&["--background", "#ff0000"]).expect("job").background, Backdrop::Color([1.0, 0.0, 0.0]));
     assert_eq!(job(&["--background", "00ff00"]).expect("job").background, Backdrop::Color([0.0, 1.0, 0.0]));
-    assert_eq!(expand("o/{stem}.{frame:04}.{aov}.png", "a", 7, "depth"), PathBuf::from("o/a.0007.depth.png"));
-    assert_eq!(job(&["-o", "out/"]).expect("job").output, Output::Pattern("out/{stem}.png".into()));
+    let pattern = |flags: &[&str]| match job(flags).expect("job").output {
+        Output::Pattern(pattern) => pattern.text().to_owned(),
+        Output::Stdout => "-".to_owned(),
+    };
+    assert_eq!(pattern(&["-o", "out/"]), "out/{stem}.png");
+    // Another call may render the next frame, so even one is told apart.
+    for frames in [["--frames", "7..7"], ["--turntable", "1"]] {
+        assert_eq!(pattern(&frames), "{stem}_{frame:04}.png");
+        assert_eq!(pattern(&[&frames[..], &["-o", "out/"]].concat()), "out/{stem}_{frame:04}.png");
+        assert_eq!(pattern(&[&frames[..], &["-o", "-", "--format", "png"]].concat()), "-");
+        for flags in [["-o", "one.png"], ["--contact-sheet", "one.png"], ["--dump-passes", "one"]] {
+            let failure = job(&[&frames[..], &flags].concat()).expect_err("no frame");
+            assert!(failure.code() == 2 && failure.hint.contains("{frame:04}"), "{failure:?}");
+        }
+    }
 }

@@ -71,11 +71,16 @@ pub(super) fn fetch(uri: &str, resolve: &mut Resolve) -> Result<Vec<u8>, String>
         }
         return Ok(bytes);
     }
+    resolve(&decoded_uri(uri)?)
+}
+
+/// A relative URI without its percent signs.
+pub(super) fn decoded_uri(uri: &str) -> Result<String, String> {
     if uri.contains(':') || uri.starts_with(['/', '\\']) {
         return Err(format!("\"{uri}\" is not a relative path; put the file beside the model and name it plainly"));
     }
     let decoded = percent_decode(uri).and_then(|bytes| String::from_utf8(bytes).ok());
-    resolve(&decoded.ok_or_else(|| format!("\"{uri}\" is not a percent-encoded URI"))?)
+    decoded.ok_or_else(|| format!("\"{uri}\" is not a percent-encoded URI"))
 }
 
 fn percent_decode(text: &str) -> Option<Vec<u8>> {

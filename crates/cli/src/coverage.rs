@@ -1,0 +1,121 @@
+//! Whether a picture shows anything of its scene.
+
+use glam::Vec2;
+use manypass::{Background, FrameRequest, RenderError, Renderer, View};
+use manypass_offline::Picture;
+use manypass_scene::{Aabb, Projection, Scene};
+
+/// What is as large as this in the picture covers the middle of a pixel.
+const CERTAIN_PX: f32 = 4.0;
+
+/// The longer side of the first, small picture in which surfaces are looked for.
+const SMALL_PX: u32 = 128;
+
+/// Whether no pixel of `picture` shows a surface, although the scene has some. Most pictures need no look at the device
+/// for it; where the camera sees no model whole, one more small frame is drawn, and a large one where that is empty.
+///
+/// # Errors
+/// If the renderer fails.
+pub fn is_empty(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    request: &FrameRequest,
+    picture: &Picture,
+) -> Result<bool, RenderError> {
+    let size_px = Vec2::new(request.width as f32, request.height as f32);
+    let mut has_surfaces = false;
+    for bounds_world in boxes_world(scene) {
+        has_surfaces = true;
+        if is_certainly_seen(&request.camera, &bounds_world, size_px) {
+            return Ok(false);
+        }
+    }
+    if !has_surfaces {
+        return Ok(false);
+    }
+    if matches!(request.background, Background::Transparent) {
+        return Ok(is_transparent(&picture.display_rgba8));
+    }
+    let small = (SMALL_PX as f32 / size_px.max_element()).min(1.0);
+    for scale in [small, 1.0] {
+        let probe = FrameRequest {
+            width: ((size_px.x * scale) as u32).max(1),
+            height: ((size_px.y * scale) as u32).max(1),
+            sample_index: 0,
+            sample_count: 1,
+            background: Background::Transparent,
+            want_aovs: Vec::new(),
+            previous: None,
+            effects: Vec::new(),
+            ..request.clone()
+        };
+        renderer.render(scene, &probe)?;
+        if !is_transparent(&renderer.read_display()?) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// The boxes of what is drawn: of each primitive, or of the whole mesh where that is deformed.
+fn boxes_world(scene: &Scene) -> impl Iterator<Item = Aabb> + '_ {
+    let of_node = |id| {
+        let node = scene.node(id);
+        let primitives = node.mesh.and_then(|mesh| scene.meshes.get(mesh)).map_or(&[][..], |mesh| &mesh.primitives);
+        let is_deformed = node.skin.is_some() || primitives.iter().any(|part| !part.morph_targets.is_empty());
+        let whole = is_deformed.then_some(node.bounds_world);
+        let parts = primitives.iter().filter(move |_| !is_deformed).filter(|part| !part.bounds.is_empty());
+        whole.into_iter().chain(parts.map(|part| part.bounds.transformed(&node.world_from_object)))
+    };
+    scene.visible_nodes().into_iter().flat_map(of_node).filter(|bounds| !bounds.is_empty())
+}
+
+fn is_transparent(rgba8: &[u8]) -> bool {
+    rgba8.chunks_exact(4).all(|pixel| pixel.get(3) == Some(&0))
+}
+
+/// Whether a solid with this box shows in any case: all of it lies within the picture, and it is neither thin nor tiny.
+fn is_certainly_seen(camera: &View, bounds: &Aabb, size_px: Vec2) -> bool {
+    let extent = bounds.max - bounds.min;
+    if extent.min_element() <= 0.01 * extent.max_element() {
+        return false;
+    }
+    let (near_m, far_m) = match camera.projection {
+        Projection::Perspective { near_m, far_m, .. } => (near_m, far_m.unwrap_or(f32::INFINITY)),
+        Projection::Orthographic { near_m, far_m, .. } => (near_m, far_m),
+    };
+    let half_extent = camera.half_extent(size_px.x / size_px.y);
+    let view_from_world = camera.world_from_view.inverse();
+    let (mut low_ndc, mut high_ndc) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    for corner in bounds.corners() {
+        let position_view = view_from_world.transform_point3(corner);
+        let distance_m = -position_view.z;
+        let scale = if camera.is_orthographic() { 1.0 } else { distance_m };
+        let ndc = position_view.truncate() / (half_extent * scale);
+        // A number that is none is not inside.
+        if !(distance_m > near_m && distance_m < far_m && ndc.abs().max_element() < 1.0) {
+            return false;
+        }
+        (low_ndc, high_ndc) = (low_ndc.min(ndc), high_ndc.max(ndc));
+    }
+    (0.5 * (high_ndc - low_ndc) * size_px).min_element() >= CERTAIN_PX
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Mat4, Vec3};
+
+    #[test]
+    fn only_solids_that_lie_whole_in_the_picture_are_certain() {
+        let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
+        let camera = View { world_from_view: Mat4::from_translation(Vec3::Z * 5.0), projection };
+        let seen = |min: Vec3, max: Vec3| is_certainly_seen(&camera, &Aabb { min, max }, Vec2::new(64.0, 64.0));
+        assert!(seen(-Vec3::ONE, Vec3::ONE));
+        assert!(!seen(-Vec3::ONE, Vec3::new(1.0, 1.0, -1.0)), "thin");
+        assert!(!seen(Vec3::ZERO, Vec3::splat(0.01)), "tiny");
+        assert!(!seen(-Vec3::ONE, Vec3::new(9.0, 1.0, 1.0)), "cut");
+        assert!(!seen(Vec3::splat(6.0), Vec3::splat(7.0)), "behind");
+        assert!(!seen(Vec3::splat(f32::NAN), Vec3::ONE), "no number");
+    }
+}

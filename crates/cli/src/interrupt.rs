@@ -1,0 +1,46 @@
+//! Signals: the user says stop, and limits that must become errors.
+
+use crate::failure::Failure;
+use crate::session::still_failure;
+use manypass_offline::atomic;
+use manypass_offline::still::StillError;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Raised once the user has said stop.
+pub static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Fails once the user has said stop.
+///
+/// # Errors
+/// [`crate::failure::Kind::Interrupted`].
+pub fn check() -> Result<(), Failure> {
+    if STOP.load(Ordering::SeqCst) { Err(still_failure(&StillError::Stopped)) } else { Ok(()) }
+}
+
+/// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the program
+/// up, ends it at once.
+pub fn heed() {
+    // Without a handler an interrupt ends the program as the system does it.
+    let _ = ctrlc::set_handler(|| {
+        let was_stopped = STOP.swap(true, Ordering::SeqCst);
+        if was_stopped || atomic::is_waiting() {
+            atomic::remove_unfinished();
+            let failure = still_failure(&StillError::Stopped);
+            failure.print();
+            std::process::exit(i32::from(failure.code()));
+        }
+    });
+}
+
+/// Lets writing beyond the limit for a file's size (`ulimit -f`) fail, where it would end the program.
+#[cfg(unix)]
+#[allow(unsafe_code, reason = "the disposition of a signal can only be changed by an unsafe call")]
+pub fn ignore_file_size_signal() {
+    // SAFETY: to ignore a signal installs no handler, so no code runs at an unsafe time; nothing else in this program
+    // sets this signal.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
+}
+
+/// There is no such signal.
+#[cfg(not(unix))]
+pub fn ignore_file_size_signal() {}

@@ -1,0 +1,305 @@
+//! What a call reads and writes: no output may replace an input or another output.
+
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::gather::Item;
+use crate::input::Input;
+use crate::job::Job;
+use crate::output;
+use crate::pattern::{Output, is_stdout};
+use manypass_offline::atomic;
+use manypass_scene::gltf_file;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// The most pictures whose files are checked before the first is drawn; those of the rest are checked as their turn comes.
+const CHECKED_AT_START: u64 = 20_000;
+
+/// What tells a file that is there apart, whatever its name: device and inode.
+type FileId = (u64, u64);
+
+#[cfg(unix)]
+fn file_id(metadata: &fs::Metadata) -> Option<FileId> {
+    use std::os::unix::fs::MetadataExt;
+    Some((metadata.dev(), metadata.ino()))
+}
+
+/// The standard library does not tell here; canonical paths do.
+#[cfg(not(unix))]
+fn file_id(_: &fs::Metadata) -> Option<FileId> {
+    None
+}
+
+/// Files by place and by identity, each with what it is.
+#[derive(Debug, Default)]
+struct Known {
+    by_path: BTreeMap<PathBuf, String>,
+    by_id: BTreeMap<FileId, String>,
+}
+
+impl Known {
+    fn get(&self, place: &Place) -> Option<&str> {
+        let by_id = place.id.and_then(|id| self.by_id.get(&id));
+        self.by_path.get(&place.path).or(by_id).map(String::as_str)
+    }
+
+    fn insert(&mut self, place: Place, what: String) {
+        if let Some(id) = place.id {
+            self.by_id.insert(id, what.clone());
+        }
+        self.by_path.insert(place.path, what);
+    }
+}
+
+/// Where a file is or would be, without links and dots, and which one is there.
+struct Place {
+    path: PathBuf,
+    id: Option<FileId>,
+}
+
+/// What a call reads and writes.
+#[derive(Debug, Default)]
+pub struct Places {
+    reads: Known,
+    writes: Known,
+    /// Folders that `--dump-passes` fills.
+    dumps: BTreeSet<PathBuf>,
+    /// Folders in which another output has a name as `--dump-passes` gives them.
+    numbered: BTreeSet<PathBuf>,
+    /// The places of folders that were looked up.
+    folders: BTreeMap<PathBuf, PathBuf>,
+    checked_pictures: u64,
+}
+
+impl Places {
+    /// Everything that `args` reads and writes, as far as that can be known before anything is drawn.
+    ///
+    /// # Errors
+    /// Wrong usage, if an output would replace something that is read, or another output.
+    pub fn new(args: &RenderArgs, job: &Job, items: &[Item]) -> Result<Self, Failure> {
+        let mut places = Self::default();
+        items.iter().for_each(|item| places.read_input(&item.input));
+        args.effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
+        args.settings.iter().for_each(|path| places.read(path, format!("the settings {}", path.display())));
+        if job.output == Output::Stdout {
+            places.write_open_stdout();
+        }
+        if let Some(report) = args.report.as_deref().filter(|path| !is_stdout(path)) {
+            places.write(report)?;
+        }
+        let (first, last) = job.frames.unwrap_or((0, 0));
+        'pictures: for item in items {
+            for frame in first..=last {
+                if places.checked_pictures == CHECKED_AT_START {
+                    break 'pictures;
+                }
+                places.write_picture(job, item, frame)?;
+                places.checked_pictures += 1;
+            }
+        }
+        Ok(places)
+    }
+
+    /// What one input reads.
+    pub fn of_input(input: &Input) -> Self {
+        let mut places = Self::default();
+        places.read_input(input);
+        places
+    }
+
+    /// Checks the files of the picture with this index, unless that was done at the start.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn check(&mut self, index: u64, job: &Job, item: &Item, frame: u32) -> Result<(), Failure> {
+        if index < self.checked_pictures { Ok(()) } else { self.write_picture(job, item, frame) }
+    }
+
+    fn read_input(&mut self, input: &Input) {
+        match input {
+            Input::File(path) => {
+                self.read(path, format!("the model {}", path.display()));
+                // What is wrong with the model is said when it is read.
+                for file in gltf_file::references(path).unwrap_or_default() {
+                    self.read(&file, format!("a file that {} reads", path.display()));
+                }
+            }
+            Input::Stdin if cfg!(unix) => self.read(Path::new("/dev/stdin"), "the model on standard input".into()),
+            Input::Stdin | Input::Demo(_) => {}
+        }
+    }
+
+    fn read(&mut self, path: &Path, what: String) {
+        if fs::metadata(path).is_ok_and(|metadata| metadata.is_file()) {
+            let place = self.place(path);
+            self.reads.insert(place, what);
+        }
+    }
+
+    /// Standard output, where it goes to a file.
+    fn write_open_stdout(&mut self) {
+        let open = Path::new("/dev/stdout");
+        if cfg!(unix) && fs::metadata(open).is_ok_and(|metadata| metadata.is_file()) {
+            let place = self.place(open);
+            self.writes.insert(place, "standard output".into());
+        }
+    }
+
+    fn write_picture(&mut self, job: &Job, item: &Item, frame: u32) -> Result<(), Failure> {
+        let dump = job.dump_passes.as_ref().map(|pattern| pattern.expand(&item.names, frame, "rgba"));
+        let sheet = job.contact_sheet.as_ref().map(|pattern| pattern.expand(&item.names, frame, "rgba"));
+        if let Some((target, aovs)) = output::files(job, &item.names, frame) {
+            self.write(&target)?;
+            aovs.iter().try_for_each(|path| self.write(path))?;
+        }
+        sheet.map_or(Ok(()), |path| self.write(&path))?;
+        dump.map_or(Ok(()), |folder| self.write_dump(&folder))
+    }
+
+    /// Adds an output.
+    ///
+    /// # Errors
+    /// Wrong usage, if it would replace something that is read, or another output.
+    pub fn write(&mut self, path: &Path) -> Result<(), Failure> {
+        // Devices and pipes take what comes and keep nothing that could be lost.
+        let place = match fs::symlink_metadata(path) {
+            Ok(_) if atomic::is_in_place(path) => return Ok(()),
+            Ok(_) => self.place(path),
+            // Most outputs are not there yet, and long sequences have many.
+            Err(_) => Place { path: self.path_without_link(path), id: None },
+        };
+        let shown = path.display();
+        self.refuse_read(&place, path)?;
+        if self.writes.get(&place).is_some() {
+            let message = format!("two outputs would be written to {shown}");
+            return Err(Failure::usage(message, "use {parent}, {stem} and {frame:04} in the names, and other folders"));
+        }
+        if path.file_name().is_some_and(is_pass_picture) {
+            let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
+            self.refuse_dump_beside(self.dumps.contains(&folder), path)?;
+            self.numbered.insert(folder);
+        }
+        self.writes.insert(place, String::new());
+        Ok(())
+    }
+
+    /// Adds a folder of pictures of passes; their names are known only when they are drawn.
+    fn write_dump(&mut self, folder: &Path) -> Result<(), Failure> {
+        let place = self.place(folder).path;
+        self.refuse_dump_beside(self.numbered.contains(&place), folder)?;
+        if !self.dumps.insert(place) {
+            let message = format!("the passes of two pictures would be written to {}", folder.display());
+            return Err(Failure::usage(message, "use {parent}, {stem} and {frame:04} in the name"));
+        }
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        for path in entries.filter(|entry| is_pass_picture(&entry.file_name())).map(|entry| entry.path()) {
+            let place = self.place(&path);
+            self.refuse_read(&place, &path)?;
+        }
+        Ok(())
+    }
+
+    fn refuse_read(&self, place: &Place, path: &Path) -> Result<(), Failure> {
+        self.reads.get(place).map_or(Ok(()), |what| {
+            let message = format!("{} would replace {what}", path.display());
+            Err(Failure::usage(message, "write to another file or folder, for example -o renders/"))
+        })
+    }
+
+    fn refuse_dump_beside(&self, is_beside: bool, path: &Path) -> Result<(), Failure> {
+        if !is_beside {
+            return Ok(());
+        }
+        let message = format!("--dump-passes could replace another output at {}", path.display());
+        Err(Failure::usage(message, "give --dump-passes a folder of its own"))
+    }
+
+    /// Where `path` leads. Folders that are not there yet are taken as they are written.
+    fn place(&mut self, path: &Path) -> Place {
+        let id = fs::metadata(path).ok().filter(fs::Metadata::is_file).as_ref().and_then(file_id);
+        let target = fs::canonicalize(path).ok().filter(|_| path.is_symlink());
+        Place { path: target.map_or_else(|| self.path_without_link(path), same_case), id }
+    }
+
+    /// Where `path` is, if it is no link itself.
+    fn path_without_link(&mut self, path: &Path) -> PathBuf {
+        let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return same_case(resolve(path)) };
+        let folder = self.folders.entry(folder.to_owned()).or_insert_with(|| resolve(folder));
+        same_case(folder.join(name))
+    }
+}
+
+/// Upper and lower case name the same file on these systems, unless somebody changed that.
+fn same_case(path: PathBuf) -> PathBuf {
+    if cfg!(any(windows, target_os = "macos")) { path.to_string_lossy().to_lowercase().into() } else { path }
+}
+
+/// A path without links and dots, whether it is there or not.
+fn resolve(path: &Path) -> PathBuf {
+    let mut resolved = if path.is_absolute() { PathBuf::new() } else { std::env::current_dir().unwrap_or_default() };
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                resolved.pop();
+            }
+            part => {
+                resolved.push(part);
+                if let Ok(there) = fs::canonicalize(&resolved) {
+                    resolved = there;
+                }
+            }
+        }
+    }
+    resolved
+}
+
+/// Whether a name is one that `--dump-passes` may give: `NN-NAME.png`.
+fn is_pass_picture(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    let (number, rest) = name.split_once('-').unwrap_or_default();
+    number.len() >= 2 && number.bytes().all(|digit| digit.is_ascii_digit()) && rest.ends_with(".png")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_is_known_by_every_name() {
+        let root = std::env::temp_dir().join(format!("manypass-places-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&root);
+        fs::create_dir_all(root.join("in")).expect("a folder");
+        let model = root.join("in/m.glb");
+        fs::write(&model, b"x").expect("written");
+        fs::hard_link(&model, root.join("hard.png")).expect("linked");
+        std::os::unix::fs::symlink("in/m.glb", root.join("soft.png")).expect("linked");
+        std::os::unix::fs::symlink("in", root.join("door")).expect("linked");
+        let names = ["in/m.glb", "./in/../in/./m.glb", "new/../in/m.glb", "hard.png", "soft.png", "door/m.glb"];
+        for name in names {
+            let mut places = Places::of_input(&Input::File(model.clone()));
+            assert_eq!(places.write(&root.join(name)).expect_err(name).code(), 2);
+            let mut places = Places::default();
+            places.write(&model).expect("the first output");
+            assert_eq!(places.write(&root.join(name)).expect_err(name).code(), 2);
+        }
+        let mut places = Places::of_input(&Input::File(model));
+        for name in ["in/n.glb", "m.glb", "door/n.png", "/dev/null", "/dev/null"] {
+            places.write(&root.join(name)).expect(name);
+        }
+        places.write(&root.join("in/n.png")).expect_err("the same as door/n.png");
+        places.write_dump(&root.join("in")).expect("a dump");
+        assert!(places.write(&root.join("door/01-a.png")).is_err() && places.write_dump(&root.join("door")).is_err());
+        let _ = fs::remove_dir_all(root);
+    }
+
+    #[test]
+    fn names_of_passes_have_a_number() {
+        for (name, expected) in [("01-a.png", true), ("100-b.c.png", true), ("1-a.png", false), ("a-b.png", false)] {
+            assert_eq!(is_pass_picture(OsStr::new(name)), expected, "{name}");
+        }
+    }
+}
