@@ -14,6 +14,7 @@ mod report;
 mod request;
 mod run;
 mod session;
+mod settings;
 mod shot;
 
 use clap::error::ErrorKind;

@@ -7,7 +7,7 @@ use crate::job::Job;
 use crate::output;
 use crate::pattern::expand;
 use crate::report::{Entry, Phases, Report};
-use crate::request::{effect, request, settings};
+use crate::request::{effect_files, effects, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -56,7 +56,8 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         inputs.extend(Input::parse(argument)?);
     }
     let job = Job::new(args, inputs.len() > 1, &aov_names())?;
-    let settings = settings(args, &job)?;
+    let mut effect_files = effect_files(&args.effects)?;
+    let settings = settings(args, &job, &mut effect_files)?;
     let stems: Vec<String> = inputs.iter().map(Input::stem).collect();
     let extra: Vec<&Path> = args.contact_sheet.iter().chain(&args.dump_passes).map(PathBuf::as_path).collect();
     let single: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
@@ -71,7 +72,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         }
     });
     let renderer = session::open(args.adapter.as_deref())?;
-    let effects = args.effects.iter().map(|path| effect(&renderer, path)).collect::<Result<_, _>>()?;
+    let effects = effects(&renderer, effect_files)?;
     let mut batch = Batch {
         args,
         job: &job,
