@@ -19,7 +19,14 @@ const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("accumulate", "package::passes::accumulate::accumulate", &["scaled"]),
     ("tone_map", "package::passes::tone_map::tone_map", &[]),
     ("present", "package::passes::present::present", &["srgb_target"]),
+    ("geometry_points", "package::passes::geometry::geometry", &["textured", "masked", "deformed"]),
+    ("ids_points", "package::passes::ids::ids", &["textured", "masked", "deformed"]),
+    ("motion_points", "package::passes::motion::motion", &["textured", "masked", "deformed"]),
+    ("forward_points", "package::passes::forward::forward", &["textured", "masked", "deformed"]),
 ];
+
+/// Programs whose names end so draw points; the others never do, so that this is no axis of theirs.
+const POINTS: &str = "_points";
 
 /// More variants of one module than this are a sign that it should be two modules.
 const VARIANTS_MAX: usize = 64;
@@ -37,7 +44,7 @@ fn main() {
         let _ = writeln!(list, "    ({name:?}, &{axes:?}, &[");
         for variant in 0..count {
             let source =
-                compose(module, axes, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
+                compose(name, module, axes, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
             let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
             fs::write(&file, source).expect("the output folder is writable");
             let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());
@@ -69,11 +76,12 @@ fn composer(strip: bool) -> Wesl<wesl::StandardResolver> {
     wesl
 }
 
-fn compose(module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
+fn compose(name: &str, module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
     let mut wesl = composer(true);
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);
     }
+    wesl.set_feature("points", name.ends_with(POINTS));
     // An axis that a module does not list is off.
     wesl.set_missing_feature_behavior(false);
     wesl.keep_all_entrypoints();

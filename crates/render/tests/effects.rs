@@ -76,7 +76,7 @@ fn a_wrong_effect_is_an_error_that_says_where() {
         (&format!("override x: f32;\n{main} return vec4f(x); }}"), "override"),
         (
             &format!("\n@group(1) @binding(9) var t: texture_2d<f32>;\n{main} return textureLoad(t, vec2i(0), 0); }}"),
-            "mine.wgsl:2:31: error: `t` in group 1",
+            "mine.wgsl:2:27: error: `t` in group 1",
         ),
         (&format!("@group(7) @binding(0) var<uniform> u: f32;\n{main} return vec4f(u); }}"), "`u` in group 7"),
         (&format!("@group(2) @binding(0) var<storage> b: f32;\n{main} return vec4f(b); }}"), "mine.wgsl:1:"),
@@ -107,7 +107,7 @@ fn uniforms_are_set_by_name_and_size() {
     let mut request = common::plain_request(&test.scene, (8, 8));
     request.effects = vec![effect.clone()];
     let error = renderer.render(&test.scene, &request).unwrap_err().to_string();
-    assert!(error.starts_with("tint:1:38: error: `tint` has neither a default nor a value"), "{error}");
+    assert!(error.starts_with("tint:1:36: error: `tint` has neither a default nor a value"), "{error}");
     effect.set("tint.scale", "0.5").unwrap();
     effect.set_uniform("tint", bytemuck::cast_slice(&[1f32, 2.0, 3.0, 2.0])).unwrap();
     renderer.render(&test.scene, &request).unwrap();
@@ -137,7 +137,7 @@ struct Style {
     color: vec3f,
     last: f32,
     padding: vec2f,
-    inner: Inner,
+    @align(16) @size(16) inner: Inner,
     _more: vec4f,
     // = 1, 2
     pair: vec2i,

@@ -11,6 +11,11 @@ fn vs_ids(in: SurfaceInput) -> SurfaceVarying {
 
 @fragment
 fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
+            discard;
+        }
+    }
     @if(masked) {
         if surface_base_color(in).a < material_factors.alpha_cutoff {
             discard;
