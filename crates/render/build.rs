@@ -19,13 +19,14 @@ const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("accumulate", "package::passes::accumulate::accumulate", &["scaled"]),
     ("tone_map", "package::passes::tone_map::tone_map", &[]),
     ("present", "package::passes::present::present", &["srgb_target"]),
-    ("geometry_points", "package::passes::geometry::geometry", &["textured", "masked", "deformed"]),
-    ("ids_points", "package::passes::ids::ids", &["textured", "masked", "deformed"]),
-    ("motion_points", "package::passes::motion::motion", &["textured", "masked", "deformed"]),
-    ("forward_points", "package::passes::forward::forward", &["textured", "masked", "deformed"]),
+    ("geometry_points", "package::passes::geometry::geometry", &["textured", "deformed"]),
+    ("ids_points", "package::passes::ids::ids", &["textured", "deformed"]),
+    ("motion_points", "package::passes::motion::motion", &["textured", "deformed"]),
+    ("forward_points", "package::passes::forward::forward", &["textured", "deformed"]),
 ];
 
-/// Programs whose names end so draw points; the others never do, so that this is no axis of theirs.
+/// Programs whose names end so draw points. Their discs are cut out in any case, so that masks, whose cutoff is 0 where
+/// there is none, need no variants; and they have no tangents.
 const POINTS: &str = "_points";
 
 /// More variants of one module than this are a sign that it should be two modules.
@@ -43,8 +44,8 @@ fn main() {
         assert!(count <= VARIANTS_MAX, "{name} has {count} variants");
         let _ = writeln!(list, "    ({name:?}, &{axes:?}, &[");
         for variant in 0..count {
-            let source =
-                compose(name, module, axes, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
+            let source = compose(name, module, axes, variant)
+                .unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
             let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
             fs::write(&file, source).expect("the output folder is writable");
             let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());
@@ -81,7 +82,10 @@ fn compose(name: &str, module: &str, axes: &[&str], variant: usize) -> Result<St
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);
     }
-    wesl.set_feature("points", name.ends_with(POINTS));
+    if name.ends_with(POINTS) {
+        wesl.set_feature("points", true);
+        wesl.set_feature("masked", true);
+    }
     // An axis that a module does not list is off.
     wesl.set_missing_feature_behavior(false);
     wesl.keep_all_entrypoints();

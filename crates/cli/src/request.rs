@@ -23,7 +23,8 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
     for path in paths {
         let file = path.display().to_string();
         let text = read_text(path, "name a WGSL file")?;
-        let effect = EffectFile::parse(&file, &text).map_err(|error| program_failure(&error, "correct the WGSL file"))?;
+        let effect =
+            EffectFile::parse(&file, &text).map_err(|error| program_failure(&error, "correct the WGSL file"))?;
         if let Some(other) = effects.iter().find(|other| other.name() == effect.name()) {
             return Err(Failure::usage(
                 format!("two effects are called `{}`: {} and {file}", effect.name(), other.file()),

@@ -117,8 +117,7 @@ impl WgslEffect {
         }
         #[cfg(target_arch = "wasm32")]
         let _ = file;
-        let buffers: Vec<_> =
-            uniforms.blocks.iter().map(|block| block.is_used.then(|| buffer(gpu, block))).collect();
+        let buffers: Vec<_> = uniforms.blocks.iter().map(|block| block.is_used.then(|| buffer(gpu, block))).collect();
         let named = uniforms.blocks.iter().zip(&buffers);
         let resources: Vec<_> = named
             .filter_map(|(block, buffer)| Some((block.name.as_str(), buffer.as_ref()?.as_entire_binding())))

@@ -188,8 +188,14 @@ mod tests {
         assert!(read("[render]\nscale = 0.5").unwrap().render.scale == 0.5);
         assert!(read("render.scale = 0.5").unwrap().render.scale == 0.5);
         for (text, expected) in [
-            ("[render]\nscael = 0.5", "my.toml:2:1: error: no setting is called `render.scael`; did you mean `render.scale`?"),
-            ("\n[render]\n  scale = 9", "my.toml:3:11: error: `9` is no value of `render.scale`, which takes a number from"),
+            (
+                "[render]\nscael = 0.5",
+                "my.toml:2:1: error: no setting is called `render.scael`; did you mean `render.scale`?",
+            ),
+            (
+                "\n[render]\n  scale = 9",
+                "my.toml:3:11: error: `9` is no value of `render.scale`, which takes a number from",
+            ),
             ("scale = 1", "my.toml:1:1: error: no setting is called `scale`; did you mean `render.scale`?"),
             ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `1,2` is no value of `render.scale`"),
             ("[render]\nscale = 1979-05-27", "my.toml:2:9: error: `1979-05-27` is no value of"),

@@ -293,7 +293,9 @@ pub fn draw(
         }
         pass.set_vertex_buffer(slot, instances.slice(..));
         match &primitive.indices {
-            _ if primitive.topology == Topology::Points => pass.draw(prepared.draw.instances.clone(), 0..primitive.count),
+            _ if primitive.topology == Topology::Points => {
+                pass.draw(prepared.draw.instances.clone(), 0..primitive.count)
+            }
             Some(indices) => {
                 pass.set_index_buffer(geometry.indices.slice(indices.clone()), wgpu::IndexFormat::Uint32);
                 pass.draw_indexed(0..primitive.count, 0, prepared.draw.instances.clone());

@@ -164,7 +164,8 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
     let effect = Arc::new(WgslEffect::new(renderer.gpu(), "folder/file.wgsl", SETTINGS).unwrap());
     assert_eq!(effect.name(), "many");
     let keys: Vec<&str> = effect.settings().iter().map(|info| &*info.key).collect();
-    let expected = ["many.style.first", "many.color", "many.last", "many.count", "many.offset", "many.pair", "many.first"];
+    let expected =
+        ["many.style.first", "many.color", "many.last", "many.count", "many.offset", "many.pair", "many.first"];
     assert_eq!(keys, [&expected[..], &["many.idle"]].concat());
     let json = serde_json::to_value(&effect.settings()[1]).unwrap();
     let info = serde_json::json!({ "key": "many.color", "type": "vec3f", "default": [0.5, 0.25, 0.125], "min": 0.0, "max": 1.0,
@@ -197,7 +198,11 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
     assert_eq!(drawn(), [7.5, 0.5, 0.0, 1.0, 1.0, 0.5, 0.0, 1.0]);
     assert_eq!(effect.values()[5], ("many.pair".into(), manypass::SettingValue::Integers(vec![2, -3])));
     for (key, value, expected) in [
-        ("many.color", "1,2,3", "`1,2,3` is no value of `many.color`, which takes 3 numbers with commas between, each from 0 to 1"),
+        (
+            "many.color",
+            "1,2,3",
+            "`1,2,3` is no value of `many.color`, which takes 3 numbers with commas between, each from 0 to 1",
+        ),
         ("many.color", "1", "3 numbers"),
         ("many.last", "1,1", "takes a number"),
         ("many.last", "nan", "takes a number"),
@@ -214,9 +219,22 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
 }
 
 #[test]
+fn the_example_and_that_of_the_docs_are_of_the_form() {
+    let docs = include_str!("../../../docs/effects.md");
+    let of_docs = docs.split("```wgsl\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let file = manypass::EffectFile::parse("vignette.wgsl", of_docs).unwrap();
+    assert_eq!((file.name(), file.settings().len()), ("vignette", 2));
+    assert_eq!(file.settings()[1].unit.as_deref(), Some("linear Rec. 709"));
+    let file = manypass::EffectFile::parse("x.wgsl", include_str!("../examples/own_pass.wgsl")).unwrap();
+    assert!(file.name() == "own_pass" && file.settings().len() == 4 && file.missing().is_none());
+}
+
+#[test]
 fn a_wrong_default_or_header_is_refused_with_its_place() {
     let main = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f { return vec4f(u.x) + radiance_at(vec2i(0)); }";
-    let of_default = |default: &str| format!("struct U {{\n    {default}\n    x: f32,\n}}\n@group(2) @binding(0) var<uniform> u: U;\n{main}");
+    let of_default = |default: &str| {
+        format!("struct U {{\n    {default}\n    x: f32,\n}}\n@group(2) @binding(0) var<uniform> u: U;\n{main}")
+    };
     for (source, expected) in [
         (of_default("// = half"), "a.wgsl:2:10: error: `half` is no value of `x`, which takes a number"),
         (of_default("// = 2 in 0..1"), "a.wgsl:2:10: error: `2` is no value of `x`, which takes a number from 0 to 1"),
@@ -227,12 +245,18 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
         (of_default("// = 1, 2"), "`1, 2` is no value"),
         (of_default("// ====="), ""),
         (of_default("/// Text with = signs.\n    // = -1e-3"), ""),
-        (format!("//! reads: depth\n{}", of_default("")), "a.wgsl:1:5: error: the shader also reads radiance; the shader does not"),
+        (
+            format!("//! reads: depth\n{}", of_default("")),
+            "a.wgsl:1:5: error: the shader also reads radiance; the shader does not",
+        ),
         (format!("//! reads: radiance\n{}", of_default("")), ""),
         (format!("//! passes: other\n{}", of_default("")), "a.wgsl:1:13: error: there is no pass `other`"),
         (format!("//! author: me\n{}", of_default("")), "a.wgsl:1:5: error: `author: me` begins with no word"),
         (of_default("// = 1").replace("x: f32", "x: f32, y: mat4x4f"), ""),
-        (of_default("// = 1").replace("x: f32", "y: mat4x4f, x: f32"), "a.wgsl:2:10: error: a default stands above what"),
+        (
+            of_default("// = 1").replace("x: f32", "y: mat4x4f, x: f32"),
+            "a.wgsl:2:10: error: a default stands above what",
+        ),
     ] {
         match manypass::EffectFile::parse("a.wgsl", &source) {
             Ok(_) => assert!(expected.is_empty(), "{source}\nshould say {expected}"),
@@ -245,7 +269,10 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
     let matrix = of_default("// = 1").replace("x: f32", "x: f32, y: mat4x4f");
     let file = manypass::EffectFile::parse("a.wgsl", &matrix).unwrap();
     let (setting, missing) = file.missing().unwrap();
-    assert!(setting.is_none() && missing.to_string().contains("`y` is a `mat4x4f`, of which no text is a value"), "{missing}");
+    assert!(
+        setting.is_none() && missing.to_string().contains("`y` is a `mat4x4f`, of which no text is a value"),
+        "{missing}"
+    );
 }
 
 #[test]

@@ -62,7 +62,9 @@ impl Header {
             if comment.range.start > scan.first_token {
                 let message = "a line of the header stands below the first declaration";
                 let fault = source.fault(comment.range.clone(), message);
-                return Err(Box::new(fault.note("header lines (`//!`) are the first lines; other remarks begin with `//`")));
+                return Err(Box::new(
+                    fault.note("header lines (`//!`) are the first lines; other remarks begin with `//`"),
+                ));
             }
             header.line(source, comment.range.end - line.len(), line)?;
         }
@@ -90,7 +92,8 @@ impl Header {
                 let name = rest.trim();
                 let place = word_start + length + (rest.len() - rest.trim_start().len());
                 if !is_name(name) || !rest.starts_with(char::is_whitespace) {
-                    let fault = source.fault(place..place + name.len(), "this is no name of an effect: `//! effect NAME`");
+                    let fault =
+                        source.fault(place..place + name.len(), "this is no name of an effect: `//! effect NAME`");
                     return Err(Box::new(
                         fault.note("a name begins with a letter and consists of letters, digits, `_` and `-`"),
                     ));
@@ -100,7 +103,8 @@ impl Header {
             "reads" => {
                 again(self.reads.is_some())?;
                 let rest = list("reads: NAME, NAME, …")?;
-                let reads = entries(rest, word_start + line.len() - rest.len()).map(|(name, place)| read(source, name, place));
+                let reads =
+                    entries(rest, word_start + line.len() - rest.len()).map(|(name, place)| read(source, name, place));
                 self.reads = Some((reads.collect::<Result<_, _>>()?, word_start..word_start + line.len()));
             }
             "passes" => {
@@ -109,12 +113,14 @@ impl Header {
                 let mut passes = entries(rest, word_start + line.len() - rest.len());
                 self.pass = passes.next().map(|(name, place)| (name.to_owned(), place));
                 if let Some((_, place)) = passes.next() {
-                    return Err(source.fault(place, format!("{} has effects of one pass; several are not there yet", version())));
+                    return Err(source
+                        .fault(place, format!("{} has effects of one pass; several are not there yet", version())));
                 }
             }
             _ => {
                 let known = WORDS.join(", ");
-                let message = format!("`{line}` begins with no word that a header has in {}; those are: {known}", version());
+                let message =
+                    format!("`{line}` begins with no word that a header has in {}; those are: {known}", version());
                 let note = "a later version may know it; a remark begins with `//` alone";
                 return Err(Box::new(source.fault(here, message).note(note)));
             }
@@ -150,7 +156,8 @@ impl Header {
         }
         let fault = source.fault(place.clone(), parts.join("; "));
         let right = format!("`//! reads: {}` is right, and so is no such line", used.join(", "));
-        let note = "`surface_at` reads normal, base_color and material; `distance_at` reads depth; `radiance_at` radiance";
+        let note =
+            "`surface_at` reads normal, base_color and material; `distance_at` reads depth; `radiance_at` radiance";
         Err(Box::new(fault.note(right).note(note)))
     }
 }
@@ -193,15 +200,21 @@ mod tests {
 
     #[test]
     fn a_header_is_read_to_its_last_word() {
-        let text = "// A remark.\n\n//! effect soft-lines_2\r\n//!reads: depth,  normal\n//! passes: fs_lines\nstruct S {}";
+        let text =
+            "// A remark.\n\n//! effect soft-lines_2\r\n//!reads: depth,  normal\n//! passes: fs_lines\nstruct S {}";
         let header = parse(text).expect("a good header");
         assert_eq!(header.name.as_deref(), Some("soft-lines_2"));
         let source = Source { file: "a.wgsl", text };
         header.check(source, "fs_lines", &["normal", "linear_depth"]).expect("true");
         let error = |entry, used: &[&str]| header.check(source, entry, used).expect_err("false").to_string();
-        assert!(error("fs", &["normal", "linear_depth"]).starts_with("a.wgsl:5:13: error: there is no pass `fs_lines`"));
+        assert!(
+            error("fs", &["normal", "linear_depth"]).starts_with("a.wgsl:5:13: error: there is no pass `fs_lines`")
+        );
         let reads = error("fs_lines", &["normal", "radiance"]);
-        assert!(reads.starts_with("a.wgsl:4:4: error: the shader also reads radiance; the shader does not read depth"), "{reads}");
+        assert!(
+            reads.starts_with("a.wgsl:4:4: error: the shader also reads radiance; the shader does not read depth"),
+            "{reads}"
+        );
         assert!(reads.contains("`//! reads: normal, radiance` is right"), "{reads}");
         parse("fn f() {}").expect("no header").check(source, "f", &["normal"]).expect("nothing said");
     }

@@ -147,7 +147,8 @@ impl<'t> Walk<'t> {
     fn comments_between(&self, from: Option<usize>, to: usize) -> Vec<Range<usize>> {
         let start = from.and_then(|from| self.tokens.get(from)).map_or(0, |token| token.range.end);
         let end = self.tokens[to].range.start;
-        let between = self.scan.comments.iter().filter(|comment| comment.range.start >= start && comment.range.end <= end);
+        let between =
+            self.scan.comments.iter().filter(|comment| comment.range.start >= start && comment.range.end <= end);
         between.filter(|comment| comment.is_alone).map(|comment| comment.range.clone()).collect()
     }
 
@@ -262,8 +263,25 @@ mod tests {
 
     #[test]
     fn any_text_can_be_scanned() {
-        for text in ["", "struct", "struct S", "struct S {", "struct S { a", "struct S { a:", "struct S { @", "var", "var<", "/*",
-            "/* /* */", "fn", "var<uniform> x:", "@group(", "struct S { a: f32 b: }", "é // ü", "struct S { } }"] {
+        for text in [
+            "",
+            "struct",
+            "struct S",
+            "struct S {",
+            "struct S { a",
+            "struct S { a:",
+            "struct S { @",
+            "var",
+            "var<",
+            "/*",
+            "/* /* */",
+            "fn",
+            "var<uniform> x:",
+            "@group(",
+            "struct S { a: f32 b: }",
+            "é // ü",
+            "struct S { } }",
+        ] {
             scan(text);
         }
     }

@@ -162,7 +162,8 @@ fn write(bytes: &mut [u8], offset: usize, kind: SettingType, components: &[f64])
 }
 
 fn read(bytes: &[u8], offset: usize, kind: SettingType) -> Vec<f64> {
-    let words = bytes[offset..].chunks_exact(4).take(usize::from(kind.count)).map(|word| [word[0], word[1], word[2], word[3]]);
+    let words =
+        bytes[offset..].chunks_exact(4).take(usize::from(kind.count)).map(|word| [word[0], word[1], word[2], word[3]]);
     let component = |word| match kind.scalar {
         // By way of its shortest text, so that 0.6 does not come back as 0.6000000238.
         Scalar::F32 => f32::from_le_bytes(word).to_string().parse().unwrap_or(f64::NAN),
@@ -230,14 +231,16 @@ impl Reflection<'_> {
         let Some(kind) = kind else {
             let ty = declared.map_or("?", |declared| &self.source.text[declared.ty.clone()]);
             let message = format!("`{member}` is a `{ty}`, of which no text is a value");
-            let note = "settings are f32, i32, u32 and vectors of them; a program sets others by `WgslEffect::set_uniform`";
+            let note =
+                "settings are f32, i32, u32 and vectors of them; a program sets others by `WgslEffect::set_uniform`";
             let missing = Some(Box::new(self.source.fault(place, message).note(note)));
             self.uniforms.fields.push(Field { path: self.path.clone(), block, offset, setting: None, missing });
             return Ok(());
         };
         let info = self.setting(kind, remarks)?;
         let missing = info.default.is_none().then(|| {
-            let example = ["0.5", "0.5, 0.5", "0.5, 0.5, 0.5", "0.5, 0.5, 0.5, 0.5"][usize::from(kind.count - 1).min(3)];
+            let example =
+                ["0.5", "0.5, 0.5", "0.5, 0.5, 0.5", "0.5, 0.5, 0.5, 0.5"][usize::from(kind.count - 1).min(3)];
             let example = if kind.scalar == Scalar::F32 { example.into() } else { example.replace("0.5", "1") };
             let fault = self.source.fault(place, format!("`{member}` has neither a default nor a value"));
             Box::new(fault.note(format!("a default is a line above it, such as `// = {example} in 0..1`")))
@@ -269,7 +272,9 @@ impl Reflection<'_> {
         let Some(place) = remarks.default else { return Ok(info) };
         let text = &self.source.text[place.clone()];
         let fault = |message: String| {
-            self.source.fault(place.clone(), message).note("the form is `// = DEFAULT in MIN..MAX`; both ends are included")
+            self.source
+                .fault(place.clone(), message)
+                .note("the form is `// = DEFAULT in MIN..MAX`; both ends are included")
         };
         let (default, range) = match text.split_once(" in ") {
             Some((default, range)) => (default, Some(range.trim())),

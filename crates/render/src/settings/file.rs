@@ -44,10 +44,7 @@ impl SettingsFile {
     ///
     /// # Errors
     /// The first one that `set` refuses, with its place in the file.
-    pub fn apply(
-        &self,
-        mut set: impl FnMut(&str, &str) -> Result<(), SettingsError>,
-    ) -> Result<(), Box<Diagnostic>> {
+    pub fn apply(&self, mut set: impl FnMut(&str, &str) -> Result<(), SettingsError>) -> Result<(), Box<Diagnostic>> {
         for Entry { key, key_range, value, value_range } in &self.entries {
             let Err(error) = set(key, value) else { continue };
             let range = if matches!(error, SettingsError::UnknownKey { .. }) { key_range } else { value_range };
@@ -62,12 +59,9 @@ fn collect(table: &DeTable<'_>, prefix: &str, entries: &mut Vec<Entry>) {
         let key = format!("{prefix}{}", name.get_ref());
         match value.get_ref() {
             DeValue::Table(inner) => collect(inner, &format!("{key}."), entries),
-            inner => entries.push(Entry {
-                key,
-                key_range: name.span(),
-                value: value_text(inner),
-                value_range: value.span(),
-            }),
+            inner => {
+                entries.push(Entry { key, key_range: name.span(), value: value_text(inner), value_range: value.span() })
+            }
         }
     }
 }

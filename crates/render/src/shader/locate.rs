@@ -86,7 +86,8 @@ fn located_at_end(file: &str, own: &str, fault: &Fault) -> Diagnostic {
     if fault.labels.is_empty() {
         return diagnostic;
     }
-    diagnostic.note("it shows in what every effect finds declared: a name of this file's may hide one that is used there")
+    diagnostic
+        .note("it shows in what every effect finds declared: a name of this file's may hide one that is used there")
 }
 
 #[cfg(test)]

@@ -11,13 +11,13 @@ fn vs_ids(in: SurfaceInput) -> SurfaceVarying {
 
 @fragment
 fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
-    @if(points) {
-        if dot(in.corner, in.corner) > 1.0 {
+    @if(masked) {
+        if surface_base_color(in).a < material_factors.alpha_cutoff {
             discard;
         }
     }
-    @if(masked) {
-        if surface_base_color(in).a < material_factors.alpha_cutoff {
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
             discard;
         }
     }

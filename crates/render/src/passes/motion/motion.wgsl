@@ -63,16 +63,16 @@ fn vs_motion(in: SurfaceInput) -> MotionVarying {
 
 @fragment
 fn fs_motion(in: MotionVarying) -> @location(0) vec2f {
-    @if(points) {
-        if dot(in.corner, in.corner) > 1.0 {
-            discard;
-        }
-    }
     @if(masked) {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;
         if surface_base_color(surface).a < material_factors.alpha_cutoff {
+            discard;
+        }
+    }
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
             discard;
         }
     }
