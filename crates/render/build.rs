@@ -19,7 +19,15 @@ const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("accumulate", "package::passes::accumulate::accumulate", &["scaled"]),
     ("tone_map", "package::passes::tone_map::tone_map", &[]),
     ("present", "package::passes::present::present", &["srgb_target"]),
+    ("geometry_points", "package::passes::geometry::geometry", &["textured", "deformed"]),
+    ("ids_points", "package::passes::ids::ids", &["textured", "deformed"]),
+    ("motion_points", "package::passes::motion::motion", &["textured", "deformed"]),
+    ("forward_points", "package::passes::forward::forward", &["textured", "deformed"]),
 ];
+
+/// Programs whose names end so draw points. Their discs are cut out in any case, so that masks, whose cutoff is 0 where
+/// there is none, need no variants; and they have no tangents.
+const POINTS: &str = "_points";
 
 /// More variants of one module than this are a sign that it should be two modules.
 const VARIANTS_MAX: usize = 64;
@@ -36,8 +44,8 @@ fn main() {
         assert!(count <= VARIANTS_MAX, "{name} has {count} variants");
         let _ = writeln!(list, "    ({name:?}, &{axes:?}, &[");
         for variant in 0..count {
-            let source =
-                compose(module, axes, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
+            let source = compose(name, module, axes, variant)
+                .unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
             let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
             fs::write(&file, source).expect("the output folder is writable");
             let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());
@@ -69,10 +77,14 @@ fn composer(strip: bool) -> Wesl<wesl::StandardResolver> {
     wesl
 }
 
-fn compose(module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
+fn compose(name: &str, module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
     let mut wesl = composer(true);
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);
+    }
+    if name.ends_with(POINTS) {
+        wesl.set_feature("points", true);
+        wesl.set_feature("masked", true);
     }
     // An axis that a module does not list is off.
     wesl.set_missing_feature_behavior(false);

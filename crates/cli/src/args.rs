@@ -20,6 +20,7 @@ const EXAMPLES: &str = "Examples:
   manypass render 'models/**/*.glb' -o 'shots/{parent}_{stem}.png'
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
   manypass graph helmet.glb --format mermaid              the passes of the frame
+  manypass settings                                       every key of --set, with its range
   manypass adapters                                       what can render on this machine
 
 Exit codes: 0 done, 1 an input or output failed, 2 wrong usage, 3 no usable adapter, 4 device lost, 130 interrupted.";
@@ -65,6 +66,15 @@ pub enum Command {
     /// List the adapters of this machine.
     Adapters {
         /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// List the keys of `--set` and of files of `--settings`, without a GPU.
+    Settings {
+        /// List the keys of the effect in this file too; may be given again.
+        #[arg(long = "effect", value_name = "FILE.wgsl")]
+        effects: Vec<PathBuf>,
+        /// Print JSON: an array of objects with key, type, default, min, max, choices, unit, doc.
         #[arg(long)]
         json: bool,
     },
@@ -251,12 +261,17 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
     /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
+    ///
+    /// The file declares its settings with their defaults; `manypass settings --effect FILE.wgsl` lists them.
     #[arg(long = "effect", value_name = "FILE.wgsl")]
     pub effects: Vec<PathBuf>,
-    /// Change a setting; may be given again.
+    /// Change a setting; `manypass settings` lists the keys; may be given again.
+    ///
+    /// A setting of an effect is EFFECT.MEMBER; the numbers of a vector or colour have commas between:
+    /// `--set own_pass.line_color=0.9,0.7,0.4`.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// A TOML file of settings.
+    /// A TOML file of settings, under those of `--set`: `[own_pass]`, `vignette = 0.9`.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
     /// Render on the adapter whose name contains this.

@@ -1,5 +1,6 @@
 //! What can go wrong, and the exit code of each.
 
+use manypass::Diagnostic;
 use std::fmt::Display;
 use std::io::Write as _;
 
@@ -27,13 +28,22 @@ pub struct Failure {
     pub message: String,
     /// One line.
     pub hint: String,
+    /// The whole message where it keeps its lines: it begins with `file:line:column: error:`, as editors expect.
+    pub located: Option<String>,
 }
 
 impl Failure {
     /// A failure of any kind.
     pub fn new(kind: Kind, message: impl Display, hint: impl Display) -> Self {
         let line = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
-        Self { kind, message: line(message.to_string()), hint: line(hint.to_string()) }
+        Self { kind, message: line(message.to_string()), hint: line(hint.to_string()), located: None }
+    }
+
+    /// A failure at a place in a text file.
+    pub fn located(kind: Kind, diagnostic: &Diagnostic, hint: impl Display) -> Self {
+        let Diagnostic { file, line, column, message, .. } = diagnostic;
+        let message = format!("{file}:{line}:{column}: {message}");
+        Self { located: Some(diagnostic.to_string()), ..Self::new(kind, message, hint) }
     }
 
     /// Wrong usage.
@@ -54,7 +64,10 @@ impl Failure {
 
     /// Says it on standard error.
     pub fn print(&self) {
-        say(format_args!("error: {}\nhint: {}", self.message, self.hint));
+        match &self.located {
+            Some(text) => say(format_args!("{text}\nhint: {}", self.hint)),
+            None => say(format_args!("error: {}\nhint: {}", self.message, self.hint)),
+        }
     }
 }
 

@@ -19,6 +19,7 @@ mod report;
 mod request;
 mod run;
 mod session;
+mod settings;
 mod shot;
 mod words;
 

@@ -9,7 +9,7 @@ use crate::job::Job;
 use crate::output;
 use crate::places::Places;
 use crate::report::{Entry, Phases, Report};
-use crate::request::{effect, request, settings};
+use crate::request::{effect_files, effects, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -56,13 +56,14 @@ struct LoadedInput {
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let job = Job::new(args, inputs.items.len() > 1, &aov_names())?;
-    let settings = settings(args, &job)?;
+    let mut effect_files = effect_files(&args.effects)?;
+    let settings = settings(args, &job, &mut effect_files)?;
     let places = Places::new(args, &job, &inputs.items)?;
     let (first, last) = job.frames.unwrap_or((0, 0));
     let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
     interrupt::heed();
     let renderer = session::open(args.adapter.as_deref())?;
-    let effects = args.effects.iter().map(|path| effect(&renderer, path)).collect::<Result<_, _>>()?;
+    let effects = effects(&renderer, effect_files)?;
     let is_lines = inputs.is_batch || job.frames.is_some();
     let mut batch = Batch {
         args,

@@ -4,39 +4,95 @@ use crate::args::{RenderArgs, TonemapArg};
 use crate::failure::{Failure, Kind};
 use crate::job::{Backdrop, Job};
 use crate::session;
-use manypass::{Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View, WgslEffect};
+use manypass::shader::ProgramError;
+use manypass::{Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View};
+use manypass::{EffectFile, SettingsFile, WgslEffect, effect};
 use manypass_offline::Format;
 use manypass_offline::still::aov_named;
 use manypass_scene::Scene;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The effect in a file; errors name the file and the line.
-pub fn effect(renderer: &Renderer, path: &Path) -> Result<Arc<dyn Effect>, Failure> {
-    let name = path.display().to_string();
-    let source = std::fs::read_to_string(path)
-        .map_err(|error| Failure::new(Kind::Failed, format!("{name}: {error}"), "name a WGSL file"))?;
-    let effect = WgslEffect::new(renderer.gpu(), &name, &source)
-        .map_err(|error| Failure::new(Kind::Failed, error, "correct the WGSL file"))?;
-    Ok(Arc::new(effect))
-}
-
-/// The settings of the file and of `--set`, the latter last.
+/// The effects in files, checked without a device.
 ///
 /// # Errors
-/// A file that cannot be read, or a wrong key or value.
-pub fn settings(args: &RenderArgs, job: &Job) -> Result<Settings, Failure> {
+/// A file that cannot be read or is no effect, with its place; two effects of one name, whose settings and passes nobody
+/// could tell apart.
+pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
+    let mut effects: Vec<EffectFile> = Vec::new();
+    for path in paths {
+        let file = path.display().to_string();
+        let text = read_text(path, "name a WGSL file")?;
+        let effect =
+            EffectFile::parse(&file, &text).map_err(|error| program_failure(&error, "correct the WGSL file"))?;
+        if let Some(other) = effects.iter().find(|other| other.name() == effect.name()) {
+            return Err(Failure::usage(
+                format!("two effects are called `{}`: {} and {file}", effect.name(), other.file()),
+                "give one another name, in its first line: `//! effect NAME`",
+            ));
+        }
+        effects.push(effect);
+    }
+    Ok(effects)
+}
+
+/// The effects, compiled for the renderer's device.
+///
+/// # Errors
+/// What the device refuses.
+pub fn effects(renderer: &Renderer, files: Vec<EffectFile>) -> Result<Vec<Arc<dyn Effect>>, Failure> {
+    let compile = |file| WgslEffect::compile(renderer.gpu(), file).map(|effect| Arc::new(effect) as Arc<dyn Effect>);
+    let effects: Result<_, _> = files.into_iter().map(compile).collect();
+    effects.map_err(|error| program_failure(&error, "correct the WGSL file"))
+}
+
+/// The settings of the file and of `--set`, the latter last; those of `effects` go to them.
+///
+/// # Errors
+/// A file that cannot be read, a wrong key or value, or a setting of an effect without default and value.
+pub fn settings(args: &RenderArgs, job: &Job, effects: &mut [EffectFile]) -> Result<Settings, Failure> {
     let mut settings = Settings::default();
+    let lists = list_hint(&args.effects);
     if let Some(path) = &args.settings {
-        let read = std::fs::read_to_string(path);
-        let text =
-            read.map_err(|e| Failure::new(Kind::Failed, format!("{}: {e}", path.display()), "name a TOML file"))?;
-        settings = Settings::from_toml(&text).map_err(|e| Failure::usage(e, "correct the file"))?;
+        let text = read_text(path, "name a TOML file")?;
+        SettingsFile::parse(&path.display().to_string(), &text)
+            .and_then(|file| file.apply(|key, value| effect::set(&mut settings, effects, key, value)))
+            .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}")))?;
     }
     for (key, value) in &job.set {
-        settings.set(key, value).map_err(|e| Failure::usage(e, "write --set KEY=VALUE"))?;
+        effect::set(&mut settings, effects, key, value)
+            .map_err(|error| Failure::usage(error, format!("write --set KEY=VALUE; {lists}")))?;
     }
-    Ok(settings)
+    match effects.iter().find_map(EffectFile::missing) {
+        None => Ok(settings),
+        Some((Some(info), missing)) => {
+            let numbers = vec!["N"; usize::from(info.kind.count)].join(",");
+            let hint = format!("add --set {}={numbers}, or a default above the member: `// = N in MIN..MAX`", info.key);
+            Err(Failure::located(Kind::Usage, missing, hint))
+        }
+        Some((None, missing)) => {
+            Err(Failure::located(Kind::Usage, missing, "make it of numbers and vectors, or padding (`_`, `padding`)"))
+        }
+    }
+}
+
+/// Where the keys are listed.
+fn list_hint(effects: &[PathBuf]) -> String {
+    let flags: String = effects.iter().map(|path| format!(" --effect {}", path.display())).collect();
+    format!("`manypass settings{flags}` lists the keys")
+}
+
+fn read_text(path: &Path, hint: &str) -> Result<String, Failure> {
+    std::fs::read_to_string(path)
+        .map_err(|error| Failure::new(Kind::Failed, format!("{}: {error}", path.display()), hint))
+}
+
+/// What a wrong shader means to the user.
+fn program_failure(error: &ProgramError, hint: &str) -> Failure {
+    match error {
+        ProgramError::Text(diagnostic) => Failure::located(Kind::Failed, diagnostic, hint),
+        error => Failure::new(Kind::Failed, error, hint),
+    }
 }
 
 /// The request of one picture.

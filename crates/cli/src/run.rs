@@ -2,7 +2,7 @@
 
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
-use crate::{bench, inspect, render, session};
+use crate::{bench, inspect, render, session, settings};
 use clap::CommandFactory;
 use std::time::Instant;
 
@@ -17,6 +17,7 @@ pub fn run(command: &Command, started: Instant) -> Result<(), Failure> {
         Command::Graph { input, format, adapter } => inspect::graph(input, *format, adapter.as_deref()),
         Command::Bench(args) => bench::bench(args, started),
         Command::Adapters { json } => inspect::adapters(*json),
+        Command::Settings { effects, json } => settings::settings(effects, *json),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "manypass", &mut script);

@@ -59,12 +59,13 @@ fn an_effect_changes_the_picture_and_a_wrong_one_is_named() {
     let swap =
         b"@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f { return radiance_at(vec2i(p.xy)).bgra; }";
     folder.write("swap.wgsl", swap);
+    folder.write("back.wgsl", swap);
     folder.write("wrong.wgsl", b"@fragment fn fs() -> @location(0) vec4f {\n    return nothing; }");
     let plain = ["tri.glb", "-o", "a.png", "--background", "000000"];
     render(&folder, &plain).expect(0);
     let once = ["tri.glb", "-o", "b.png", "--background", "000000", "--effect", "swap.wgsl"];
     render(&folder, &once).expect(0);
-    let twice = ["tri.glb", "-o", "c.png", "--background", "000000", "--effect", "swap.wgsl", "--effect", "swap.wgsl"];
+    let twice = ["tri.glb", "-o", "c.png", "--background", "000000", "--effect", "swap.wgsl", "--effect", "back.wgsl"];
     render(&folder, &twice).expect(0);
     let [a, b] = ["a.png", "b.png"].map(|name| picture(&folder.join(name)));
     assert!(difference(&a, &b) > 5.0, "{}", difference(&a, &b));

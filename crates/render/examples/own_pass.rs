@@ -4,27 +4,18 @@
 use manypass::{FrameRequest, Gpu, Renderer, WgslEffect, scene};
 use std::sync::Arc;
 
-/// The uniform of `own_pass.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Style {
-    line_color: [f32; 3],
-    vignette: f32,
-    crease_cos: f32,
-    step_share: f32,
-    padding: [f32; 2],
-}
-
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = std::env::args().nth(1).unwrap_or("own_pass.png".into());
     let scene = scene::demo::hall();
     let mut renderer = Renderer::new(Gpu::headless(None)?)?;
     renderer.load(&scene)?;
 
+    // The file gives every setting its default and its range; those that nobody sets keep the default.
     let effect = WgslEffect::new(renderer.gpu(), "own_pass.wgsl", include_str!("own_pass.wgsl"))?;
-    let style =
-        Style { line_color: [0.9, 0.7, 0.4], vignette: 0.6, crease_cos: 0.8, step_share: 0.05, padding: [0.0; 2] };
-    effect.set_uniform("style", bytemuck::bytes_of(&style))?;
+    effect.set("own_pass.line_color", "0.9, 0.7, 0.4")?;
+    for (key, value) in effect.values() {
+        println!("{key} = {value}");
+    }
 
     let mut request = FrameRequest::of_scene(&scene, 640, 360);
     request.effects.push(Arc::new(effect));

@@ -4,8 +4,11 @@ use crate::resources::SceneResources;
 use crate::resources::geometry::{GpuPrimitive, Instance};
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
-use manypass_scene::{Aabb, NodeId, Scene};
+use manypass_scene::{Aabb, NodeId, Scene, Topology};
 use std::ops::Range;
+
+/// The corners of the square around the disc of a point.
+const DISC_CORNERS: usize = 4;
 
 /// One draw call: a primitive, and which of the view's instances.
 #[derive(Clone, Debug)]
@@ -18,7 +21,7 @@ pub struct Draw {
     pub material: usize,
     /// Whether the transform turns the triangles around.
     pub mirrored: bool,
-    /// Which instances.
+    /// Which instances; of points, one for every corner of a disc.
     pub instances: Range<u32>,
     distance_m: f32,
 }
@@ -79,15 +82,22 @@ impl DrawList {
     fn append(&mut self, candidates: Vec<Candidate<'_>>, is_opaque: bool) {
         let mut last_key = None;
         for candidate in candidates {
-            let at = self.instances.len() as u32;
-            self.instances.push(candidate.instance);
-            if candidate.primitive.topology == manypass_scene::Topology::Triangles {
+            // The corners of a point's disc read the object as vertices do, from a multiple of their number.
+            let is_points = candidate.primitive.topology == Topology::Points;
+            let copies = if is_points { DISC_CORNERS } else { 1 };
+            let at = self.instances.len().next_multiple_of(copies);
+            self.instances.resize(at, Instance::zeroed());
+            self.instances.extend(std::iter::repeat_n(candidate.instance, copies));
+            let range = at as u32..(at + copies) as u32;
+            if candidate.primitive.topology == Topology::Triangles {
                 self.triangles += u64::from(candidate.primitive.count) / 3;
             }
             let draws = if is_opaque { &mut self.opaque } else { &mut self.blended };
             match draws.last_mut() {
-                Some(draw) if is_opaque && last_key == Some(candidate.key) => draw.instances.end = at + 1,
-                _ => draws.push(Draw { instances: at..at + 1, ..candidate.draw }),
+                Some(draw) if is_opaque && !is_points && last_key == Some(candidate.key) => {
+                    draw.instances.end = range.end;
+                }
+                _ => draws.push(Draw { instances: range, ..candidate.draw }),
             }
             last_key = Some(candidate.key);
         }

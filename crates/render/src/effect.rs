@@ -1,13 +1,22 @@
 //! Effects: passes of the user's own between shading and accumulation, most of them one WGSL file.
 
+mod file;
+mod header;
+mod scan;
+mod uniforms;
+
+pub use file::EffectFile;
+
 use crate::frame::Shared;
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::gpu::Gpu;
-use crate::shader::compose;
-use crate::shader::program::{self, FullscreenPipeline, Program, ProgramError, Slot};
+use crate::settings::{SETTINGS, SettingInfo, SettingValue, Settings, SettingsError};
+use crate::shader::program::{FullscreenPipeline, Program, ProgramError};
+use crate::shader::{compose, locate};
 use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
 use std::fmt::Debug;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use uniforms::{Block, OWN_GROUP, Uniforms};
 
 /// A pass, or several, that make new radiance of a view's radiance: after its surfaces, before accumulation and the
 /// tone curve. [`crate::FrameRequest::effects`] lists them in their order.
@@ -38,7 +47,8 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 ///   `surface_at(pixel)` with `normal_world`, `base_color`, `metallic`, `roughness_perceptual`, `occlusion`;
 /// - `position_world_from_pixel(position.xy, distance_m)` and its like.
 ///
-/// Its own uniforms lie in group 2 and are set by their names.
+/// Its own uniforms lie in group 2. Their members are settings, whose defaults and ranges stand in comments above them;
+/// the page `docs/effects.md` has the whole form of the file.
 ///
 /// ```no_run
 /// # use manypass::{FrameRequest, Gpu, Renderer, WgslEffect, scene};
@@ -48,16 +58,18 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 /// let vignette = WgslEffect::new(
 ///     renderer.gpu(),
 ///     "vignette.wgsl",
-///     "@group(2) @binding(0) var<uniform> strength: f32;
+///     "/// How much light the corners lose, share
+///      // = 0.5 in 0..1
+///      @group(2) @binding(0) var<uniform> strength: f32;
 ///
 ///      @fragment
 ///      fn fs_vignette(@builtin(position) position: vec4f) -> @location(0) vec4f {
 ///          let from_middle = uv_from_pixel(position.xy) - 0.5;
 ///          let here = radiance_at(vec2i(position.xy));
-///          return vec4f(here.rgb * (1.0 - strength * dot(from_middle, from_middle)), here.a);
+///          return vec4f(here.rgb * (1.0 - strength * 2.0 * dot(from_middle, from_middle)), here.a);
 ///      }",
 /// )?;
-/// vignette.set_uniform("strength", &1.5f32.to_le_bytes())?;
+/// vignette.set("vignette.strength", "0.8")?;
 /// let mut request = FrameRequest::of_scene(&scene, 640, 360);
 /// request.effects.push(std::sync::Arc::new(vignette));
 /// renderer.render(&scene, &request)?;
@@ -67,69 +79,131 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 pub struct WgslEffect {
     gpu: Gpu,
     pipeline: Arc<FullscreenPipeline>,
-    uniforms: Vec<(String, wgpu::Buffer)>,
+    /// The same as those of `uniforms`, which keeps their values.
+    settings: Vec<SettingInfo>,
+    uniforms: Mutex<Uniforms>,
+    /// A buffer for every block of `uniforms`; none if the shader does not use it.
+    buffers: Vec<Option<wgpu::Buffer>>,
     own_group: Option<wgpu::BindGroup>,
 }
 
-/// The group of an effect's own uniforms.
-const OWN_GROUP: u32 = 2;
-
 impl WgslEffect {
-    /// Compiles `source`. `file` appears in errors; its name without the ending is the name of the pass. Uniforms are
-    /// zero until they are set.
+    /// Compiles `source`. `file` appears in errors; its name without the ending is the name of the pass where the header
+    /// gives none. Settings have their defaults until they are set.
     ///
     /// # Errors
-    /// The source is not WGSL, or not one fragment shader that fits the frame; the message says where and why.
+    /// As [`EffectFile::parse`] and [`Self::compile`].
     pub fn new(gpu: &Gpu, file: &str, source: &str) -> Result<Self, ProgramError> {
-        let name = std::path::Path::new(file).file_stem().map_or(file.into(), |stem| stem.to_string_lossy());
-        let invalid = |message: String| ProgramError::Invalid { pass: name.to_string(), message };
-        let composed = format!("{source}\n{}", compose::EFFECT_PRELUDE);
-        let (module, info) = program::parse(&name, file, &composed)?;
-        let slots = program::reflect_bindings(&module, &info, &composed);
-        let own_lines = source.lines().count() as u32;
-        check_module(&module, &composed).map_err(|message| invalid(format!("{file}:{message}")))?;
-        check_slots(&slots, own_lines).map_err(|message| invalid(format!("{file}:{message}")))?;
-        // What the checks above do not foresee is the device's to find.
+        Self::compile(gpu, EffectFile::parse(file, source)?)
+    }
+
+    /// Compiles an effect for a device; its settings keep the values that they have.
+    ///
+    /// # Errors
+    /// The device refuses what [`EffectFile::parse`] does not foresee.
+    pub fn compile(gpu: &Gpu, effect: EffectFile) -> Result<Self, ProgramError> {
+        let EffectFile { file, text, name, module, slots, uniforms } = effect;
+        let invalid = |message: String| ProgramError::Invalid { pass: name.clone(), message };
         #[cfg(not(target_arch = "wasm32"))]
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let triangle = compose::source("fullscreen", &[]).map_err(&invalid)?;
         let triangle = Program::new(&gpu.device, "fullscreen", triangle)?;
+        let composed = locate::composed(&text);
         let program = Arc::new(Program::from_parsed(&gpu.device, &name, &composed, &module, slots));
         let pipeline = FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, RADIANCE, None);
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(invalid(format!("{file}: {error}")));
         }
-        let uniforms: Vec<_> =
-            program.slots(OWN_GROUP).iter().map(|slot| (slot.name.clone(), buffer(gpu, slot))).collect();
-        let resources: Vec<_> =
-            uniforms.iter().map(|(name, buffer)| (name.as_str(), buffer.as_entire_binding())).collect();
+        #[cfg(target_arch = "wasm32")]
+        let _ = file;
+        let buffers: Vec<_> = uniforms.blocks.iter().map(|block| block.is_used.then(|| buffer(gpu, block))).collect();
+        let named = uniforms.blocks.iter().zip(&buffers);
+        let resources: Vec<_> = named
+            .filter_map(|(block, buffer)| Some((block.name.as_str(), buffer.as_ref()?.as_entire_binding())))
+            .collect();
         let own_group =
             program.uses_group(OWN_GROUP).then(|| program.bind(&gpu.device, OWN_GROUP, &resources)).transpose()?;
-        Ok(Self { gpu: gpu.clone(), pipeline: Arc::new(pipeline), uniforms, own_group })
+        let settings = uniforms.settings.clone();
+        let uniforms = Mutex::new(uniforms);
+        Ok(Self { gpu: gpu.clone(), pipeline: Arc::new(pipeline), settings, uniforms, buffers, own_group })
     }
 
-    /// The name of the pass: in plans, timers and reports.
+    /// The name of the pass: in plans, timers, reports and the keys of its settings.
     pub fn name(&self) -> &str {
         &self.pipeline.program.name
     }
 
-    /// Sets the uniform `name` from the next frame on: its bytes as WGSL lays them out.
+    /// The members of its uniforms that text can give, in the order of their declaration.
+    pub fn settings(&self) -> &[SettingInfo] {
+        &self.settings
+    }
+
+    /// The present values of all settings, by their keys.
+    pub fn values(&self) -> Vec<(String, SettingValue)> {
+        self.uniforms().values()
+    }
+
+    /// Sets `key`, `EFFECT.MEMBER` or `EFFECT.UNIFORM.MEMBER`, from the next frame on: one number, or the components of a
+    /// vector with commas between.
+    ///
+    /// # Errors
+    /// An unknown key, another number of numbers, or one outside the range.
+    pub fn set(&self, key: &str, value: &str) -> Result<(), SettingsError> {
+        let mut uniforms = self.uniforms();
+        let block = uniforms.set(self.name(), key, value)?;
+        self.upload(&uniforms, block);
+        Ok(())
+    }
+
+    /// Sets the whole uniform `name` from the next frame on: its bytes as WGSL lays them out. Ranges do not count.
     ///
     /// # Errors
     /// The shader uses no such uniform, or it has another size.
     pub fn set_uniform(&self, name: &str, bytes: &[u8]) -> Result<(), ProgramError> {
         let fault = |message: String| ProgramError::Uniform { pass: self.name().into(), uniform: name.into(), message };
-        let (_, buffer) = self.uniforms.iter().find(|(known, _)| known == name).ok_or_else(|| {
-            let known: Vec<_> = self.uniforms.iter().map(|(name, _)| name.as_str()).collect();
+        let mut uniforms = self.uniforms();
+        let used = || uniforms.blocks.iter().enumerate().filter(|(_, block)| block.is_used);
+        let found = used().find(|(_, block)| block.name == name).map(|(index, block)| (index, block.bytes.len()));
+        let (block, size) = found.ok_or_else(|| {
+            let known: Vec<_> = used().map(|(_, block)| block.name.as_str()).collect();
             fault(format!("the shader uses no such uniform in group 2; it uses: {}", known.join(", ")))
         })?;
-        if buffer.size() != bytes.len() as u64 {
-            return Err(fault(format!("it has {} bytes, not {}", buffer.size(), bytes.len())));
+        if size != bytes.len() {
+            return Err(fault(format!("it has {size} bytes, not {}", bytes.len())));
         }
-        self.gpu.queue.write_buffer(buffer, 0, bytes);
+        uniforms.set_block(block, bytes);
+        self.upload(&uniforms, block);
         Ok(())
     }
+
+    fn uniforms(&self) -> MutexGuard<'_, Uniforms> {
+        // Nothing panics while it is held; if it did, the bytes would still be whole numbers.
+        self.uniforms.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn upload(&self, uniforms: &Uniforms, block: usize) {
+        if let (Some(Some(buffer)), Some(block)) = (self.buffers.get(block), uniforms.blocks.get(block)) {
+            self.gpu.queue.write_buffer(buffer, 0, &block.bytes);
+        }
+    }
+}
+
+/// Sets `key`, text as on the command line, among the settings of `effects` and those of the frame. Keys of effects come
+/// first, so that a setting which a later version adds takes nothing from a file that works today.
+///
+/// # Errors
+/// A key that nobody has, or a value that it does not take.
+pub fn set(settings: &mut Settings, effects: &mut [EffectFile], key: &str, value: &str) -> Result<(), SettingsError> {
+    if let Some(effect) = effects.iter_mut().find(|effect| effect.has(key)) {
+        return effect.set(key, value);
+    }
+    let result = settings.set(key, value);
+    if !matches!(result, Err(SettingsError::UnknownKey { .. })) {
+        return result;
+    }
+    let own = effects.iter().flat_map(EffectFile::settings);
+    Err(crate::settings::unknown_key(key, own.chain(SETTINGS).map(|info| &*info.key)))
 }
 
 impl Effect for WgslEffect {
@@ -143,6 +217,9 @@ impl Effect for WgslEffect {
         if !shared.gpu.is_same(&self.gpu) {
             let message = "it was compiled for another device than that of `Renderer::gpu`".into();
             return Err(ProgramError::Invalid { pass: self.name().into(), message });
+        }
+        if let Some((_, missing)) = self.uniforms().missing() {
+            return Err(Box::new(missing.clone()).into());
         }
         let step = shared.own_fullscreen(&self.pipeline, self.own_group.as_ref())?;
         let offered = textures(gbuffer, &radiance);
@@ -190,76 +267,13 @@ fn textures<'h>(gbuffer: Option<&'h Gbuffer>, radiance: &'h Handle) -> Vec<(&'st
     offered
 }
 
-fn buffer(gpu: &Gpu, slot: &Slot) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(&slot.name),
-        size: u64::from(slot.size_bytes),
+fn buffer(gpu: &Gpu, block: &Block) -> wgpu::Buffer {
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(&block.name),
+        size: block.bytes.len() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
-    })
-}
-
-/// Whether the module is one fragment shader from a position to a colour; else the line, and why not.
-fn check_module(module: &naga::Module, source: &str) -> Result<(), String> {
-    use naga::{AddressSpace, Binding, BuiltIn};
-    let [entry] = module.entry_points.as_slice() else {
-        return Err(format!(
-            "1: an effect has one entry point, a `@fragment` function, not {}",
-            module.entry_points.len()
-        ));
-    };
-    if entry.stage != naga::ShaderStage::Fragment {
-        return Err(format!("1: the entry point `{}` is not a `@fragment` function", entry.name));
-    }
-    let is_position = |argument: &naga::FunctionArgument| {
-        matches!(argument.binding, Some(Binding::BuiltIn(BuiltIn::Position { .. })))
-    };
-    if !entry.function.arguments.iter().all(is_position) {
-        return Err(format!("1: `{}` takes nothing but `@builtin(position) position: vec4f`", entry.name));
-    }
-    let vec4f = naga::TypeInner::Vector { size: naga::VectorSize::Quad, scalar: naga::Scalar::F32 };
-    let is_color = entry.function.result.as_ref().is_some_and(|result| {
-        matches!(result.binding, Some(Binding::Location { location: 0, .. })) && module.types[result.ty].inner == vec4f
     });
-    if !is_color {
-        return Err(format!("1: `{}` returns `@location(0) vec4f`, the new radiance and coverage", entry.name));
-    }
-    if module.overrides.iter().any(|(_, constant)| constant.init.is_none()) {
-        return Err("1: nobody gives a value to an `override` without one; use a uniform".into());
-    }
-    for (handle, global) in module.global_variables.iter() {
-        let is_good = matches!(global.space, AddressSpace::Private | AddressSpace::Uniform | AddressSpace::Handle);
-        if !is_good {
-            let line = module.global_variables.get_span(handle).location(source).line_number;
-            let name = global.name.as_deref().unwrap_or_default();
-            return Err(format!("{line}: `{name}` is neither a uniform nor a texture nor a sampler"));
-        }
-    }
-    Ok(())
-}
-
-/// Whether what the shader itself declares are uniforms in group 2, and filtering is used where formats allow it; else the
-/// line, and why not. Declarations after `own_lines` are the prelude's.
-fn check_slots(groups: &[Vec<Slot>], own_lines: u32) -> Result<(), String> {
-    for (group, slots) in groups.iter().enumerate() {
-        for slot in slots {
-            let Slot { name, line, .. } = slot;
-            let is_uniform = matches!(slot.entry.ty, wgpu::BindingType::Buffer { .. });
-            let is_own = *line <= own_lines;
-            if is_own && !(is_uniform && group == OWN_GROUP as usize) {
-                return Err(format!(
-                    "{line}: `{name}` in group {group}: an effect's own bindings are uniforms in group 2; textures and \
-                     samplers of the frame are declared already"
-                ));
-            }
-            let is_filtered = matches!(
-                slot.entry.ty,
-                wgpu::BindingType::Texture { sample_type: wgpu::TextureSampleType::Float { filterable: true }, .. }
-            );
-            if is_filtered && name == "linear_depth" {
-                return Err("1: `linear_depth` cannot be filtered; use `distance_at(pixel)` or `nearest_clamp`".into());
-            }
-        }
-    }
-    Ok(())
+    gpu.queue.write_buffer(&buffer, 0, &block.bytes);
+    buffer
 }

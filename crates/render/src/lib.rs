@@ -20,6 +20,7 @@
 //! both.
 
 pub mod aov;
+mod diagnostic;
 pub mod draws;
 pub mod effect;
 pub mod environment;
@@ -38,7 +39,8 @@ pub mod surfaces;
 pub mod view;
 
 pub use aov::{Aov, AovPixels};
-pub use effect::{Effect, WgslEffect};
+pub use diagnostic::Diagnostic;
+pub use effect::{Effect, EffectFile, WgslEffect};
 pub use environment::{Background, Environment};
 pub use frame::Path;
 pub use gpu::{AdapterSummary, Gpu, GpuError};
@@ -51,5 +53,5 @@ pub use passes::tone_map::Tonemap;
 pub use pose::Pose;
 pub use renderer::Renderer;
 pub use request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
-pub use settings::{Settings, SettingsError};
+pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsFile};
 pub use view::View;

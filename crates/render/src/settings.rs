@@ -1,19 +1,13 @@
 //! Settings of the whole frame, composed from those that each pass declares.
 
-use serde::{Deserialize, Serialize};
+mod file;
+mod info;
 
-/// A setting's description, for `--set`, panels and documentation.
-#[derive(Clone, Debug, Serialize)]
-pub struct SettingInfo {
-    /// The dotted key.
-    pub key: &'static str,
-    /// What it does, with its unit.
-    pub doc: &'static str,
-    /// The smallest and the largest value.
-    pub range: (f64, f64),
-    /// The value without any setting.
-    pub default: f64,
-}
+pub use file::SettingsFile;
+pub use info::{Scalar, SettingInfo, SettingType, SettingValue};
+
+use crate::diagnostic::Diagnostic;
+use serde::{Deserialize, Serialize};
 
 /// A setting was refused.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
@@ -24,23 +18,21 @@ pub enum SettingsError {
         /// The key that was given.
         key: String,
         /// The key most like it.
-        nearest: &'static str,
+        nearest: String,
     },
-    /// The value is no number or outside its range.
-    #[error("`{value}` is no value of `{key}`, which takes a number from {min} to {max}")]
+    /// The value has another type or lies outside its range.
+    #[error("`{value}` is no value of `{key}`, which takes {expected}")]
     BadValue {
         /// The key.
         key: String,
         /// The value that was given.
         value: String,
-        /// The smallest value.
-        min: f64,
-        /// The largest value.
-        max: f64,
+        /// The type and the range, in words.
+        expected: String,
     },
-    /// A settings file is not valid TOML.
-    #[error("the settings are not valid TOML: {0}")]
-    Toml(String),
+    /// A file of settings is wrong.
+    #[error(transparent)]
+    File(#[from] Box<Diagnostic>),
 }
 
 /// Every setting, with its value.
@@ -70,32 +62,24 @@ impl Default for RenderSettings {
     }
 }
 
-/// Every setting there is.
+/// Every setting there is, beside those of effects.
 pub const SETTINGS: &[SettingInfo] = &[
-    SettingInfo {
-        key: "render.scale",
-        doc: "Shading happens at this many times the output's width and height.",
-        range: (0.25, 2.0),
-        default: 1.0,
-    },
-    SettingInfo {
-        key: "clusters.tile_px",
-        doc: "The side of a tile of the light lists, in pixels.",
-        range: (8.0, 128.0),
-        default: 16.0,
-    },
-    SettingInfo {
-        key: "clusters.slices",
-        doc: "The number of slices of the light lists along the view axis.",
-        range: (1.0, 64.0),
-        default: 32.0,
-    },
-    SettingInfo {
-        key: "tone_map.dither",
-        doc: "The amplitude of the dither in steps of 1/255.",
-        range: (0.0, 2.0),
-        default: 1.0,
-    },
+    SettingInfo::f32(
+        "render.scale",
+        "Shading happens at this many times the output's width and height.",
+        Some("factor"),
+        1.0,
+        (0.25, 2.0),
+    ),
+    SettingInfo::u32("clusters.tile_px", "The side of a tile of the light lists.", Some("px"), 16, (8, 128)),
+    SettingInfo::u32(
+        "clusters.slices",
+        "The number of slices of the light lists along the view axis.",
+        None,
+        32,
+        (1, 64),
+    ),
+    SettingInfo::f32("tone_map.dither", "The amplitude of the dither.", Some("1/255"), 1.0, (0.0, 2.0)),
 ];
 
 impl Settings {
@@ -115,37 +99,24 @@ impl Settings {
     /// An unknown key, or a value that is no number or outside its range.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), SettingsError> {
         let Some(info) = SETTINGS.iter().find(|info| info.key == key) else {
-            return Err(SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key) });
+            return Err(unknown_key(key, SETTINGS.iter().map(|info| &*info.key)));
         };
-        let bad =
-            || SettingsError::BadValue { key: key.into(), value: value.into(), min: info.range.0, max: info.range.1 };
-        let number: f64 = value.trim().parse().map_err(|_| bad())?;
-        if !(info.range.0..=info.range.1).contains(&number) {
-            return Err(bad());
-        }
-        match self.slot(key) {
-            Some(Slot::Float(slot)) => *slot = number as f32,
-            Some(Slot::Integer(slot)) if number.fract() == 0.0 => *slot = number as u32,
-            _ => return Err(bad()),
+        let numbers = info.parse(value)?;
+        match (self.slot(key), numbers.as_slice()) {
+            (Some(Slot::Float(slot)), [number]) => *slot = *number as f32,
+            (Some(Slot::Integer(slot)), [number]) => *slot = *number as u32,
+            _ => return Err(info.refuse(value)),
         }
         Ok(())
     }
 
-    /// Reads settings from TOML; what it does not name keeps its default.
+    /// Reads settings from TOML; what it does not name keeps its default. `file` appears in errors.
     ///
     /// # Errors
-    /// Text that is not TOML, an unknown key, or a value outside its range.
-    pub fn from_toml(text: &str) -> Result<Self, SettingsError> {
-        let table: toml::Table = toml::from_str(text).map_err(|error| SettingsError::Toml(error.to_string()))?;
+    /// Text that is not TOML, an unknown key, or a value outside its range; with file, line and column.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, SettingsError> {
         let mut settings = Self::default();
-        for (group, values) in table {
-            let toml::Value::Table(values) = values else {
-                return Err(SettingsError::UnknownKey { nearest: nearest_key(&group), key: group });
-            };
-            for (name, value) in values {
-                settings.set(&format!("{group}.{name}"), &value.to_string())?;
-            }
-        }
+        SettingsFile::parse(file, text)?.apply(|key, value| settings.set(key, value))?;
         Ok(settings)
     }
 }
@@ -155,9 +126,16 @@ enum Slot<'a> {
     Integer(&'a mut u32),
 }
 
-/// The key with the smallest edit distance (Levenshtein 1966).
-fn nearest_key(key: &str) -> &'static str {
-    SETTINGS.iter().map(|info| info.key).min_by_key(|known| edit_distance(key, known)).unwrap_or("")
+/// The error of a key that is not among `known`.
+pub(crate) fn unknown_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> SettingsError {
+    SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key, known).unwrap_or_default().into() }
+}
+
+/// The known key with the smallest edit distance (Levenshtein 1966); where the key's last part is that of known keys, among
+/// those.
+fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+    let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
+    known.min_by_key(|known| (last(known) != last(key), edit_distance(key, known)))
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {
@@ -183,7 +161,8 @@ mod tests {
     fn every_setting_has_a_slot_and_its_default() {
         let mut settings = Settings::default();
         for info in SETTINGS {
-            settings.set(info.key, &info.default.to_string()).unwrap();
+            let default = info.default.as_ref().unwrap().to_string();
+            settings.set(&info.key, &default).unwrap();
         }
         assert_eq!(settings, Settings::default());
     }
@@ -195,10 +174,37 @@ mod tests {
             settings.set("cluster.slice", "4").unwrap_err().to_string(),
             "no setting is called `cluster.slice`; did you mean `clusters.slices`?"
         );
+        let nearest = settings.set("dither", "1").unwrap_err().to_string();
+        assert!(nearest.contains("`tone_map.dither`?"), "{nearest}");
         let error = settings.set("render.scale", "9").unwrap_err().to_string();
-        assert!(error.contains("from 0.25 to 2"), "{error}");
-        assert!(settings.set("clusters.slices", "1.5").is_err());
-        assert!(Settings::from_toml("[render]\nscale = 0.5").unwrap().render.scale == 0.5);
-        assert!(Settings::from_toml("[render]\nscael = 0.5").is_err());
+        assert!(error.contains("takes a number from 0.25 to 2"), "{error}");
+        let error = settings.set("clusters.slices", "1.5").unwrap_err().to_string();
+        assert!(error.contains("takes a whole number from 1 to 64"), "{error}");
+    }
+
+    #[test]
+    fn files_are_refused_with_the_place() {
+        let read = |text| Settings::from_toml("my.toml", text).map_err(|error| error.to_string());
+        assert!(read("[render]\nscale = 0.5").unwrap().render.scale == 0.5);
+        assert!(read("render.scale = 0.5").unwrap().render.scale == 0.5);
+        for (text, expected) in [
+            (
+                "[render]\nscael = 0.5",
+                "my.toml:2:1: error: no setting is called `render.scael`; did you mean `render.scale`?",
+            ),
+            (
+                "\n[render]\n  scale = 9",
+                "my.toml:3:11: error: `9` is no value of `render.scale`, which takes a number from",
+            ),
+            ("scale = 1", "my.toml:1:1: error: no setting is called `scale`; did you mean `render.scale`?"),
+            ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `1,2` is no value of `render.scale`"),
+            ("[render]\nscale = 1979-05-27", "my.toml:2:9: error: `1979-05-27` is no value of"),
+            ("[tone_map]\ndither = 1\n[render]\nscale = ", "my.toml:4:"),
+            ("[clusters]\nslices = 4\nslices = 5", "my.toml:3:"),
+            ("[clusters]\ntile_px = 1\nslices = 99", "my.toml:2:11: error: `1` is no value"),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(error.starts_with(expected), "{text}\n{error}\nshould begin {expected}");
+        }
     }
 }

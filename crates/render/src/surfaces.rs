@@ -81,7 +81,12 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
         .map(|(index, (attributes, array_stride))| {
             Some(wgpu::VertexBufferLayout {
                 array_stride,
-                step_mode: if index == 2 { wgpu::VertexStepMode::Instance } else { wgpu::VertexStepMode::Vertex },
+                // Points are the instances of one disc, so that the object is what stays the same for its corners.
+                step_mode: if (index == 2) == (key.topology != Topology::Points) {
+                    wgpu::VertexStepMode::Instance
+                } else {
+                    wgpu::VertexStepMode::Vertex
+                },
                 attributes,
             })
         })
@@ -109,7 +114,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
         },
         primitive: wgpu::PrimitiveState {
             topology: match key.topology {
-                Topology::Points => wgpu::PrimitiveTopology::PointList,
+                Topology::Points => wgpu::PrimitiveTopology::TriangleStrip,
                 Topology::Lines => wgpu::PrimitiveTopology::LineList,
                 Topology::Triangles => wgpu::PrimitiveTopology::TriangleList,
             },
@@ -161,6 +166,7 @@ pub fn prepare(
             ("masked", material.masked),
             ("deformed", is_deformed),
         ];
+        let program = if primitive.topology == Topology::Points { of_points(program)? } else { program };
         let key = Key {
             program,
             axes: axes
@@ -171,7 +177,8 @@ pub fn prepare(
             targets: targets.clone(),
             topology: primitive.topology,
             double_sided: material.double_sided,
-            mirrored: draw.mirrored,
+            // Discs face the eye however their object is mirrored.
+            mirrored: draw.mirrored && primitive.topology != Topology::Points,
         };
         let pipeline = shared.surface_pipelines.get(shared.shaders, shared.device, key)?;
         let address = Arc::as_ptr(&pipeline.program) as usize;
@@ -191,6 +198,20 @@ pub fn prepare(
         prepared.push(PreparedDraw { pipeline, draw: draw.clone(), frame, material, object });
     }
     Ok(prepared)
+}
+
+/// The program that draws points where `program` draws triangles.
+fn of_points(program: &'static str) -> Result<&'static str, ProgramError> {
+    Ok(match program {
+        "geometry" => "geometry_points",
+        "ids" => "ids_points",
+        "motion" => "motion_points",
+        "forward" => "forward_points",
+        _ => {
+            let message = "it has no variant that draws points".into();
+            return Err(ProgramError::Invalid { pass: program.into(), message });
+        }
+    })
 }
 
 fn object_bind_group(shared: &Shared<'_>, program: &Program) -> Result<wgpu::BindGroup, ProgramError> {
@@ -272,6 +293,9 @@ pub fn draw(
         }
         pass.set_vertex_buffer(slot, instances.slice(..));
         match &primitive.indices {
+            _ if primitive.topology == Topology::Points => {
+                pass.draw(prepared.draw.instances.clone(), 0..primitive.count)
+            }
             Some(indices) => {
                 pass.set_index_buffer(geometry.indices.slice(indices.clone()), wgpu::IndexFormat::Uint32);
                 pass.draw_indexed(0..primitive.count, 0, prepared.draw.instances.clone());

@@ -62,13 +62,13 @@ fn a_wrong_effect_is_an_error_that_says_where() {
     let gpu = renderer.gpu();
     let main = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {";
     for (source, expected) in [
-        ("", "0"),
+        ("", "mine.wgsl:1:1: error: an effect has one entry point"),
         ("this is no WGSL", "mine.wgsl:1:1"),
         (&format!("{main}\n\n    return radianc_at(vec2i(p.xy)); }}"), "mine.wgsl:3:12"),
         (&format!("{main}\n    return vec3f(1.0); }}"), "mine.wgsl:2"),
         (&format!("{main} loop {{ }} }}"), "mine.wgsl"),
-        ("@compute @workgroup_size(1) fn cs() {}", "`cs` is not a `@fragment`"),
-        (&format!("{main} return vec4f(1.0); }}\n@fragment fn two() {{}}"), "not 2"),
+        ("@compute @workgroup_size(1) fn cs() {}", "mine.wgsl:1:32: error: the entry point `cs` is not a `@fragment`"),
+        (&format!("{main} return vec4f(1.0); }}\n@fragment fn two() {{}}"), "mine.wgsl:2:14: error: an effect has one"),
         ("@fragment fn fs(@location(0) uv: vec2f) -> @location(0) vec4f { return uv.xyxy; }", "takes nothing but"),
         ("@fragment fn fs() -> @location(1) vec4f { return vec4f(1.0); }", "`@location(0) vec4f`"),
         ("@fragment fn fs() -> @location(0) vec4u { return vec4u(1); }", "`@location(0) vec4f`"),
@@ -76,15 +76,16 @@ fn a_wrong_effect_is_an_error_that_says_where() {
         (&format!("override x: f32;\n{main} return vec4f(x); }}"), "override"),
         (
             &format!("\n@group(1) @binding(9) var t: texture_2d<f32>;\n{main} return textureLoad(t, vec2i(0), 0); }}"),
-            "mine.wgsl:2: `t`",
+            "mine.wgsl:2:27: error: `t` in group 1",
         ),
         (&format!("@group(7) @binding(0) var<uniform> u: f32;\n{main} return vec4f(u); }}"), "`u` in group 7"),
-        (&format!("@group(2) @binding(0) var<storage> b: f32;\n{main} return vec4f(b); }}"), "mine.wgsl:1: `b`"),
+        (&format!("@group(2) @binding(0) var<storage> b: f32;\n{main} return vec4f(b); }}"), "mine.wgsl:1:"),
         (&format!("{main} return textureSampleLevel(linear_depth, linear_clamp, p.xy, 0.0); }}"), "cannot be filtered"),
         (&format!("var<private> radiance: f32;\n{main} return vec4f(radiance); }}"), "mine.wgsl:1"),
     ] {
         let error = WgslEffect::new(gpu, "mine.wgsl", source).map(drop).unwrap_err().to_string();
-        assert!(error.contains("mine") && error.contains(expected), "{source}:\n{error}\nshould say {expected}");
+        assert!(error.starts_with("mine.wgsl:"), "{source}:\n{error}");
+        assert!(error.contains(": error: ") && error.contains(expected), "{source}:\n{error}\nshould say {expected}");
     }
     gpu.check().unwrap();
 }
@@ -105,9 +106,9 @@ fn uniforms_are_set_by_name_and_size() {
     }
     let mut request = common::plain_request(&test.scene, (8, 8));
     request.effects = vec![effect.clone()];
-    renderer.render(&test.scene, &request).unwrap();
-    assert!(renderer.read_radiance().unwrap().iter().all(|value| *value == 0.0), "uniforms are zero at first");
-    effect.set_uniform("scale", &0.5f32.to_le_bytes()).unwrap();
+    let error = renderer.render(&test.scene, &request).unwrap_err().to_string();
+    assert!(error.starts_with("tint:1:36: error: `tint` has neither a default nor a value"), "{error}");
+    effect.set("tint.scale", "0.5").unwrap();
     effect.set_uniform("tint", bytemuck::cast_slice(&[1f32, 2.0, 3.0, 2.0])).unwrap();
     renderer.render(&test.scene, &request).unwrap();
     assert!(renderer.read_radiance().unwrap().chunks(4).all(|pixel| pixel == [0.5, 1.0, 1.5, 1.0]));
@@ -116,6 +117,162 @@ fn uniforms_are_set_by_name_and_size() {
     other.load(&test.scene).unwrap();
     let error = other.render(&test.scene, &request).unwrap_err().to_string();
     assert!(error.contains("another device"), "{error}");
+}
+
+/// Members at offsets that only the rules of WGSL give: a vec3f starts at a multiple of 16 bytes.
+const SETTINGS: &str = "//! effect many
+//! reads: radiance
+struct Inner {
+    /// A whole number, things
+    // = 3 in 0..10
+    count: u32,
+    // = -2
+    offset: i32,
+}
+struct Style {
+    // = 0.25 in 0..1
+    first: f32,
+    /// A colour, linear
+    // = 0.5, 0.25, 0.125 in 0..1
+    color: vec3f,
+    last: f32,
+    padding: vec2f,
+    @align(16) @size(16) inner: Inner,
+    _more: vec4f,
+    // = 1, 2
+    pair: vec2i,
+}
+@group(2) @binding(0) var<uniform> style: Style;
+// = 0.75
+@group(2) @binding(1) var<uniform> first: f32;
+// Never used, so it needs no value.
+@group(2) @binding(2) var<uniform> idle: vec4f;
+
+@fragment
+fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let whole = f32(style.inner.count) + f32(style.inner.offset) + f32(style.pair.x * style.pair.y);
+    let here = radiance_at(vec2i(position.xy)) * 0.0;
+    return here + select(vec4f(style.color, style.first), vec4f(first, style.last, whole, 1.0), position.x < 1.0);
+}
+";
+
+#[test]
+fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
+    let test = scenes::sun();
+    let mut renderer = common::renderer();
+    renderer.load(&test.scene).unwrap();
+    let effect = Arc::new(WgslEffect::new(renderer.gpu(), "folder/file.wgsl", SETTINGS).unwrap());
+    assert_eq!(effect.name(), "many");
+    let keys: Vec<&str> = effect.settings().iter().map(|info| &*info.key).collect();
+    let expected =
+        ["many.style.first", "many.color", "many.last", "many.count", "many.offset", "many.pair", "many.first"];
+    assert_eq!(keys, [&expected[..], &["many.idle"]].concat());
+    let json = serde_json::to_value(&effect.settings()[1]).unwrap();
+    let info = serde_json::json!({ "key": "many.color", "type": "vec3f", "default": [0.5, 0.25, 0.125], "min": 0.0, "max": 1.0,
+        "choices": [], "unit": "linear", "doc": "A colour" });
+    assert_eq!(json, info);
+    let json = serde_json::to_value(&effect.settings()[3]).unwrap();
+    assert!(json["default"] == 3 && json["type"] == "u32" && json["unit"] == "things" && json["max"] == 10.0, "{json}");
+
+    let mut request = common::plain_request(&test.scene, (2, 1));
+    request.effects = vec![effect.clone()];
+    let error = renderer.render(&test.scene, &request).unwrap_err().to_string();
+    assert!(error.starts_with("folder/file.wgsl:16:5: error: `last` has neither a default nor a value"), "{error}");
+    effect.set("many.last", " 0.5").unwrap();
+    let mut drawn = || {
+        renderer.render(&test.scene, &request).unwrap();
+        renderer.read_radiance().unwrap()
+    };
+    assert_eq!(drawn(), [0.75, 0.5, 3.0, 1.0, 0.5, 0.25, 0.125, 0.25]);
+    // The whole path is a key too, so that a script can be written for files that are not there yet.
+    for (key, value) in [
+        ("many.style.color", "1,0.5,0"),
+        ("many.style.first", "1"),
+        ("many.first", "7.5"),
+        ("many.style.inner.count", "10"),
+        ("many.offset", "-4"),
+        ("many.pair", "2,-3"),
+    ] {
+        effect.set(key, value).unwrap();
+    }
+    assert_eq!(drawn(), [7.5, 0.5, 0.0, 1.0, 1.0, 0.5, 0.0, 1.0]);
+    assert_eq!(effect.values()[5], ("many.pair".into(), manypass::SettingValue::Integers(vec![2, -3])));
+    for (key, value, expected) in [
+        (
+            "many.color",
+            "1,2,3",
+            "`1,2,3` is no value of `many.color`, which takes 3 numbers with commas between, each from 0 to 1",
+        ),
+        ("many.color", "1", "3 numbers"),
+        ("many.last", "1,1", "takes a number"),
+        ("many.last", "nan", "takes a number"),
+        ("many.last", "1e99", "takes a number"),
+        ("many.count", "11", "a whole number from 0 to 10"),
+        ("many.count", "1.5", "a whole number from 0 to 10"),
+        ("many.colour", "1,1,1", "no setting is called `many.colour`; did you mean `many.color`?"),
+        ("color", "1,1,1", "did you mean `many.color`?"),
+        ("many.padding", "1,1", "no setting is called `many.padding`"),
+    ] {
+        let error = effect.set(key, value).unwrap_err().to_string();
+        assert!(error.contains(expected), "{key}={value}: {error}");
+    }
+}
+
+#[test]
+fn the_example_and_that_of_the_docs_are_of_the_form() {
+    let docs = include_str!("../../../docs/effects.md");
+    let of_docs = docs.split("```wgsl\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let file = manypass::EffectFile::parse("vignette.wgsl", of_docs).unwrap();
+    assert_eq!((file.name(), file.settings().len()), ("vignette", 2));
+    assert_eq!(file.settings()[1].unit.as_deref(), Some("linear Rec. 709"));
+    let file = manypass::EffectFile::parse("x.wgsl", include_str!("../examples/own_pass.wgsl")).unwrap();
+    assert!(file.name() == "own_pass" && file.settings().len() == 4 && file.missing().is_none());
+}
+
+#[test]
+fn a_wrong_default_or_header_is_refused_with_its_place() {
+    let main = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f { return vec4f(u.x) + radiance_at(vec2i(0)); }";
+    let of_default = |default: &str| {
+        format!("struct U {{\n    {default}\n    x: f32,\n}}\n@group(2) @binding(0) var<uniform> u: U;\n{main}")
+    };
+    for (source, expected) in [
+        (of_default("// = half"), "a.wgsl:2:10: error: `half` is no value of `x`, which takes a number"),
+        (of_default("// = 2 in 0..1"), "a.wgsl:2:10: error: `2` is no value of `x`, which takes a number from 0 to 1"),
+        (of_default("// = 1 in 0-1"), "`0-1` is no range"),
+        (of_default("// = 1 in 0..=1"), "`0..=1` is no range"),
+        (of_default("// = 1 in 2..0"), "`2..0` is an empty range"),
+        (of_default("// = 1\n    // = 2"), "a.wgsl:3:5: error: a second default"),
+        (of_default("// = 1, 2"), "`1, 2` is no value"),
+        (of_default("// ====="), ""),
+        (of_default("/// Text with = signs.\n    // = -1e-3"), ""),
+        (
+            format!("//! reads: depth\n{}", of_default("")),
+            "a.wgsl:1:5: error: the shader also reads radiance; the shader does not",
+        ),
+        (format!("//! reads: radiance\n{}", of_default("")), ""),
+        (format!("//! passes: other\n{}", of_default("")), "a.wgsl:1:13: error: there is no pass `other`"),
+        (format!("//! author: me\n{}", of_default("")), "a.wgsl:1:5: error: `author: me` begins with no word"),
+        (of_default("// = 1").replace("x: f32", "x: f32, y: mat4x4f"), ""),
+        (
+            of_default("// = 1").replace("x: f32", "y: mat4x4f, x: f32"),
+            "a.wgsl:2:10: error: a default stands above what",
+        ),
+    ] {
+        match manypass::EffectFile::parse("a.wgsl", &source) {
+            Ok(_) => assert!(expected.is_empty(), "{source}\nshould say {expected}"),
+            Err(error) => {
+                let error = error.to_string();
+                assert!(!expected.is_empty() && error.contains(expected), "{source}\n{error}\nshould say {expected}");
+            }
+        }
+    }
+    let matrix = of_default("// = 1").replace("x: f32", "x: f32, y: mat4x4f");
+    let file = manypass::EffectFile::parse("a.wgsl", &matrix).unwrap();
+    let (setting, missing) = file.missing().unwrap();
+    assert!(
+        setting.is_none() && missing.to_string().contains("`y` is a `mat4x4f`, of which no text is a value"),
+        "{missing}"
+    );
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::Aabb;
 /// What the indices (or, without indices, the vertices in order) form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topology {
-    /// Every vertex is a point of one pixel.
+    /// Every vertex is a point; the renderer draws a small disc.
     Points,
     /// Every two are a segment.
     Lines,

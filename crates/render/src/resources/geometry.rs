@@ -4,7 +4,7 @@ use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use crate::shader::program::Attribute;
 use bytemuck::{Pod, Zeroable};
-use manypass_scene::{Aabb, Primitive, Scene, Topology};
+use manypass_scene::{Aabb, MorphTarget, Primitive, Scene, Topology};
 use std::ops::Range;
 
 /// One vertex of the first stream, 64 bytes.
@@ -146,12 +146,17 @@ fn append(
     indices: &mut Vec<u32>,
     displacements: &mut Vec<[f32; 4]>,
 ) -> GpuPrimitive {
+    if primitive.topology == Topology::Points && !primitive.indices.is_empty() {
+        return append(&gathered(primitive), vertices, skins, indices, displacements);
+    }
+    // A point without a normal faces the eye; zero says so to `surface_vertex.wgsl`.
+    let no_normal = if primitive.topology == Topology::Points { [0.0; 3] } else { [0.0, 0.0, 1.0] };
     let count = primitive.positions.len();
     let bytes = |start: usize, end: usize, stride: usize| (start * stride) as u64..(end * stride) as u64;
     let first_vertex = vertices.len();
     vertices.extend((0..count).map(|i| Vertex {
         position: primitive.positions[i],
-        normal: primitive.normals.get(i).copied().unwrap_or([0.0, 0.0, 1.0]),
+        normal: primitive.normals.get(i).copied().unwrap_or(no_normal),
         tangent: primitive.tangents.get(i).copied().unwrap_or([1.0, 0.0, 0.0, 1.0]).map(snorm16),
         uv0: primitive.uv0.get(i).copied().unwrap_or_default(),
         uv1: primitive.uv1.get(i).copied().unwrap_or_default(),
@@ -191,6 +196,32 @@ fn append(
         morph_first,
         morph_count: primitive.morph_targets.len() as u32,
         bounds: primitive.bounds,
+    }
+}
+
+/// The vertices in the order of the indices, without indices: points are drawn as instances, which have none.
+fn gathered(primitive: &Primitive) -> Primitive {
+    fn gather<T: Copy>(indices: &[u32], values: &[T]) -> Vec<T> {
+        indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()
+    }
+    let indices = &primitive.indices;
+    let morph_targets = primitive.morph_targets.iter().map(|target| MorphTarget {
+        positions: gather(indices, &target.positions),
+        normals: gather(indices, &target.normals),
+        tangents: gather(indices, &target.tangents),
+    });
+    Primitive {
+        positions: gather(indices, &primitive.positions),
+        normals: gather(indices, &primitive.normals),
+        tangents: gather(indices, &primitive.tangents),
+        uv0: gather(indices, &primitive.uv0),
+        uv1: gather(indices, &primitive.uv1),
+        colors: gather(indices, &primitive.colors),
+        joints: gather(indices, &primitive.joints),
+        weights: gather(indices, &primitive.weights),
+        indices: Vec::new(),
+        morph_targets: morph_targets.collect(),
+        ..*primitive
     }
 }
 

@@ -18,6 +18,9 @@ pub enum ProgramError {
         /// The compiler's message with line and column.
         message: String,
     },
+    /// A shader of the user's is wrong.
+    #[error(transparent)]
+    Text(#[from] Box<crate::diagnostic::Diagnostic>),
     /// The shader declares something that nobody binds.
     #[error(
         "pass `{pass}`: the shader declares `{binding}` (line {line}) in group {group}, which is not among: {known}"
@@ -65,8 +68,6 @@ pub(crate) struct Slot {
     pub entry: wgpu::BindGroupLayoutEntry,
     /// The line of its declaration, from 1.
     pub line: u32,
-    /// The bytes of a uniform; 0 for textures and samplers.
-    pub size_bytes: u32,
 }
 
 /// A compiled module and what it binds.
@@ -101,7 +102,7 @@ impl Program {
     /// # Errors
     /// The module is not valid WGSL.
     pub fn new(device: &wgpu::Device, name: &str, source: &str) -> Result<Self, ProgramError> {
-        let (module, info) = parse(name, "wgsl", source)?;
+        let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
         Ok(Self::from_parsed(device, name, source, &module, slots))
     }
@@ -215,21 +216,13 @@ impl Program {
     }
 }
 
-/// Parses and validates a module; errors name `file`, line and column.
-pub(crate) fn parse(
-    pass: &str,
-    file: &str,
-    source: &str,
-) -> Result<(naga::Module, naga::valid::ModuleInfo), ProgramError> {
-    // Some errors of a whole function have no place.
-    let invalid = |message: String| {
-        let message = if message.contains(file) { message } else { format!("{file}: {message}") };
-        ProgramError::Invalid { pass: pass.into(), message }
-    };
-    let module = wgsl::parse_str(source).map_err(|error| invalid(error.emit_to_string_with_path(source, file)))?;
+/// Parses and validates a built-in module.
+fn parse(pass: &str, source: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), ProgramError> {
+    let invalid = |message: String| ProgramError::Invalid { pass: pass.into(), message };
+    let module = wgsl::parse_str(source).map_err(|error| invalid(error.emit_to_string(source)))?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::default())
         .validate(&module)
-        .map_err(|error| invalid(error.emit_to_string_with_path(source, file)))?;
+        .map_err(|error| invalid(error.emit_to_string(source)))?;
     Ok((module, info))
 }
 
@@ -299,12 +292,10 @@ pub(crate) fn reflect_bindings(module: &naga::Module, info: &naga::valid::Module
         if groups.len() <= group {
             groups.resize_with(group + 1, Vec::new);
         }
-        let is_buffer = matches!(ty, wgpu::BindingType::Buffer { .. });
         groups[group].push(Slot {
             name: global.name.clone().unwrap_or_default(),
             entry: wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None },
             line: module.global_variables.get_span(handle).location(source).line_number,
-            size_bytes: if is_buffer { module.types[global.ty].inner.size(module.to_ctx()) } else { 0 },
         });
     }
     groups

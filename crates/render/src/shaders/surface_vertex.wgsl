@@ -19,7 +19,9 @@ struct SurfaceInput {
     @location(10) morph: vec2u,
     @if(deformed) @location(11) joints: vec4u,
     @if(deformed) @location(12) weights: vec4f,
+    // Of a point this is the corner of its disc, 0 to 3 and then again from 0.
     @builtin(vertex_index) vertex: u32,
+    @if(points) @builtin(instance_index) point: u32,
 }
 
 struct SurfaceVarying {
@@ -30,6 +32,8 @@ struct SurfaceVarying {
     @location(3) uv: vec4f,
     @location(4) color: vec4f,
     @location(5) @interpolate(flat, either) object_id: u32,
+    // From the middle of the disc, which ends at 1.
+    @if(points) @location(6) corner: vec2f,
 }
 
 @if(deformed) @group(3) @binding(0) var joint_matrices: texture_2d<f32>;
@@ -75,11 +79,20 @@ struct Displacement {
     tangent: vec3f,
 }
 
+@if(deformed) fn vertex_of_primitive(in: SurfaceInput) -> u32 {
+    @if(points) {
+        return in.point;
+    }
+    @if(!points) {
+        return in.vertex;
+    }
+}
+
 @if(deformed) fn morph_displacement(in: SurfaceInput, first_weight: u32) -> Displacement {
     var sum = Displacement(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var target_index = 0u; target_index < in.instance.w; target_index++) {
         let weight = textureLoad(morph_weights, data_texel(first_weight + target_index), 0).r;
-        let first = in.morph.x + (target_index * in.morph.y + in.vertex) * 3u;
+        let first = in.morph.x + (target_index * in.morph.y + vertex_of_primitive(in)) * 3u;
         sum.position += weight * textureLoad(morph_displacements, data_texel(first), 0).xyz;
         sum.normal += weight * textureLoad(morph_displacements, data_texel(first + 1u), 0).xyz;
         sum.tangent += weight * textureLoad(morph_displacements, data_texel(first + 2u), 0).xyz;
@@ -90,6 +103,31 @@ struct Displacement {
 fn transform_point(rows: Rows, position: vec3f) -> vec3f {
     let point = vec4f(position, 1.0);
     return vec3f(dot(rows.row0, point), dot(rows.row1, point), dot(rows.row2, point));
+}
+
+// A point is a disc of this share of the picture's height, and at least so many pixels wide.
+@if(points) const POINT_HEIGHT_SHARE: f32 = 1.0 / 200.0;
+@if(points) const POINT_DIAMETER_MIN_PX: f32 = 2.0;
+
+// The corner of the square around a disc: a strip of two triangles that face the eye.
+@if(points) fn disc_corner(vertex: u32) -> vec2f {
+    return vec2f(f32(vertex & 1u), f32((vertex >> 1u) & 1u)) * 2.0 - 1.0;
+}
+
+// From the middle of a disc, or any other point at its distance, to a corner. Discs are parallel to the picture, so that
+// all of a disc has one distance.
+@if(points) fn disc_offset_world(position_world: vec3f, corner: vec2f) -> vec3f {
+    let diameter_px = max(view.size_px.y * POINT_HEIGHT_SHARE, POINT_DIAMETER_MIN_PX);
+    let distance_m = -(view.view_from_world * vec4f(position_world, 1.0)).z;
+    let half_extent_m = diameter_px * view.inverse_size_px * view.view_from_ndc_scale * mix(distance_m, 1.0, view.orthographic);
+    return (view.world_from_view * vec4f(corner * half_extent_m, 0.0, 0.0)).xyz;
+}
+
+// The normal of a point, turned towards the eye; without one (zero), that of its disc.
+@if(points) fn point_normal_world(normal_world: vec3f) -> vec3f {
+    let disc_normal = view.world_from_view[2].xyz;
+    let facing = normal_world * select(-1.0, 1.0, dot(normal_world, disc_normal) >= 0.0);
+    return select(disc_normal, facing, dot(normal_world, normal_world) > 0.5);
 }
 
 fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
@@ -109,7 +147,10 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     let row_x = rows.row0.xyz;
     let row_y = rows.row1.xyz;
     let row_z = rows.row2.xyz;
-    let position_world = transform_point(rows, position);
+    @if(points) let corner = disc_corner(in.vertex);
+    @if(points) let middle_world = transform_point(rows, position);
+    @if(points) let position_world = middle_world + disc_offset_world(middle_world, corner);
+    @if(!points) let position_world = transform_point(rows, position);
     // The cofactor matrix turns normals rightly under any scale; its sign is that of the determinant.
     let cofactor_x = cross(row_y, row_z);
     let cofactor_y = cross(row_z, row_x);
@@ -121,6 +162,10 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     out.position_clip = view.clip_from_world * vec4f(position_world, 1.0);
     out.position_world = position_world;
     out.normal_world = normal_world * inverseSqrt(max(dot(normal_world, normal_world), 1e-30));
+    @if(points) {
+        out.normal_world = point_normal_world(out.normal_world);
+        out.corner = corner;
+    }
     let tangent_world = vec3f(dot(row_x, tangent), dot(row_y, tangent), dot(row_z, tangent));
     out.tangent_world = vec4f(
         tangent_world * inverseSqrt(max(dot(tangent_world, tangent_world), 1e-30)),

@@ -19,6 +19,11 @@ fn vs_forward(in: SurfaceInput) -> SurfaceVarying {
 @fragment
 fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> @location(0) vec4f {
     let sample = surface_sample(in, front_facing);
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
+            discard;
+        }
+    }
     @if(masked) {
         if sample.alpha < material_factors.alpha_cutoff {
             discard;

@@ -22,6 +22,11 @@ fn vs_geometry(in: SurfaceInput) -> SurfaceVarying {
 @fragment
 fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> GeometryTargets {
     let sample = surface_sample(in, front_facing);
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
+            discard;
+        }
+    }
     @if(masked) {
         if sample.alpha < material_factors.alpha_cutoff {
             discard;

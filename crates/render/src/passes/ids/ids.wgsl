@@ -16,5 +16,10 @@ fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
             discard;
         }
     }
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
+            discard;
+        }
+    }
     return vec2u(in.object_id, material_factors.material_id + 1u);
 }

@@ -3,6 +3,7 @@
 
 import package::passes::motion::spaces::{motion, motion_px};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};
+import package::shaders::surface_vertex::disc_offset_world;
 import package::shaders::surface_vertex::{data_texel, skinned_rows, morph_displacement};
 import package::shaders::surface_material::{material_factors, surface_base_color};
 
@@ -17,6 +18,7 @@ struct MotionVarying {
     // Before the division, because that is what interpolates linearly along a surface.
     @location(2) clip: vec4f,
     @location(3) previous_clip: vec4f,
+    @if(points) @location(4) corner: vec2f,
 }
 
 fn previous_position_world(in: SurfaceInput) -> vec3f {
@@ -34,7 +36,14 @@ fn previous_position_world(in: SurfaceInput) -> vec3f {
             rows = skinned_rows(in, u32(tables.x));
         }
     }
-    return transform_point(rows, position);
+    @if(points) {
+        // The disc keeps its size in metres and its direction from frame to frame.
+        let now = surface_varying(in);
+        return transform_point(rows, position) + disc_offset_world(now.position_world, now.corner);
+    }
+    @if(!points) {
+        return transform_point(rows, position);
+    }
 }
 
 @vertex
@@ -43,6 +52,9 @@ fn vs_motion(in: SurfaceInput) -> MotionVarying {
     var out: MotionVarying;
     out.position_clip = surface.position_clip;
     out.uv = surface.uv;
+    @if(points) {
+        out.corner = surface.corner;
+    }
     out.color = surface.color;
     out.clip = motion.clip_from_world * vec4f(surface.position_world, 1.0);
     out.previous_clip = motion.previous_clip_from_world * vec4f(previous_position_world(in), 1.0);
@@ -56,6 +68,11 @@ fn fs_motion(in: MotionVarying) -> @location(0) vec2f {
         surface.uv = in.uv;
         surface.color = in.color;
         if surface_base_color(surface).a < material_factors.alpha_cutoff {
+            discard;
+        }
+    }
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
             discard;
         }
     }

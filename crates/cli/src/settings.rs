@@ -1,0 +1,86 @@
+//! `settings`: every key, for people or as JSON.
+
+use crate::failure::{Failure, Kind};
+use crate::request::effect_files;
+use crate::session::print;
+use manypass::settings::SETTINGS;
+use manypass::{EffectFile, SettingInfo};
+use std::path::PathBuf;
+
+/// Where lines of descriptions break.
+const LINE_CHARACTERS: usize = 110;
+/// The narrowest column of descriptions.
+const DOC_CHARACTERS: usize = 30;
+
+/// Runs `settings`: the keys of the frame, then those of `effects`.
+///
+/// # Errors
+/// A file that cannot be read or is no effect.
+pub fn settings(effects: &[PathBuf], as_json: bool) -> Result<(), Failure> {
+    let effects = effect_files(effects)?;
+    let infos: Vec<&SettingInfo> = SETTINGS.iter().chain(effects.iter().flat_map(EffectFile::settings)).collect();
+    if as_json {
+        let text = serde_json::to_string_pretty(&infos)
+            .map_err(|error| Failure::new(Kind::Failed, error, "leave --json out"))?;
+        return print(&format!("{text}\n"));
+    }
+    print(&table(&infos))
+}
+
+fn table(infos: &[&SettingInfo]) -> String {
+    let header = ["key", "type", "default", "range", "unit", "what it does"].map(str::to_owned);
+    let rows: Vec<[String; 6]> = std::iter::once(header).chain(infos.iter().map(|info| row(info))).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 5] = std::array::from_fn(width);
+    let indent = widths.iter().sum::<usize>() + 2 * widths.len();
+    let doc_width = LINE_CHARACTERS.saturating_sub(indent).max(DOC_CHARACTERS);
+    let mut text = String::new();
+    for row in &rows {
+        let mut line = String::new();
+        for (cell, width) in row.iter().zip(widths) {
+            line.push_str(&format!("{cell:width$}  "));
+        }
+        for doc in wrapped(&row[5], doc_width) {
+            line.push_str(&doc);
+            text.push_str(line.trim_end());
+            text.push('\n');
+            line = " ".repeat(indent);
+        }
+    }
+    text
+}
+
+fn row(info: &SettingInfo) -> [String; 6] {
+    let range = match (info.min, info.max) {
+        _ if !info.choices.is_empty() => info.choices.join(" "),
+        (None, None) => "any".into(),
+        (Some(min), None) => format!("from {min}"),
+        (None, Some(max)) => format!("to {max}"),
+        (Some(min), Some(max)) => format!("{min} to {max}"),
+    };
+    [
+        info.key.to_string(),
+        info.kind.to_string(),
+        info.default.as_ref().map_or("must be given".into(), ToString::to_string),
+        range,
+        info.unit.as_deref().unwrap_or_default().to_owned(),
+        info.doc.to_string(),
+    ]
+}
+
+/// Lines of at most `width` characters, broken between words; at least one.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let Some(line) = lines.last_mut() else { break };
+        if line.is_empty() {
+            line.push_str(word);
+        } else if line.chars().count() + 1 + word.chars().count() <= width {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines
+}

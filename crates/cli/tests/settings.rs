@@ -1,0 +1,139 @@
+//! Settings of the frame and of effects: what `settings` lists, what `--set` and `--settings` take, and errors that keep
+//! their places and lines.
+
+mod common;
+
+use common::{Folder, has_adapter, run_in, triangle_glb};
+
+const LINES: &str = "//! effect lines
+//! reads: radiance
+struct Style {
+    /// Colour of everything, linear
+    // = 0.5, 0.25, 0 in 0..1
+    color: vec3f,
+    /// How much of the picture stays, share
+    // = 0 in 0..1
+    rest: f32,
+}
+@group(2) @binding(0) var<uniform> style: Style;
+
+@fragment
+fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    return vec4f(style.color + style.rest * radiance_at(vec2i(position.xy)).rgb, 1.0);
+}
+";
+
+#[test]
+fn settings_are_listed() {
+    let folder = Folder::new("settings");
+    folder.write("file.wgsl", LINES.as_bytes());
+    let table = run_in(&folder, &["settings"]).expect(0).text();
+    assert!(table.starts_with("key ") && table.contains("clusters.tile_px  u32   16       8 to 128"), "{table}");
+    let text = run_in(&folder, &["settings", "--json", "--effect", "file.wgsl"]).expect(0).text();
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let entries = json.as_array().expect("an array");
+    let keys = ["choices", "default", "doc", "key", "max", "min", "type", "unit"];
+    for entry in entries {
+        let mut found: Vec<&str> = entry.as_object().expect("an object").keys().map(String::as_str).collect();
+        found.sort_unstable();
+        assert_eq!(found, keys);
+    }
+    let color = entries.iter().find(|entry| entry["key"] == "lines.color").expect("the effect's");
+    assert_eq!(color["default"], serde_json::json!([0.5, 0.25, 0.0]));
+    assert!(color["type"] == "vec3f" && color["unit"] == "linear" && color["max"] == 1.0, "{color}");
+    let scale = entries.iter().find(|entry| entry["key"] == "render.scale").expect("the frame's");
+    assert!(
+        scale["min"] == 0.25
+            && scale["max"] == 2.0
+            && scale["type"] == "f32"
+            && scale["choices"] == serde_json::json!([])
+    );
+    let help = run_in(&folder, &["render", "--help"]).expect(0).text();
+    assert!(help.contains("`manypass settings` lists the keys"), "{help}");
+}
+
+#[test]
+fn errors_begin_with_file_line_and_column_and_keep_their_lines() {
+    let folder = Folder::new("places");
+    folder.write("lines.wgsl", LINES.as_bytes());
+    folder.write("cut.wgsl", &LINES.as_bytes()[..LINES.len() - 24]);
+    folder.write("wrong.wgsl", LINES.replace("radiance_at", "radianc_at").as_bytes());
+    folder.write("bare.wgsl", LINES.replace("    // = 0 in 0..1\n", "").as_bytes());
+    folder.write("header.wgsl", format!("//! colour: red\n{LINES}").as_bytes());
+    folder.write("key.toml", b"[lines]\nrest = 0.5\n\n[clusters]\nslises = 4\n");
+    folder.write("value.toml", b"[lines]\ncolor = [0.5, 2, 0]\n");
+    folder.write("syntax.toml", b"[lines]\nrest = = 1\n");
+    let cases: &[(&[&str], i32, &str, &str)] = &[
+        (&["--effect", "cut.wgsl"], 1, "cut.wgsl:15:", "^ the file ends here"),
+        (&["--effect", "wrong.wgsl"], 1, "wrong.wgsl:15:45: error: no definition", "^^^^^^^^^^ unknown identifier"),
+        (
+            &["--effect", "header.wgsl"],
+            1,
+            "header.wgsl:1:5: error: `colour: red` begins with no word",
+            "effect, reads, passes",
+        ),
+        (&["--effect", "bare.wgsl"], 2, "bare.wgsl:8:5: error: `rest` has neither", "hint: add --set lines.rest=N"),
+        (
+            &["--effect", "lines.wgsl", "--settings", "key.toml"],
+            2,
+            "key.toml:5:1: error: no setting",
+            "clusters.slices",
+        ),
+        (
+            &["--effect", "lines.wgsl", "--settings", "value.toml"],
+            2,
+            "value.toml:2:9: error: `0.5,2,0`",
+            "each from 0 to 1",
+        ),
+        (&["--settings", "syntax.toml"], 2, "syntax.toml:2:8: error: ", "2 | rest = = 1\n  |        ^"),
+        (
+            &["--effect", "lines.wgsl", "--set", "lines.rest=2"],
+            2,
+            "error: `2` is no value of `lines.rest`",
+            "from 0 to 1",
+        ),
+        (&["--effect", "lines.wgsl", "--set", "lines.rset=1"], 2, "error: no setting", "did you mean `lines.rest`?"),
+        (
+            &["--effect", "lines.wgsl", "--effect", "lines.wgsl"],
+            2,
+            "error: two effects are called `lines`",
+            "//! effect NAME",
+        ),
+        (&["--settings", "absent.toml"], 1, "error: absent.toml: ", "hint: "),
+    ];
+    for (flags, code, beginning, part) in cases {
+        let run = run_in(&folder, &[&["render", "a.glb"], *flags].concat()).expect(*code);
+        assert!(run.stderr.starts_with(beginning), "{flags:?}\n{}\nshould begin {beginning}", run.stderr);
+        assert!(run.stderr.contains(part), "{flags:?}\n{}\nshould say {part}", run.stderr);
+        let hints = run.stderr.lines().filter(|line| line.starts_with("hint: ")).count();
+        assert!(
+            hints == 1 && run.stderr.lines().last().is_some_and(|line| line.starts_with("hint: ")),
+            "{}",
+            run.stderr
+        );
+    }
+}
+
+#[test]
+fn uniforms_of_effects_are_set_on_the_command_line_and_in_files() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("uniforms");
+    folder.write("tri.glb", &triangle_glb([0.9, 0.1, 0.1]));
+    folder.write("lines.wgsl", LINES.as_bytes());
+    folder.write("set.toml", b"lines.color = [0, 0, 1]\n[tone_map]\ndither = 0\n");
+    let drawn = |flags: &[&str]| {
+        let mut args = vec!["render", "tri.glb", "--size", "8x8", "--samples", "1", "-o", "a.png", "--tonemap", "none"];
+        args.extend(["--effect", "lines.wgsl", "--set", "tone_map.dither=0"]);
+        args.extend(flags);
+        run_in(&folder, &args).expect(0);
+        image::open(folder.join("a.png")).expect("a picture").to_rgb8().get_pixel(4, 4).0
+    };
+    // 0.5 and 0.25 of full light are 188 and 137 in sRGB.
+    assert_eq!(drawn(&[]), [188, 137, 0]);
+    assert_eq!(drawn(&["--set", "lines.color=0,0.25,0.5"]), [0, 137, 188]);
+    assert_eq!(drawn(&["--settings", "set.toml"]), [0, 0, 255]);
+    // What stands on the command line comes after the file; the whole path is a key, too.
+    assert_eq!(drawn(&["--settings", "set.toml", "--set", "lines.style.color=1,0,0"]), [255, 0, 0]);
+}

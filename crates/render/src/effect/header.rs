@@ -1,0 +1,249 @@
+//! The header of an effect's file: its first lines, which begin with `//!`.
+
+use super::scan::Scan;
+use crate::diagnostic::Diagnostic;
+use std::ops::Range;
+
+/// The words that a header may hold.
+const WORDS: [&str; 3] = ["effect", "reads", "passes"];
+/// What an effect may say that it reads, and the name of each in the shader.
+const READS: [(&str, &str); 5] = [
+    ("depth", "linear_depth"),
+    ("normal", "normal"),
+    ("base_color", "base_color"),
+    ("material", "material"),
+    ("radiance", "radiance"),
+];
+/// What a later version lets effects read.
+const READS_LATER: &str = "previous";
+/// The longest name of an effect.
+const NAME_CHARACTERS: usize = 64;
+
+/// What a header says.
+#[derive(Debug, Default)]
+pub(super) struct Header {
+    /// The name of the effect.
+    pub name: Option<String>,
+    /// What it reads, with the place of the list.
+    reads: Option<(Vec<&'static str>, Range<usize>)>,
+    /// Its pass, with the place.
+    pass: Option<(String, Range<usize>)>,
+}
+
+/// A text of the user's, and how a fault in it is told.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'t> {
+    /// The file's name, for errors.
+    pub file: &'t str,
+    /// The file's text.
+    pub text: &'t str,
+}
+
+impl Source<'_> {
+    /// A fault at a place.
+    pub fn fault(&self, range: Range<usize>, message: impl std::fmt::Display) -> Box<Diagnostic> {
+        Box::new(Diagnostic::new(self.file, self.text, range, message))
+    }
+}
+
+fn version() -> &'static str {
+    concat!("manypass ", env!("CARGO_PKG_VERSION"))
+}
+
+impl Header {
+    /// Reads the header of `source`.
+    ///
+    /// # Errors
+    /// A line that is not of the form, or not at the top.
+    pub fn parse(source: Source<'_>, scan: &Scan) -> Result<Self, Box<Diagnostic>> {
+        let mut header = Self::default();
+        for comment in &scan.comments {
+            let Some(line) = source.text[comment.range.clone()].strip_prefix("//!") else { continue };
+            if comment.range.start > scan.first_token {
+                let message = "a line of the header stands below the first declaration";
+                let fault = source.fault(comment.range.clone(), message);
+                return Err(Box::new(
+                    fault.note("header lines (`//!`) are the first lines; other remarks begin with `//`"),
+                ));
+            }
+            header.line(source, comment.range.end - line.len(), line)?;
+        }
+        Ok(header)
+    }
+
+    /// One line, which begins at the byte `start`.
+    fn line(&mut self, source: Source<'_>, start: usize, line: &str) -> Result<(), Box<Diagnostic>> {
+        let word_start = start + line.len() - line.trim_start().len();
+        let line = line.trim();
+        let length = line.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(line.len());
+        let (word, rest) = line.split_at(length);
+        let here = word_start..word_start + length.max(1);
+        let again = |is_there: bool| {
+            let message = format!("`{word}` stands twice in the header");
+            if is_there { Err(source.fault(here.clone(), message)) } else { Ok(()) }
+        };
+        let list = |form: &str| {
+            let rest = rest.strip_prefix(':').filter(|rest| !rest.trim().is_empty());
+            rest.ok_or_else(|| source.fault(here.clone(), format!("write `//! {form}`")))
+        };
+        match word {
+            "effect" => {
+                again(self.name.is_some())?;
+                let name = rest.trim();
+                let place = word_start + length + (rest.len() - rest.trim_start().len());
+                if !is_name(name) || !rest.starts_with(char::is_whitespace) {
+                    let fault =
+                        source.fault(place..place + name.len(), "this is no name of an effect: `//! effect NAME`");
+                    return Err(Box::new(
+                        fault.note("a name begins with a letter and consists of letters, digits, `_` and `-`"),
+                    ));
+                }
+                self.name = Some(name.into());
+            }
+            "reads" => {
+                again(self.reads.is_some())?;
+                let rest = list("reads: NAME, NAME, …")?;
+                let reads =
+                    entries(rest, word_start + line.len() - rest.len()).map(|(name, place)| read(source, name, place));
+                self.reads = Some((reads.collect::<Result<_, _>>()?, word_start..word_start + line.len()));
+            }
+            "passes" => {
+                again(self.pass.is_some())?;
+                let rest = list("passes: NAME")?;
+                let mut passes = entries(rest, word_start + line.len() - rest.len());
+                self.pass = passes.next().map(|(name, place)| (name.to_owned(), place));
+                if let Some((_, place)) = passes.next() {
+                    return Err(source
+                        .fault(place, format!("{} has effects of one pass; several are not there yet", version())));
+                }
+            }
+            _ => {
+                let known = WORDS.join(", ");
+                let message =
+                    format!("`{line}` begins with no word that a header has in {}; those are: {known}", version());
+                let note = "a later version may know it; a remark begins with `//` alone";
+                return Err(Box::new(source.fault(here, message).note(note)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the header says of the shader what is true: `entry_point` is its function, `used` are the frame's textures
+    /// that it uses.
+    ///
+    /// # Errors
+    /// A difference.
+    pub fn check(&self, source: Source<'_>, entry_point: &str, used: &[&str]) -> Result<(), Box<Diagnostic>> {
+        if let Some((pass, place)) = &self.pass
+            && pass != entry_point
+        {
+            let message = format!("there is no pass `{pass}`: the `@fragment` function is called `{entry_point}`");
+            return Err(source.fault(place.clone(), message));
+        }
+        let Some((reads, place)) = &self.reads else { return Ok(()) };
+        let used: Vec<_> = READS.iter().filter(|(_, texture)| used.contains(texture)).map(|(name, _)| *name).collect();
+        let missing: Vec<_> = used.iter().copied().filter(|name| !reads.contains(name)).collect();
+        let needless: Vec<_> = reads.iter().copied().filter(|name| !used.contains(name)).collect();
+        if missing.is_empty() && needless.is_empty() {
+            return Ok(());
+        }
+        let mut parts = Vec::new();
+        if !missing.is_empty() {
+            parts.push(format!("the shader also reads {}", missing.join(", ")));
+        }
+        if !needless.is_empty() {
+            parts.push(format!("the shader does not read {}", needless.join(", ")));
+        }
+        let fault = source.fault(place.clone(), parts.join("; "));
+        let right = format!("`//! reads: {}` is right, and so is no such line", used.join(", "));
+        let note =
+            "`surface_at` reads normal, base_color and material; `distance_at` reads depth; `radiance_at` radiance";
+        Err(Box::new(fault.note(right).note(note)))
+    }
+}
+
+fn is_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.len() <= NAME_CHARACTERS
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))
+}
+
+/// The entries of a list with commas, each with its bytes; the list begins at the byte `start`.
+fn entries(list: &str, start: usize) -> impl Iterator<Item = (&str, Range<usize>)> {
+    let mut at = start;
+    list.split(',').map(move |part| {
+        let begin = at + part.len() - part.trim_start().len();
+        at += part.len() + 1;
+        let name = part.trim();
+        (name, begin..begin + name.len().max(1))
+    })
+}
+
+fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<&'static str, Box<Diagnostic>> {
+    if name == READS_LATER {
+        return Err(source.fault(place, format!("{} has no `{READS_LATER}` for effects yet", version())));
+    }
+    READS.iter().map(|(known, _)| *known).find(|known| *known == name).ok_or_else(|| {
+        let known: Vec<_> = READS.iter().map(|(known, _)| *known).collect();
+        source.fault(place, format!("there is no `{name}` to read; there is: {}", known.join(", ")))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scan::scan;
+    use super::*;
+
+    fn parse(text: &str) -> Result<Header, String> {
+        Header::parse(Source { file: "a.wgsl", text }, &scan(text)).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_header_is_read_to_its_last_word() {
+        let text =
+            "// A remark.\n\n//! effect soft-lines_2\r\n//!reads: depth,  normal\n//! passes: fs_lines\nstruct S {}";
+        let header = parse(text).expect("a good header");
+        assert_eq!(header.name.as_deref(), Some("soft-lines_2"));
+        let source = Source { file: "a.wgsl", text };
+        header.check(source, "fs_lines", &["normal", "linear_depth"]).expect("true");
+        let error = |entry, used: &[&str]| header.check(source, entry, used).expect_err("false").to_string();
+        assert!(
+            error("fs", &["normal", "linear_depth"]).starts_with("a.wgsl:5:13: error: there is no pass `fs_lines`")
+        );
+        let reads = error("fs_lines", &["normal", "radiance"]);
+        assert!(
+            reads.starts_with("a.wgsl:4:4: error: the shader also reads radiance; the shader does not read depth"),
+            "{reads}"
+        );
+        assert!(reads.contains("`//! reads: normal, radiance` is right"), "{reads}");
+        parse("fn f() {}").expect("no header").check(source, "f", &["normal"]).expect("nothing said");
+    }
+
+    #[test]
+    fn nothing_in_a_header_is_passed_over() {
+        for (text, expected) in [
+            ("//! author: me", "a.wgsl:1:5: error: `author: me` begins with no word"),
+            ("//! author: me", "those are: effect, reads, passes"),
+            ("//!", "begins with no word"),
+            ("//! Effect lines", "begins with no word"),
+            ("//! effect", "a.wgsl:1:11: error: this is no name"),
+            ("//! effect: lines", "no name of an effect"),
+            ("//! effect two words", "a.wgsl:1:12: error: this is no name"),
+            ("//! effect 2d", "no name of an effect"),
+            ("//! effect a\n//! effect b", "a.wgsl:2:5: error: `effect` stands twice"),
+            ("//! reads depth", "write `//! reads: NAME"),
+            ("//! reads:", "write `//! reads: NAME"),
+            ("//! reads: depth, colour", "a.wgsl:1:19: error: there is no `colour` to read; there is: depth, normal"),
+            ("//! reads: depth,", "there is no `` to read"),
+            ("//! reads: previous", "a.wgsl:1:12: error: manypass "),
+            ("//! reads: previous", "has no `previous` for effects yet"),
+            ("//! passes: blur_x, blur_y", "a.wgsl:1:21: error: manypass "),
+            ("//! passes: blur_x, blur_y", "has effects of one pass"),
+            ("struct S {}\n//! effect a", "a.wgsl:2:1: error: a line of the header stands below"),
+            ("struct S {} //! effect a", "stands below"),
+        ] {
+            let error = parse(text).expect_err(text);
+            assert!(error.contains(expected), "{text}\n{error}\nshould say {expected}");
+        }
+    }
+}

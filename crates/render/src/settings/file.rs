@@ -1,0 +1,85 @@
+//! A file of settings: TOML, whose tables are the groups of keys.
+
+use super::SettingsError;
+use crate::diagnostic::Diagnostic;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A file of settings that is valid TOML; what its keys mean is not known yet.
+#[derive(Clone, Debug)]
+pub struct SettingsFile {
+    file: String,
+    text: String,
+    entries: Vec<Entry>,
+}
+
+/// One value, and where it and its key stand.
+#[derive(Clone, Debug)]
+struct Entry {
+    key: String,
+    key_range: Range<usize>,
+    value: String,
+    value_range: Range<usize>,
+}
+
+impl SettingsFile {
+    /// Reads the keys and values of a TOML `text`. `file` appears in errors.
+    ///
+    /// # Errors
+    /// The text is not TOML.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Box<Diagnostic>> {
+        let table = DeTable::parse(text).map_err(|error| {
+            let range = error.span().unwrap_or(text.len()..text.len());
+            Box::new(Diagnostic::new(file, text, range, error.message()))
+        })?;
+        let mut entries = Vec::new();
+        collect(table.get_ref(), "", &mut entries);
+        // Errors are told from the top.
+        entries.sort_by_key(|entry| entry.key_range.start);
+        Ok(Self { file: file.into(), text: text.into(), entries })
+    }
+
+    /// Gives every key and value to `set`, from the top.
+    ///
+    /// # Errors
+    /// The first one that `set` refuses, with its place in the file.
+    pub fn apply(&self, mut set: impl FnMut(&str, &str) -> Result<(), SettingsError>) -> Result<(), Box<Diagnostic>> {
+        for Entry { key, key_range, value, value_range } in &self.entries {
+            let Err(error) = set(key, value) else { continue };
+            let range = if matches!(error, SettingsError::UnknownKey { .. }) { key_range } else { value_range };
+            return Err(Box::new(Diagnostic::new(&self.file, &self.text, range.clone(), error)));
+        }
+        Ok(())
+    }
+}
+
+fn collect(table: &DeTable<'_>, prefix: &str, entries: &mut Vec<Entry>) {
+    for (name, value) in table {
+        let key = format!("{prefix}{}", name.get_ref());
+        match value.get_ref() {
+            DeValue::Table(inner) => collect(inner, &format!("{key}."), entries),
+            inner => {
+                entries.push(Entry { key, key_range: name.span(), value: value_text(inner), value_range: value.span() })
+            }
+        }
+    }
+}
+
+/// A value as the command line writes it: without quotes, and vectors without brackets.
+fn value_text(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => text.to_string(),
+        DeValue::Integer(number) if number.radix() != 10 => i64::from_str_radix(number.as_str(), number.radix())
+            .map_or_else(|_| number.to_string(), |number| number.to_string()),
+        DeValue::Integer(number) => number.as_str().to_owned(),
+        DeValue::Float(number) => number.as_str().to_owned(),
+        DeValue::Boolean(flag) => flag.to_string(),
+        DeValue::Datetime(time) => time.to_string(),
+        DeValue::Array(values) => {
+            let parts: Vec<String> = values.iter().map(Spanned::get_ref).map(value_text).collect();
+            parts.join(",")
+        }
+        DeValue::Table(_) => "a table".into(),
+    }
+}

@@ -1,0 +1,152 @@
+//! Points are discs that face the eye, of 1/200 of the picture's height and at least two pixels, in every pass.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{floats, ids, plain_request, renderer};
+use glam::{Mat4, Quat, Vec3};
+use manypass::{Aov, FrameRequest, Path, Pose, View};
+use manypass_scene::{Camera, Material, Mesh, MorphTarget, Node, Primitive, Projection, Scene, ShadingModel, Topology};
+use std::sync::Arc;
+
+/// A narrow picture, so tall that a disc is 6 pixels wide.
+const SIZE: (u32, u32) = (48, 1200);
+const DIAMETER_PX: f32 = 6.0;
+
+/// Bright points seen along −Z by a camera 5 m away whose picture is `height_m` high.
+fn scene(height_m: f32, primitives: Vec<Primitive>) -> Scene {
+    let mut scene = Scene::default();
+    let projection = Projection::Orthographic { height_m, near_m: 0.1, far_m: 10.0 };
+    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
+    let mut material = Material { shading_model: ShadingModel::Unlit, ..Material::default() };
+    material.base_color_factor = Vec3::ONE.extend(1.0);
+    scene.materials.push(material);
+    let primitives = primitives.into_iter().map(|primitive| Primitive {
+        topology: Topology::Points,
+        material: Some(0),
+        bounds: manypass_scene::Aabb { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) },
+        ..primitive
+    });
+    scene.meshes.push(Mesh { primitives: primitives.collect(), ..Mesh::default() });
+    // A mirrored and turned object has the same points, not other discs.
+    let rotation = Quat::from_rotation_y(2.0);
+    let node = Node { mesh: Some(0), rotation, scale: Vec3::new(-1.0, 1.0, 1.0), ..Node::default() };
+    scene.add_node(None, node);
+    scene.update_transforms();
+    scene
+}
+
+fn one_point(normals: Vec<[f32; 3]>) -> Primitive {
+    Primitive { positions: vec![[0.0; 3]], normals, ..Primitive::default() }
+}
+
+/// The pixels that show the points, which are the second node.
+fn covered(ids: &[u32], width: u32) -> Vec<(f32, f32)> {
+    let shown = ids.iter().enumerate().filter(|(_, id)| **id == 2);
+    shown.map(|(at, _)| ((at as u32 % width) as f32 + 0.5, (at as u32 / width) as f32 + 0.5)).collect()
+}
+
+fn request(scene: &Scene, size: (u32, u32), aovs: &[Aov]) -> FrameRequest {
+    let mut request = plain_request(scene, size);
+    request.want_aovs = aovs.to_vec();
+    request
+}
+
+#[test]
+fn a_point_is_a_disc_that_faces_the_eye() {
+    let scene = scene(2.0, vec![one_point(Vec::new())]);
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let mut request = request(&scene, SIZE, &[Aov::ObjectId, Aov::Normal, Aov::Depth, Aov::Position]);
+    renderer.render(&scene, &request).unwrap();
+    let found = covered(&ids(renderer.read_aov(Aov::ObjectId).unwrap()), SIZE.0);
+    let area = std::f32::consts::PI * (0.5 * DIAMETER_PX).powi(2);
+    assert!((found.len() as f32 - area).abs() < 6.0, "{} pixels, not {area}", found.len());
+    let middle = (SIZE.0 as f32 * 0.5, SIZE.1 as f32 * 0.5);
+    let farthest = found.iter().map(|(x, y)| (x - middle.0).hypot(y - middle.1)).fold(0.0, f32::max);
+    assert!(farthest <= 0.5 * DIAMETER_PX, "a square's corner would be 3.5 pixels off; found {farthest}");
+    let (normal, depth) = (renderer.read_aov(Aov::Normal).unwrap(), renderer.read_aov(Aov::Depth).unwrap());
+    let (normal, depth) = (floats(normal), floats(depth));
+    for (x, y) in &found {
+        let at = *y as usize * SIZE.0 as usize + *x as usize;
+        assert!(normal[at * 3 + 2] > 0.999, "the normal faces the camera: {:?}", &normal[at * 3..at * 3 + 3]);
+        assert!((depth[at] - 5.0).abs() < 1e-3, "{}", depth[at]);
+    }
+    let deferred = renderer.read_radiance().unwrap();
+    assert_eq!(deferred.chunks(4).filter(|pixel| pixel[0] > 0.9).count(), found.len());
+    request.path = Path::Forward;
+    request.want_aovs.clear();
+    renderer.render(&scene, &request).unwrap();
+    assert!(renderer.read_radiance().unwrap() == deferred, "forward draws the same discs");
+}
+
+#[test]
+fn small_pictures_have_discs_of_two_pixels_and_indices_choose_points() {
+    let mut cloud = Primitive::default();
+    // In pixels of a picture of 64, each in the middle of four pixels; drawn are the second and the fourth, with colours.
+    cloud.positions = [-20.0, -10.0, 10.0, 20.0].map(|y: f32| [0.0, y, 0.0]).to_vec();
+    cloud.colors = [0.1, 0.2, 0.3, 0.4].map(|gray: f32| [gray, gray, gray, 1.0]).to_vec();
+    cloud.morph_targets = vec![MorphTarget { positions: vec![[0.0, 4.0, 0.0]; 4], ..MorphTarget::default() }];
+    cloud.morph_targets[0].positions[3] = [0.0, -4.0, 0.0];
+    cloud.indices = vec![1, 3];
+    let mut scene = scene(64.0, vec![cloud, one_point(vec![[0.0, 0.0, -1.0]])]);
+    scene.meshes[0].default_morph_weights = vec![1.0];
+    // An object before them in the list of instances must not turn the corners of discs around.
+    let corners = vec![[-30.0, -30.0, 0.0], [-20.0, -30.0, 0.0], [-30.0, -20.0, 0.0]];
+    let bounds = manypass_scene::Aabb { min: Vec3::new(-30.0, -30.0, 0.0), max: Vec3::new(-20.0, -20.0, 0.0) };
+    let triangle = Primitive { positions: corners, material: Some(0), bounds, ..Primitive::default() };
+    scene.meshes.insert(0, Mesh { primitives: vec![triangle], ..Mesh::default() });
+    scene.nodes[1].mesh = Some(1);
+    scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
+    scene.update_transforms();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let request = request(&scene, (64, 64), &[Aov::ObjectId, Aov::Normal]);
+    renderer.render(&scene, &request).unwrap();
+    let mut rows: Vec<_> = covered(&ids(renderer.read_aov(Aov::ObjectId).unwrap()), 64);
+    rows.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
+    let block = |y: f32| [(31.5, y - 0.5), (32.5, y - 0.5), (31.5, y + 0.5), (32.5, y + 0.5)];
+    assert_eq!(rows, [block(16.0), block(32.0), block(38.0)].concat());
+    assert_eq!(renderer.stats().triangles, 1, "the triangle is drawn");
+    let radiance = renderer.read_radiance().unwrap();
+    let gray = |y: usize| radiance[(y * 64 + 32) * 4];
+    assert!((gray(16) - 0.4).abs() < 0.01 && (gray(38) - 0.2).abs() < 0.01 && gray(32) > 0.9);
+    // A normal that points away is turned towards the camera.
+    let normal = floats(renderer.read_aov(Aov::Normal).unwrap());
+    assert!(normal[(32 * 64 + 32) * 3 + 2] > 0.4, "{:?}", &normal[(32 * 64 + 32) * 3..][..3]);
+}
+
+#[test]
+fn the_motion_of_a_disc_is_that_of_its_surface() {
+    let mut scene = scene(2.0, vec![one_point(Vec::new())]);
+    let projection = Projection::Perspective { fov_y_rad: 0.4, near_m: 0.1, far_m: None };
+    scene.cameras[0].projection = projection;
+    let mut request = request(&scene, SIZE, &[Aov::ObjectId, Aov::Motion, Aov::Position]);
+    let now = request.camera;
+    let before = View {
+        world_from_view: Mat4::from_rotation_translation(Quat::from_rotation_y(0.01), Vec3::new(0.04, 0.05, 4.0)),
+        projection,
+    };
+    request.previous = Some(Arc::new(Pose::capture(&scene, before)));
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    renderer.render(&scene, &request).unwrap();
+    let motion = floats(renderer.read_aov(Aov::Motion).unwrap());
+    let position = floats(renderer.read_aov(Aov::Position).unwrap());
+    let pixel_of = |view: &View, point: Vec3| {
+        let p = view.world_from_view.inverse().transform_point3(point);
+        let scale = 0.5 * SIZE.1 as f32 / (0.2f32.tan() * -p.z);
+        (SIZE.0 as f32 * 0.5 + p.x * scale, SIZE.1 as f32 * 0.5 - p.y * scale)
+    };
+    let found = covered(&ids(renderer.read_aov(Aov::ObjectId).unwrap()), SIZE.0);
+    assert!(found.len() > 20);
+    for (x, y) in found {
+        let at = y as usize * SIZE.0 as usize + x as usize;
+        let point = Vec3::new(position[at * 3], position[at * 3 + 1], position[at * 3 + 2]);
+        let (from, to) = (pixel_of(&before, point), pixel_of(&now, point));
+        let error = (to.0 - from.0 - motion[at * 2]).hypot(to.1 - from.1 - motion[at * 2 + 1]);
+        assert!(error < 0.02, "at {x}, {y}: {from:?} to {to:?}, motion {:?}", &motion[at * 2..at * 2 + 2]);
+    }
+}
