@@ -71,6 +71,21 @@ pub struct Executor {
     queries: Option<wgpu::QuerySet>,
 }
 
+/// What the textures behind the slots of a plan have to be.
+fn slot_shapes(plan: &Plan, options: &RunOptions) -> Vec<(TextureDesc, wgpu::TextureUsages)> {
+    let mut shapes: Vec<_> = plan.slots.iter().map(|desc| (*desc, wgpu::TextureUsages::RENDER_ATTACHMENT)).collect();
+    for texture in &plan.textures {
+        let Some((_, usage)) = texture.slot.and_then(|slot| shapes.get_mut(slot as usize)) else { continue };
+        if texture.sampled || texture.exported {
+            *usage |= wgpu::TextureUsages::TEXTURE_BINDING;
+        }
+        if texture.exported || options.tap {
+            *usage |= wgpu::TextureUsages::COPY_SRC;
+        }
+    }
+    shapes
+}
+
 /// The textures and views of one run.
 struct Resources {
     /// Per planned texture; `None` never occurs for what a plan uses.
@@ -117,6 +132,11 @@ impl Executor {
     /// Memory of all textures that the executor holds.
     pub fn pool_bytes(&self) -> u64 {
         self.pool.bytes() + self.histories.bytes()
+    }
+
+    /// Memory that [`Executor::run`] would allocate for textures, beyond what it holds already.
+    pub fn missing_bytes(&self, plan: &Plan, options: &RunOptions) -> u64 {
+        self.pool.missing_bytes(&slot_shapes(plan, options))
     }
 
     /// Records a frame. Submit the encoder afterwards.
@@ -179,24 +199,16 @@ impl Executor {
     }
 
     fn prepare(&mut self, graph: &Graph<'_>, plan: &Plan, options: &RunOptions) -> Resources {
-        let mut usages = vec![wgpu::TextureUsages::RENDER_ATTACHMENT; plan.slots.len()];
         let mut labels = vec![""; plan.slots.len()];
         for texture in &plan.textures {
             let Some(slot) = texture.slot else { continue };
-            let slot = slot as usize;
-            if texture.sampled || texture.exported {
-                usages[slot] |= wgpu::TextureUsages::TEXTURE_BINDING;
-            }
-            if texture.exported || options.tap {
-                usages[slot] |= wgpu::TextureUsages::COPY_SRC;
-            }
-            if labels[slot].is_empty() {
-                labels[slot] = &texture.name;
+            if labels[slot as usize].is_empty() {
+                labels[slot as usize] = &texture.name;
             }
         }
-        let slots = plan.slots.iter().zip(usages).zip(labels);
+        let slots = slot_shapes(plan, options).into_iter().zip(labels);
         let slots: Vec<usize> =
-            slots.map(|((desc, usage), label)| self.pool.take(&self.device, label, desc, usage)).collect();
+            slots.map(|((desc, usage), label)| self.pool.take(&self.device, label, &desc, usage)).collect();
         let mut views = vec![None; graph.uses.len()];
         let mut view = |use_index: u32, texture: u32, part, executor: &mut Self| {
             let planned = &plan.textures[texture as usize];

@@ -162,6 +162,8 @@ pub struct Graph<'frame> {
     pub(crate) exports: Vec<(u32, Part)>,
     /// The first mistake that could be seen while declaring.
     misuse: Option<PlanError>,
+    /// What names of textures and passes begin with.
+    prefix: &'static str,
 }
 
 impl<'frame> Graph<'frame> {
@@ -176,7 +178,18 @@ impl<'frame> Graph<'frame> {
             uses: Vec::with_capacity(256),
             exports: Vec::new(),
             misuse: None,
+            prefix: "",
         }
+    }
+
+    /// From now on the names of textures and passes begin with `prefix`; empty for none. It tells several views of one
+    /// frame apart.
+    pub fn set_prefix(&mut self, prefix: &'static str) {
+        self.prefix = prefix;
+    }
+
+    fn prefixed(&self, name: Cow<'static, str>) -> Cow<'static, str> {
+        if self.prefix.is_empty() { name } else { Cow::Owned(format!("{}{name}", self.prefix)) }
     }
 
     /// A texture that lives within the frame. Its contents are undefined until a
@@ -203,6 +216,7 @@ impl<'frame> Graph<'frame> {
         persistent: bool,
     ) -> Handle {
         let texture = self.textures.len() as u32;
+        let name = self.prefixed(name);
         self.textures.push(TextureNode { name: name.clone(), desc, import, persistent });
         Handle { graph: self.id, texture, part: Part::Whole, name, desc }
     }
@@ -239,7 +253,8 @@ impl<'frame> Graph<'frame> {
     /// its key in reports: `occlusion.blur`, folder then step.
     pub fn pass(&mut self, name: impl Into<Cow<'static, str>>) -> Pass<'_, 'frame> {
         let first_use = self.uses.len() as u32;
-        self.passes.push(PassNode { name: name.into(), uses: first_use..first_use, side_effect: false, run: None });
+        let name = self.prefixed(name.into());
+        self.passes.push(PassNode { name, uses: first_use..first_use, side_effect: false, run: None });
         Pass { graph: self }
     }
 

@@ -62,6 +62,13 @@ struct Pooled {
     used_since_forget: bool,
 }
 
+impl Pooled {
+    /// Whether the texture is of this shape and can be used in these ways, and perhaps in others.
+    fn serves(&self, desc: &TextureDesc, usage: wgpu::TextureUsages) -> bool {
+        self.desc == *desc && self.usage.contains(usage)
+    }
+}
+
 /// Transient textures by descriptor and usage.
 #[derive(Default)]
 pub(crate) struct Pool {
@@ -78,8 +85,7 @@ impl Pool {
         desc: &TextureDesc,
         usage: wgpu::TextureUsages,
     ) -> usize {
-        let free =
-            self.textures.iter().position(|pooled| !pooled.taken && pooled.desc == *desc && pooled.usage == usage);
+        let free = self.textures.iter().position(|pooled| !pooled.taken && pooled.serves(desc, usage));
         let index = free.unwrap_or_else(|| {
             self.textures.push(Pooled {
                 desc: *desc,
@@ -94,6 +100,17 @@ impl Pool {
         self.textures[index].taken = true;
         self.textures[index].used_since_forget = true;
         index
+    }
+
+    /// Memory of the textures that [`Pool::take`] would create for all of `wanted` together.
+    pub(crate) fn missing_bytes(&self, wanted: &[(TextureDesc, wgpu::TextureUsages)]) -> u64 {
+        let mut is_free: Vec<bool> = self.textures.iter().map(|pooled| !pooled.taken).collect();
+        let mut is_missing = |(desc, usage): &(TextureDesc, wgpu::TextureUsages)| {
+            let mut candidates = self.textures.iter().zip(&mut is_free);
+            let found = candidates.find(|(pooled, is_free)| **is_free && pooled.serves(desc, *usage));
+            found.map(|(_, is_free)| *is_free = false).is_none()
+        };
+        wanted.iter().filter(|texture| is_missing(texture)).map(|(desc, _)| desc.bytes()).sum()
     }
 
     pub(crate) fn texture(&self, index: usize) -> &wgpu::Texture {

@@ -53,6 +53,8 @@ pub struct Shared<'f> {
     pub resources: &'f SceneResources,
     /// What the view draws.
     pub draws: &'f DrawList,
+    /// The most samples of a texture along the long side of a pixel's footprint.
+    pub anisotropy: u16,
     /// The instances of the draws.
     pub instances: &'f wgpu::Buffer,
     /// Width and height at which the view is shaded.
@@ -111,6 +113,31 @@ pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<
         let radiance = forward::record_blended(graph, shared, radiance, &depth)?;
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
+    let (variables, gbuffer, depth) = surface_passes(graph, shared)?;
+    let radiance = indirect::record(graph, shared, &gbuffer, variables.radiance)?;
+    let radiance = direct::record(graph, shared, &gbuffer, radiance)?;
+    let radiance = background::record(graph, shared, radiance)?;
+    let radiance = forward::record_blended(graph, shared, radiance, &depth)?;
+    Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..variables })
+}
+
+/// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known of
+/// surfaces before light reaches them. The names begin with `aov.`.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn variable_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<ViewOutputs, ProgramError> {
+    graph.set_prefix("aov.");
+    let (variables, gbuffer, _) = surface_passes(graph, shared)?;
+    graph.set_prefix("");
+    Ok(ViewOutputs { gbuffer: Some(gbuffer), ..variables })
+}
+
+/// The G-buffer and the passes that variables need; `radiance` holds emission so far. Also gives depth.
+fn surface_passes<'f>(
+    graph: &mut Graph<'f>,
+    shared: &'f Shared<'f>,
+) -> Result<(ViewOutputs, Gbuffer, Handle), ProgramError> {
     let geometry = geometry::record(graph, shared)?;
     let linear_depth = linear_depth::record(graph, shared, &geometry.depth)?;
     let gbuffer =
@@ -119,11 +146,8 @@ pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<
     let emission = wanted.emission.then(|| emission::record(graph, shared, &geometry.radiance)).transpose()?;
     let ids = wanted.ids.then(|| ids::record(graph, shared, &geometry.depth)).transpose()?;
     let motion = wanted.motion.then(|| motion::record(graph, shared, &geometry.depth)).transpose()?;
-    let radiance = indirect::record(graph, shared, &gbuffer, geometry.radiance)?;
-    let radiance = direct::record(graph, shared, &gbuffer, radiance)?;
-    let radiance = background::record(graph, shared, radiance)?;
-    let radiance = forward::record_blended(graph, shared, radiance, &geometry.depth)?;
-    Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), emission, ids, motion })
+    let outputs = ViewOutputs { radiance: geometry.radiance, gbuffer: None, emission, ids, motion };
+    Ok((outputs, gbuffer, geometry.depth))
 }
 
 /// The user's effects, each on the radiance of the one before.

@@ -18,6 +18,8 @@ pub(crate) const LIST_WIDTH: u32 = 4096;
 #[derive(Debug)]
 pub(crate) struct FrameBuffers {
     pub view: wgpu::Buffer,
+    /// The view of variables, where the picture is shaded at another size than its own.
+    pub variables_view: wgpu::Buffer,
     pub cluster_grid: wgpu::Buffer,
     pub environment: wgpu::Buffer,
     pub accumulation: wgpu::Buffer,
@@ -54,6 +56,7 @@ impl FrameBuffers {
         };
         Self {
             view: uniform("view", size_of::<ViewUniform>()),
+            variables_view: uniform("aov.view", size_of::<ViewUniform>()),
             cluster_grid: uniform("cluster_grid", 32),
             environment: uniform("environment", size_of::<EnvironmentUniform>()),
             accumulation: uniform("accumulation", 16),
@@ -108,9 +111,10 @@ impl FrameBuffers {
         }
     }
 
-    pub fn frame_resources(&self) -> [(&'static str, wgpu::BindingResource<'_>); 9] {
+    /// Names of group 0, with what they stand for; `view` is the buffer of one of the views.
+    pub fn frame_resources<'b>(&'b self, view: &'b wgpu::Buffer) -> [(&'static str, wgpu::BindingResource<'b>); 9] {
         [
-            ("view", self.view.as_entire_binding()),
+            ("view", view.as_entire_binding()),
             ("directional_albedo", wgpu::BindingResource::TextureView(&self.directional_albedo)),
             ("linear_clamp", wgpu::BindingResource::Sampler(&self.linear_clamp)),
             ("cluster_grid", self.cluster_grid.as_entire_binding()),

@@ -13,9 +13,10 @@ use crate::passes::motion::MotionUniform;
 use crate::passes::present::{PresentUniform, Target};
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
+use crate::resources::filtering::TextureFiltering;
 use crate::shader::Shaders;
 use crate::surfaces::SurfacePipelines;
-use crate::view::{self};
+use crate::view::{self, ViewUniform};
 use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, RunOptions, TextureDesc};
 use manypass_scene::Scene;
 use std::cell::RefCell;
@@ -45,6 +46,7 @@ pub struct Renderer {
     pre_exposure: f32,
     gbuffer: Option<GbufferPixels>,
     stats: FrameStats,
+    memory_budget_bytes: Option<u64>,
 }
 
 /// What a frame is rendered for. All but the picture itself are for machines with files and a clock of their own.
@@ -74,6 +76,7 @@ impl Renderer {
             pre_exposure: 1.0,
             gbuffer: None,
             stats: FrameStats::default(),
+            memory_budget_bytes: None,
             gpu,
         })
     }
@@ -116,6 +119,12 @@ impl Renderer {
     /// Numbers of the last frame.
     pub fn stats(&self) -> FrameStats {
         self.stats.clone()
+    }
+
+    /// From now on a frame whose textures would take more than so many bytes beyond those that the renderer holds
+    /// already is refused with [`RenderError::Memory`] before it is drawn; without a number none is.
+    pub fn set_memory_budget(&mut self, bytes: Option<u64>) {
+        self.memory_budget_bytes = bytes;
     }
 
     /// Waits until everything submitted is done.
@@ -253,11 +262,14 @@ impl Renderer {
         let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
         let bytes = readback::read_texture(&self.gpu, &output.sums[self.latest_sum]).await?;
         let scale = 1.0 / self.pre_exposure;
-        Ok(bytes
-            .chunks_exact(4)
-            .enumerate()
-            .map(|(i, b)| f32::from_le_bytes([b[0], b[1], b[2], b[3]]) * if i % 4 == 3 { 1.0 } else { scale })
-            .collect())
+        let mut values = readback::reserved(bytes.len() / 4)?;
+        values.extend(
+            bytes
+                .chunks_exact(4)
+                .enumerate()
+                .map(|(i, b)| f32::from_le_bytes([b[0], b[1], b[2], b[3]]) * if i % 4 == 3 { 1.0 } else { scale }),
+        );
+        Ok(values)
     }
 
     /// As [`Self::read_radiance_async`], waiting.
@@ -280,7 +292,7 @@ impl Renderer {
         match (&self.gbuffer, aov) {
             (None, _) => Err(missing),
             (Some(_), Aov::Radiance) => Ok(AovPixels::Float { components: 4, data: self.read_radiance_async().await? }),
-            (Some(gbuffer), aov) => gbuffer.read(aov).ok_or(missing),
+            (Some(gbuffer), aov) => gbuffer.read(aov)?.ok_or(missing),
         }
     }
 
@@ -315,6 +327,8 @@ impl Renderer {
     ) -> Result<Plan, RenderError> {
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
+        let output_bytes = Output::missing_bytes(self.output.as_ref(), output_size);
+        check_budget(self.memory_budget_bytes, output_bytes)?;
         let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
         let output = Output::of(&self.gpu, &mut self.output, output_size);
         self.pre_exposure = request.exposure_stops.exp2();
@@ -322,12 +336,20 @@ impl Renderer {
         // What the view sees.
         let range = request.camera.depth_range(&scene.posed_bounds_world());
         let jitter = view::jitter_px(request.sample_index, request.sample_count);
-        let uniform = request.camera.uniform(range, size.0, size.1, jitter, self.pre_exposure, request.sample_index);
+        let filtering = TextureFiltering::new(request.sample_index, request.sample_count, &self.gpu.capabilities);
+        let uniform_at = |size: (u32, u32)| {
+            let camera = &request.camera;
+            let uniform =
+                camera.uniform_shaded(range, output_size, size, jitter, self.pre_exposure, request.sample_index);
+            ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.anisotropy.into(), ..uniform }
+        };
+        let uniform = uniform_at(size);
         let mut deformation = Deformation::default();
         let draws = DrawList::new(scene, resources, &uniform.clip_from_world, &mut deformation);
         let started = web_time::Instant::now();
         let table = LightTable::new(scene, self.pre_exposure, request.light_subset);
-        let target = lights::Target { size, jitter_px: jitter };
+        let aspect = output_size.0 as f32 / output_size.1 as f32;
+        let target = lights::Target { size, aspect, jitter_px: jitter };
         // The narrowest data texture that holds the lists has this many rows; 2²² entries take 8 MiB.
         let entries_max = (self.gpu.capabilities.max_texture_size as usize * LIST_WIDTH as usize).min(1 << 22);
         let clusters = &request.settings.clusters;
@@ -348,6 +370,12 @@ impl Renderer {
         self.buffers.write(&self.gpu, request, &uniform, &environment, &table, &lists, &draws);
         let wants_aovs = request.sample_index == 0 && !request.want_aovs.is_empty();
         let aov_passes = if wants_aovs { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
+        // Variables are of rays through the middles of the picture's pixels, which are not those of the shaded ones.
+        let has_own_view = wants_aovs && size != output_size && request.path == frame::Path::Deferred;
+        let variables_uniform = uniform_at(output_size);
+        if has_own_view {
+            self.gpu.queue.write_buffer(&self.buffers.variables_view, 0, bytemuck::bytes_of(&variables_uniform));
+        }
         let previous = request.previous.as_deref().filter(|_| aov_passes.motion);
         let has_previous = previous.is_some_and(|previous| {
             let motion = MotionUniform::new(&request.camera, Some(&previous.camera), range, output_size);
@@ -360,7 +388,8 @@ impl Renderer {
         // The frame.
         let errors = RefCell::default();
         let buffers = &self.buffers;
-        let frame_resources = buffers.frame_resources();
+        let frame_resources = buffers.frame_resources(&buffers.view);
+        let variables_resources = buffers.frame_resources(&buffers.variables_view);
         let shared = Shared {
             gpu: &self.gpu,
             device: &self.gpu.device,
@@ -368,6 +397,7 @@ impl Renderer {
             surface_pipelines: &self.surface_pipelines,
             resources,
             draws: &draws,
+            anisotropy: filtering.anisotropy,
             instances: &buffers.instances,
             size,
             depth_format: self.gpu.capabilities.depth_format,
@@ -380,12 +410,20 @@ impl Renderer {
             tone_map: &buffers.tone_map,
             present: &buffers.present,
             nearest_clamp: &buffers.nearest_clamp,
-            aov_passes,
+            aov_passes: if has_own_view { AovPasses::default() } else { aov_passes },
             has_previous,
             errors: &errors,
         };
+        let variables_shared = has_own_view.then_some(Shared {
+            size: output_size,
+            frame_resources: &variables_resources,
+            aov_passes,
+            ..shared
+        });
         let previous_sum = if request.sample_index == 0 { 0 } else { self.latest_sum };
         let mut graph = Graph::new(Limits::from(&self.gpu.capabilities.limits));
+        let variables =
+            variables_shared.as_ref().map(|shared| frame::variable_passes(&mut graph, shared)).transpose()?;
         let view_outputs = frame::view_passes(&mut graph, &shared)?;
         let view_outputs = frame::effect_passes(&mut graph, &shared, &request.effects, view_outputs)?;
         let mut pairs_name = None;
@@ -410,14 +448,19 @@ impl Renderer {
             let target = if let Purpose::Target(target) = &*purpose { Some(*target) } else { None };
             frame::output_passes(&mut graph, &shared, &view_outputs.radiance, Some(sums), display, target)?;
         }
-        let exports = if wants_aovs { AovExports::new(&mut graph, view_outputs) } else { AovExports::default() };
+        let exports = if wants_aovs {
+            AovExports::new(&mut graph, variables.unwrap_or(view_outputs))
+        } else {
+            AovExports::default()
+        };
         let plan = graph.plan()?;
         let bytes = plan.bytes();
         self.stats.texture_bytes = bytes.aliased;
         self.stats.texture_bytes_unaliased = bytes.unaliased;
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let options =
             RunOptions { tap: matches!(purpose, Purpose::Pictures(_)), time: matches!(purpose, Purpose::Times(_)) };
+        check_budget(self.memory_budget_bytes, output_bytes + self.executor.missing_bytes(&plan, &options))?;
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         self.gpu.queue.submit([encoder.finish()]);
         if !matches!(purpose, Purpose::Pairs(_)) {
@@ -430,7 +473,7 @@ impl Renderer {
 
         // What comes back.
         if request.sample_index == 0 {
-            self.gbuffer = exports.read(&self.gpu, &run, uniform, output_size).await?;
+            self.gbuffer = exports.read(&self.gpu, &run, variables_uniform).await?;
         }
         let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
         if let (Purpose::Pairs(counts), Some(name)) = (&mut *purpose, &pairs_name) {
@@ -449,6 +492,14 @@ impl Renderer {
     }
 }
 
+/// Fails if a frame may not allocate `needed_bytes`.
+fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), RenderError> {
+    match budget_bytes {
+        Some(budget_bytes) if needed_bytes > budget_bytes => Err(RenderError::Memory { needed_bytes, budget_bytes }),
+        _ => Ok(()),
+    }
+}
+
 fn sum_pairs(bytes: &[u8]) -> PairCounts {
     let mut counts = [0f64; 3];
     for texel in bytes.chunks_exact(16) {
@@ -461,6 +512,12 @@ fn sum_pairs(bytes: &[u8]) -> PairCounts {
 }
 
 impl Output {
+    /// Bytes of the textures that [`Self::of`] would create.
+    fn missing_bytes(slot: Option<&Self>, (width, height): (u32, u32)) -> u64 {
+        let shape = |format| TextureDesc::new_2d(width, height, format).bytes();
+        if slot.is_some_and(|output| output.size == (width, height)) { 0 } else { 2 * shape(SUM) + shape(DISPLAY) }
+    }
+
     fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32)) -> &'a Self {
         if slot.as_ref().is_some_and(|output| output.size != size) {
             *slot = None;

@@ -108,6 +108,14 @@ pub enum RenderError {
         /// The largest side.
         limit: u32,
     },
+    /// The textures of the frame would take more memory than [`crate::Renderer::set_memory_budget`] allows.
+    #[error("the textures of the frame take {needed_bytes} bytes more, but {budget_bytes} are allowed")]
+    Memory {
+        /// What they take beyond what the renderer holds already.
+        needed_bytes: u64,
+        /// What is allowed.
+        budget_bytes: u64,
+    },
     /// The caller's target cannot be drawn to.
     #[error("the target cannot be drawn to: {0}")]
     Target(String),

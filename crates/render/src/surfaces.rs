@@ -235,12 +235,14 @@ fn material_bind_group(
     address: usize,
 ) -> Result<wgpu::BindGroup, ProgramError> {
     let material = &shared.resources.materials[index];
-    if let Some(group) = material.bind_groups.borrow().get(&address) {
+    let anisotropy = shared.anisotropy;
+    if let Some(group) = material.bind_groups.borrow().get(&(address, anisotropy)) {
         return Ok(group.clone());
     }
     let textures = &shared.resources.textures;
     let view = |slot: usize| wgpu::BindingResource::TextureView(textures.view(material.textures[slot]));
-    let sampler = |slot: usize| wgpu::BindingResource::Sampler(textures.sampler(material.textures[slot]));
+    let samplers = material.textures.map(|texture| textures.sampler(texture, anisotropy));
+    let sampler = |slot: usize| wgpu::BindingResource::Sampler(&samplers[slot]);
     let group = program.bind(
         shared.device,
         2,
@@ -258,7 +260,7 @@ fn material_bind_group(
             ("emissive_sampler", sampler(4)),
         ],
     )?;
-    material.bind_groups.borrow_mut().insert(address, group.clone());
+    material.bind_groups.borrow_mut().insert((address, anisotropy), group.clone());
     Ok(group)
 }
 

@@ -39,8 +39,14 @@ pub struct ViewUniform {
     pub pre_exposure: f32,
     /// Which of the accumulated frames this is.
     pub sample_index: u32,
+    /// By how many levels mips of textures are finer than for a single sample.
+    pub mip_gain: f32,
+    /// The anisotropy of their samplers.
+    pub anisotropy: f32,
     /// Zero.
-    pub padding: u32,
+    pub padding: f32,
+    /// Zero.
+    pub padding_end: Vec2,
 }
 
 /// The nearest and the farthest distance along the view axis, in metres.
@@ -161,8 +167,29 @@ impl View {
             orthographic: if self.is_orthographic() { 1.0 } else { 0.0 },
             pre_exposure,
             sample_index,
-            padding: 0,
+            mip_gain: 0.0,
+            anisotropy: 1.0,
+            padding: 0.0,
+            padding_end: Vec2::ZERO,
         }
+    }
+
+    /// The uniform for a picture of `output_size` that is shaded at `shaded_size`, both in pixels. Sides are rounded to
+    /// whole pixels, so the two may differ in shape; what is seen is the picture's shape. The jitter is in shaded pixels.
+    pub(crate) fn uniform_shaded(
+        &self,
+        range: DepthRange,
+        output_size: (u32, u32),
+        shaded_size: (u32, u32),
+        jitter_px: Vec2,
+        pre_exposure: f32,
+        sample_index: u32,
+    ) -> ViewUniform {
+        let shaded_px = Vec2::new(shaded_size.0 as f32, shaded_size.1 as f32);
+        let output_per_shaded = Vec2::new(output_size.0 as f32, output_size.1 as f32) / shaded_px;
+        let jitter_output_px = jitter_px * output_per_shaded;
+        let uniform = self.uniform(range, output_size.0, output_size.1, jitter_output_px, pre_exposure, sample_index);
+        ViewUniform { size_px: shaded_px, inverse_size_px: shaded_px.recip(), ..uniform }
     }
 }
 
@@ -182,6 +209,21 @@ pub fn jitter_px(sample_index: u32, sample_count: u32) -> Vec2 {
 mod tests {
     use super::*;
     use glam::Vec3;
+
+    #[test]
+    fn shading_at_another_size_keeps_the_shape_of_what_is_seen() {
+        let projection = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None };
+        let view = View { world_from_view: Mat4::IDENTITY, projection };
+        let range = DepthRange { near_m: 0.5, far_m: 60.0 };
+        // A quarter of 97 × 73, rounded: a little wider.
+        let whole = view.uniform(range, 97, 73, Vec2::ZERO, 1.0, 0);
+        let shaded = view.uniform_shaded(range, (97, 73), (24, 18), Vec2::ZERO, 1.0, 0);
+        assert_eq!(whole.clip_from_world, shaded.clip_from_world);
+        assert_eq!(shaded.size_px, Vec2::new(24.0, 18.0));
+        // Half a shaded pixel to the right is 1/24 of the picture's width in the units of ndc.
+        let jittered = view.uniform_shaded(range, (97, 73), (24, 18), Vec2::new(0.5, 0.0), 1.0, 0);
+        assert!((jittered.jitter_ndc.x - 1.0 / 24.0).abs() < 1e-6, "{}", jittered.jitter_ndc);
+    }
 
     #[test]
     fn distance_comes_back_from_depth() {

@@ -18,7 +18,12 @@ struct View {
     // Radiance in the frame is multiplied by this, so that lux and candela fit half floats.
     pre_exposure: f32,
     sample_index: u32,
-    padding: u32,
+    // By how many levels mips of textures are finer than for a single sample.
+    mip_gain: f32,
+    // The most samples that samplers of textures take along the long side of a pixel's footprint.
+    anisotropy: f32,
+    padding: f32,
+    padding_end: vec2f,
 }
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -113,7 +113,10 @@ fn uniforms_have_one_layout() {
             orthographic,
             pre_exposure,
             sample_index,
+            mip_gain,
+            anisotropy,
             padding,
+            padding_end,
         ]
     );
     same_layout!(

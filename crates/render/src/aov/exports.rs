@@ -35,22 +35,15 @@ impl AovExports {
         }
     }
 
-    /// Reads what [`Self::new`] exported, after `run` was submitted; none on the forward path. `output_size` is the
-    /// picture's width and height.
+    /// Reads what [`Self::new`] exported, after `run` was submitted; none on the forward path. `view` is the view whose
+    /// targets they are.
     ///
     /// # Errors
     /// The device was lost.
-    pub async fn read(
-        &self,
-        gpu: &Gpu,
-        run: &Run,
-        view: ViewUniform,
-        output_size: (u32, u32),
-    ) -> Result<Option<GbufferPixels>, RenderError> {
+    pub async fn read(&self, gpu: &Gpu, run: &Run, view: ViewUniform) -> Result<Option<GbufferPixels>, RenderError> {
         let Some([base_color, normal, material, linear_depth]) = &self.gbuffer else { return Ok(None) };
         Ok(Some(GbufferPixels {
             view,
-            output_size,
             base_color: read(gpu, run, base_color).await?,
             normal: read(gpu, run, normal).await?,
             material: read(gpu, run, material).await?,

@@ -1,15 +1,15 @@
 //! The G-buffer in memory, and the variables that are decoded from it.
 
 use super::{Aov, AovPixels};
+use crate::gpu::{GpuError, readback};
 use crate::view::ViewUniform;
 use glam::{Vec2, Vec3};
 
-/// The G-buffer of the first, unjittered frame, in memory, with the targets that only variables need.
+/// The G-buffer of the first, unjittered frame, in memory, with the targets that only variables need. It has the
+/// picture's size, whatever size the picture is shaded at.
 #[derive(Clone, Debug)]
 pub(crate) struct GbufferPixels {
     pub view: ViewUniform,
-    /// Width and height of the picture, which may have been shaded at another size.
-    pub output_size: (u32, u32),
     pub base_color: Vec<u8>,
     pub normal: Vec<u8>,
     pub material: Vec<u8>,
@@ -27,9 +27,12 @@ pub(super) const DISTANCE_BACKGROUND_M: f32 = 1.0e38;
 
 impl GbufferPixels {
     /// A variable, one value for every pixel of the picture; none if the frame did not record it.
-    pub fn read(&self, aov: Aov) -> Option<AovPixels> {
+    ///
+    /// # Errors
+    /// There is no memory for the values.
+    pub fn read(&self, aov: Aov) -> Result<Option<AovPixels>, GpuError> {
         let unit = |bytes: &[u8], at: usize| [f32::from(bytes[at]) / 255.0];
-        Some(match aov {
+        let values = match aov {
             Aov::BaseColor => {
                 self.floats(|i| [0, 1, 2].map(|channel| linear_from_srgb(self.base_color[i * 4 + channel])))
             }
@@ -43,40 +46,39 @@ impl GbufferPixels {
             }
             Aov::Position => self.floats(|i| self.position_world(i).to_array()),
             Aov::Emission => {
-                let halves = self.emission.as_ref()?;
+                let Some(halves) = &self.emission else { return Ok(None) };
                 let scale = 1.0 / self.view.pre_exposure;
                 let half = |at: usize| f32_from_half(u16::from_le_bytes([halves[at], halves[at + 1]])) * scale;
                 self.floats(|i| [0, 2, 4].map(|channel| half(i * 8 + channel)))
             }
             Aov::Motion => {
-                let motion = self.motion.as_ref()?;
+                let Some(motion) = &self.motion else { return Ok(None) };
                 self.floats(|i| [0, 4].map(|channel| f32::from_le_bytes(word(motion, i * 8 + channel))))
             }
-            Aov::ObjectId => self.ids(self.ids.as_ref()?, 0),
-            Aov::MaterialId => self.ids(self.ids.as_ref()?, 4),
+            Aov::ObjectId | Aov::MaterialId => {
+                let Some(ids) = &self.ids else { return Ok(None) };
+                self.ids(ids, if aov == Aov::ObjectId { 0 } else { 4 })
+            }
             // The accumulated picture is no part of the G-buffer.
-            Aov::Radiance => return None,
-        })
+            Aov::Radiance => return Ok(None),
+        };
+        values.map(Some)
     }
 
-    /// The pixels of the G-buffer nearest to those of the picture, row by row from the top.
-    fn sources(&self) -> impl Iterator<Item = usize> {
-        let (shaded_width, shaded_height) = (self.view.size_px.x as usize, self.view.size_px.y as usize);
-        let (width, height) = (self.output_size.0 as usize, self.output_size.1 as usize);
-        // The pixel whose middle is at (x + 1/2) · shaded / size, rounded down.
-        let source = |x: usize, shaded: usize, size: usize| (2 * x + 1) * shaded / (2 * size);
-        (0..height).flat_map(move |y| {
-            let row = source(y, shaded_height, height) * shaded_width;
-            (0..width).map(move |x| row + source(x, shaded_width, width))
-        })
+    fn pixel_count(&self) -> usize {
+        self.linear_depth.len() / 4
     }
 
-    fn floats<const N: usize>(&self, value: impl Fn(usize) -> [f32; N]) -> AovPixels {
-        AovPixels::Float { components: N as u32, data: self.sources().flat_map(value).collect() }
+    fn floats<const N: usize>(&self, value: impl Fn(usize) -> [f32; N]) -> Result<AovPixels, GpuError> {
+        let mut data = readback::reserved(self.pixel_count() * N)?;
+        data.extend((0..self.pixel_count()).flat_map(value));
+        Ok(AovPixels::Float { components: N as u32, data })
     }
 
-    fn ids(&self, ids: &[u8], offset: usize) -> AovPixels {
-        AovPixels::Id(self.sources().map(|i| u32::from_le_bytes(word(ids, i * 8 + offset))).collect())
+    fn ids(&self, ids: &[u8], offset: usize) -> Result<AovPixels, GpuError> {
+        let mut data = readback::reserved(self.pixel_count())?;
+        data.extend((0..self.pixel_count()).map(|i| u32::from_le_bytes(word(ids, i * 8 + offset))));
+        Ok(AovPixels::Id(data))
     }
 
     fn distance_m(&self, i: usize) -> Option<f32> {

@@ -38,6 +38,12 @@ pub enum GpuError {
     /// The device went away.
     #[error("the device was lost: {0}")]
     Lost(String),
+    /// The program has no memory left for pixels.
+    #[error("there is no memory left for {bytes} bytes of pixels")]
+    Memory {
+        /// What was asked for.
+        bytes: u64,
+    },
     /// The device refused what it was told to do, or ran out of memory.
     #[error("{0}")]
     Refused(String),

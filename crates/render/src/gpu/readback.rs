@@ -28,11 +28,22 @@ pub async fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>,
     gpu.queue.submit([encoder.finish()]);
     map(gpu, &buffer).await?;
     let mapped = buffer.get_mapped_range(..).map_err(|error| GpuError::Lost(error.to_string()))?;
-    let mut pixels = Vec::with_capacity(row_bytes as usize * height as usize);
+    let mut pixels = reserved(row_bytes as usize * height as usize)?;
     for row in mapped.chunks_exact(padded as usize) {
         pixels.extend_from_slice(&row[..row_bytes as usize]);
     }
     Ok(pixels)
+}
+
+/// An empty list with room for `count` values: what grows with a picture must not end the program.
+///
+/// # Errors
+/// There is no memory for them.
+pub fn reserved<T>(count: usize) -> Result<Vec<T>, GpuError> {
+    let mut values = Vec::new();
+    let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
+    values.try_reserve_exact(count).map_err(|_| GpuError::Memory { bytes })?;
+    Ok(values)
 }
 
 /// Maps a buffer for reading, waiting in the way the platform allows.

@@ -1,5 +1,6 @@
 //! A scene on the device: geometry, materials, textures, and the tables that animation changes.
 
+pub mod filtering;
 pub mod geometry;
 pub mod textures;
 
@@ -60,8 +61,8 @@ pub struct GpuMaterial {
     pub double_sided: bool,
     /// The textures: base colour, metallic-roughness, normal, occlusion, emissive; indices into [`Textures`].
     pub textures: [usize; 5],
-    /// Bind groups by the address of the program that they were made for.
-    pub bind_groups: RefCell<HashMap<usize, wgpu::BindGroup>>,
+    /// Bind groups by the address of the program that they were made for, and the anisotropy of their samplers.
+    pub bind_groups: RefCell<HashMap<(usize, u16), wgpu::BindGroup>>,
 }
 
 /// A scene on the device.

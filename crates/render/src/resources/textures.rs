@@ -2,13 +2,18 @@
 
 use crate::gpu::Gpu;
 use manypass_scene::{Pixels, Sampler, Scene, Wrap};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// The textures of a scene. An image used both as colour and as data is there twice.
 #[derive(Debug)]
 pub struct Textures {
     views: Vec<wgpu::TextureView>,
-    samplers: Vec<wgpu::Sampler>,
+    /// The ways of sampling that the scene's textures ask for.
+    kinds: Vec<Sampler>,
+    /// Samplers by index of their kind and anisotropy.
+    samplers: RefCell<BTreeMap<(usize, u16), wgpu::Sampler>>,
+    device: wgpu::Device,
     /// For every texture of the scene: the index of its view as data and as colour, and of its sampler.
     entries: Vec<[usize; 2]>,
     sampler_of: Vec<usize>,
@@ -61,8 +66,7 @@ impl Textures {
             let view = |is_srgb| uploaded.get(&(texture.image, is_srgb)).copied().unwrap_or(Self::WHITE);
             entries.push([view(false), view(true)]);
         }
-        let samplers = kinds.iter().map(|sampler| create_sampler(gpu, sampler)).collect();
-        Self { views, samplers, entries, sampler_of, decode_ms }
+        Self { views, kinds, samplers: RefCell::default(), device: gpu.device.clone(), entries, sampler_of, decode_ms }
     }
 
     /// A key for [`Self::view`] and [`Self::sampler`]: the texture of the scene, as colour or as data.
@@ -76,8 +80,13 @@ impl Textures {
     }
 
     /// The sampler behind a key.
-    pub fn sampler(&self, key: usize) -> &wgpu::Sampler {
-        &self.samplers[self.sampler_of[key / 2]]
+    pub fn sampler(&self, key: usize, anisotropy: u16) -> wgpu::Sampler {
+        let kind = self.sampler_of[key / 2];
+        let mut samplers = self.samplers.borrow_mut();
+        samplers
+            .entry((kind, anisotropy))
+            .or_insert_with(|| create_sampler(&self.device, &self.kinds[kind], anisotropy))
+            .clone()
     }
 }
 
@@ -232,14 +241,16 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool) -> wgpu::Text
     texture.create_view(&Default::default())
 }
 
-fn create_sampler(gpu: &Gpu, sampler: &Sampler) -> wgpu::Sampler {
+fn create_sampler(device: &wgpu::Device, sampler: &Sampler, anisotropy: u16) -> wgpu::Sampler {
     let wrap = |wrap| match wrap {
         Wrap::Repeat => wgpu::AddressMode::Repeat,
         Wrap::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
         Wrap::ClampToEdge => wgpu::AddressMode::ClampToEdge,
     };
     let filter = |linear| if linear { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
-    gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+    // Whoever asks for unfiltered texels gets them; and WebGPU allows anisotropy only where all else is linear.
+    let is_linear = sampler.mag_linear && sampler.min_linear && sampler.mip_linear == Some(true);
+    device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("material"),
         address_mode_u: wrap(sampler.wrap_u),
         address_mode_v: wrap(sampler.wrap_v),
@@ -251,6 +262,7 @@ fn create_sampler(gpu: &Gpu, sampler: &Sampler) -> wgpu::Sampler {
         },
         // Without mips only the first level is there to sample.
         lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.0 },
+        anisotropy_clamp: if is_linear { anisotropy } else { 1 },
         ..Default::default()
     })
 }

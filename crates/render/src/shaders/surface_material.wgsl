@@ -1,5 +1,6 @@
 // The material of a surface at a fragment: glTF 2.0's metallic-roughness model.
 
+import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
 import package::shaders::surface_vertex::SurfaceVarying;
 
@@ -49,14 +50,26 @@ fn material_uv(uv: vec4f, slot: u32) -> vec2f {
     return vec2f(dot(row0.xyz, source), dot(row1.xyz, source));
 }
 
-fn shading_normal(in: SurfaceVarying, front_facing: bool) -> vec3f {
+// What is added to the mip level of textures. A pixel's footprint on a surface seen at a slant is 1 / n.v times as long as
+// wide, and what samplers do not make up for of that, they blur by its length. But n samples, which lie apart in every
+// direction, need no coarser texels than the n-th part of the footprint's area, nor finer ones than of its length.
+fn surface_mip_bias(in: SurfaceVarying) -> f32 {
+    let length_squared = dot(in.normal_world, in.normal_world);
+    let n_dot_v = abs(dot(in.normal_world, direction_to_eye_world(in.position_world)))
+        * inverseSqrt(max(length_squared, 1e-30));
+    let elongation = 1.0 / max(n_dot_v * view.anisotropy, 1e-3);
+    return -view.mip_gain - clamp(0.5 * log2(elongation), 0.0, view.mip_gain);
+}
+
+fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
     let facing = select(-1.0, 1.0, front_facing);
     // Interpolation shortens normals; a vanishing one must not become a NaN.
     let length_squared = dot(in.normal_world, in.normal_world);
     let vertex_normal = select(vec3f(0.0, 1.0, 0.0), in.normal_world * inverseSqrt(max(length_squared, 1e-30)),
         length_squared > 1e-20) * facing;
     @if(normal_map) {
-        let texel = textureSample(normal_texture, normal_sampler, material_uv(in.uv, 2u)).xyz * 2.0 - 1.0;
+        let uv = material_uv(in.uv, 2u);
+        let texel = textureSampleBias(normal_texture, normal_sampler, uv, bias).xyz * 2.0 - 1.0;
         let offset = vec3f(texel.xy * material_factors.normal_scale, texel.z);
         let tangent = in.tangent_world.xyz;
         let bitangent = cross(in.normal_world, tangent) * in.tangent_world.w;
@@ -70,10 +83,11 @@ fn shading_normal(in: SurfaceVarying, front_facing: bool) -> vec3f {
 }
 
 // Base colour and alpha, by one expression, so that a pass which draws a surface again drops the same fragments.
-fn surface_base_color(in: SurfaceVarying) -> vec4f {
+fn surface_base_color(in: SurfaceVarying, bias: f32) -> vec4f {
     let factors = material_factors.base_color * in.color;
     @if(textured) {
-        return factors * textureSample(base_color_texture, base_color_sampler, material_uv(in.uv, 0u));
+        let uv = material_uv(in.uv, 0u);
+        return factors * textureSampleBias(base_color_texture, base_color_sampler, uv, bias);
     }
     @if(!textured) {
         return factors;
@@ -82,25 +96,28 @@ fn surface_base_color(in: SurfaceVarying) -> vec4f {
 
 fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     var out: SurfaceSample;
-    let base_color = surface_base_color(in);
+    let bias = surface_mip_bias(in);
+    let base_color = surface_base_color(in, bias);
     var metallic = material_factors.metallic;
     var roughness = material_factors.roughness;
     var occlusion = 1.0;
     var emission = material_factors.emissive;
     @if(textured) {
-        let rough_metal = textureSample(metallic_roughness_texture, metallic_roughness_sampler, material_uv(in.uv, 1u));
+        let rough_metal_uv = material_uv(in.uv, 1u);
+        let rough_metal =
+            textureSampleBias(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, bias);
         roughness *= rough_metal.g;
         metallic *= rough_metal.b;
-        let occluded = textureSample(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u)).r;
+        let occluded = textureSampleBias(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), bias).r;
         occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
-        emission *= textureSample(emissive_texture, emissive_sampler, material_uv(in.uv, 4u)).rgb;
+        emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
     }
     let unlit = material_factors.unlit > 0.5;
     out.alpha = base_color.a;
     out.emission = select(emission, base_color.rgb, unlit);
     out.surface.base_color = clamp(base_color.rgb, vec3f(0.0), vec3f(1.0));
     out.surface.occlusion = occlusion;
-    out.surface.normal_world = shading_normal(in, front_facing);
+    out.surface.normal_world = shading_normal(in, bias, front_facing);
     out.surface.metallic = clamp(metallic, 0.0, 1.0);
     out.surface.roughness_perceptual = clamp(roughness, 0.0, 1.0);
     out.surface.f0_dielectric = 0.04;

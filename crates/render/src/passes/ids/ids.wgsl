@@ -12,7 +12,7 @@ fn vs_ids(in: SurfaceInput) -> SurfaceVarying {
 @fragment
 fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
     @if(masked) {
-        if surface_base_color(in).a < material_factors.alpha_cutoff {
+        if surface_base_color(in, 0.0).a < material_factors.alpha_cutoff {
             discard;
         }
     }

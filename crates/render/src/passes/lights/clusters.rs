@@ -25,6 +25,8 @@ pub struct ClusterUniform {
 pub struct Target {
     /// Width and height in pixels.
     pub size: (u32, u32),
+    /// Width by height of what is seen; that of `size`, but for the rounding of sizes.
+    pub aspect: f32,
     /// By how much the picture is moved, right and down.
     pub jitter_px: Vec2,
 }
@@ -171,7 +173,7 @@ impl Grid {
         let near_m = range.near_m.max(range.far_m * 1e-4).max(f32::MIN_POSITIVE);
         let (tile, slices) = (settings.tile_px.clamp(4, 16384), settings.slices.clamp(1, 256));
         let tile_px = tile as f32;
-        let half_extent = view.half_extent(size_px.x / size_px.y);
+        let half_extent = view.half_extent(target.aspect);
         let log_step = (range.far_m / near_m).log2().max(1e-4) / slices as f32;
         let mut slice_edges_m: Vec<f32> = (0..=slices).map(|slice| near_m * (log_step * slice as f32).exp2()).collect();
         let tile_scale = 0.5 * size_px / (half_extent * tile_px);
@@ -410,7 +412,7 @@ mod tests {
             (
                 view,
                 DepthRange { near_m: 0.4, far_m: 24.0 },
-                Target { size: (331, 177), jitter_px: Vec2::new(0.4, -0.3) },
+                Target { size: (331, 177), aspect: 331.0 / 177.0, jitter_px: Vec2::new(0.4, -0.3) },
             )
         };
         projections.map(case).to_vec()

@@ -67,7 +67,7 @@ fn fs_motion(in: MotionVarying) -> @location(0) vec2f {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;
-        if surface_base_color(surface).a < material_factors.alpha_cutoff {
+        if surface_base_color(surface, 0.0).a < material_factors.alpha_cutoff {
             discard;
         }
     }

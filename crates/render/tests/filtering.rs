@@ -1,0 +1,143 @@
+//! Textures of surfaces seen at a slant, and averaged over samples: as sharp as the picture can show, and no sharper.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{floats, plain_request, renderer};
+use glam::{Quat, Vec3};
+use manypass::{Aov, Renderer};
+use manypass_scene::{
+    Camera, Image, ImageSource, Material, Mesh, Node, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel,
+    Texture, TextureRef, TextureTransform, primitives,
+};
+use std::sync::Arc;
+
+const SIZE: (u32, u32) = (96, 64);
+
+/// A floor of 40 m by 40 m with light and dark stripes of 12.5 cm that run away from the camera, which stands half a
+/// metre above it. Neither light nor environment: the floor is unlit.
+fn striped_floor() -> Scene {
+    let mut scene = Scene::default();
+    let side = 64u32;
+    let texel = |i: u32| if (i % side) % 8 < 4 { [230, 230, 230, 255] } else { [20, 20, 20, 255] };
+    let data = (0..side * side).flat_map(texel).collect();
+    let pixels = Pixels { width: side, height: side, format: PixelFormat::Rgba8, data };
+    scene.images.push(Image { name: "stripes".into(), source: ImageSource::Pixels(Arc::new(pixels)) });
+    scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
+    let transform = TextureTransform { scale: glam::Vec2::splat(20.0), ..TextureTransform::default() };
+    scene.materials.push(Material {
+        base_color_texture: Some(TextureRef { texture: 0, uv_set: 0, transform }),
+        shading_model: ShadingModel::Unlit,
+        ..Material::default()
+    });
+    let mut floor = primitives::plane(40.0);
+    floor.material = Some(0);
+    scene.meshes.push(Mesh { primitives: vec![floor], ..Mesh::default() });
+    scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
+    let projection = Projection::Perspective { fov_y_rad: 45f32.to_radians(), near_m: 0.05, far_m: None };
+    scene.cameras.push(Camera { name: "eye".into(), projection });
+    scene.add_node(
+        None,
+        Node {
+            camera: Some(0),
+            // Off the middle of a stripe, and turned a little, so that no stripe lies along a column of pixels.
+            translation: Vec3::new(0.03, 0.5, 18.0),
+            rotation: Quat::from_rotation_y(0.02) * Quat::from_rotation_x(-0.15),
+            ..Node::default()
+        },
+    );
+    scene.update_transforms();
+    scene
+}
+
+/// Red of every pixel, linear, of `samples` frames.
+fn picture(renderer: &mut Renderer, scene: &Scene, size: (u32, u32), samples: u32) -> Vec<f32> {
+    let mut request = plain_request(scene, size);
+    request.sample_count = samples;
+    for sample in 0..samples {
+        request.sample_index = sample;
+        renderer.render(scene, &request).unwrap();
+    }
+    renderer.read_radiance().unwrap().chunks_exact(4).map(|pixel| pixel[0]).collect()
+}
+
+/// What the floor looks like through the squares of the pixels: 24 by 24 rays each; rows above the horizon are dark.
+fn true_picture(scene: &Scene) -> Vec<f32> {
+    let (_, world_from_view, projection) = scene.placed_cameras()[0];
+    let Projection::Perspective { fov_y_rad, .. } = projection else { panic!("the scene's camera has perspective") };
+    let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
+    let half_height = (0.5 * fov_y_rad).tan();
+    let linear = |byte: f32| ((byte / 255.0 + 0.055) / 1.055).powf(2.4);
+    let (light, dark) = (linear(230.0), linear(20.0));
+    const SIDE: usize = 24;
+    let at = |x: f32, y: f32| {
+        let ndc = Vec3::new(2.0 * x / width as f32 - 1.0, 1.0 - 2.0 * y / height as f32, 0.0);
+        let plane = Vec3::new(ndc.x * half_height * width as f32 / height as f32, ndc.y * half_height, -1.0);
+        let direction = world_from_view.transform_vector3(plane);
+        let eye = world_from_view.w_axis.truncate();
+        let hit = eye - direction * (eye.y / direction.y);
+        if direction.y >= 0.0 || hit.x.abs() > 20.0 || hit.z.abs() > 20.0 {
+            0.0
+        } else if ((hit.x + 20.0) * 8.0).rem_euclid(2.0) < 1.0 {
+            light
+        } else {
+            dark
+        }
+    };
+    let of_pixel = |x: usize, y: usize| {
+        let rays = (0..SIDE * SIDE).map(|i| {
+            let part = |i: usize| (i as f32 + 0.5) / SIDE as f32;
+            at(x as f32 + part(i % SIDE), y as f32 + part(i / SIDE))
+        });
+        rays.sum::<f32>() / (SIDE * SIDE) as f32
+    };
+    (0..width * height).map(|i| of_pixel(i % width, i / width)).collect()
+}
+
+/// The mean difference of neighbours.
+fn contrast(row: &[f32]) -> f32 {
+    row.windows(2).map(|pair| (pair[0] - pair[1]).abs()).sum::<f32>() / (row.len() - 1) as f32
+}
+
+#[test]
+fn floors_seen_at_a_slant_are_as_sharp_as_the_picture_can_show() {
+    let scene = striped_floor();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let best = true_picture(&scene);
+    let (one, many) = (picture(&mut renderer, &scene, SIZE, 1), picture(&mut renderer, &scene, SIZE, 16));
+    // The floor at distances of 4 to 6 m, where a pixel is a third of a stripe wide and ten times as long.
+    for row in [26, 28, 30] {
+        let pixels = row * SIZE.0 as usize..(row + 1) * SIZE.0 as usize;
+        let [best_here, one, many] = [&best, &one, &many].map(|picture| contrast(&picture[pixels.clone()]));
+        println!("row {row}: contrast {best_here:.3}, of one sample {one:.3}, of sixteen {many:.3}");
+        assert!(best_here > 0.1, "the test cannot fail");
+        assert!(many > 0.8 * best_here && many < 1.2 * best_here, "row {row}: {many} for {best_here}");
+        // A single sample needs the adapter's help.
+        if renderer.gpu().capabilities.anisotropy {
+            assert!(one > 0.4 * best_here && one < 1.2 * best_here, "row {row}: {one} for {best_here}");
+        }
+    }
+    let lower_half = one.len() / 2..one.len();
+    for (name, samples) in [("one sample", &one), ("sixteen samples", &many)] {
+        let mean = |values: &[f32]| values[lower_half.clone()].iter().sum::<f32>() / lower_half.len() as f32;
+        let (found, expected) = (mean(samples), mean(&best));
+        assert!((found - expected).abs() < 0.01, "{name}: the mean is {found} for {expected}");
+    }
+}
+
+#[test]
+fn variables_do_not_depend_on_the_number_of_samples() {
+    let scene = striped_floor();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let mut base_color_of = |sample_count: u32| {
+        let mut request = plain_request(&scene, SIZE);
+        request.want_aovs = vec![Aov::BaseColor];
+        request.sample_count = sample_count;
+        renderer.render(&scene, &request).unwrap();
+        floats(renderer.read_aov(Aov::BaseColor).unwrap())
+    };
+    assert!(base_color_of(1) == base_color_of(16));
+}
