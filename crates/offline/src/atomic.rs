@@ -109,6 +109,38 @@ impl AtomicFile {
     }
 }
 
+impl AtomicFile {
+    /// Whether one can go back in it: not where it is a device or a pipe.
+    pub fn is_seekable(&self) -> bool {
+        self.temporary.is_some()
+    }
+
+    /// What an error of [`io::Write`] or [`io::Seek`] means.
+    pub fn failed(&self, source: io::Error) -> WriteError {
+        WriteError::new(&self.target, source)
+    }
+
+    fn opened(&mut self) -> io::Result<&mut File> {
+        self.file.as_mut().ok_or_else(|| io::Error::from(io::ErrorKind::NotConnected))
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.opened()?.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.opened()?.flush()
+    }
+}
+
+impl io::Seek for AtomicFile {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        self.opened()?.seek(to)
+    }
+}
+
 impl Drop for AtomicFile {
     fn drop(&mut self) {
         self.file = None;

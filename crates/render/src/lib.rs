@@ -37,7 +37,7 @@ pub mod shader;
 pub mod surfaces;
 pub mod view;
 
-pub use aov::{Aov, AovPixels};
+pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
 pub use effect::{Effect, WgslEffect};
 pub use environment::{Background, Environment};
 pub use frame::Path;

@@ -3,13 +3,17 @@
 use super::{Aov, AovPixels};
 use crate::view::ViewUniform;
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
-/// The G-buffer of the first, unjittered frame, in memory, with the targets that only variables need.
+/// Rows of the G-buffer of the first, unjittered frame, in memory, with the targets that only variables need. What the
+/// variable that is read does not need is empty.
 #[derive(Clone, Debug)]
 pub(crate) struct GbufferPixels {
     pub view: ViewUniform,
     /// Width and height of the picture, which may have been shaded at another size.
     pub output_size: (u32, u32),
+    /// The rows of the picture.
+    pub rows: Range<u32>,
     pub base_color: Vec<u8>,
     pub normal: Vec<u8>,
     pub material: Vec<u8>,
@@ -26,7 +30,35 @@ pub(crate) struct GbufferPixels {
 pub(super) const DISTANCE_BACKGROUND_M: f32 = 1.0e38;
 
 impl GbufferPixels {
-    /// A variable, one value for every pixel of the picture; none if the frame did not record it.
+    /// No pixels yet, of some rows of the picture.
+    pub fn of_rows(view: ViewUniform, output_size: (u32, u32), rows: Range<u32>) -> Self {
+        let nothing = Vec::new;
+        Self {
+            view,
+            output_size,
+            rows,
+            base_color: nothing(),
+            normal: nothing(),
+            material: nothing(),
+            linear_depth: nothing(),
+            emission: None,
+            ids: None,
+            motion: None,
+        }
+    }
+
+    /// The rows of the G-buffer that the rows of the picture need.
+    pub fn source_rows(&self) -> Range<u32> {
+        let source = |y: u32| self.source(y as usize, self.view.size_px.y as usize, self.output_size.1 as usize) as u32;
+        if self.rows.is_empty() { 0..0 } else { source(self.rows.start)..source(self.rows.end - 1) + 1 }
+    }
+
+    /// The pixel whose middle is at (x + 1/2) · shaded / size, rounded down.
+    fn source(&self, x: usize, shaded: usize, size: usize) -> usize {
+        (2 * x + 1) * shaded / (2 * size)
+    }
+
+    /// A variable, one value for every pixel of the rows; none if the frame did not record it.
     pub fn read(&self, aov: Aov) -> Option<AovPixels> {
         let unit = |bytes: &[u8], at: usize| [f32::from(bytes[at]) / 255.0];
         Some(match aov {
@@ -59,15 +91,15 @@ impl GbufferPixels {
         })
     }
 
-    /// The pixels of the G-buffer nearest to those of the picture, row by row from the top.
+    /// The pixels of the G-buffer nearest to those of the picture, row by row from the top; counted from the first that
+    /// is in memory.
     fn sources(&self) -> impl Iterator<Item = usize> {
         let (shaded_width, shaded_height) = (self.view.size_px.x as usize, self.view.size_px.y as usize);
         let (width, height) = (self.output_size.0 as usize, self.output_size.1 as usize);
-        // The pixel whose middle is at (x + 1/2) · shaded / size, rounded down.
-        let source = |x: usize, shaded: usize, size: usize| (2 * x + 1) * shaded / (2 * size);
-        (0..height).flat_map(move |y| {
-            let row = source(y, shaded_height, height) * shaded_width;
-            (0..width).map(move |x| row + source(x, shaded_width, width))
+        let first = self.source_rows().start as usize;
+        self.rows.clone().flat_map(move |y| {
+            let row = (self.source(y as usize, shaded_height, height) - first) * shaded_width;
+            (0..width).map(move |x| row + self.source(x, shaded_width, width))
         })
     }
 
@@ -100,7 +132,8 @@ impl GbufferPixels {
     fn position_world(&self, i: usize) -> Vec3 {
         let Some(distance) = self.distance_m(i) else { return Vec3::ZERO };
         let width = self.view.size_px.x as usize;
-        let pixel = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let row = i / width + self.source_rows().start as usize;
+        let pixel = Vec2::new((i % width) as f32 + 0.5, row as f32 + 0.5);
         let uv = pixel * self.view.inverse_size_px;
         let ndc = Vec2::new(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0);
         let plane = (ndc - self.view.jitter_ndc) * self.view.view_from_ndc_scale;
