@@ -3,12 +3,14 @@
 mod args;
 mod bench;
 mod camera;
+mod deliver;
 mod failure;
 mod input;
 mod inspect;
 mod job;
 mod output;
 mod pattern;
+mod provenance;
 mod render;
 mod report;
 mod request;

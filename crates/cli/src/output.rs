@@ -6,7 +6,7 @@ use crate::pattern::{Output, expand, expand_with};
 use crate::session::output_failure;
 use manypass::PassPicture;
 use manypass_offline::sheet::{self, contact_sheet};
-use manypass_offline::{Format, Picture, atomic, encode, exr_file, still};
+use manypass_offline::{Format, atomic, encode};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -59,45 +59,19 @@ pub fn check_distinct(job: &Job, stems: &[String], extra: &[&Path], single: &[&P
     Ok(())
 }
 
-/// Writes a picture and its AOVs; gives the range of the depth PNG in metres, if there is one.
-///
-/// # Errors
-/// If it cannot be encoded or written.
-pub fn write(picture: &Picture, job: &Job, stem: &str, frame: u32) -> Result<Option<[f32; 2]>, Failure> {
-    let (width, height, pixels) = (picture.width, picture.height, &picture.display_rgba8);
-    let bytes = match job.format {
-        Format::Png => encode::png_rgba8(width, height, pixels),
-        Format::Jpg => encode::jpg(width, height, pixels),
-        Format::Webp => encode::webp(width, height, pixels),
-        Format::Exr => exr_file::encode(width, height, Some(&picture.radiance), &picture.aovs),
-    }
-    .map_err(output_failure)?;
-    let Some((target, aov_files)) = files(job, stem, frame) else {
-        atomic::write_stdout(&bytes).map_err(output_failure)?;
-        return Ok(None);
-    };
-    let mut depth_range_m = None;
-    for (aov, path) in picture.aovs.iter().zip(&aov_files) {
-        let (bytes, range) = still::aov_png(aov, width, height).map_err(output_failure)?;
-        depth_range_m = depth_range_m.or(range);
-        atomic::write_file(path, &bytes).map_err(output_failure)?;
-    }
-    // Last, because --skip-existing and readers take it for the sign that the picture is done.
-    atomic::write_file(&target, &bytes).map_err(output_failure)?;
-    Ok(depth_range_m)
-}
-
-/// Writes `NN-NAME.png` for every target of every pass.
+/// Writes `NN-NAME.png` for every target of every pass; gives their paths.
 ///
 /// # Errors
 /// If one cannot be written.
-pub fn write_passes(folder: &Path, pictures: &[PassPicture]) -> Result<(), Failure> {
+pub fn write_passes(folder: &Path, pictures: &[PassPicture]) -> Result<Vec<String>, Failure> {
+    let mut paths = Vec::with_capacity(pictures.len());
     for (index, picture) in pictures.iter().enumerate() {
         let path = folder.join(format!("{:02}-{}.png", index + 1, safe_name(&picture.name)));
         let bytes = encode::png_rgba8(picture.width, picture.height, &picture.rgba8).map_err(output_failure)?;
         atomic::write_file(&path, &bytes).map_err(output_failure)?;
+        paths.push(path.display().to_string());
     }
-    Ok(())
+    Ok(paths)
 }
 
 /// Writes every target of every pass into one picture.

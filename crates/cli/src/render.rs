@@ -1,19 +1,21 @@
 //! `render`: pictures of one or more inputs.
 
 use crate::args::RenderArgs;
+use crate::deliver::{check_ids, deliver};
 use crate::failure::{Failure, Kind};
 use crate::input::Input;
 use crate::job::Job;
 use crate::output;
 use crate::pattern::expand;
-use crate::report::{Entry, Phases, Report};
-use crate::request::{effect, request, settings};
+use crate::provenance::{InputFile, input_files};
+use crate::report::{Entry, Outputs, Phases, Report};
+use crate::request::{effect, picture_info, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass::{Effect, FrameRequest, PairCounts, RenderError, Renderer, Settings};
-use manypass_offline::still::{accumulate, aov_names, read_picture};
-use manypass_offline::{Format, atomic};
+use manypass_offline::atomic;
+use manypass_offline::still::{accumulate, aov_names};
 use manypass_scene::{Aabb, Scene};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -44,6 +46,8 @@ struct LoadedInput {
     /// What an automatic camera shows whole.
     bounds: Aabb,
     warnings: Vec<String>,
+    /// The files it was read from; only with a report.
+    files: Vec<InputFile>,
 }
 
 /// Runs `render`; `started` is when the process started.
@@ -157,6 +161,8 @@ impl Batch<'_> {
     fn load(&mut self, input: &Input, first_frame: u32, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
         let (mut scene, mut warnings) = input.load()?;
+        check_ids(self.job, &scene)?;
+        let files = self.report.as_ref().map(|_| input_files(input)).unwrap_or_default();
         // One box for all frames, so that the camera stands still while the model moves.
         pose(&mut scene, self.args, time_secs(self.args, first_frame))?;
         let bounds = scene.framing_bounds_world();
@@ -169,13 +175,13 @@ impl Batch<'_> {
         if !self.args.quiet {
             self.bar.suspend(|| warnings.iter().for_each(|warning| eprintln!("warning: {}: {warning}", input.name())));
         }
-        Ok(LoadedInput { scene, bounds, warnings })
+        Ok(LoadedInput { scene, bounds, warnings, files })
     }
 
     fn render_frame(
         &mut self,
         input: &Input,
-        LoadedInput { scene, bounds, warnings }: &mut LoadedInput,
+        LoadedInput { scene, bounds, warnings, files }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
@@ -195,28 +201,25 @@ impl Batch<'_> {
         phases.compile = renderer.compile_ms() - compiled_ms;
         phases.frames = ms_since(start) - phases.compile;
         let stats = renderer.stats();
-        let start = Instant::now();
-        let picture =
-            read_picture(renderer, &request, job.format == Format::Exr).map_err(|error| still_failure(&error))?;
-        phases.readback = ms_since(start);
-        let start = Instant::now();
-        let depth_range_m = output::write(&picture, job, &input.stem(), frame)?;
-        phases.encode = ms_since(start);
+        let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
+        let delivery = deliver(renderer, &request, job, &info, (&input.stem(), frame))?;
+        (phases.readback, phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
         let alone = FrameRequest { sample_count: 1, ..request };
+        let mut outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet: None, passes: Vec::new() };
         if args.dump_passes.is_some() || args.contact_sheet.is_some() {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
             let named = |path: &PathBuf| expand(&path.to_string_lossy(), &input.stem(), frame, "rgba");
             if let Some(folder) = &args.dump_passes {
-                output::write_passes(&named(folder), &pictures)?;
+                outputs.passes = output::write_passes(&named(folder), &pictures)?;
             }
             if let Some(file) = &args.contact_sheet {
                 output::write_sheet(&named(file), &pictures)?;
+                outputs.contact_sheet = Some(named(file).display().to_string());
             }
         }
         if let Some(report) = &mut self.report {
-            let alone = FrameRequest { want_aovs: Vec::new(), ..alone };
             let plan = renderer.plan(scene, &alone).map_err(failed)?;
             let pass_times = renderer.pass_times(scene, &alone).map_err(failed)?;
             let pairs = if stats.lights == 0 {
@@ -226,8 +229,11 @@ impl Batch<'_> {
             };
             report.rendered(&Entry {
                 input: &input.name(),
-                output,
-                frame: job.frames.map(|_| frame),
+                input_files: files,
+                outputs,
+                info: &info,
+                effects: &args.effects,
+                settings: &self.settings,
                 size: (job.width, job.height),
                 samples: args.samples,
                 adapter: &renderer.gpu().adapter,
@@ -236,7 +242,7 @@ impl Batch<'_> {
                 plan: &plan,
                 pass_times: &pass_times,
                 pairs,
-                depth_range_m,
+                aov_ranges: &delivery.aov_ranges,
                 warnings,
             })?;
         }

@@ -140,10 +140,7 @@ fn blocks(
 }
 
 /// Compresses blocks on all cores, and gives them in their order.
-fn compressed(
-    blocks: impl Iterator<Item = UncompressedBlock>,
-    headers: &[Header],
-) -> Vec<Result<Chunk, Error>> {
+fn compressed(blocks: impl Iterator<Item = UncompressedBlock>, headers: &[Header]) -> Vec<Result<Chunk, Error>> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut queue: Vec<(usize, UncompressedBlock)> = blocks.enumerate().collect();
     let count = queue.len();
@@ -246,7 +243,8 @@ mod tests {
         let rows_a_band = band_rows(width, 1);
         assert!(rows_a_band < height / 2, "{rows_a_band}");
         let value = |row: u32, x: u32| (row * 7 + x / 64) as f32;
-        let info = PictureInfo { time_secs: Some(0.5), frame: Some(3), frames_per_second: Some(24.0), ..Default::default() };
+        let info =
+            PictureInfo { time_secs: Some(0.5), frame: Some(3), frames_per_second: Some(24.0), ..Default::default() };
         let file = |height: u32| {
             let mut asked = Vec::new();
             let mut bytes = Cursor::new(Vec::new());

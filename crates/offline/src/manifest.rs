@@ -5,9 +5,7 @@ use serde_json::{Map, Value, json};
 
 /// The nodes of a scene by index: `{index, name, mesh, parent}`.
 pub fn nodes(scene: &Scene) -> Vec<Value> {
-    let node = |(index, node): (usize, &manypass_scene::Node)| {
-        json!({ "index": index, "name": node.name, "mesh": node.mesh, "parent": node.parent.map(|id| id.0) })
-    };
+    let node = |(index, node): (usize, &manypass_scene::Node)| json!({ "index": index, "name": node.name, "mesh": node.mesh, "parent": node.parent.map(|id| id.0) });
     scene.nodes.iter().enumerate().map(node).collect()
 }
 
@@ -16,18 +14,25 @@ pub fn materials(scene: &Scene) -> Vec<Value> {
     scene.materials.iter().enumerate().map(|(index, m)| json!({ "index": index, "name": m.name })).collect()
 }
 
-/// JSON in ASCII of every `object_id` that can occur: the id to the names of the node and of those above it, `root/…/node`.
-/// A node without a name is `node_INDEX`.
+/// The names of a path; chains of a hundred thousand nodes would otherwise fill the memory.
+const PATH_NAMES_MAX: usize = 64;
+
+/// JSON in ASCII of every `object_id` that can occur: the id to the names of the node and of those above it,
+/// `root/arm/hand`. A node without a name is `node_INDEX`. Of a path of more than 64 names only those nearest to the node
+/// stand there, after `…/`.
 pub fn object_ids(scene: &Scene) -> String {
     let mut manifest = Map::new();
     for (index, node) in scene.nodes.iter().enumerate().filter(|(_, node)| node.mesh.is_some()) {
-        let name_of = |index: usize, name: &str| if name.is_empty() { format!("node_{index}") } else { name.to_owned() };
+        let name_of =
+            |index: usize, name: &str| if name.is_empty() { format!("node_{index}") } else { name.to_owned() };
         let mut path = vec![name_of(index, &node.name)];
         let mut parent = node.parent;
-        // A path is never longer than there are nodes, even if the nodes went in a circle.
-        while let Some(id) = parent.filter(|_| path.len() <= scene.nodes.len()) {
-            let Some(above) = scene.nodes.get(id.0 as usize) else { break };
-            path.push(name_of(id.0 as usize, &above.name));
+        while let Some(above) = parent.and_then(|id| scene.nodes.get(id.0 as usize)) {
+            if path.len() == PATH_NAMES_MAX {
+                path.push("…".into());
+                break;
+            }
+            path.push(name_of(parent.map_or(0, |id| id.0 as usize), &above.name));
             parent = above.parent;
         }
         path.reverse();

@@ -8,8 +8,8 @@ mod pixels;
 mod tap;
 
 pub(crate) use exports::{AovExports, AovTextures};
-use pixels::GbufferPixels;
 pub use info::{AovInfo, PngEncoding};
+use pixels::GbufferPixels;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use tap::tap_picture;
 

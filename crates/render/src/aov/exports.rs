@@ -48,9 +48,8 @@ impl AovExports {
         output_size: (u32, u32),
     ) -> Result<Option<AovTextures>, RenderError> {
         let Some([base_color, normal, material, linear_depth]) = &self.gbuffer else { return Ok(None) };
-        let exported = |name: &String| {
-            run.exported(name).cloned().ok_or(RenderError::Missing("an exported texture is missing"))
-        };
+        let exported =
+            |name: &String| run.exported(name).cloned().ok_or(RenderError::Missing("an exported texture is missing"));
         Ok(Some(AovTextures {
             view,
             output_size,

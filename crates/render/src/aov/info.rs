@@ -207,9 +207,11 @@ mod tests {
             assert!(infos.iter().skip(index + 1).all(|other| other.name != info.name && other.doc != info.doc));
             assert!((1..=4).contains(&info.channels.len()));
             // These texts become cells of a table.
-            assert!([info.doc, info.unit, info.space, info.background, info.png.doc()].iter().all(|text| {
-                !text.is_empty() && !text.contains(['|', '\n'])
-            }));
+            assert!(
+                [info.doc, info.unit, info.space, info.background, info.png.doc()]
+                    .iter()
+                    .all(|text| { !text.is_empty() && !text.contains(['|', '\n']) })
+            );
         }
     }
 }

@@ -30,10 +30,7 @@ pub async fn read_rows(gpu: &Gpu, texture: &wgpu::Texture, rows: Range<u32>) -> 
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_texture_to_buffer(
-        wgpu::TexelCopyTextureInfo {
-            origin: wgpu::Origin3d { x: 0, y: rows.start, z: 0 },
-            ..texture.as_image_copy()
-        },
+        wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x: 0, y: rows.start, z: 0 }, ..texture.as_image_copy() },
         wgpu::TexelCopyBufferInfo {
             buffer: &buffer,
             layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
