@@ -21,7 +21,7 @@ cargo xtask COMMAND
   browser   only the browser tests, with the web package as it was built last (about 3 minutes)
   bench     measure the frame graph and the demo against forward and brute force; ratios within one run
   goldens   write the golden pictures again; look at every change before you commit it
-  setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core
+  setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core, NumPy and OpenEXR
 
 Start with `cargo xtask demo`. Every step prints its name, about how long it takes, and how long it took.
 MANYPASS_WASM=debian builds for the web with Debian's compiler even where rustup's target is installed.
@@ -58,6 +58,7 @@ fn main() -> Result<()> {
             steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
             steps.run("wasm target", "1 s; 2 min to install", || setup::wasm().map(drop));
             steps.run("browser", "1 s; 2 min to install", setup::browser);
+            steps.run("Python modules", "1 s; 30 s to install", setup::python);
         }
         _ => {
             eprint!("error: unknown command `{}`\n\n{HELP}", words.join(" "));
@@ -83,6 +84,7 @@ fn browser_tests(steps: &mut Steps) {
 
 fn test(steps: &mut Steps, with_browser: bool) {
     steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
+    steps.run("Python modules", "1 s; 30 s to install", setup::python);
     steps.run("formatting", "2 s", || step::check(&mut cargo(["fmt", "--all", "--check"])));
     steps.run("lints", "3 min", || {
         step::check(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-Dwarnings"]))

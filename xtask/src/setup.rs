@@ -77,6 +77,27 @@ pub(crate) fn browser() -> Result<()> {
     check(Command::new("npm").args(["install", "--no-audit", "--no-fund", "playwright-core"]).current_dir(folder))
 }
 
+/// NumPy and OpenEXR in an environment of their own, `target/python`, for the scripts of the documentation. Without Python
+/// their test is skipped, and says so.
+pub(crate) fn python() -> Result<()> {
+    let folder = root().join("target/python");
+    let has_modules =
+        || output_of(Command::new(folder.join("bin/python")).args(["-c", "import numpy, OpenEXR"])).is_some();
+    if has_modules() {
+        return Ok(());
+    }
+    let make = || -> Result<()> {
+        check(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+        check(Command::new(folder.join("bin/python")).args(["-m", "pip", "install", "-q", "numpy", "OpenEXR>=3.3"]))
+    };
+    if let Err(error) = make() {
+        println!(
+            "    SKIPPED: no Python with NumPy and OpenEXR ({error:#}); on Debian and Ubuntu install python3-venv"
+        );
+    }
+    Ok(())
+}
+
 /// The browser to test with: `CHROMIUM`, else the first known name on the path.
 pub(crate) fn chromium() -> Option<String> {
     let named = std::env::var("CHROMIUM").ok();

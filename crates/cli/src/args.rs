@@ -230,14 +230,8 @@ pub struct RenderArgs {
     /// How lights are found for a pixel.
     #[arg(long, default_value = "clustered")]
     pub light_culling: CullingArg,
-    /// `all`, or names with commas: layers of .exr, or .png files of their own.
-    ///
-    /// Names: base_color, occlusion, normal, normal_view, position, depth, metallic, roughness, emission, motion,
-    /// object_id, material_id, radiance. They show opaque and masked surfaces, not blended ones, and come from the first
-    /// sample; radiance alone is the average of all, with everything. Ids are indices plus 1, and 0 is nothing. Motion
-    /// is in pixels since the frame before (`--frames`, `--time`, `--turntable`), +x right, +y down; its PNG holds
-    /// 0.5 + motion / 64. PNGs of normals hold 0.5 + normal / 2.
-    #[arg(long, value_name = "all|LIST")]
+    /// `all`, or names with commas: layers of .exr, or .png files of their own; --help says what each holds.
+    #[arg(long, value_name = "all|LIST", long_help = manypass_offline::aov_docs::help())]
     pub aov: Option<String>,
     /// Write the picture of every pass into this folder.
     #[arg(long, value_name = "DIR")]

@@ -1,20 +1,25 @@
 //! `info`, `graph` and `adapters`: what is in a file, in a frame and on this machine.
 
 use crate::args::GraphFormat;
-use crate::camera::{self, CameraSpec};
+use crate::camera::{self, CameraSpec, DEFAULT_ORBIT};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::session::{self, print, still_failure};
 use manypass::{Environment, FrameRequest, Gpu, GpuError, RenderError, View};
-use manypass_scene::{LightKind, Primitive, Projection, Scene, Topology};
+use manypass_offline::camera::{CameraData, scene_cameras};
+use manypass_offline::manifest;
+use manypass_scene::{LightKind, Primitive, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// The size of the frame whose passes `graph` prints.
 const GRAPH_SIZE_PX: (u32, u32) = (1280, 720);
 
+/// The size of the picture whose cameras `info` prints; their fields of view to the side depend on its shape.
+const CAMERA_SIZE_PX: (u32, u32) = (1280, 720);
+
 /// What `info` says, in the order in which people read it.
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "input",
     "nodes",
     "meshes",
@@ -27,6 +32,7 @@ const KEYS: [&str; 15] = [
     "images",
     "lights",
     "cameras",
+    "automatic_camera",
     "skins",
     "animations",
     "warnings",
@@ -92,7 +98,7 @@ pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Resu
 pub fn info(argument: &str, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
     let (scene, warnings) = input.load()?;
-    let value = describe(&input.name(), &scene, warnings);
+    let value = describe(&input.name(), &scene, warnings)?;
     print(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
 }
 
@@ -101,7 +107,7 @@ fn triangles(primitive: &Primitive) -> u64 {
     if primitive.topology == Topology::Triangles { count as u64 / 3 } else { 0 }
 }
 
-fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Value {
+fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Value, Failure> {
     let of_mesh =
         |index: usize| -> u64 { scene.meshes.get(index).map_or(0, |mesh| mesh.primitives.iter().map(triangles).sum()) };
     let visible = scene.visible_nodes();
@@ -115,25 +121,17 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Value {
         let held = visible.iter().filter_map(|id| scene.lights.get(scene.node(*id).light?));
         held.filter(|light| is_kind(&light.kind)).count()
     };
-    let cameras = scene.cameras.iter().map(|camera| match camera.projection {
-        Projection::Perspective { fov_y_rad, near_m, far_m } => json!({
-            "name": camera.name, "kind": "perspective", "fov_y_deg": fov_y_rad.to_degrees(),
-            "near_m": near_m, "far_m": far_m,
-        }),
-        Projection::Orthographic { height_m, near_m, far_m } => json!({
-            "name": camera.name, "kind": "orthographic", "height_m": height_m, "near_m": near_m, "far_m": far_m,
-        }),
-    });
+    let (width, height) = CAMERA_SIZE_PX;
     let bounds = scene.bounds_world();
     let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
-    json!({
+    Ok(json!({
         "input": name,
-        "nodes": scene.nodes.len(),
+        "nodes": manifest::nodes(scene),
         "meshes": scene.meshes.len(),
         "primitives": scene.meshes.iter().map(|mesh| mesh.primitives.len()).sum::<usize>(),
         "triangles": (0..scene.meshes.len()).map(of_mesh).sum::<u64>(),
         "triangles_drawn": drawn,
-        "materials": scene.materials.iter().map(|material| &material.name).collect::<Vec<_>>(),
+        "materials": manifest::materials(scene),
         "textures": scene.textures.len(),
         "images": images,
         "lights": {
@@ -141,14 +139,44 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Value {
             "point": lights(|kind| matches!(kind, LightKind::Point)),
             "spot": lights(|kind| matches!(kind, LightKind::Spot { .. })),
         },
-        "cameras": cameras.collect::<Vec<_>>(),
+        "camera_size_px": [width, height],
+        "cameras": scene_cameras(scene, width, height),
+        "automatic_camera": automatic_camera(scene)?,
         "skins": scene.skins.len(),
         "animations": scene.animations.iter().map(|animation| json!({
             "name": animation.name, "duration_secs": animation.duration_secs(), "channels": animation.channels.len(),
         })).collect::<Vec<_>>(),
         "bounds_m": bounds,
         "warnings": warnings,
-    })
+    }))
+}
+
+/// The camera of a picture without a camera's flags of a file without cameras.
+fn automatic_camera(scene: &Scene) -> Result<CameraData, Failure> {
+    let (width, height) = CAMERA_SIZE_PX;
+    let spec = CameraSpec { place: DEFAULT_ORBIT, ..CameraSpec::default() };
+    let aspect = width as f32 / height as f32;
+    let (world_from_view, projection) = camera::resolve(&spec, scene, &scene.framing_bounds_world(), aspect, 0.0)?;
+    Ok(CameraData::new(&View { world_from_view, projection }, width, height))
+}
+
+/// What people read of a camera.
+const CAMERA_KEYS: [&str; 8] = ["index", "name", "kind", "eye_world_m", "fov_y_deg", "height_m", "near_m", "far_m"];
+
+/// What people read of a value: of nodes their number, of materials their names, of cameras no matrices.
+fn shortened(key: &str, value: &Value) -> Value {
+    let camera = |camera: &Value| {
+        let fields = CAMERA_KEYS.iter().filter_map(|key| Some(((*key).to_owned(), camera.get(key)?.clone())));
+        Value::Object(fields.filter(|(key, value)| !value.is_null() || key == "far_m").collect())
+    };
+    let list = |each: &dyn Fn(&Value) -> Value| value.as_array().map(|entries| entries.iter().map(each).collect());
+    match key {
+        "nodes" => value.as_array().map_or(0, Vec::len).into(),
+        "materials" => list(&|material| material["name"].clone()).unwrap_or_default(),
+        "cameras" => list(&camera).unwrap_or_default(),
+        "automatic_camera" => camera(value),
+        _ => value.clone(),
+    }
 }
 
 /// The same for people: numbers on lines of their own, lists as one indented line an entry.
@@ -156,8 +184,7 @@ fn as_text(value: &Value) -> String {
     let mut text = String::new();
     for key in KEYS {
         let label = key.replace('_', " ");
-        let value = &value[key];
-        let _ = match value {
+        let _ = match &shortened(key, &value[key]) {
             Value::Array(entries) => {
                 let lines: String = entries.iter().map(|entry| format!("  {}\n", inline(entry))).collect();
                 write!(text, "{label}: {}\n{lines}", entries.len())

@@ -7,9 +7,9 @@ use crate::job::Job;
 use crate::pattern::Output;
 use crate::session::{output_failure, write_failure};
 use manypass::PassPicture;
-use manypass_offline::atomic::{self, AtomicFile};
+use manypass_offline::atomic::AtomicFile;
 use manypass_offline::sheet::{self, contact_sheet};
-use manypass_offline::{Format, Picture, encode, exr_file, still};
+use manypass_offline::{Format, encode};
 use std::path::{Path, PathBuf};
 
 /// The file of a picture, and of its AOVs where they have files of their own; none on standard output.
@@ -25,63 +25,24 @@ pub fn files(job: &Job, names: &Names, frame: u32) -> Option<(PathBuf, Vec<PathB
 }
 
 /// Begins a file, unless the user has said stop; from then on nothing of it stays.
-fn begin(path: &Path) -> Result<AtomicFile, Failure> {
+pub fn begin(path: &Path) -> Result<AtomicFile, Failure> {
     interrupt::check()?;
     Ok(AtomicFile::create(path).map_err(write_failure)?.heeding(&interrupt::STOP))
 }
 
-/// The bytes of a picture's file.
-fn encoded(picture: &Picture, format: Format) -> Result<Vec<u8>, Failure> {
-    let (width, height, pixels) = (picture.width, picture.height, &picture.display_rgba8);
-    match format {
-        Format::Png => encode::png_rgba8(width, height, pixels),
-        Format::Jpg => encode::jpg(width, height, pixels),
-        Format::Webp => encode::webp(width, height, pixels),
-        Format::Exr => exr_file::encode(width, height, Some(&picture.radiance), &picture.aovs),
-    }
-    .map_err(output_failure)
-}
-
-/// Writes a picture and its AOVs; gives the range of the depth PNG in metres, if there is one. Every file is whole before
-/// the first takes its place, so that an error or an interrupt leaves none of them.
-///
-/// # Errors
-/// If it cannot be encoded or written, or the user says stop.
-pub fn write(picture: &Picture, job: &Job, names: &Names, frame: u32) -> Result<Option<[f32; 2]>, Failure> {
-    let Some((target, aov_files)) = files(job, names, frame) else {
-        let bytes = encoded(picture, job.format)?;
-        interrupt::check()?;
-        atomic::write_stdout(&bytes).map_err(write_failure)?;
-        return Ok(None);
-    };
-    let mut depth_range_m = None;
-    let mut whole = Vec::with_capacity(aov_files.len() + 1);
-    for (aov, path) in picture.aovs.iter().zip(&aov_files) {
-        let mut file = begin(path)?;
-        let (bytes, range) = still::aov_png(aov, picture.width, picture.height).map_err(output_failure)?;
-        depth_range_m = depth_range_m.or(range);
-        file.append(&bytes).map_err(write_failure)?;
-        whole.push(file);
-    }
-    let mut file = begin(&target)?;
-    file.append(&encoded(picture, job.format)?).map_err(write_failure)?;
-    // Last, because --skip-existing and readers take it for the sign that the picture is done.
-    whole.push(file);
-    whole.into_iter().try_for_each(|file| file.commit().map_err(write_failure))?;
-    Ok(depth_range_m)
-}
-
-/// Writes `NN-NAME.png` for every target of every pass.
+/// Writes `NN-NAME.png` for every target of every pass; gives their paths.
 ///
 /// # Errors
 /// If one cannot be written.
-pub fn write_passes(folder: &Path, pictures: &[PassPicture]) -> Result<(), Failure> {
+pub fn write_passes(folder: &Path, pictures: &[PassPicture]) -> Result<Vec<String>, Failure> {
+    let mut paths = Vec::with_capacity(pictures.len());
     for (index, picture) in pictures.iter().enumerate() {
         let path = folder.join(format!("{:02}-{}.png", index + 1, safe_name(&picture.name)));
         let bytes = encode::png_rgba8(picture.width, picture.height, &picture.rgba8).map_err(output_failure)?;
         write_file(&path, &bytes)?;
+        paths.push(path.display().to_string());
     }
-    Ok(())
+    Ok(paths)
 }
 
 /// Writes every target of every pass into one picture.

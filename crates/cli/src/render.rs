@@ -2,20 +2,21 @@
 
 use crate::args::RenderArgs;
 use crate::coverage;
+use crate::deliver::{check_ids, deliver};
 use crate::failure::{Failure, Kind, say};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
 use crate::job::Job;
 use crate::output;
 use crate::places::Places;
-use crate::report::{Entry, Phases, Report};
-use crate::request::{effect_files, effects, request, settings};
+use crate::provenance::{InputFile, input_files};
+use crate::report::{Entry, Outputs, Phases, Report};
+use crate::request::{effect_files, effects, picture_info, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass::{Effect, FrameRequest, PairCounts, RenderError, Renderer, Settings};
-use manypass_offline::Format;
-use manypass_offline::still::{accumulate, aov_names, read_picture};
+use manypass_offline::still::{accumulate, aov_names};
 use manypass_scene::{Aabb, Scene};
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -47,6 +48,8 @@ struct LoadedInput {
     /// What an automatic camera shows whole.
     bounds: Aabb,
     warnings: Vec<String>,
+    /// The files it was read from; only with a report.
+    files: Vec<InputFile>,
 }
 
 /// Runs `render`; `started` is when the process started.
@@ -173,6 +176,8 @@ impl Batch<'_> {
     fn load(&mut self, item: &Item, first_frame: u32, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
         let (mut scene, mut warnings) = item.input.load()?;
+        check_ids(self.job, &scene)?;
+        let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
         // One box for all frames, so that the camera stands still while the model moves.
         pose(&mut scene, self.args, time_secs(self.args, first_frame))?;
         let bounds = scene.framing_bounds_world();
@@ -187,13 +192,13 @@ impl Batch<'_> {
             warnings.push("it has no animation; every time shows it as it stands".into());
         }
         self.warn(&item.input.name(), &warnings)?;
-        Ok(LoadedInput { scene, bounds, warnings })
+        Ok(LoadedInput { scene, bounds, warnings, files })
     }
 
     fn render_frame(
         &mut self,
         item: &Item,
-        LoadedInput { scene, bounds, warnings }: &mut LoadedInput,
+        LoadedInput { scene, bounds, warnings, files }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
@@ -204,6 +209,12 @@ impl Batch<'_> {
         let camera = view(scene, bounds, args, job, frame as f32)?;
         let effects = self.effects.clone();
         let request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        let mut warnings = warnings.clone();
+        if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
+            let warning = ["the picture is empty: no surface is in view".to_owned()];
+            self.warn(&input.name(), &warning)?;
+            warnings.extend(warning);
+        }
         let renderer = &mut self.renderer;
         let start = Instant::now();
         let compiled_ms = renderer.compile_ms();
@@ -213,34 +224,25 @@ impl Batch<'_> {
         phases.compile = renderer.compile_ms() - compiled_ms;
         phases.frames = ms_since(start) - phases.compile;
         let stats = renderer.stats();
-        let start = Instant::now();
-        let picture =
-            read_picture(renderer, &request, job.format == Format::Exr).map_err(|error| still_failure(&error))?;
-        phases.readback = ms_since(start);
-        let mut warnings = warnings.clone();
-        if coverage::is_empty(renderer, scene, &request, &picture).map_err(failed)? {
-            let warning = ["the picture is empty: no surface is in view".to_owned()];
-            self.warn(&input.name(), &warning)?;
-            warnings.extend(warning);
-        }
-        let start = Instant::now();
-        let depth_range_m = output::write(&picture, job, &item.names, frame)?;
-        phases.encode = ms_since(start);
+        let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
+        let delivery = deliver(renderer, &request, job, &info, (&item.names, frame))?;
+        (phases.readback, phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
         let alone = FrameRequest { sample_count: 1, ..request };
-        let renderer = &mut self.renderer;
+        let mut outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet: None, passes: Vec::new() };
         if job.dump_passes.is_some() || job.contact_sheet.is_some() {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
             if let Some(folder) = &job.dump_passes {
-                output::write_passes(&folder.expand(&item.names, frame, "rgba"), &pictures)?;
+                outputs.passes = output::write_passes(&folder.expand(&item.names, frame, "rgba"), &pictures)?;
             }
             if let Some(file) = &job.contact_sheet {
-                output::write_sheet(&file.expand(&item.names, frame, "rgba"), &pictures)?;
+                let path = file.expand(&item.names, frame, "rgba");
+                output::write_sheet(&path, &pictures)?;
+                outputs.contact_sheet = Some(path.display().to_string());
             }
         }
         if let Some(report) = &mut self.report {
-            let alone = FrameRequest { want_aovs: Vec::new(), ..alone };
             let plan = renderer.plan(scene, &alone).map_err(failed)?;
             let pass_times = renderer.pass_times(scene, &alone).map_err(failed)?;
             let pairs = if stats.lights == 0 {
@@ -250,8 +252,11 @@ impl Batch<'_> {
             };
             report.rendered(&Entry {
                 input: &input.name(),
-                output,
-                frame: job.frames.map(|_| frame),
+                input_files: files,
+                outputs,
+                info: &info,
+                effects: &args.effects,
+                settings: &self.settings,
                 size: (job.width, job.height),
                 samples: args.samples,
                 adapter: &renderer.gpu().adapter,
@@ -260,7 +265,7 @@ impl Batch<'_> {
                 plan: &plan,
                 pass_times: &pass_times,
                 pairs,
-                depth_range_m,
+                aov_ranges: &delivery.aov_ranges,
                 warnings: &warnings,
             })?;
         }

@@ -2,13 +2,17 @@
 
 use crate::failure::Failure;
 use crate::pattern::is_stdout;
+use crate::provenance::InputFile;
 use crate::session::{print, write_failure};
 use manypass::graph::PassTime;
-use manypass::{AdapterSummary, FrameStats, PairCounts, Plan};
+use manypass::{AdapterSummary, FrameStats, PairCounts, Plan, Settings};
 use manypass_offline::atomic::AtomicFile;
 use manypass_offline::lines::LineFile;
+use manypass_offline::{PictureInfo, PngRange};
+use serde::Serialize;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// Where it is written.
 #[derive(Debug)]
@@ -48,15 +52,34 @@ pub struct Phases {
     pub encode: f64,
 }
 
+/// The files of a picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct Outputs<'a> {
+    /// The picture itself.
+    pub picture: &'a str,
+    /// Variables that have files of their own, by name.
+    pub aovs: &'a BTreeMap<&'static str, String>,
+    /// The contact sheet.
+    pub contact_sheet: Option<String>,
+    /// The pictures of its passes.
+    pub passes: Vec<String>,
+}
+
 /// A picture that was rendered.
 #[derive(Debug)]
 pub struct Entry<'a> {
     /// The name of its input.
     pub input: &'a str,
-    /// Its file.
-    pub output: &'a str,
-    /// Its frame.
-    pub frame: Option<u32>,
+    /// What was read, with hashes.
+    pub input_files: &'a [InputFile],
+    /// Its files.
+    pub outputs: Outputs<'a>,
+    /// Its frame, time and camera.
+    pub info: &'a PictureInfo,
+    /// The files of its effects.
+    pub effects: &'a [PathBuf],
+    /// Its settings, those that have their defaults included.
+    pub settings: &'a Settings,
     /// Width and height in pixels.
     pub size: (u32, u32),
     /// How many samples were averaged.
@@ -73,10 +96,15 @@ pub struct Entry<'a> {
     pub pass_times: &'a [PassTime],
     /// Counted in a frame of its own.
     pub pairs: PairCounts,
-    /// The nearest and the farthest depth in the depth PNG, in metres.
-    pub depth_range_m: Option<[f32; 2]>,
+    /// What the numbers in PNG files of variables stand for.
+    pub aov_ranges: &'a BTreeMap<&'static str, PngRange>,
     /// What the reader and the renderer warned of.
     pub warnings: &'a [String],
+}
+
+/// What the program was called with, without its own name.
+fn arguments() -> Vec<String> {
+    std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect()
 }
 
 impl Report {
@@ -101,10 +129,22 @@ impl Report {
         let (phases, stats) = (&entry.phases, entry.stats);
         let scene = phases.load + phases.decode + phases.upload;
         let total = phases.start + scene + phases.compile + phases.frames + phases.readback + phases.encode;
+        let bytes = entry.plan.bytes();
+        let depth = entry.aov_ranges.get("depth");
+        let depth_range_m = depth.and_then(|range| Some([*range.low.first()?, *range.high.first()?]));
         self.add(&json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "arguments": arguments(),
             "input": entry.input,
-            "output": entry.output,
-            "frame": entry.frame,
+            "input_files": entry.input_files,
+            "output": entry.outputs.picture,
+            "outputs": entry.outputs,
+            "frame": entry.info.frame,
+            "time_secs": entry.info.time_secs,
+            "frames_per_second": entry.info.frames_per_second,
+            "camera": entry.info.camera,
+            "effects": entry.effects.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
+            "settings": entry.settings,
             "width": entry.size.0,
             "height": entry.size.1,
             "samples": entry.samples,
@@ -126,10 +166,11 @@ impl Report {
                 "passes": entry.plan.passes.iter().map(|pass| &pass.name).collect::<Vec<_>>(),
                 "culled": entry.plan.culled,
                 "render_passes": entry.plan.render_passes,
-                "bytes": entry.plan.bytes(),
+                "bytes": bytes,
             },
-            "texture_bytes": stats.texture_bytes,
-            "texture_bytes_unaliased": stats.texture_bytes_unaliased,
+            // Of the plan, because only the first sample of several has the passes of variables.
+            "texture_bytes": bytes.aliased,
+            "texture_bytes_unaliased": bytes.unaliased,
             "draws": stats.draws,
             "triangles": stats.triangles,
             "lights": stats.lights,
@@ -137,7 +178,8 @@ impl Report {
             "pairs_visited": entry.pairs.pairs_visited,
             "pairs_shaded": entry.pairs.pairs_shaded,
             "pairs_in_range": entry.pairs.pairs_in_range,
-            "depth_range_m": entry.depth_range_m,
+            "aov_ranges": entry.aov_ranges,
+            "depth_range_m": depth_range_m,
             "warnings": entry.warnings,
         }))
     }

@@ -4,11 +4,12 @@ use crate::args::{RenderArgs, TonemapArg};
 use crate::failure::{Failure, Kind};
 use crate::job::{Backdrop, Job};
 use crate::session;
+use crate::shot::time_secs;
 use manypass::shader::ProgramError;
 use manypass::{Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View};
 use manypass::{EffectFile, SettingsFile, WgslEffect, effect};
-use manypass_offline::Format;
 use manypass_offline::still::aov_named;
+use manypass_offline::{CameraData, Format, PictureInfo, manifest};
 use manypass_scene::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -132,5 +133,26 @@ pub fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, 
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
         previous: None,
         effects: Vec::new(),
+    }
+}
+
+/// What headers and reports say of a picture; `frame` is its number in a sequence.
+pub fn picture_info(
+    args: &RenderArgs,
+    job: &Job,
+    request: &FrameRequest,
+    scene: &Scene,
+    frame: Option<u32>,
+) -> PictureInfo {
+    let time_secs = time_secs(args, frame.unwrap_or(0));
+    let wants = |name: &str| job.format == Format::Exr && job.aovs.iter().any(|aov| aov == name);
+    PictureInfo {
+        camera: Some(CameraData::new(&request.camera, request.width, request.height)),
+        frame,
+        time_secs,
+        frames_per_second: time_secs.map(|_| args.fps),
+        exposure_stops: Some(args.exposure),
+        object_ids: wants("object_id").then(|| manifest::object_ids(scene)),
+        material_ids: wants("material_id").then(|| manifest::material_ids(scene)),
     }
 }

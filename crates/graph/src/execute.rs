@@ -129,6 +129,11 @@ impl Executor {
         self.histories.forget_unused();
     }
 
+    /// Takes the exported textures of `run` out of the pool, so that they keep what they hold after the next run too.
+    pub fn release_exports(&mut self, run: &Run) {
+        self.pool.remove(|texture| run.exports.iter().any(|(_, export)| export == texture));
+    }
+
     /// Memory of all textures that the executor holds.
     pub fn pool_bytes(&self) -> u64 {
         self.pool.bytes() + self.histories.bytes()

@@ -113,6 +113,11 @@ impl Pool {
         wanted.iter().filter(|texture| is_missing(texture)).map(|(desc, _)| desc.bytes()).sum()
     }
 
+    /// Forgets the textures that `is_gone` names; whoever holds a clone of one keeps it.
+    pub(crate) fn remove(&mut self, is_gone: impl Fn(&wgpu::Texture) -> bool) {
+        self.textures.retain(|pooled| !is_gone(&pooled.texture));
+    }
+
     pub(crate) fn texture(&self, index: usize) -> &wgpu::Texture {
         &self.textures[index].texture
     }

@@ -229,6 +229,18 @@ fn create_temporary(target: &Path) -> io::Result<(PathBuf, File)> {
     }
 }
 
+impl AtomicFile {
+    /// Whether one can go back in it: not where it is a device or a pipe.
+    pub fn is_seekable(&self) -> bool {
+        self.temporary.is_some()
+    }
+
+    /// What an error of [`io::Write`] or [`io::Seek`] means.
+    pub fn failed(&self, source: io::Error) -> WriteError {
+        WriteError::new(&self.target, source)
+    }
+}
+
 impl Drop for AtomicFile {
     fn drop(&mut self) {
         self.file = None;

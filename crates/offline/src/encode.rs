@@ -79,30 +79,31 @@ fn failed(format: &'static str) -> impl Fn(&dyn std::fmt::Display) -> EncodeErro
 /// If the number of bytes does not fit the size.
 pub fn png_rgba8(width: u32, height: u32, rgba8: &[u8]) -> Result<Vec<u8>, EncodeError> {
     check_length(width, height, 4, rgba8.len())?;
-    png_bytes(width, height, png::ColorType::Rgba, png::BitDepth::Eight, rgba8)
+    png_bytes((width, height), png::ColorType::Rgba, png::BitDepth::Eight, true, None, rgba8)
 }
 
-/// A PNG of 16-bit grey without a colour space: data, not colour.
-///
-/// # Errors
-/// If the number of values does not fit the size.
-pub fn png_gray16(width: u32, height: u32, values: &[u16]) -> Result<Vec<u8>, EncodeError> {
-    check_length(width, height, 1, values.len())?;
-    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_be_bytes()).collect();
-    png_bytes(width, height, png::ColorType::Grayscale, png::BitDepth::Sixteen, &bytes)
-}
-
-fn png_bytes(w: u32, h: u32, color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Result<Vec<u8>, EncodeError> {
+/// A PNG of `size` pixels. `note` becomes a text chunk called `manypass`; it must be ASCII.
+pub(crate) fn png_bytes(
+    (width, height): (u32, u32),
+    color: png::ColorType,
+    depth: png::BitDepth,
+    is_srgb: bool,
+    note: Option<&str>,
+    data: &[u8],
+) -> Result<Vec<u8>, EncodeError> {
     let failed = failed("PNG");
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, w, h);
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(color);
     encoder.set_depth(depth);
     // On rendered pictures as small as the default, in less than half the time.
     encoder.set_deflate_compression(png::DeflateCompression::Level(3));
     encoder.set_filter(png::Filter::Sub);
-    if color == png::ColorType::Rgba {
+    if is_srgb {
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    }
+    if let Some(note) = note {
+        encoder.add_text_chunk("manypass".into(), note.into()).map_err(|error| failed(&error))?;
     }
     let mut writer = encoder.write_header().map_err(|error| failed(&error))?;
     writer.write_image_data(data).map_err(|error| failed(&error))?;
@@ -137,22 +138,6 @@ pub fn webp(width: u32, height: u32, rgba8: &[u8]) -> Result<Vec<u8>, EncodeErro
     Ok(bytes)
 }
 
-/// Depth in metres as 16-bit grey: 0 is the nearest finite value, 65534 the farthest, 65535 the background.
-/// Also gives that range; none if every pixel is background.
-pub fn depth_to_gray16(depth_m: &[f32]) -> (Vec<u16>, Option<[f32; 2]>) {
-    let finite = || depth_m.iter().copied().filter(|depth| depth.is_finite());
-    let near = finite().fold(f32::INFINITY, f32::min);
-    let far = finite().fold(f32::NEG_INFINITY, f32::max);
-    if near > far {
-        return (vec![u16::MAX; depth_m.len()], None);
-    }
-    let scale = if far > near { 65534.0 / (f64::from(far) - f64::from(near)) } else { 0.0 };
-    let gray = |depth: &f32| {
-        if depth.is_finite() { ((f64::from(*depth) - f64::from(near)) * scale).round() as u16 } else { u16::MAX }
-    };
-    (depth_m.iter().map(gray).collect(), Some([near, far]))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,16 +170,6 @@ mod tests {
     #[test]
     fn wrong_lengths_are_errors() {
         assert!(matches!(png_rgba8(2, 3, &PIXELS), Err(EncodeError::Length { expected: 24, found: 16, .. })));
-        assert!(jpg(1, 1, &PIXELS).is_err() && webp(1, 1, &PIXELS).is_err() && png_gray16(2, 2, &[0]).is_err());
-    }
-
-    #[test]
-    fn depth_spans_the_range_and_marks_the_background() {
-        let (gray, range) = depth_to_gray16(&[1.0, 3.0, f32::INFINITY, 2.0]);
-        assert_eq!(gray, [0, 65534, 65535, 32767]);
-        assert_eq!(range, Some([1.0, 3.0]));
-        let decoded = image::load_from_memory(&png_gray16(2, 2, &gray).expect("encoded")).expect("decoded");
-        assert_eq!(decoded.to_luma16().as_raw().as_slice(), gray);
-        assert_eq!(depth_to_gray16(&[f32::INFINITY]), (vec![65535], None));
+        assert!(jpg(1, 1, &PIXELS).is_err() && webp(1, 1, &PIXELS).is_err());
     }
 }

@@ -1,104 +1,224 @@
-//! OpenEXR files: the picture as layer `rgba`, and one layer for every AOV.
+//! OpenEXR files: the picture as part `rgba`, and one part for every AOV. They are written part by part and band by band,
+//! so that a picture need not be in memory as a whole.
 
 use crate::encode::{EncodeError, check_length};
+use crate::exr_header::{self, Part, PictureInfo};
 use crate::still::{AovLayer, Samples};
-use exr::prelude::*;
-use std::io::Cursor;
-use std::result::Result;
+use exr::block::chunk::Chunk;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::error::Error;
+use exr::meta::header::Header;
+use exr::prelude::Vec2;
+use manypass::Aov;
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
+use std::ops::Range;
 
-/// The standard names of an AOV's channels, in the order of its values.
-pub fn channel_names(aov: &str, components: usize) -> Vec<&'static str> {
-    let names: &[&str] = match (aov, components) {
-        ("depth", 1) => &["Z"],
-        (_, 1) => &["Y"],
-        (_, 2) => &["X", "Y"],
-        ("normal" | "normal_view" | "position", 3) => &["X", "Y", "Z"],
-        (_, 3) => &["R", "G", "B"],
-        _ => &["R", "G", "B", "A"],
-    };
-    names.to_vec()
+/// The rows of a block of ZIP compression.
+const BLOCK_ROWS: u32 = 16;
+
+/// A band of rows that is in memory at a time has at most about this many bytes.
+const BAND_BYTES: u64 = if cfg!(test) { 1 << 16 } else { 32 << 20 };
+
+/// Why a file could not be written; `E` is why there are no pixels.
+#[derive(Debug)]
+pub enum WriteError<E> {
+    /// The caller has no pixels.
+    Pixels(E),
+    /// The pixels do not fit their part, or OpenEXR does not allow them.
+    Encode(EncodeError),
+    /// The bytes could not be written.
+    Io(io::Error),
 }
 
-/// A file of scene-linear radiance (associated alpha; none leaves the layer out) and `aovs`; floats of 32 bits, ids
-/// of 32-bit integers, ZIP compression.
+impl<E> From<Error> for WriteError<E> {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Io(error) => Self::Io(error),
+            other => Self::Encode(EncodeError::Encoder { format: "EXR", reason: other.to_string() }),
+        }
+    }
+}
+
+impl<E> From<io::Error> for WriteError<E> {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl Part {
+    /// The picture: scene-linear radiance with associated alpha.
+    pub fn picture() -> Self {
+        Self { name: "rgba".into(), channels: vec!["R", "G", "B", "A"], is_id: false }
+    }
+
+    /// A variable.
+    pub fn of(aov: Aov) -> Self {
+        let info = aov.info();
+        let is_id = matches!(info.png, manypass::PngEncoding::Id16);
+        Self { name: info.name.into(), channels: info.channels.to_vec(), is_id }
+    }
+}
+
+/// The rows that are read at a time of a picture whose pixels have `components` values of 32 bits.
+fn band_rows(width: u32, components: usize) -> u32 {
+    let row_bytes = u64::from(width.max(1)) * components as u64 * 4;
+    let rows = (BAND_BYTES / row_bytes).clamp(1, 1 << 20) as u32;
+    rows.next_multiple_of(BLOCK_ROWS)
+}
+
+/// Writes a file of `parts`, floats and whole numbers of 32 bits, ZIP compression. `pixels` gives the values of some rows
+/// of the part with that index; it is asked for one part after the other, from the top down.
 ///
 /// # Errors
-/// If a layer's values do not fit the size, or there is no layer at all.
-pub fn encode(width: u32, height: u32, radiance: Option<&[f32]>, aovs: &[AovLayer]) -> Result<Vec<u8>, EncodeError> {
-    let mut layers: SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]> = SmallVec::new();
-    if let Some(radiance) = radiance {
-        check_length(width, height, 4, radiance.len())?;
-        layers.push(float_layer("rgba", &["R", "G", "B", "A"], width, height, radiance));
-    }
-    for aov in aovs {
-        match &aov.samples {
-            Samples::Float { components, data } => {
-                check_length(width, height, *components, data.len())?;
-                layers.push(float_layer(&aov.name, &channel_names(&aov.name, *components), width, height, data));
-            }
-            Samples::Id(ids) => {
-                check_length(width, height, 1, ids.len())?;
-                let channel = AnyChannel::new("Id", FlatSamples::U32(ids.clone()));
-                layers.push(layer(&aov.name, width, height, std::iter::once(channel).collect()));
+/// If there are no pixels, no parts, values that do not fit, or the writer fails.
+pub fn write<W: Write + Seek, E>(
+    out: &mut W,
+    (width, height): (u32, u32),
+    parts: &[Part],
+    info: &PictureInfo,
+    mut pixels: impl FnMut(usize, Range<u32>) -> Result<Samples, E>,
+) -> Result<(), WriteError<E>> {
+    let headers = exr_header::headers(width, height, parts, info);
+    let mut head = Vec::new();
+    exr_header::write(&headers, &mut head)?;
+    let tables_start = head.len() as u64;
+    let chunk_count: usize = headers.iter().map(|header| header.chunk_count).sum();
+    head.resize(head.len() + chunk_count * 8, 0);
+    out.write_all(&head)?;
+    let mut position = head.len() as u64;
+    let mut offsets: Vec<u8> = Vec::with_capacity(chunk_count * 8);
+    for (index, part) in parts.iter().enumerate() {
+        let rows_a_band = band_rows(width, part.channels.len());
+        for first in (0..height).step_by(rows_a_band as usize) {
+            let rows = first..height.min(first.saturating_add(rows_a_band));
+            let samples = pixels(index, rows.clone()).map_err(WriteError::Pixels)?;
+            check_length(width, rows.len() as u32, part.channels.len(), samples.len()).map_err(WriteError::Encode)?;
+            let blocks = blocks(index, width, rows, part, &samples);
+            for chunk in compressed(blocks, &headers) {
+                let mut bytes = Vec::new();
+                chunk?.write(&mut bytes, headers.len())?;
+                out.write_all(&bytes)?;
+                offsets.extend_from_slice(&position.to_le_bytes());
+                position += bytes.len() as u64;
             }
         }
     }
-    let failed = |reason: String| EncodeError::Encoder { format: "EXR", reason };
-    if layers.is_empty() {
-        return Err(failed("there is no layer".into()));
+    out.seek(SeekFrom::Start(tables_start))?;
+    out.write_all(&offsets)?;
+    Ok(out.flush()?)
+}
+
+/// The blocks of some rows. In a block, each row has all values of the first channel by name, then those of the next.
+fn blocks(
+    layer: usize,
+    width: u32,
+    rows: Range<u32>,
+    part: &Part,
+    samples: &Samples,
+) -> impl Iterator<Item = UncompressedBlock> {
+    let width = width as usize;
+    let step = part.channels.len();
+    let mut order: Vec<usize> = (0..step).collect();
+    order.sort_by_key(|channel| part.channels.get(*channel));
+    rows.clone().step_by(BLOCK_ROWS as usize).map(move |first| {
+        let block_rows = first..rows.end.min(first + BLOCK_ROWS);
+        let mut data = Vec::with_capacity(block_rows.len() * width * step * 4);
+        for row in block_rows.clone() {
+            let start = (row - rows.start) as usize * width * step;
+            for channel in &order {
+                samples.append_to(start + channel..start + width * step, step, &mut data);
+            }
+        }
+        let index = BlockIndex {
+            layer,
+            pixel_position: Vec2(0, first as usize),
+            pixel_size: Vec2(width, block_rows.len()),
+            level: Vec2(0, 0),
+        };
+        UncompressedBlock { index, data }
+    })
+}
+
+/// Compresses blocks on all cores, and gives them in their order.
+fn compressed(blocks: impl Iterator<Item = UncompressedBlock>, headers: &[Header]) -> Vec<Result<Chunk, Error>> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut queue: Vec<(usize, UncompressedBlock)> = blocks.enumerate().collect();
+    let count = queue.len();
+    if threads < 2 || count < 2 {
+        return queue.into_iter().map(|(_, block)| block.compress_to_chunk(headers)).collect();
     }
-    let size = Vec2(width as usize, height as usize);
-    let file = Image::from_layers(ImageAttributes::new(IntegerBounds::from_dimensions(size)), layers);
-    let mut bytes = Cursor::new(Vec::new());
-    file.write().non_parallel().to_buffered(&mut bytes).map_err(|error| failed(error.to_string()))?;
-    Ok(bytes.into_inner())
-}
-
-fn float_layer(
-    name: &str,
-    channels: &[&str],
-    width: u32,
-    height: u32,
-    data: &[f32],
-) -> Layer<AnyChannels<FlatSamples>> {
-    let step = channels.len();
-    let channel = |(index, channel): (usize, &&str)| {
-        let values: Vec<f32> = data.iter().copied().skip(index).step_by(step).collect();
-        AnyChannel::new(*channel, FlatSamples::F32(values))
+    queue.reverse();
+    let queue = std::sync::Mutex::new(queue);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let next = queue.lock().unwrap_or_else(std::sync::PoisonError::into_inner).pop();
+            let Some((index, block)) = next else { return done };
+            done.push((index, block.compress_to_chunk(headers)));
+        }
     };
-    layer(name, width, height, channels.iter().enumerate().map(channel).collect())
+    let mut chunks: Vec<(usize, Result<Chunk, Error>)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (1..threads.min(count)).map(|_| scope.spawn(work)).collect();
+        let mut chunks = work();
+        for worker in workers {
+            chunks.extend(worker.join().unwrap_or_default());
+        }
+        chunks
+    });
+    chunks.sort_by_key(|(index, _)| *index);
+    chunks.into_iter().map(|(_, chunk)| chunk).collect()
 }
 
-fn layer(
-    name: &str,
+/// A file in memory of scene-linear radiance (associated alpha; none leaves the part out) and `aovs`.
+///
+/// # Errors
+/// If a layer's values do not fit the size, or there is no layer at all.
+pub fn encode(
     width: u32,
     height: u32,
-    channels: SmallVec<[AnyChannel<FlatSamples>; 4]>,
-) -> Layer<AnyChannels<FlatSamples>> {
-    let name = Text::new_or_none(name).unwrap_or_else(|| Text::from("aov"));
-    Layer::new(
-        (width as usize, height as usize),
-        LayerAttributes::named(name),
-        Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS },
-        AnyChannels::sort(channels),
-    )
+    radiance: Option<&[f32]>,
+    aovs: &[AovLayer],
+    info: &PictureInfo,
+) -> Result<Vec<u8>, EncodeError> {
+    let mut layers: Vec<(Part, Samples)> = Vec::new();
+    if let Some(radiance) = radiance {
+        layers.push((Part::picture(), Samples::Float { components: 4, data: radiance.to_vec() }));
+    }
+    layers.extend(aovs.iter().map(|layer| (Part::of(layer.aov), layer.samples.clone())));
+    for (part, samples) in &layers {
+        check_length(width, height, part.channels.len(), samples.len())?;
+    }
+    let parts: Vec<Part> = layers.iter().map(|(part, _)| part.clone()).collect();
+    let mut bytes = Cursor::new(Vec::new());
+    let rows = |part: usize, rows: Range<u32>| {
+        let samples = layers.get(part).map(|(_, samples)| samples.rows(width, rows));
+        samples.ok_or_else(|| EncodeError::Encoder { format: "EXR", reason: "there is no such part".into() })
+    };
+    write(&mut bytes, (width, height), &parts, info, rows).map_err(|error| match error {
+        WriteError::Pixels(error) | WriteError::Encode(error) => error,
+        WriteError::Io(error) => EncodeError::Encoder { format: "EXR", reason: error.to_string() },
+    })?;
+    Ok(bytes.into_inner())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use exr::prelude::*;
+
+    fn float(aov: Aov, components: usize, data: Vec<f32>) -> AovLayer {
+        AovLayer { aov, samples: Samples::Float { components, data } }
+    }
 
     #[test]
     fn layers_and_channels_come_back() {
         let radiance: Vec<f32> = (0..24).map(|value| value as f32 * 1000.5).collect();
-        let float =
-            |name: &str, components, data| AovLayer { name: name.into(), samples: Samples::Float { components, data } };
         let aovs = [
-            float("normal", 3, (0..18).map(|value| value as f32 - 9.0).collect()),
-            float("depth", 1, vec![1.0, 2.0, 3.0, 4.0, 5.0, f32::INFINITY]),
-            AovLayer { name: "object_id".into(), samples: Samples::Id(vec![0, 1, u32::MAX, 3, 4, 16_777_217]) },
+            float(Aov::Normal, 3, (0..18).map(|value| value as f32 - 9.0).collect()),
+            float(Aov::Depth, 1, vec![1.0, 2.0, 3.0, 4.0, 5.0, f32::INFINITY]),
+            AovLayer { aov: Aov::ObjectId, samples: Samples::Id(vec![0, 1, u32::MAX, 3, 4, 16_777_217]) },
         ];
-        let bytes = encode(3, 2, Some(&radiance), &aovs).expect("encoded");
+        let bytes = encode(3, 2, Some(&radiance), &aovs, &PictureInfo::default()).expect("encoded");
         let image = read_all_flat_layers_from_memory(bytes);
         let layer = |name: &str| {
             let named = |layer: &&Layer<AnyChannels<FlatSamples>>| layer.attributes.layer_name == Some(name.into());
@@ -109,10 +229,44 @@ mod tests {
             channels.iter().find(|c| c.name.eq(channel)).expect("channel").sample_data.clone()
         };
         assert_eq!(channel("rgba", "A"), FlatSamples::F32(radiance.iter().copied().skip(3).step_by(4).collect()));
+        assert_eq!(channel("rgba", "R"), FlatSamples::F32(radiance.iter().copied().step_by(4).collect()));
         assert_eq!(channel("normal", "Z"), FlatSamples::F32(vec![-7.0, -4.0, -1.0, 2.0, 5.0, 8.0]));
         assert_eq!(channel("depth", "Z"), FlatSamples::F32(vec![1.0, 2.0, 3.0, 4.0, 5.0, f32::INFINITY]));
         assert_eq!(channel("object_id", "Id"), FlatSamples::U32(vec![0, 1, u32::MAX, 3, 4, 16_777_217]));
         assert!(image.layer_data.iter().all(|layer| layer.encoding.compression == Compression::ZIP16));
+    }
+
+    #[test]
+    fn bands_join_and_the_same_pixels_are_the_same_bytes() {
+        // Wide enough for three bands, with a last block that is not full.
+        let (width, height) = (512, 3 * 32 + 3);
+        let rows_a_band = band_rows(width, 1);
+        assert!(rows_a_band < height / 2, "{rows_a_band}");
+        let value = |row: u32, x: u32| (row * 7 + x / 64) as f32;
+        let info =
+            PictureInfo { time_secs: Some(0.5), frame: Some(3), frames_per_second: Some(24.0), ..Default::default() };
+        let file = |height: u32| {
+            let mut asked = Vec::new();
+            let mut bytes = Cursor::new(Vec::new());
+            write(&mut bytes, (width, height), &[Part::of(Aov::Depth)], &info, |_, rows| {
+                asked.push(rows.clone());
+                let data = rows.flat_map(|row| (0..width).map(move |x| value(row, x))).collect();
+                Ok::<_, ()>(Samples::Float { components: 1, data })
+            })
+            .expect("written");
+            (bytes.into_inner(), asked)
+        };
+        let (bytes, asked) = file(height);
+        assert!(asked.len() >= 3 && asked.windows(2).all(|pair| pair[0].end == pair[1].start));
+        assert_eq!(bytes, file(height).0);
+        let image = read_all_flat_layers_from_memory(bytes);
+        let FlatSamples::F32(values) = &image.layer_data[0].channel_data.list[0].sample_data else { panic!("floats") };
+        for at in (0..values.len()).step_by(997) {
+            assert_eq!(values[at], value(at as u32 / width, at as u32 % width));
+        }
+        let attributes = &image.layer_data[0].attributes;
+        assert_eq!(attributes.frames_per_second, Some((24, 1)));
+        assert_eq!(attributes.other.get(&Text::from("manypass/frame")), Some(&AttributeValue::I32(3)));
     }
 
     fn read_all_flat_layers_from_memory(bytes: Vec<u8>) -> FlatImage {
@@ -122,7 +276,26 @@ mod tests {
 
     #[test]
     fn nothing_and_wrong_lengths_are_errors() {
-        assert!(encode(1, 1, None, &[]).is_err());
-        assert!(encode(2, 1, Some(&[0.0; 4]), &[]).is_err());
+        let info = PictureInfo::default();
+        assert!(encode(1, 1, None, &[], &info).is_err());
+        assert!(encode(2, 1, Some(&[0.0; 4]), &[], &info).is_err());
+        let full = |_: &[u8]| Err::<usize, _>(io::Error::from(io::ErrorKind::StorageFull));
+        struct Full<F>(F);
+        impl<F: FnMut(&[u8]) -> io::Result<usize>> Write for Full<F> {
+            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+                (self.0)(bytes)
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        impl<F> Seek for Full<F> {
+            fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+                Ok(0)
+            }
+        }
+        let pixels = |_, _| Ok::<_, ()>(Samples::Id(vec![1]));
+        let error = write(&mut Full(full), (1, 1), &[Part::of(Aov::ObjectId)], &info, pixels).expect_err("full");
+        assert!(matches!(error, WriteError::Io(error) if error.kind() == io::ErrorKind::StorageFull));
     }
 }

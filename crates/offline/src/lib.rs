@@ -3,12 +3,20 @@
 //! Only [`atomic`] and [`lines`] touch the file system: the one writes files that appear whole or not at all, the other
 //! files that grow by whole lines. So nothing half-written stays behind.
 
+pub mod aov_docs;
+pub mod aov_png;
 pub mod atomic;
+pub mod camera;
 pub mod encode;
 pub mod exr_file;
+mod exr_header;
 pub mod lines;
+pub mod manifest;
 pub mod sheet;
 pub mod still;
 
+pub use aov_png::{PngRange, aov_png};
+pub use camera::CameraData;
 pub use encode::{EncodeError, Format};
+pub use exr_header::{Part, PictureInfo};
 pub use still::{AovLayer, Picture, Samples, render_still};

@@ -1,8 +1,12 @@
 //! Accumulates the samples of one picture and reads it back.
 
-use crate::encode::{self, EncodeError};
+use crate::exr_file::{self, WriteError};
+use crate::exr_header::{Part, PictureInfo};
 use manypass::{Aov, AovPixels, FrameRequest, RenderError, Renderer};
 use manypass_scene::Scene;
+use std::io::{Seek, Write};
+use std::ops::Range;
+use std::time::{Duration, Instant};
 
 /// The values of an AOV, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,11 +22,62 @@ pub enum Samples {
     Id(Vec<u32>),
 }
 
-/// A named AOV.
+impl Samples {
+    /// How many values there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Float { data, .. } => data.len(),
+            Self::Id(ids) => ids.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The rows of a picture that is `width` pixels wide.
+    pub(crate) fn rows(&self, width: u32, rows: Range<u32>) -> Self {
+        let range = |components: usize| {
+            let row = width as usize * components;
+            (rows.start as usize * row).min(self.len())..(rows.end as usize * row).min(self.len())
+        };
+        match self {
+            Self::Float { components, data } => {
+                Self::Float { components: *components, data: data[range(*components)].to_vec() }
+            }
+            Self::Id(ids) => Self::Id(ids[range(1)].to_vec()),
+        }
+    }
+
+    /// Appends the bytes of every `step`-th value of a range, in the order of this machine.
+    pub(crate) fn append_to(&self, range: Range<usize>, step: usize, bytes: &mut Vec<u8>) {
+        let range = range.start.min(self.len())..range.end.min(self.len());
+        match self {
+            Self::Float { data, .. } => {
+                data[range].iter().step_by(step).for_each(|value| bytes.extend_from_slice(&value.to_ne_bytes()));
+            }
+            Self::Id(ids) => {
+                ids[range].iter().step_by(step).for_each(|value| bytes.extend_from_slice(&value.to_ne_bytes()));
+            }
+        }
+    }
+}
+
+impl From<AovPixels> for Samples {
+    fn from(pixels: AovPixels) -> Self {
+        match pixels {
+            AovPixels::Float { components, data } => Self::Float { components: components as usize, data },
+            AovPixels::Id(ids) => Self::Id(ids),
+        }
+    }
+}
+
+/// A variable with its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AovLayer {
-    /// The name, as in `--aov`.
-    pub name: String,
+    /// Which variable.
+    pub aov: Aov,
     /// The values.
     pub samples: Samples,
 }
@@ -114,11 +169,7 @@ pub fn read_picture(
 ) -> Result<Picture, StillError> {
     let mut aovs = Vec::with_capacity(request.want_aovs.len());
     for aov in &request.want_aovs {
-        let samples = match renderer.read_aov(*aov)? {
-            AovPixels::Float { components, data } => Samples::Float { components: components as usize, data },
-            AovPixels::Id(ids) => Samples::Id(ids),
-        };
-        aovs.push(AovLayer { name: aov.name().to_owned(), samples });
+        aovs.push(AovLayer { aov: *aov, samples: renderer.read_aov(*aov)?.into() });
     }
     Ok(Picture {
         width: request.width,
@@ -129,68 +180,51 @@ pub fn read_picture(
     })
 }
 
-/// The motion in pixels that a PNG can hold to each side.
-const MOTION_RANGE_PX: f32 = 32.0;
-
-/// An AOV as a PNG, and its range in metres if it is depth: 16-bit grey for depth, shifted from −1…1 for normals and
-/// from −32…32 pixels for motion, hashed colours for ids, and the values clamped to 0…1 and encoded as sRGB for the
-/// rest, with unassociated alpha if they have alpha.
+/// Reads a variable as [`crate::aov_png()`] wants it: positions where there is no surface are infinite, so that they can
+/// be told from the world's origin.
 ///
 /// # Errors
-/// If the number of values does not fit the size.
-pub fn aov_png(layer: &AovLayer, width: u32, height: u32) -> Result<(Vec<u8>, Option<[f32; 2]>), EncodeError> {
-    let pixels: Vec<u8> = match &layer.samples {
-        Samples::Float { data, .. } if layer.name == "depth" => {
-            let (gray, range) = encode::depth_to_gray16(data);
-            return Ok((encode::png_gray16(width, height, &gray)?, range));
+/// If the device was lost, or the frame did not record the variable.
+pub fn read_for_png(renderer: &mut Renderer, aov: Aov) -> Result<AovLayer, StillError> {
+    let mut samples: Samples = renderer.read_aov(aov)?.into();
+    if let (Aov::Position, Samples::Float { data, .. }) = (aov, &mut samples)
+        && let AovPixels::Float { data: depth_m, .. } = renderer.read_aov(Aov::Depth)?
+    {
+        for (position, depth_m) in data.chunks_exact_mut(3).zip(&depth_m) {
+            if depth_m.is_infinite() {
+                position.fill(f32::INFINITY);
+            }
         }
-        Samples::Id(ids) => ids.iter().flat_map(|id| id_color(*id)).collect(),
-        Samples::Float { components, data } => {
-            let signed_range = match layer.name.as_str() {
-                "normal" | "normal_view" => Some(1.0),
-                "motion" => Some(MOTION_RANGE_PX),
-                _ => None,
-            };
-            data.chunks_exact((*components).max(1)).flat_map(|pixel| aov_pixel(pixel, signed_range)).collect()
-        }
-    };
-    Ok((encode::png_rgba8(width, height, &pixels)?, None))
-}
-
-/// `signed_range` is the magnitude that becomes 0 or 1; none for values from 0 to 1.
-fn aov_pixel(values: &[f32], signed_range: Option<f32>) -> [u8; 4] {
-    let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
-    let encode = |value: f32| match signed_range {
-        Some(range) => byte(0.5 * value / range + 0.5),
-        None => byte(srgb_from_linear(value.clamp(0.0, 1.0))),
-    };
-    match *values {
-        [y] => [encode(y), encode(y), encode(y), 255],
-        [x, y] => [encode(x), encode(y), 0, 255],
-        [x, y, z] => [encode(x), encode(y), encode(z), 255],
-        [x, y, z, w, ..] => {
-            let unassociated = |value: f32| encode(if w > 0.0 { value / w } else { 0.0 });
-            [unassociated(x), unassociated(y), unassociated(z), byte(w)]
-        }
-        [] => [0; 4],
     }
+    Ok(AovLayer { aov, samples })
 }
 
-/// The sRGB transfer function (IEC 61966-2-1).
-fn srgb_from_linear(value: f32) -> f32 {
-    if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// A colour that differs between neighbouring ids; 0, the background, is black.
-fn id_color(id: u32) -> [u8; 4] {
-    if id == 0 {
-        return [0, 0, 0, 255];
-    }
-    // The finaliser of MurmurHash3 spreads every input bit over every output bit.
-    let mut hash = (id ^ (id >> 16)).wrapping_mul(0x85eb_ca6b);
-    hash = (hash ^ (hash >> 13)).wrapping_mul(0xc2b2_ae35);
-    let [r, g, b, _] = (hash ^ (hash >> 16)).to_le_bytes();
-    [r | 32, g | 32, b | 32, 255]
+/// Writes what was added up as OpenEXR: the picture, and the variables that `request` wanted; reading and writing it band
+/// by band. Gives the time that it took to read.
+///
+/// # Errors
+/// If the device was lost, nothing was rendered, or the writer fails.
+pub fn write_exr<W: Write + Seek>(
+    out: &mut W,
+    renderer: &mut Renderer,
+    request: &FrameRequest,
+    info: &PictureInfo,
+) -> Result<Duration, WriteError<StillError>> {
+    let mut parts = vec![Part::picture()];
+    parts.extend(request.want_aovs.iter().map(|aov| Part::of(*aov)));
+    let mut reading = Duration::ZERO;
+    exr_file::write(out, (request.width, request.height), &parts, info, |part, rows| {
+        let start = Instant::now();
+        // The first part is the picture itself, which is this variable too.
+        let aov = part.checked_sub(1).and_then(|index| request.want_aovs.get(index));
+        let samples = match aov {
+            None => Samples::Float { components: 4, data: renderer.read_radiance_rows(rows)? },
+            Some(aov) => renderer.read_aov_rows(*aov, rows)?.into(),
+        };
+        reading += start.elapsed();
+        Ok(samples)
+    })?;
+    Ok(reading)
 }
 
 #[cfg(test)]
@@ -198,19 +232,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn aovs_become_pngs() {
-        let normal =
-            AovLayer { name: "normal".into(), samples: Samples::Float { components: 3, data: vec![0.0, 1.0, -1.0] } };
-        let (bytes, range) = aov_png(&normal, 1, 1).expect("encoded");
-        let decoded = image::load_from_memory(&bytes).expect("decoded").to_rgba8();
-        assert_eq!((decoded.get_pixel(0, 0).0, range), ([128, 255, 0, 255], None));
-        let depth = AovLayer { name: "depth".into(), samples: Samples::Float { components: 1, data: vec![2.0, 4.0] } };
-        assert_eq!(aov_png(&depth, 2, 1).expect("encoded").1, Some([2.0, 4.0]));
-        let ids = AovLayer { name: "object_id".into(), samples: Samples::Id(vec![0, 1, 2]) };
-        assert!(aov_png(&ids, 3, 1).is_ok() && aov_png(&ids, 2, 2).is_err());
-        assert_ne!(id_color(1), id_color(2));
-        // 16 pixels to the left and 32 down; half covered by 0.5.
-        assert_eq!(aov_pixel(&[-16.0, 32.0], Some(MOTION_RANGE_PX)), [64, 255, 0, 255]);
-        assert_eq!(aov_pixel(&[0.25, 0.0, 0.5, 0.5], None), [188, 0, 255, 128]);
+    fn rows_and_channels_are_cut_out() {
+        let samples = Samples::Float { components: 2, data: (0..12).map(|value| value as f32).collect() };
+        assert_eq!(samples.rows(2, 1..2), Samples::Float { components: 2, data: vec![4.0, 5.0, 6.0, 7.0] });
+        assert_eq!(samples.rows(2, 2..9).len(), 4);
+        let mut bytes = Vec::new();
+        samples.append_to(5..8, 2, &mut bytes);
+        assert_eq!(bytes, [5.0f32.to_ne_bytes(), 7.0f32.to_ne_bytes()].concat());
     }
 }

@@ -2,12 +2,14 @@
 //! surfaces; blended ones are in none of them but `radiance`.
 
 mod exports;
+mod info;
 mod pixels;
 #[cfg(not(target_arch = "wasm32"))]
 mod tap;
 
-pub(crate) use exports::AovExports;
-pub(crate) use pixels::GbufferPixels;
+pub(crate) use exports::{AovExports, AovTextures};
+pub use info::{AovInfo, PngEncoding};
+use pixels::GbufferPixels;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use tap::tap_picture;
 
@@ -62,21 +64,7 @@ impl Aov {
 
     /// The name on the command line and in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::BaseColor => "base_color",
-            Self::Occlusion => "occlusion",
-            Self::Normal => "normal",
-            Self::NormalView => "normal_view",
-            Self::Position => "position",
-            Self::Depth => "depth",
-            Self::Metallic => "metallic",
-            Self::Roughness => "roughness",
-            Self::Emission => "emission",
-            Self::Motion => "motion",
-            Self::ObjectId => "object_id",
-            Self::MaterialId => "material_id",
-            Self::Radiance => "radiance",
-        }
+        self.info().name
     }
 }
 

@@ -38,7 +38,7 @@ pub mod shader;
 pub mod surfaces;
 pub mod view;
 
-pub use aov::{Aov, AovPixels};
+pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
 pub use diagnostic::Diagnostic;
 pub use effect::{Effect, EffectFile, WgslEffect};
 pub use environment::{Background, Environment};

@@ -1,6 +1,6 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
-use crate::aov::{Aov, AovExports, AovPasses, AovPixels, GbufferPixels};
+use crate::aov::{Aov, AovExports, AovPasses, AovPixels, AovTextures};
 use crate::draws::{Deformation, DrawList};
 use crate::environment::{Background, EnvironmentUniform};
 use crate::frame::{self, Shared};
@@ -20,6 +20,7 @@ use crate::view::{self, ViewUniform};
 use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, RunOptions, TextureDesc};
 use manypass_scene::Scene;
 use std::cell::RefCell;
+use std::ops::Range;
 
 /// The format of the finished picture: display colours, encoded in the shader.
 pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -44,7 +45,8 @@ pub struct Renderer {
     /// Which of the two sums holds the last frame's.
     latest_sum: usize,
     pre_exposure: f32,
-    gbuffer: Option<GbufferPixels>,
+    /// What variables are made of, of the last frame that began a picture.
+    aovs: Option<AovTextures>,
     stats: FrameStats,
     memory_budget_bytes: Option<u64>,
 }
@@ -74,7 +76,7 @@ impl Renderer {
             output: None,
             latest_sum: 0,
             pre_exposure: 1.0,
-            gbuffer: None,
+            aovs: None,
             stats: FrameStats::default(),
             memory_budget_bytes: None,
             gpu,
@@ -259,8 +261,17 @@ impl Renderer {
     /// # Errors
     /// Nothing was rendered yet, or the device was lost.
     pub async fn read_radiance_async(&self) -> Result<Vec<f32>, RenderError> {
+        self.read_radiance_rows_async(0..u32::MAX).await
+    }
+
+    /// As [`Self::read_radiance_async`], some rows alone; those below the picture are left out.
+    ///
+    /// # Errors
+    /// As [`Self::read_radiance_async`].
+    pub async fn read_radiance_rows_async(&self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
         let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
-        let bytes = readback::read_texture(&self.gpu, &output.sums[self.latest_sum]).await?;
+        let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
+        let bytes = readback::read_rows(&self.gpu, &output.sums[self.latest_sum], rows).await?;
         let scale = 1.0 / self.pre_exposure;
         let mut values = readback::reserved(bytes.len() / 4)?;
         values.extend(
@@ -286,13 +297,24 @@ impl Renderer {
     /// # Errors
     /// Nothing was rendered yet, on the forward path, or without wanting the variable; or the device was lost.
     pub async fn read_aov_async(&self, aov: Aov) -> Result<AovPixels, RenderError> {
+        self.read_aov_rows_async(aov, 0..u32::MAX).await
+    }
+
+    /// As [`Self::read_aov_async`], some rows alone; those below the picture are left out. So that a large picture need
+    /// not be in memory as a whole.
+    ///
+    /// # Errors
+    /// As [`Self::read_aov_async`].
+    pub async fn read_aov_rows_async(&self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
         let missing = RenderError::Missing(
             "there is no such AOV: only the deferred path has them, and the request must name them",
         );
-        match (&self.gbuffer, aov) {
+        match (&self.aovs, aov) {
             (None, _) => Err(missing),
-            (Some(_), Aov::Radiance) => Ok(AovPixels::Float { components: 4, data: self.read_radiance_async().await? }),
-            (Some(gbuffer), aov) => gbuffer.read(aov)?.ok_or(missing),
+            (Some(_), Aov::Radiance) => {
+                Ok(AovPixels::Float { components: 4, data: self.read_radiance_rows_async(rows).await? })
+            }
+            (Some(textures), aov) => textures.read(&self.gpu, aov, rows).await?.ok_or(missing),
         }
     }
 
@@ -303,6 +325,24 @@ impl Renderer {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
         pollster::block_on(self.read_aov_async(aov))
+    }
+
+    /// As [`Self::read_aov_rows_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_aov_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_aov_rows(&mut self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
+        pollster::block_on(self.read_aov_rows_async(aov, rows))
+    }
+
+    /// As [`Self::read_radiance_rows_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_radiance_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_radiance_rows(&mut self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
+        pollster::block_on(self.read_radiance_rows_async(rows))
     }
 
     /// The size at which the view is shaded; the picture itself is as large as the request says.
@@ -329,6 +369,9 @@ impl Renderer {
         let output_size = (request.width, request.height);
         let output_bytes = Output::missing_bytes(self.output.as_ref(), output_size);
         check_budget(self.memory_budget_bytes, output_bytes)?;
+        if request.sample_index == 0 {
+            self.aovs = None;
+        }
         let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
         let output = Output::of(&self.gpu, &mut self.output, output_size);
         self.pre_exposure = request.exposure_stops.exp2();
@@ -472,8 +515,9 @@ impl Renderer {
         self.gpu.check()?;
 
         // What comes back.
-        if request.sample_index == 0 {
-            self.gbuffer = exports.read(&self.gpu, &run, variables_uniform).await?;
+        if wants_aovs && matches!(purpose, Purpose::Picture | Purpose::Target(_)) {
+            self.aovs = exports.textures(&run, variables_uniform)?;
+            self.executor.release_exports(&run);
         }
         let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
         if let (Purpose::Pairs(counts), Some(name)) = (&mut *purpose, &pairs_name) {

@@ -1,11 +1,12 @@
 //! The textures that variables are made of: out of the frame, and into memory.
 
-use super::GbufferPixels;
+use super::{Aov, AovPixels, GbufferPixels};
 use crate::frame::ViewOutputs;
 use crate::gpu::{Gpu, readback};
 use crate::request::RenderError;
 use crate::view::ViewUniform;
 use manypass_graph::{Graph, Handle, Run};
+use std::ops::Range;
 
 /// The names of the exported textures; none where the frame has no such target.
 #[derive(Debug, Default)]
@@ -35,34 +36,69 @@ impl AovExports {
         }
     }
 
-    /// Reads what [`Self::new`] exported, after `run` was submitted; none on the forward path. `view` is the view whose
-    /// targets they are.
+    /// What [`Self::new`] exported, out of `run`; none on the forward path. `view` is the view whose targets they are.
     ///
     /// # Errors
-    /// The device was lost.
-    pub async fn read(&self, gpu: &Gpu, run: &Run, view: ViewUniform) -> Result<Option<GbufferPixels>, RenderError> {
+    /// An exported texture is not there.
+    pub fn textures(&self, run: &Run, view: ViewUniform) -> Result<Option<AovTextures>, RenderError> {
         let Some([base_color, normal, material, linear_depth]) = &self.gbuffer else { return Ok(None) };
-        Ok(Some(GbufferPixels {
+        let exported =
+            |name: &String| run.exported(name).cloned().ok_or(RenderError::Missing("an exported texture is missing"));
+        Ok(Some(AovTextures {
             view,
-            base_color: read(gpu, run, base_color).await?,
-            normal: read(gpu, run, normal).await?,
-            material: read(gpu, run, material).await?,
-            linear_depth: read(gpu, run, linear_depth).await?,
-            emission: read_optional(gpu, run, self.emission.as_deref()).await?,
-            ids: read_optional(gpu, run, self.ids.as_deref()).await?,
-            motion: read_optional(gpu, run, self.motion.as_deref()).await?,
+            base_color: exported(base_color)?,
+            normal: exported(normal)?,
+            material: exported(material)?,
+            linear_depth: exported(linear_depth)?,
+            emission: self.emission.as_ref().map(exported).transpose()?,
+            ids: self.ids.as_ref().map(exported).transpose()?,
+            motion: self.motion.as_ref().map(exported).transpose()?,
         }))
     }
 }
 
-async fn read_optional(gpu: &Gpu, run: &Run, name: Option<&str>) -> Result<Option<Vec<u8>>, RenderError> {
-    match name {
-        Some(name) => read(gpu, run, name).await.map(Some),
-        None => Ok(None),
-    }
+/// The targets of the first, unjittered frame on the device; those are read that a variable needs, and only its rows.
+#[derive(Debug)]
+pub(crate) struct AovTextures {
+    view: ViewUniform,
+    base_color: wgpu::Texture,
+    normal: wgpu::Texture,
+    material: wgpu::Texture,
+    linear_depth: wgpu::Texture,
+    emission: Option<wgpu::Texture>,
+    ids: Option<wgpu::Texture>,
+    motion: Option<wgpu::Texture>,
 }
 
-async fn read(gpu: &Gpu, run: &Run, name: &str) -> Result<Vec<u8>, RenderError> {
-    let texture = run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"))?;
-    Ok(readback::read_texture(gpu, texture).await?)
+impl AovTextures {
+    /// Some rows of the picture of a variable; none if the frame did not record it.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub async fn read(&self, gpu: &Gpu, aov: Aov, rows: Range<u32>) -> Result<Option<AovPixels>, RenderError> {
+        let height = self.linear_depth.height();
+        let rows = rows.start.min(height)..rows.end.min(height);
+        let mut pixels = GbufferPixels::of_rows(self.view, rows.clone());
+        let read = async |texture: &wgpu::Texture| readback::read_rows(gpu, texture, rows.clone()).await;
+        match aov {
+            Aov::BaseColor | Aov::Occlusion => pixels.base_color = read(&self.base_color).await?,
+            Aov::Metallic | Aov::Roughness => pixels.material = read(&self.material).await?,
+            Aov::Depth | Aov::Position => pixels.linear_depth = read(&self.linear_depth).await?,
+            Aov::Normal | Aov::NormalView => {
+                pixels.normal = read(&self.normal).await?;
+                pixels.linear_depth = read(&self.linear_depth).await?;
+            }
+            Aov::Emission | Aov::Motion | Aov::ObjectId | Aov::MaterialId | Aov::Radiance => {
+                let (texture, slot) = match aov {
+                    Aov::Emission => (&self.emission, &mut pixels.emission),
+                    Aov::Motion => (&self.motion, &mut pixels.motion),
+                    _ => (&self.ids, &mut pixels.ids),
+                };
+                if let Some(texture) = texture {
+                    *slot = Some(read(texture).await?);
+                }
+            }
+        }
+        Ok(pixels.read(aov)?)
+    }
 }

@@ -4,12 +4,15 @@ use super::{Aov, AovPixels};
 use crate::gpu::{GpuError, readback};
 use crate::view::ViewUniform;
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
-/// The G-buffer of the first, unjittered frame, in memory, with the targets that only variables need. It has the
-/// picture's size, whatever size the picture is shaded at.
+/// Rows of the G-buffer of the first, unjittered frame, in memory, with the targets that only variables need. It has the
+/// picture's size, whatever size the picture is shaded at. What the variable that is read does not need is empty.
 #[derive(Clone, Debug)]
 pub(crate) struct GbufferPixels {
     pub view: ViewUniform,
+    /// The rows of the picture.
+    pub rows: Range<u32>,
     pub base_color: Vec<u8>,
     pub normal: Vec<u8>,
     pub material: Vec<u8>,
@@ -26,7 +29,23 @@ pub(crate) struct GbufferPixels {
 pub(super) const DISTANCE_BACKGROUND_M: f32 = 1.0e38;
 
 impl GbufferPixels {
-    /// A variable, one value for every pixel of the picture; none if the frame did not record it.
+    /// No pixels yet, of some rows of the picture.
+    pub fn of_rows(view: ViewUniform, rows: Range<u32>) -> Self {
+        let nothing = Vec::new;
+        Self {
+            view,
+            rows,
+            base_color: nothing(),
+            normal: nothing(),
+            material: nothing(),
+            linear_depth: nothing(),
+            emission: None,
+            ids: None,
+            motion: None,
+        }
+    }
+
+    /// A variable, one value for every pixel of the rows; none if the frame did not record it.
     ///
     /// # Errors
     /// There is no memory for the values.
@@ -66,7 +85,7 @@ impl GbufferPixels {
     }
 
     fn pixel_count(&self) -> usize {
-        self.linear_depth.len() / 4
+        self.rows.len() * self.view.size_px.x as usize
     }
 
     fn floats<const N: usize>(&self, value: impl Fn(usize) -> [f32; N]) -> Result<AovPixels, GpuError> {
@@ -102,7 +121,8 @@ impl GbufferPixels {
     fn position_world(&self, i: usize) -> Vec3 {
         let Some(distance) = self.distance_m(i) else { return Vec3::ZERO };
         let width = self.view.size_px.x as usize;
-        let pixel = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let row = i / width + self.rows.start as usize;
+        let pixel = Vec2::new((i % width) as f32 + 0.5, row as f32 + 0.5);
         let uv = pixel * self.view.inverse_size_px;
         let ndc = Vec2::new(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0);
         let plane = (ndc - self.view.jitter_ndc) * self.view.view_from_ndc_scale;

@@ -1,13 +1,25 @@
 //! Pixels from the device to memory.
 
 use super::{Gpu, GpuError};
+use std::ops::Range;
 
 /// Copies the first mip of `texture` into memory: rows from the top, tightly packed.
 ///
 /// # Errors
 /// The device was lost.
 pub async fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, GpuError> {
-    let (width, height) = (texture.width(), texture.height());
+    read_rows(gpu, texture, 0..texture.height()).await
+}
+
+/// As [`read_texture`], some rows alone.
+///
+/// # Errors
+/// The device was lost.
+pub async fn read_rows(gpu: &Gpu, texture: &wgpu::Texture, rows: Range<u32>) -> Result<Vec<u8>, GpuError> {
+    let (width, height) = (texture.width(), rows.end.saturating_sub(rows.start));
+    if height == 0 {
+        return Ok(Vec::new());
+    }
     let row_bytes = width * texture.format().block_copy_size(None).unwrap_or(4);
     let padded = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -18,12 +30,12 @@ pub async fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>,
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
+        wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x: 0, y: rows.start, z: 0 }, ..texture.as_image_copy() },
         wgpu::TexelCopyBufferInfo {
             buffer: &buffer,
             layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
         },
-        texture.size(),
+        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
     );
     gpu.queue.submit([encoder.finish()]);
     map(gpu, &buffer).await?;

@@ -1,0 +1,153 @@
+//! From the renderer to files: reads what was rendered, piece by piece, and writes the picture and its variables.
+
+use crate::failure::Failure;
+use crate::gather::Names;
+use crate::interrupt;
+use crate::job::Job;
+use crate::output;
+use crate::session::{output_failure, still_failure, write_failure};
+use manypass::{FrameRequest, PngEncoding, RenderError, Renderer};
+use manypass_offline::atomic::{self, AtomicFile};
+use manypass_offline::exr_file::WriteError;
+use manypass_offline::still::{StillError, aov_named, read_for_png, write_exr};
+use manypass_offline::{Format, PictureInfo, PngRange, aov_png, encode};
+use manypass_scene::Scene;
+use std::collections::BTreeMap;
+use std::io::{BufWriter, Cursor};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// What was written.
+#[derive(Debug, Default)]
+pub struct Delivery {
+    /// The files of variables that have files of their own, by name.
+    pub aovs: BTreeMap<&'static str, String>,
+    /// What the numbers in those files stand for.
+    pub aov_ranges: BTreeMap<&'static str, PngRange>,
+    /// Milliseconds to read pixels back.
+    pub readback_ms: f64,
+    /// Milliseconds to encode and write them.
+    pub encode_ms: f64,
+}
+
+/// Refuses ids that a 16-bit PNG cannot hold, before anything is rendered.
+///
+/// # Errors
+/// If the scene has too many nodes or materials for the variables that are asked for.
+pub fn check_ids(job: &Job, scene: &Scene) -> Result<(), Failure> {
+    // Surfaces without a material have an id of their own.
+    for (name, count) in [("object_id", scene.nodes.len()), ("material_id", scene.materials.len() + 1)] {
+        let is_wanted = job.format == Format::Png && job.aovs.iter().any(|aov| aov == name);
+        if is_wanted && count > PngEncoding::LARGEST_ID as usize {
+            let message = format!("{name} goes up to {count}, and a 16-bit PNG holds {}", PngEncoding::LARGEST_ID);
+            return Err(Failure::usage(message, "write .exr, whose ids have 32 bits"));
+        }
+    }
+    Ok(())
+}
+
+/// Reads and writes a picture and its variables.
+///
+/// # Errors
+/// If the device was lost, or a file cannot be encoded or written.
+pub fn deliver(
+    renderer: &mut Renderer,
+    request: &FrameRequest,
+    job: &Job,
+    info: &PictureInfo,
+    (names, frame): (&Names, u32),
+) -> Result<Delivery, Failure> {
+    let start = Instant::now();
+    let mut delivery = Delivery::default();
+    let files = output::files(job, names, frame);
+    let reading = if job.format == Format::Exr {
+        exr(renderer, request, info, files.as_ref().map(|(target, _)| target.as_path()))?
+    } else {
+        let mut reading = Duration::ZERO;
+        // Every file is whole before the first takes its place.
+        let mut whole = Vec::new();
+        let aov_files = files.iter().flat_map(|(_, aovs)| aovs);
+        for (name, path) in job.aovs.iter().zip(aov_files) {
+            let Some(aov) = aov_named(name) else { continue };
+            let begun = Instant::now();
+            let layer = read_for_png(renderer, aov).map_err(|error| still_failure(&error))?;
+            reading += begun.elapsed();
+            let (bytes, range) = aov_png(&layer, request.width, request.height).map_err(output_failure)?;
+            whole.push(written(path, &bytes)?);
+            delivery.aovs.insert(aov.name(), path.display().to_string());
+            delivery.aov_ranges.extend(range.map(|range| (aov.name(), range)));
+        }
+        let (bytes, display_reading) = display(renderer, request, job.format)?;
+        match &files {
+            // Last, because --skip-existing and readers take it for the sign that the picture is done.
+            Some((target, _)) => whole.push(written(target, &bytes)?),
+            None => write_stdout(&bytes)?,
+        }
+        whole.into_iter().try_for_each(|file| file.commit().map_err(write_failure))?;
+        reading + display_reading
+    };
+    delivery.readback_ms = reading.as_secs_f64() * 1e3;
+    delivery.encode_ms = start.elapsed().as_secs_f64() * 1e3 - delivery.readback_ms;
+    Ok(delivery)
+}
+
+/// A file with all of its bytes that is not yet in its place.
+fn written(path: &Path, bytes: &[u8]) -> Result<AtomicFile, Failure> {
+    let mut file = output::begin(path)?;
+    file.append(bytes).map_err(write_failure)?;
+    Ok(file)
+}
+
+/// To standard output, unless the user has said stop.
+fn write_stdout(bytes: &[u8]) -> Result<(), Failure> {
+    interrupt::check()?;
+    atomic::write_stdout(bytes).map_err(write_failure)
+}
+
+/// The bytes of the picture for the display, and the time that it took to read.
+fn display(renderer: &mut Renderer, request: &FrameRequest, format: Format) -> Result<(Vec<u8>, Duration), Failure> {
+    let start = Instant::now();
+    let pixels = renderer.read_display().map_err(failed)?;
+    let reading = start.elapsed();
+    let (width, height) = (request.width, request.height);
+    let bytes = match format {
+        Format::Jpg => encode::jpg(width, height, &pixels),
+        Format::Webp => encode::webp(width, height, &pixels),
+        Format::Png | Format::Exr => encode::png_rgba8(width, height, &pixels),
+    };
+    Ok((bytes.map_err(output_failure)?, reading))
+}
+
+/// The picture and its variables as OpenEXR. Where one cannot go back, as in a pipe, the file is put together in memory.
+fn exr(
+    renderer: &mut Renderer,
+    request: &FrameRequest,
+    info: &PictureInfo,
+    target: Option<&Path>,
+) -> Result<Duration, Failure> {
+    let mut file = target.map(output::begin).transpose()?;
+    let mut bytes = Cursor::new(Vec::new());
+    let written = match file.as_mut().filter(|file| file.is_seekable()) {
+        Some(file) => write_exr(&mut BufWriter::new(file), renderer, request, info),
+        None => write_exr(&mut bytes, renderer, request, info),
+    };
+    let reading = written.map_err(|error| match (error, &file) {
+        (WriteError::Pixels(error), _) => still_failure(&error),
+        (WriteError::Encode(error), _) => output_failure(error),
+        (WriteError::Io(error), Some(file)) => write_failure(file.failed(error)),
+        (WriteError::Io(error), None) => output_failure(error),
+    })?;
+    match file {
+        Some(mut file) => {
+            // Nothing, if it went to the file at once.
+            file.append(bytes.get_ref()).map_err(write_failure)?;
+            file.commit().map_err(write_failure)?;
+        }
+        None => write_stdout(bytes.get_ref())?,
+    }
+    Ok(reading)
+}
+
+fn failed(error: RenderError) -> Failure {
+    still_failure(&StillError::from(error))
+}
