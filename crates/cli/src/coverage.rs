@@ -2,7 +2,6 @@
 
 use glam::Vec2;
 use manypass::{Background, FrameRequest, RenderError, Renderer, View};
-use manypass_offline::Picture;
 use manypass_scene::{Aabb, Projection, Scene};
 
 /// What is as large as this in the picture covers the middle of a pixel.
@@ -11,17 +10,13 @@ const CERTAIN_PX: f32 = 4.0;
 /// The longer side of the first, small picture in which surfaces are looked for.
 const SMALL_PX: u32 = 128;
 
-/// Whether no pixel of `picture` shows a surface, although the scene has some. Most pictures need no look at the device
-/// for it; where the camera sees no model whole, one more small frame is drawn, and a large one where that is empty.
+/// Whether no pixel of what `request` asks for will show a surface, although the scene has some. Most pictures need no
+/// look at the device for it; where the camera sees no model whole, a small frame is drawn, and a large one where that is
+/// empty. It is for a time at which nothing that was rendered waits to be read.
 ///
 /// # Errors
 /// If the renderer fails.
-pub fn is_empty(
-    renderer: &mut Renderer,
-    scene: &Scene,
-    request: &FrameRequest,
-    picture: &Picture,
-) -> Result<bool, RenderError> {
+pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Result<bool, RenderError> {
     let size_px = Vec2::new(request.width as f32, request.height as f32);
     let mut has_surfaces = false;
     for bounds_world in boxes_world(scene) {
@@ -32,9 +27,6 @@ pub fn is_empty(
     }
     if !has_surfaces {
         return Ok(false);
-    }
-    if matches!(request.background, Background::Transparent) {
-        return Ok(is_transparent(&picture.display_rgba8));
     }
     let small = (SMALL_PX as f32 / size_px.max_element()).min(1.0);
     for scale in [small, 1.0] {

@@ -24,8 +24,11 @@ pub fn files(job: &Job, names: &Names, frame: u32) -> Option<(PathBuf, Vec<PathB
     Some((target, aovs))
 }
 
-/// Begins a file, unless the user has said stop; from then on nothing of it stays.
-fn begin(path: &Path) -> Result<AtomicFile, Failure> {
+/// Begins a file, unless the user has said stop. If the user says so before it is in its place, nothing of it stays.
+///
+/// # Errors
+/// If it cannot be opened, or the user has said stop.
+pub fn begin(path: &Path) -> Result<AtomicFile, Failure> {
     interrupt::check()?;
     Ok(AtomicFile::create(path).map_err(write_failure)?.heeding(&interrupt::STOP))
 }
@@ -60,11 +63,11 @@ pub fn write(picture: &Picture, job: &Job, names: &Names, frame: u32) -> Result<
         let mut file = begin(path)?;
         let (bytes, range) = still::aov_png(aov, picture.width, picture.height).map_err(output_failure)?;
         depth_range_m = depth_range_m.or(range);
-        file.append(&bytes).map_err(write_failure)?;
+        file.write(&bytes).map_err(write_failure)?;
         whole.push(file);
     }
     let mut file = begin(&target)?;
-    file.append(&encoded(picture, job.format)?).map_err(write_failure)?;
+    file.write(&encoded(picture, job.format)?).map_err(write_failure)?;
     // Last, because --skip-existing and readers take it for the sign that the picture is done.
     whole.push(file);
     whole.into_iter().try_for_each(|file| file.commit().map_err(write_failure))?;
@@ -105,7 +108,7 @@ pub fn write_sheet(path: &Path, pictures: &[PassPicture]) -> Result<(), Failure>
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut file = begin(path)?;
-    file.append(bytes).map_err(write_failure)?;
+    file.write(bytes).map_err(write_failure)?;
     file.commit().map_err(write_failure)
 }
 

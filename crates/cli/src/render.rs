@@ -203,32 +203,32 @@ impl Batch<'_> {
         let camera = view(scene, bounds, args, job, frame as f32)?;
         let effects = self.effects.clone();
         let request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        let mut warnings = warnings.clone();
+        let compiled_ms = self.renderer.compile_ms();
+        if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
+            let warning = ["the picture is empty: no surface is in view".to_owned()];
+            self.warn(&input.name(), &warning)?;
+            warnings.extend(warning);
+        }
         let renderer = &mut self.renderer;
         let start = Instant::now();
-        let compiled_ms = renderer.compile_ms();
+        let looked_ms = renderer.compile_ms();
         accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst))
             .map_err(|error| still_failure(&error))?;
         renderer.wait();
         phases.compile = renderer.compile_ms() - compiled_ms;
-        phases.frames = ms_since(start) - phases.compile;
+        phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
         let stats = renderer.stats();
         let start = Instant::now();
         let picture =
             read_picture(renderer, &request, job.format == Format::Exr).map_err(|error| still_failure(&error))?;
         phases.readback = ms_since(start);
-        let mut warnings = warnings.clone();
-        if coverage::is_empty(renderer, scene, &request, &picture).map_err(failed)? {
-            let warning = ["the picture is empty: no surface is in view".to_owned()];
-            self.warn(&input.name(), &warning)?;
-            warnings.extend(warning);
-        }
         let start = Instant::now();
         let depth_range_m = output::write(&picture, job, &item.names, frame)?;
         phases.encode = ms_since(start);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
         let alone = FrameRequest { sample_count: 1, ..request };
-        let renderer = &mut self.renderer;
         if job.dump_passes.is_some() || job.contact_sheet.is_some() {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
             if let Some(folder) = &job.dump_passes {
