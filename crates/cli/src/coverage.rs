@@ -10,9 +10,9 @@ const CERTAIN_PX: f32 = 4.0;
 /// The longer side of the first, small picture in which surfaces are looked for.
 const SMALL_PX: u32 = 128;
 
-/// Whether no pixel of the picture that is about to be drawn will show a surface, although the scene has some. Most
-/// pictures need no look at the device for it; where the camera sees no model whole, a small frame is drawn, and one of
-/// full size where that is empty.
+/// Whether no pixel of what `request` asks for will show a surface, although the scene has some. Most pictures need no
+/// look at the device for it; where the camera sees no model whole, a small frame is drawn, and a large one where that is
+/// empty. It is for a time at which nothing that was rendered waits to be read.
 ///
 /// # Errors
 /// If the renderer fails.

@@ -94,7 +94,7 @@ pub fn deliver(
 /// A file with all of its bytes that is not yet in its place.
 fn written(path: &Path, bytes: &[u8]) -> Result<AtomicFile, Failure> {
     let mut file = output::begin(path)?;
-    file.append(bytes).map_err(write_failure)?;
+    file.write(bytes).map_err(write_failure)?;
     Ok(file)
 }
 
@@ -140,7 +140,7 @@ fn exr(
     match file {
         Some(mut file) => {
             // Nothing, if it went to the file at once.
-            file.append(bytes.get_ref()).map_err(write_failure)?;
+            file.write(bytes.get_ref()).map_err(write_failure)?;
             file.commit().map_err(write_failure)?;
         }
         None => write_stdout(bytes.get_ref())?,

@@ -24,7 +24,10 @@ pub fn files(job: &Job, names: &Names, frame: u32) -> Option<(PathBuf, Vec<PathB
     Some((target, aovs))
 }
 
-/// Begins a file, unless the user has said stop; from then on nothing of it stays.
+/// Begins a file, unless the user has said stop. If the user says so before it is in its place, nothing of it stays.
+///
+/// # Errors
+/// If it cannot be opened, or the user has said stop.
 pub fn begin(path: &Path) -> Result<AtomicFile, Failure> {
     interrupt::check()?;
     Ok(AtomicFile::create(path).map_err(write_failure)?.heeding(&interrupt::STOP))
@@ -66,7 +69,7 @@ pub fn write_sheet(path: &Path, pictures: &[PassPicture]) -> Result<(), Failure>
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut file = begin(path)?;
-    file.append(bytes).map_err(write_failure)?;
+    file.write(bytes).map_err(write_failure)?;
     file.commit().map_err(write_failure)
 }
 

@@ -210,6 +210,7 @@ impl Batch<'_> {
         let effects = self.effects.clone();
         let request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
         let mut warnings = warnings.clone();
+        let compiled_ms = self.renderer.compile_ms();
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
             let warning = ["the picture is empty: no surface is in view".to_owned()];
             self.warn(&input.name(), &warning)?;
@@ -217,12 +218,12 @@ impl Batch<'_> {
         }
         let renderer = &mut self.renderer;
         let start = Instant::now();
-        let compiled_ms = renderer.compile_ms();
+        let looked_ms = renderer.compile_ms();
         accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst))
             .map_err(|error| still_failure(&error))?;
         renderer.wait();
         phases.compile = renderer.compile_ms() - compiled_ms;
-        phases.frames = ms_since(start) - phases.compile;
+        phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
         let stats = renderer.stats();
         let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
         let delivery = deliver(renderer, &request, job, &info, (&item.names, frame))?;

@@ -203,7 +203,7 @@ impl Report {
     fn add(&mut self, value: &Value) -> Result<(), Failure> {
         let text = if self.is_lines { value.to_string() } else { format!("{value:#}") };
         match &mut self.sink {
-            Sink::Whole(file) => file.append(format!("{text}\n").as_bytes()).map_err(write_failure),
+            Sink::Whole(file) => file.write(format!("{text}\n").as_bytes()).map_err(write_failure),
             Sink::Lines(file) => file.append(&text).map_err(write_failure),
             Sink::Stdout => print(&format!("{text}\n")),
         }

@@ -51,7 +51,8 @@ pub fn usage_failure(error: &clap::Error) -> Failure {
     let relevant = relevant.split("\nFor more information").next().unwrap_or_default();
     let (tips, lines): (Vec<&str>, Vec<&str>) =
         relevant.lines().map(str::trim).filter(|line| !line.is_empty()).partition(|line| line.starts_with("tip: "));
-    let command = std::env::args().nth(1).filter(|name| Cli::command().find_subcommand(name).is_some());
+    let command = std::env::args_os().nth(1).and_then(|name| name.into_string().ok());
+    let command = command.filter(|name| Cli::command().find_subcommand(name).is_some());
     let help = command.map_or("see `manypass --help`".into(), |name| format!("see `manypass {name} --help`"));
     // A value that looks like a flag is seldom what was meant, and `--` would make it an input.
     let tips = tips.iter().map(|tip| tip.trim_start_matches("tip: ")).filter(|tip| !tip.starts_with("to pass '-"));

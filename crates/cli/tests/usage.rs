@@ -76,6 +76,20 @@ fn without_arguments_there_is_help_and_2() {
     assert!(run_in(&folder, &["completions", "bash"]).expect(0).text().contains("manypass"));
 }
 
+#[cfg(unix)]
+#[test]
+fn words_that_are_no_text_are_refused() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = Folder::new("words");
+    let odd = OsStr::from_bytes(b"\xff.glb");
+    for words in [vec![odd], vec![OsStr::new("render"), odd], vec![OsStr::new("render"), OsStr::new("--size"), odd]] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_manypass"));
+        let run: common::Run = command.args(&words).current_dir(&*folder).output().expect("run").into();
+        assert!(run.code == 2 && run.stderr.starts_with("error: "), "{words:?}: {run:?}");
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_machine_without_a_driver_ends_with_3() {

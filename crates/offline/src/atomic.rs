@@ -151,16 +151,21 @@ impl AtomicFile {
         self
     }
 
-    /// Where it will be.
-    pub fn target(&self) -> &Path {
-        &self.target
+    /// Whether one can go back in it: not where it is a device or a pipe.
+    pub fn is_seekable(&self) -> bool {
+        self.temporary.is_some()
+    }
+
+    /// What an error of [`io::Write`] or [`io::Seek`] means.
+    pub fn failed(&self, source: io::Error) -> WriteError {
+        WriteError::new(&self.target, source)
     }
 
     /// Appends `bytes`.
     ///
     /// # Errors
     /// If the disk is full or fails.
-    pub fn append(&mut self, bytes: &[u8]) -> Result<(), WriteError> {
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), WriteError> {
         self.write_all(bytes).map_err(|source| WriteError::new(&self.target, source))
     }
 
@@ -186,7 +191,7 @@ impl AtomicFile {
     }
 }
 
-/// Encoders write through this. Only a file that is not written in place can be sought in.
+/// Encoders write through this.
 impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let _waiting = self.temporary.is_none().then(Waiting::begin);
@@ -229,18 +234,6 @@ fn create_temporary(target: &Path) -> io::Result<(PathBuf, File)> {
     }
 }
 
-impl AtomicFile {
-    /// Whether one can go back in it: not where it is a device or a pipe.
-    pub fn is_seekable(&self) -> bool {
-        self.temporary.is_some()
-    }
-
-    /// What an error of [`io::Write`] or [`io::Seek`] means.
-    pub fn failed(&self, source: io::Error) -> WriteError {
-        WriteError::new(&self.target, source)
-    }
-}
-
 impl Drop for AtomicFile {
     fn drop(&mut self) {
         self.file = None;
@@ -264,7 +257,7 @@ pub fn remove_unfinished() {
 /// As [`AtomicFile`].
 pub fn write_file(target: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let mut file = AtomicFile::create(target)?;
-    file.append(bytes)?;
+    file.write(bytes)?;
     file.commit()
 }
 
@@ -306,7 +299,7 @@ mod tests {
         let target = folder.join("a.png");
         write_file(&target, b"old").expect("written");
         let mut file = AtomicFile::create(&target).expect("created");
-        file.append(b"half").expect("written");
+        file.write(b"half").expect("written");
         assert_eq!(fs::read_dir(&folder).expect("listed").count(), 2);
         drop(file);
         assert_eq!(fs::read(&target).expect("read"), b"old");
@@ -355,7 +348,7 @@ mod tests {
         let target = folder.join(format!("{}.png", "n".repeat(251)));
         let first = {
             let mut file = AtomicFile::create(&target).expect("created");
-            file.append(b"abc").expect("written");
+            file.write(b"abc").expect("written");
             let temporary = file.temporary.clone().expect("a temporary file");
             file.commit().expect("committed");
             temporary
@@ -373,10 +366,10 @@ mod tests {
         let folder = folder("flag");
         let open = || AtomicFile::create(&folder.join("a.png")).expect("created").heeding(&STOP);
         let mut file = open();
-        file.append(b"half").expect("written");
+        file.write(b"half").expect("written");
         let other = open();
         STOP.store(true, Ordering::SeqCst);
-        assert!(matches!(file.append(b"more"), Err(WriteError::Stopped)));
+        assert!(matches!(file.write(b"more"), Err(WriteError::Stopped)));
         assert!(matches!(other.commit(), Err(WriteError::Stopped)));
         drop(file);
         assert_eq!(fs::read_dir(&folder).expect("listed").count(), 0);
