@@ -16,8 +16,9 @@ const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("direct", "package::passes::direct::direct", &["counting"]),
     ("background", "package::passes::background::background", &[]),
     ("forward", "package::passes::forward::forward", &["textured", "normal_map", "masked", "deformed"]),
-    ("accumulate", "package::passes::accumulate::accumulate", &["scaled"]),
-    ("tone_map", "package::passes::tone_map::tone_map", &[]),
+    ("accumulate", "package::passes::accumulate::accumulate", &["curve_0", "curve_1", "curve_2", "scaled"]),
+    ("tone_map", "package::passes::tone_map::tone_map", &["curve_0", "curve_1", "curve_2", "over_color"]),
+    ("meter", "package::passes::meter::meter", &[]),
     ("present", "package::passes::present::present", &["srgb_target"]),
 ];
 

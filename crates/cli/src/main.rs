@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod camera;
+mod exposure;
 mod failure;
 mod input;
 mod inspect;

@@ -1,6 +1,7 @@
 //! `render`: pictures of one or more inputs.
 
 use crate::args::RenderArgs;
+use crate::exposure::{self, Taken};
 use crate::failure::{Failure, Kind};
 use crate::input::Input;
 use crate::job::Job;
@@ -43,6 +44,7 @@ struct LoadedInput {
     scene: Scene,
     /// What an automatic camera shows whole.
     bounds: Aabb,
+    exposure: Taken,
     warnings: Vec<String>,
 }
 
@@ -169,13 +171,24 @@ impl Batch<'_> {
         if !self.args.quiet {
             self.bar.suspend(|| warnings.iter().for_each(|warning| eprintln!("warning: {}: {warning}", input.name())));
         }
-        Ok(LoadedInput { scene, bounds, warnings })
+        let start = Instant::now();
+        let exposure = self.meter(&mut scene, &bounds)?;
+        phases.meter = ms_since(start);
+        Ok(LoadedInput { scene, bounds, exposure, warnings })
+    }
+
+    /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.
+    fn meter(&mut self, scene: &mut Scene, bounds: &Aabb) -> Result<Taken, Failure> {
+        let (args, job) = (self.args, self.job);
+        pose(scene, args, time_secs(args, 0).map(|_| 0.0))?;
+        let camera = view(scene, bounds, args, job, 0.0)?;
+        Taken::new(&mut self.renderer, scene, job, &request(args, job, &self.settings, camera, scene))
     }
 
     fn render_frame(
         &mut self,
         input: &Input,
-        LoadedInput { scene, bounds, warnings }: &mut LoadedInput,
+        LoadedInput { scene, bounds, exposure, warnings }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
@@ -185,7 +198,8 @@ impl Batch<'_> {
         pose(scene, args, time_secs(args, frame))?;
         let camera = view(scene, bounds, args, job, frame as f32)?;
         let effects = self.effects.clone();
-        let request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        let mut request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        exposure.expose(&mut request);
         let renderer = &mut self.renderer;
         let start = Instant::now();
         let compiled_ms = renderer.compile_ms();
@@ -199,6 +213,14 @@ impl Batch<'_> {
         let picture =
             read_picture(renderer, &request, job.format == Format::Exr).map_err(|error| still_failure(&error))?;
         phases.readback = ms_since(start);
+        let clamped_pixels = request.averages_radiance().then(|| renderer.clamped_pixels());
+        let mut warnings = warnings.clone();
+        if let Some(warning) = exposure::clamped_warning(clamped_pixels.unwrap_or(0)) {
+            if !args.quiet {
+                self.bar.suspend(|| eprintln!("warning: {}: {warning}", input.name()));
+            }
+            warnings.push(warning);
+        }
         let start = Instant::now();
         let depth_range_m = output::write(&picture, job, &input.stem(), frame)?;
         phases.encode = ms_since(start);
@@ -237,7 +259,9 @@ impl Batch<'_> {
                 pass_times: &pass_times,
                 pairs,
                 depth_range_m,
-                warnings,
+                exposure: exposure.report(),
+                clamped_pixels,
+                warnings: &warnings,
             })?;
         }
         Ok(())

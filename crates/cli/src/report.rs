@@ -27,6 +27,8 @@ pub struct Phases {
     pub decode: f64,
     /// Handing the scene to the device.
     pub upload: f64,
+    /// Metering, and what it waits for: decoded images, shaders.
+    pub meter: f64,
     /// Shaders and pipelines.
     pub compile: f64,
     /// Rendering all samples.
@@ -64,6 +66,10 @@ pub struct Entry<'a> {
     pub pairs: PairCounts,
     /// The nearest and the farthest depth in the depth PNG, in metres.
     pub depth_range_m: Option<[f32; 2]>,
+    /// Mode, stops, what was metered.
+    pub exposure: Value,
+    /// Pixels of radiance that half floats clamped; none if no radiance was read.
+    pub clamped_pixels: Option<u64>,
     /// What the reader and the renderer warned of.
     pub warnings: &'a [String],
 }
@@ -83,7 +89,7 @@ impl Report {
     /// If it cannot be written.
     pub fn rendered(&mut self, entry: &Entry<'_>) -> Result<(), Failure> {
         let (phases, stats) = (&entry.phases, entry.stats);
-        let scene = phases.load + phases.decode + phases.upload;
+        let scene = phases.load + phases.decode + phases.upload + phases.meter;
         let total = phases.start + scene + phases.compile + phases.frames + phases.readback + phases.encode;
         self.add(&json!({
             "input": entry.input,
@@ -98,6 +104,7 @@ impl Report {
                 "load": phases.load,
                 "decode": phases.decode,
                 "upload": phases.upload,
+                "meter": phases.meter,
                 "compile": phases.compile,
                 "frames": phases.frames,
                 "readback": phases.readback,
@@ -122,6 +129,8 @@ impl Report {
             "pairs_shaded": entry.pairs.pairs_shaded,
             "pairs_in_range": entry.pairs.pairs_in_range,
             "depth_range_m": entry.depth_range_m,
+            "exposure": entry.exposure,
+            "clamped_pixels": entry.clamped_pixels,
             "warnings": entry.warnings,
         }))
     }

@@ -4,7 +4,9 @@ use crate::args::{RenderArgs, TonemapArg};
 use crate::failure::{Failure, Kind};
 use crate::job::{Backdrop, Job};
 use crate::session;
-use manypass::{Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View, WgslEffect};
+use manypass::{
+    Averaging, Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View, WgslEffect,
+};
 use manypass_offline::Format;
 use manypass_offline::still::aov_named;
 use manypass_scene::Scene;
@@ -71,8 +73,10 @@ pub fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, 
             TonemapArg::Exponential => Tonemap::Exponential,
             TonemapArg::None => Tonemap::None,
         },
-        // Linear files have the exposure divided out again; half floats hold most without any.
-        exposure_stops: if job.format == Format::Exr { 0.0 } else { args.exposure },
+        // `exposure::expose` puts in what is metered once for all pictures of an input.
+        exposure_stops: 0.0,
+        metering: None,
+        averaging: if job.format == Format::Exr { Averaging::Radiance } else { Averaging::Display },
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
         previous: None,
         effects: Vec::new(),

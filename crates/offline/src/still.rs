@@ -1,7 +1,7 @@
 //! Accumulates the samples of one picture and reads it back.
 
 use crate::encode::{self, EncodeError};
-use manypass::{Aov, AovPixels, FrameRequest, RenderError, Renderer};
+use manypass::{Aov, AovPixels, Averaging, FrameRequest, RenderError, Renderer};
 use manypass_scene::Scene;
 
 /// The values of an AOV, rows from the top.
@@ -76,8 +76,12 @@ pub fn render_still(
     want_radiance: bool,
     progress: impl FnMut(u32) -> bool,
 ) -> Result<Picture, StillError> {
-    accumulate(renderer, scene, request, samples, progress)?;
-    read_picture(renderer, request, want_radiance)
+    let mut request = request.clone();
+    if want_radiance && !request.averages_radiance() {
+        request.averaging = Averaging::Both;
+    }
+    accumulate(renderer, scene, &request, samples, progress)?;
+    read_picture(renderer, &request, want_radiance)
 }
 
 /// The first half of [`render_still`]: renders and adds up, and reads nothing.
