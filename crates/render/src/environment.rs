@@ -13,8 +13,8 @@ pub enum Environment {
     Studio,
     /// The studio, faint, for a scene that brings its own lights: what they leave dark can still be seen. It has
     /// [`FILL_SHARE`] of the studio's level in the picture that automatic exposure makes, however strong the lights are;
-    /// so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Where the lights reach nothing that is
-    /// seen it is the whole studio.
+    /// so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Its backdrop has [`FILL_BACKDROP_SHARE`].
+    /// Where the lights reach nothing that is seen it is the whole studio.
     Fill,
     /// Nothing.
     None,
@@ -23,7 +23,10 @@ pub enum Environment {
 }
 
 /// The level of [`Environment::Fill`] in the picture, compared with the studio.
-pub const FILL_SHARE: f32 = 0.125;
+pub const FILL_SHARE: f32 = 1.0 / 16.0;
+
+/// The level of its backdrop; tone curves darken what is dark, and a picture at night need not end in black.
+pub const FILL_BACKDROP_SHARE: f32 = 0.25;
 
 impl Environment {
     /// What surrounds `scene` where nobody says: the studio, [`Environment::Fill`] where the scene brings its own lights,
@@ -84,16 +87,17 @@ const STUDIO_CONSTANT: Vec3 = Vec3::new(0.16, 0.16, 0.165);
 const STUDIO_BACKDROP: [Vec3; 2] = [Vec3::new(0.06, 0.061, 0.064), Vec3::new(0.34, 0.35, 0.37)];
 
 impl EnvironmentUniform {
-    /// The environment times `scale` (its intensity and the pre-exposure, and what makes the studio a fill).
-    pub fn new(environment: Environment, scale: f32) -> Self {
+    /// The environment with its light times `scale` (its intensity and the pre-exposure, and what makes the studio a fill)
+    /// and its backdrop times `backdrop_scale`.
+    pub fn new(environment: Environment, scale: f32, backdrop_scale: f32) -> Self {
         // However strong, it stays a number: infinity times the 0 of a shader is none.
-        let scale = scale.clamp(0.0, 1e30);
+        let [scale, backdrop_scale] = [scale, backdrop_scale].map(|scale| scale.clamp(0.0, 1e30));
         let mut uniform = Self::zeroed();
         match environment {
             Environment::None => {}
             Environment::Color(color) => {
                 uniform.constant = Vec3::from(color) * scale;
-                uniform.backdrop_below = uniform.constant.extend(0.0);
+                uniform.backdrop_below = (Vec3::from(color) * backdrop_scale).extend(0.0);
                 uniform.backdrop_above = uniform.backdrop_below;
             }
             Environment::Studio | Environment::Fill => {
@@ -103,7 +107,7 @@ impl EnvironmentUniform {
                     uniform.axes[i] = Vec3::from(*axis).normalize().extend(*sharpness);
                     uniform.amplitudes[i] = (Vec3::from(*radiance) * scale).extend(0.0);
                 }
-                let [below, above] = STUDIO_BACKDROP.map(|radiance| (radiance * scale).extend(0.0));
+                let [below, above] = STUDIO_BACKDROP.map(|radiance| (radiance * backdrop_scale).extend(0.0));
                 (uniform.backdrop_below, uniform.backdrop_above) = (below, above);
             }
         }

@@ -6,7 +6,7 @@
 //! of the light, so that night stays darker than day, and ends at 2.25 stops from mid grey. It is continuous, and so is
 //! its slope.
 
-use crate::environment::{Background, Environment, FILL_SHARE};
+use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE};
 use crate::request::FrameRequest;
 use manypass_scene::Scene;
 use std::str::FromStr;
@@ -170,14 +170,18 @@ impl FrameRequest {
         if let Background::Color(color) = self.background { Some(color.map(|c| c * scale)) } else { None }
     }
 
-    /// What the environment is multiplied by, without pre-exposure.
-    pub(crate) fn environment_scale(&self) -> f32 {
-        let fill = match (self.environment, self.metering) {
-            (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => 1.0,
-            (Environment::Fill, metering) => FILL_SHARE * metering.map_or(1.0, |metering| (-metering.stops).exp2()),
-            _ => 1.0,
+    /// The uniform of the environment: pre-exposed, and faint where it is a fill.
+    pub(crate) fn environment_uniform(&self) -> EnvironmentUniform {
+        let (light, backdrop) = match (self.environment, self.metering) {
+            (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (1.0, 1.0),
+            (Environment::Fill, metering) => {
+                let level = metering.map_or(1.0, |metering| (-metering.stops).exp2());
+                (FILL_SHARE * level, FILL_BACKDROP_SHARE * level)
+            }
+            _ => (1.0, 1.0),
         };
-        self.environment_intensity * fill
+        let scale = self.environment_intensity * self.pre_exposure();
+        EnvironmentUniform::new(self.environment, light * scale, backdrop * scale)
     }
 }
 

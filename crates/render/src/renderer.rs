@@ -5,7 +5,7 @@ mod output;
 
 use crate::aov::{Aov, AovExports, AovPasses, AovPixels, GbufferPixels};
 use crate::draws::{Deformation, DrawList};
-use crate::environment::{Background, EnvironmentUniform};
+use crate::environment::Background;
 use crate::frame::{self, Shared};
 use crate::frame_buffers::{FrameBuffers, LIST_WIDTH};
 use crate::gpu::{Gpu, readback};
@@ -311,7 +311,7 @@ impl Renderer {
             culling_ms: started.elapsed().as_secs_f64() * 1e3,
             ..Default::default()
         };
-        let environment = EnvironmentUniform::new(request.environment, request.environment_scale() * pre_exposure);
+        let environment = request.environment_uniform();
         self.buffers.write(&self.gpu, request, &uniform, &environment, &table, &lists, &draws);
         let wants_aovs = request.sample_index == 0 && !request.want_aovs.is_empty();
         let aov_passes = if wants_aovs { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };

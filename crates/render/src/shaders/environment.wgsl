@@ -26,10 +26,11 @@ fn box_count_for(direction: vec3f) -> u32 {
     return select(0u, environment.box_count, dot(direction, direction) > 0.0);
 }
 
-// What the camera sees where there is no surface. It is apart from the light, a backdrop that depends on the elevation
-// alone, so that it stays while the camera turns around the model.
-fn environment_backdrop(direction: vec3f) -> vec3f {
-    return mix(environment.backdrop_below.rgb, environment.backdrop_above.rgb, smoothstep(-1.0, 1.0, direction.y));
+// What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends on
+// no other angle, so that it stays while the camera turns around the model.
+fn environment_backdrop(elevation_sin: f32) -> vec3f {
+    let share = smoothstep(-1.0, 1.0, elevation_sin);
+    return mix(environment.backdrop_below.rgb, environment.backdrop_above.rgb, share);
 }
 
 // Radiance averaged over the lobe of GGX about `direction`; the lobe is the Gaussian of sharpness 2 / alpha².

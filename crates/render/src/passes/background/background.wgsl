@@ -7,5 +7,10 @@ import package::shaders::colour::half_float_clamped;
 
 @fragment
 fn fs_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    return vec4f(half_float_clamped(environment_backdrop(ray_direction_world_from_pixel(position.xy))), 1.0);
+    // Where the ray is 1 m ahead of the eye, height depends on the row of pixels alone while the camera's right is level:
+    // the backdrop is made of straight bands, not of the arcs that equal elevations are.
+    let ray_world = ray_direction_world_from_pixel(position.xy);
+    let ahead = dot(ray_world, -view.world_from_view[2].xyz);
+    let height = ray_world.y / max(ahead, 1e-3);
+    return vec4f(half_float_clamped(environment_backdrop(height * inverseSqrt(1.0 + height * height))), 1.0);
 }
