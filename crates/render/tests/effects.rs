@@ -106,7 +106,8 @@ fn uniforms_are_set_by_name_and_size() {
     let mut request = common::plain_request(&test.scene, (8, 8));
     request.effects = vec![effect.clone()];
     renderer.render(&test.scene, &request).unwrap();
-    assert!(renderer.read_radiance().unwrap().iter().all(|value| *value == 0.0), "uniforms are zero at first");
+    let is_black = |pixel: &[f32]| pixel[..3] == [0.0; 3];
+    assert!(renderer.read_radiance().unwrap().chunks(4).all(is_black), "uniforms are zero at first");
     effect.set_uniform("scale", &0.5f32.to_le_bytes()).unwrap();
     effect.set_uniform("tint", bytemuck::cast_slice(&[1f32, 2.0, 3.0, 2.0])).unwrap();
     renderer.render(&test.scene, &request).unwrap();

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{floats, plain_request, renderer};
-use manypass::Aov;
+use manypass::{Aov, Averaging};
 use manypass_testkit::scenes;
 
 /// The mean difference of channels, of 255.
@@ -24,6 +24,7 @@ fn the_output_keeps_its_size_and_its_picture() {
             let mut request = plain_request(&test.scene, (width, height));
             request.settings.render.scale = scale;
             request.want_aovs = vec![Aov::Depth];
+            request.averaging = Averaging::Both;
             request.sample_count = 4;
             for sample in 0..4 {
                 request.sample_index = sample;
