@@ -34,7 +34,7 @@ const RENDER_EXAMPLES: &str = "Examples:
 
 Without a camera flag: the file's first camera, else the whole model from yaw 30, pitch 20.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
-Without lights in the file and without --environment, the environment is `studio`.";
+Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`.";
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -209,18 +209,23 @@ pub struct RenderArgs {
     /// The far plane in metres [default: none].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// studio, none or an sRGB colour.
+    /// studio, none or an sRGB colour [default: studio, faint if the file has lights].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Multiplies the environment.
     #[arg(long, default_value_t = 1.0)]
     pub environment_intensity: f32,
-    /// environment, transparent or an sRGB colour.
+    /// environment, transparent or an sRGB colour, which comes out as it is under every tone mapper and exposure.
     #[arg(long, default_value = "environment")]
     pub background: String,
-    /// Exposure compensation in stops; .exr stays scene-linear without it.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub exposure: f32,
+    /// Stops, or auto: metered, with stops on top as in auto+1 or auto-0.5 [default: auto if the file has lights, else 0].
+    ///
+    /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
+    /// turns, at one size whatever --size is, under the file's lights and its glow. Within 2 stops of mid grey (0.18)
+    /// nothing changes; beyond, of t stops that exceed them, t / (1 + 4 t) remain, so that night stays darker than day.
+    /// .exr stays scene-linear without any exposure.
+    #[arg(long, value_name = "STOPS|auto", allow_hyphen_values = true)]
+    pub exposure: Option<String>,
     /// The tone mapper.
     #[arg(long, default_value = "neutral")]
     pub tonemap: TonemapArg,

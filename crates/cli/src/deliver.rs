@@ -28,6 +28,10 @@ pub struct Delivery {
     pub readback_ms: f64,
     /// Milliseconds to encode and write them.
     pub encode_ms: f64,
+    /// Files with all of their bytes, which are not in their places yet; the picture is the last.
+    whole: Vec<AtomicFile>,
+    /// What goes to standard output.
+    to_stdout: Option<Vec<u8>>,
 }
 
 /// Refuses ids that a 16-bit PNG cannot hold, before anything is rendered.
@@ -46,49 +50,96 @@ pub fn check_ids(job: &Job, scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads and writes a picture and its variables.
-///
-/// # Errors
-/// If the device was lost, or a file cannot be encoded or written.
-pub fn deliver(
-    renderer: &mut Renderer,
-    request: &FrameRequest,
-    job: &Job,
-    info: &PictureInfo,
-    (names, frame): (&Names, u32),
-) -> Result<Delivery, Failure> {
-    let start = Instant::now();
-    let mut delivery = Delivery::default();
-    let files = output::files(job, names, frame);
-    let reading = if job.format == Format::Exr {
-        exr(renderer, request, info, files.as_ref().map(|(target, _)| target.as_path()))?
-    } else {
+impl Delivery {
+    /// Reads a picture and its variables, and writes them to files that are not in their places yet: that is for
+    /// [`Self::finish`], so that what reading finds can still hinder it.
+    ///
+    /// # Errors
+    /// If the device was lost, or a file cannot be encoded or written.
+    pub fn begin(
+        renderer: &mut Renderer,
+        request: &FrameRequest,
+        job: &Job,
+        info: &PictureInfo,
+        (names, frame): (&Names, u32),
+    ) -> Result<Self, Failure> {
+        let start = Instant::now();
+        let mut delivery = Self::default();
+        let files = output::files(job, names, frame);
+        let target = files.as_ref().map(|(target, _)| target.as_path());
         let mut reading = Duration::ZERO;
-        // Every file is whole before the first takes its place.
-        let mut whole = Vec::new();
-        let aov_files = files.iter().flat_map(|(_, aovs)| aovs);
-        for (name, path) in job.aovs.iter().zip(aov_files) {
-            let Some(aov) = aov_named(name) else { continue };
-            let begun = Instant::now();
-            let layer = read_for_png(renderer, aov).map_err(|error| still_failure(&error))?;
-            reading += begun.elapsed();
-            let (bytes, range) = aov_png(&layer, request.width, request.height).map_err(output_failure)?;
-            whole.push(written(path, &bytes)?);
-            delivery.aovs.insert(aov.name(), path.display().to_string());
-            delivery.aov_ranges.extend(range.map(|range| (aov.name(), range)));
+        if job.format == Format::Exr {
+            reading += delivery.exr(renderer, request, info, target)?;
+        } else {
+            for (name, path) in job.aovs.iter().zip(files.iter().flat_map(|(_, aovs)| aovs)) {
+                let Some(aov) = aov_named(name) else { continue };
+                let begun = Instant::now();
+                let layer = read_for_png(renderer, aov).map_err(|error| still_failure(&error))?;
+                reading += begun.elapsed();
+                let (bytes, range) = aov_png(&layer, request.width, request.height).map_err(output_failure)?;
+                delivery.whole.push(written(path, &bytes)?);
+                delivery.aovs.insert(aov.name(), path.display().to_string());
+                delivery.aov_ranges.extend(range.map(|range| (aov.name(), range)));
+            }
+            let (bytes, display_reading) = display(renderer, request, job.format)?;
+            reading += display_reading;
+            match target {
+                // Last, because --skip-existing and readers take it for the sign that the picture is done.
+                Some(target) => delivery.whole.push(written(target, &bytes)?),
+                None => delivery.to_stdout = Some(bytes),
+            }
         }
-        let (bytes, display_reading) = display(renderer, request, job.format)?;
-        match &files {
-            // Last, because --skip-existing and readers take it for the sign that the picture is done.
-            Some((target, _)) => whole.push(written(target, &bytes)?),
-            None => write_stdout(&bytes)?,
+        delivery.readback_ms = reading.as_secs_f64() * 1e3;
+        delivery.encode_ms = start.elapsed().as_secs_f64() * 1e3 - delivery.readback_ms;
+        Ok(delivery)
+    }
+
+    /// Puts the files in their places.
+    ///
+    /// # Errors
+    /// If that fails, or the user has said stop.
+    pub fn finish(&mut self) -> Result<(), Failure> {
+        let start = Instant::now();
+        self.whole.drain(..).try_for_each(|file| file.commit().map_err(write_failure))?;
+        if let Some(bytes) = self.to_stdout.take() {
+            interrupt::check()?;
+            atomic::write_stdout(&bytes).map_err(write_failure)?;
         }
-        whole.into_iter().try_for_each(|file| file.commit().map_err(write_failure))?;
-        reading + display_reading
-    };
-    delivery.readback_ms = reading.as_secs_f64() * 1e3;
-    delivery.encode_ms = start.elapsed().as_secs_f64() * 1e3 - delivery.readback_ms;
-    Ok(delivery)
+        self.encode_ms += start.elapsed().as_secs_f64() * 1e3;
+        Ok(())
+    }
+
+    /// The picture and its variables as OpenEXR. Where one cannot go back, as in a pipe, the file is put together in
+    /// memory. Gives the time that it took to read.
+    fn exr(
+        &mut self,
+        renderer: &mut Renderer,
+        request: &FrameRequest,
+        info: &PictureInfo,
+        target: Option<&Path>,
+    ) -> Result<Duration, Failure> {
+        let mut file = target.map(output::begin).transpose()?;
+        let mut bytes = Cursor::new(Vec::new());
+        let written = match file.as_mut().filter(|file| file.is_seekable()) {
+            Some(file) => write_exr(&mut BufWriter::new(file), renderer, request, info),
+            None => write_exr(&mut bytes, renderer, request, info),
+        };
+        let reading = written.map_err(|error| match (error, &file) {
+            (WriteError::Pixels(error), _) => still_failure(&error),
+            (WriteError::Encode(error), _) => output_failure(error),
+            (WriteError::Io(error), Some(file)) => write_failure(file.failed(error)),
+            (WriteError::Io(error), None) => output_failure(error),
+        })?;
+        match file {
+            Some(mut file) => {
+                // Nothing, if it went to the file at once.
+                file.write(bytes.get_ref()).map_err(write_failure)?;
+                self.whole.push(file);
+            }
+            None => self.to_stdout = Some(bytes.into_inner()),
+        }
+        Ok(reading)
+    }
 }
 
 /// A file with all of its bytes that is not yet in its place.
@@ -96,12 +147,6 @@ fn written(path: &Path, bytes: &[u8]) -> Result<AtomicFile, Failure> {
     let mut file = output::begin(path)?;
     file.write(bytes).map_err(write_failure)?;
     Ok(file)
-}
-
-/// To standard output, unless the user has said stop.
-fn write_stdout(bytes: &[u8]) -> Result<(), Failure> {
-    interrupt::check()?;
-    atomic::write_stdout(bytes).map_err(write_failure)
 }
 
 /// The bytes of the picture for the display, and the time that it took to read.
@@ -116,36 +161,6 @@ fn display(renderer: &mut Renderer, request: &FrameRequest, format: Format) -> R
         Format::Png | Format::Exr => encode::png_rgba8(width, height, &pixels),
     };
     Ok((bytes.map_err(output_failure)?, reading))
-}
-
-/// The picture and its variables as OpenEXR. Where one cannot go back, as in a pipe, the file is put together in memory.
-fn exr(
-    renderer: &mut Renderer,
-    request: &FrameRequest,
-    info: &PictureInfo,
-    target: Option<&Path>,
-) -> Result<Duration, Failure> {
-    let mut file = target.map(output::begin).transpose()?;
-    let mut bytes = Cursor::new(Vec::new());
-    let written = match file.as_mut().filter(|file| file.is_seekable()) {
-        Some(file) => write_exr(&mut BufWriter::new(file), renderer, request, info),
-        None => write_exr(&mut bytes, renderer, request, info),
-    };
-    let reading = written.map_err(|error| match (error, &file) {
-        (WriteError::Pixels(error), _) => still_failure(&error),
-        (WriteError::Encode(error), _) => output_failure(error),
-        (WriteError::Io(error), Some(file)) => write_failure(file.failed(error)),
-        (WriteError::Io(error), None) => output_failure(error),
-    })?;
-    match file {
-        Some(mut file) => {
-            // Nothing, if it went to the file at once.
-            file.write(bytes.get_ref()).map_err(write_failure)?;
-            file.commit().map_err(write_failure)?;
-        }
-        None => write_stdout(bytes.get_ref())?,
-    }
-    Ok(reading)
 }
 
 fn failed(error: RenderError) -> Failure {

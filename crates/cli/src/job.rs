@@ -4,6 +4,7 @@ use crate::args::{PathArg, RenderArgs};
 use crate::camera::CameraSpec;
 use crate::failure::Failure;
 use crate::pattern::{self, Output, Pattern};
+use manypass::Exposure;
 use manypass_offline::{Format, atomic};
 use std::path::PathBuf;
 
@@ -25,6 +26,8 @@ pub struct Job {
     pub environment: Option<Backdrop>,
     /// The background.
     pub background: Backdrop,
+    /// The exposure; none: that of the scene.
+    pub exposure: Option<Exposure>,
     /// The kind of file.
     pub format: Format,
     /// Where it goes.
@@ -78,6 +81,7 @@ impl Job {
             ));
         }
         check_numbers(args)?;
+        let exposure = args.exposure.as_deref().map(exposure).transpose()?;
         let aovs = aovs(args.aov.as_deref(), aov_names)?;
         if !aovs.is_empty() && args.path != PathArg::Deferred {
             return Err(Failure::usage("only --path deferred has AOVs", "leave --path or --aov out"));
@@ -101,6 +105,7 @@ impl Job {
             camera,
             environment: environment.transpose()?,
             background,
+            exposure,
             format,
             output,
             dump_passes,
@@ -115,7 +120,6 @@ impl Job {
 fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
     let checks = [
         ("--fps", args.fps, args.fps.is_finite() && args.fps > 0.0, "a number above 0"),
-        ("--exposure", args.exposure, args.exposure.is_finite() && args.exposure.abs() <= 64.0, "stops from -64 to 64"),
         (
             "--environment-intensity",
             args.environment_intensity,
@@ -132,6 +136,11 @@ fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
         return Err(Failure::usage("a contact sheet is a .png file", "write --contact-sheet FILE.png"));
     }
     Ok(())
+}
+
+fn exposure(text: &str) -> Result<Exposure, Failure> {
+    let hint = "write --exposure STOPS from -64 to 64, auto, or auto with stops such as auto+1 or auto-0.5";
+    text.parse().map_err(|_| Failure::usage(format!("--exposure `{text}` is out of range or no exposure"), hint))
 }
 
 fn key_value(pair: &str) -> Result<(String, String), Failure> {

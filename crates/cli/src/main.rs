@@ -5,6 +5,7 @@ mod bench;
 mod camera;
 mod coverage;
 mod deliver;
+mod exposure;
 mod failure;
 mod gather;
 mod input;

@@ -2,7 +2,8 @@
 
 use crate::args::RenderArgs;
 use crate::coverage;
-use crate::deliver::{check_ids, deliver};
+use crate::deliver::{Delivery, check_ids};
+use crate::exposure::{self, Taken};
 use crate::failure::{Failure, Kind, say};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
@@ -47,6 +48,7 @@ struct LoadedInput {
     scene: Scene,
     /// What an automatic camera shows whole.
     bounds: Aabb,
+    exposure: Taken,
     warnings: Vec<String>,
     /// The files it was read from; only with a report.
     files: Vec<InputFile>,
@@ -192,13 +194,24 @@ impl Batch<'_> {
             warnings.push("it has no animation; every time shows it as it stands".into());
         }
         self.warn(&item.input.name(), &warnings)?;
-        Ok(LoadedInput { scene, bounds, warnings, files })
+        let start = Instant::now();
+        let exposure = self.meter(&mut scene, &bounds)?;
+        phases.meter = ms_since(start);
+        Ok(LoadedInput { scene, bounds, exposure, warnings, files })
+    }
+
+    /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.
+    fn meter(&mut self, scene: &mut Scene, bounds: &Aabb) -> Result<Taken, Failure> {
+        let (args, job) = (self.args, self.job);
+        pose(scene, args, time_secs(args, 0).map(|_| 0.0))?;
+        let camera = view(scene, bounds, args, job, 0.0)?;
+        Taken::new(&mut self.renderer, scene, job, &request(args, job, &self.settings, camera, scene))
     }
 
     fn render_frame(
         &mut self,
         item: &Item,
-        LoadedInput { scene, bounds, warnings, files }: &mut LoadedInput,
+        LoadedInput { scene, bounds, exposure, warnings, files }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
@@ -208,7 +221,8 @@ impl Batch<'_> {
         pose(scene, args, time_secs(args, frame))?;
         let camera = view(scene, bounds, args, job, frame as f32)?;
         let effects = self.effects.clone();
-        let request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        let mut request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        exposure.expose(&mut request);
         let mut warnings = warnings.clone();
         let compiled_ms = self.renderer.compile_ms();
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
@@ -226,7 +240,14 @@ impl Batch<'_> {
         phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
         let stats = renderer.stats();
         let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
-        let delivery = deliver(renderer, &request, job, &info, (&item.names, frame))?;
+        let mut delivery = Delivery::begin(renderer, &request, job, &info, (&item.names, frame))?;
+        let clamped_pixels = request.averages_radiance().then(|| renderer.clamped_pixels());
+        if let Some(warning) = exposure::clamped_warning(clamped_pixels.unwrap_or(0)) {
+            self.warn(&input.name(), std::slice::from_ref(&warning))?;
+            warnings.push(warning);
+        }
+        delivery.finish()?;
+        let renderer = &mut self.renderer;
         (phases.readback, phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
@@ -267,6 +288,8 @@ impl Batch<'_> {
                 pass_times: &pass_times,
                 pairs,
                 aov_ranges: &delivery.aov_ranges,
+                exposure: exposure.report(),
+                clamped_pixels,
                 warnings: &warnings,
             })?;
         }

@@ -42,6 +42,8 @@ pub struct Phases {
     pub decode: f64,
     /// Handing the scene to the device.
     pub upload: f64,
+    /// Metering, and what it waits for: decoded images, shaders.
+    pub meter: f64,
     /// Shaders and pipelines.
     pub compile: f64,
     /// Rendering all samples.
@@ -98,6 +100,10 @@ pub struct Entry<'a> {
     pub pairs: PairCounts,
     /// What the numbers in PNG files of variables stand for.
     pub aov_ranges: &'a BTreeMap<&'static str, PngRange>,
+    /// Mode, stops, what was metered.
+    pub exposure: Value,
+    /// Pixels of radiance that half floats clamped; none if no radiance was read.
+    pub clamped_pixels: Option<u64>,
     /// What the reader and the renderer warned of.
     pub warnings: &'a [String],
 }
@@ -127,7 +133,7 @@ impl Report {
     /// If it cannot be written.
     pub fn rendered(&mut self, entry: &Entry<'_>) -> Result<(), Failure> {
         let (phases, stats) = (&entry.phases, entry.stats);
-        let scene = phases.load + phases.decode + phases.upload;
+        let scene = phases.load + phases.decode + phases.upload + phases.meter;
         let total = phases.start + scene + phases.compile + phases.frames + phases.readback + phases.encode;
         let bytes = entry.plan.bytes();
         let depth = entry.aov_ranges.get("depth");
@@ -154,6 +160,7 @@ impl Report {
                 "load": phases.load,
                 "decode": phases.decode,
                 "upload": phases.upload,
+                "meter": phases.meter,
                 "compile": phases.compile,
                 "frames": phases.frames,
                 "readback": phases.readback,
@@ -180,6 +187,8 @@ impl Report {
             "pairs_in_range": entry.pairs.pairs_in_range,
             "aov_ranges": entry.aov_ranges,
             "depth_range_m": depth_range_m,
+            "exposure": entry.exposure,
+            "clamped_pixels": entry.clamped_pixels,
             "warnings": entry.warnings,
         }))
     }

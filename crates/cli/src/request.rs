@@ -6,7 +6,7 @@ use crate::job::{Backdrop, Job};
 use crate::session;
 use crate::shot::time_secs;
 use manypass::shader::ProgramError;
-use manypass::{Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View};
+use manypass::{Averaging, Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View};
 use manypass::{EffectFile, SettingsFile, WgslEffect, effect};
 use manypass_offline::still::aov_named;
 use manypass_offline::{CameraData, Format, PictureInfo, manifest};
@@ -128,8 +128,10 @@ pub fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, 
             TonemapArg::Exponential => Tonemap::Exponential,
             TonemapArg::None => Tonemap::None,
         },
-        // Linear files have the exposure divided out again; half floats hold most without any.
-        exposure_stops: if job.format == Format::Exr { 0.0 } else { args.exposure },
+        // `exposure::expose` puts in what is metered once for all pictures of an input.
+        exposure_stops: 0.0,
+        metering: None,
+        averaging: if job.format == Format::Exr { Averaging::Radiance } else { Averaging::Display },
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
         previous: None,
         effects: Vec::new(),
@@ -151,7 +153,7 @@ pub fn picture_info(
         frame,
         time_secs,
         frames_per_second: time_secs.map(|_| args.fps),
-        exposure_stops: Some(args.exposure),
+        exposure_stops: Some(request.exposure_stops),
         object_ids: wants("object_id").then(|| manifest::object_ids(scene)),
         material_ids: wants("material_id").then(|| manifest::material_ids(scene)),
     }

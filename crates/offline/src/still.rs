@@ -2,7 +2,7 @@
 
 use crate::exr_file::{self, WriteError};
 use crate::exr_header::{Part, PictureInfo};
-use manypass::{Aov, AovPixels, FrameRequest, RenderError, Renderer};
+use manypass::{Aov, AovPixels, Averaging, FrameRequest, RenderError, Renderer};
 use manypass_scene::Scene;
 use std::io::{Seek, Write};
 use std::ops::Range;
@@ -131,8 +131,12 @@ pub fn render_still(
     want_radiance: bool,
     progress: impl FnMut(u32) -> bool,
 ) -> Result<Picture, StillError> {
-    accumulate(renderer, scene, request, samples, progress)?;
-    read_picture(renderer, request, want_radiance)
+    let mut request = request.clone();
+    if want_radiance && !request.averages_radiance() {
+        request.averaging = Averaging::Both;
+    }
+    accumulate(renderer, scene, &request, samples, progress)?;
+    read_picture(renderer, &request, want_radiance)
 }
 
 /// The first half of [`render_still`]: renders and adds up, and reads nothing.

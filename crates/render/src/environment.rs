@@ -1,4 +1,5 @@
-//! Light from everywhere: a constant, or the built-in studio. The uniform of `environment.wgsl`.
+//! Light from everywhere: a constant, or the built-in studio; and what the camera sees of it. The uniform of
+//! `environment.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -7,20 +8,36 @@ use manypass_scene::Scene;
 /// What surrounds the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Environment {
-    /// Soft boxes around the scene, with neutral colours.
+    /// Soft boxes around the scene, with neutral colours, before a calm backdrop.
     #[default]
     Studio,
+    /// The studio, faint, for a scene that brings its own lights: what they leave dark can still be seen. It has
+    /// [`FILL_SHARE`] of the studio's level in the picture that automatic exposure makes, however strong the lights are;
+    /// so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Its backdrop has [`FILL_BACKDROP_SHARE`].
+    /// Where the lights reach nothing that is seen it is the whole studio.
+    Fill,
     /// Nothing.
     None,
     /// The same radiance from everywhere, linear Rec. 709.
     Color([f32; 3]),
 }
 
+/// The level of [`Environment::Fill`] in the picture, compared with the studio.
+pub const FILL_SHARE: f32 = 1.0 / 16.0;
+
+/// The level of its backdrop; tone curves darken what is dark, and a picture at night need not end in black.
+pub const FILL_BACKDROP_SHARE: f32 = 0.25;
+
 impl Environment {
-    /// What surrounds `scene` where nobody says: the studio, or nothing where the scene brings its own lights.
+    /// What surrounds `scene` where nobody says: the studio, [`Environment::Fill`] where the scene brings its own lights,
+    /// or nothing where it states an exposure as well, because then its light is meant as it is.
     pub fn of_scene(scene: &Scene) -> Self {
         let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
-        if is_lit { Self::None } else { Self::Studio }
+        match (is_lit, scene.exposure_stops) {
+            (false, _) => Self::Studio,
+            (true, None) => Self::Fill,
+            (true, Some(_)) => Self::None,
+        }
     }
 }
 
@@ -32,7 +49,8 @@ pub enum Background {
     Environment,
     /// Nothing: alpha is 0.
     Transparent,
-    /// A display colour, linear Rec. 709; exposure leaves it alone.
+    /// A display colour, linear Rec. 709, under every tone curve and at every exposure. In linear outputs it is the
+    /// radiance that the exposure would show with these values.
     Color([f32; 3]),
 }
 
@@ -48,8 +66,10 @@ pub struct EnvironmentUniform {
     pub axes: [Vec4; 6],
     /// Radiance on the axis.
     pub amplitudes: [Vec4; 6],
-    /// Radiance where there is no surface; w = 1: the environment instead.
-    pub background: Vec4,
+    /// What the camera sees straight down; w is 0.
+    pub backdrop_below: Vec4,
+    /// What the camera sees straight up; w is 0.
+    pub backdrop_above: Vec4,
 }
 
 /// The studio: a soft key from above on the left, a fill on the right, a rim from behind, a bright ceiling. Direction,
@@ -62,27 +82,35 @@ const STUDIO: [([f32; 3], f32, [f32; 3]); 4] = [
 ];
 const STUDIO_CONSTANT: Vec3 = Vec3::new(0.16, 0.16, 0.165);
 
+/// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials, so
+/// that white and black ones stand out alike.
+const STUDIO_BACKDROP: [Vec3; 2] = [Vec3::new(0.06, 0.061, 0.064), Vec3::new(0.34, 0.35, 0.37)];
+
 impl EnvironmentUniform {
-    /// The environment times `scale` (its intensity and the pre-exposure).
-    pub fn new(environment: Environment, background: Background, scale: f32) -> Self {
+    /// The environment with its light times `scale` (its intensity and the pre-exposure, and what makes the studio a fill)
+    /// and its backdrop times `backdrop_scale`.
+    pub fn new(environment: Environment, scale: f32, backdrop_scale: f32) -> Self {
+        // However strong, it stays a number: infinity times the 0 of a shader is none.
+        let [scale, backdrop_scale] = [scale, backdrop_scale].map(|scale| scale.clamp(0.0, 1e30));
         let mut uniform = Self::zeroed();
         match environment {
             Environment::None => {}
-            Environment::Color(color) => uniform.constant = Vec3::from(color) * scale,
-            Environment::Studio => {
+            Environment::Color(color) => {
+                uniform.constant = Vec3::from(color) * scale;
+                uniform.backdrop_below = (Vec3::from(color) * backdrop_scale).extend(0.0);
+                uniform.backdrop_above = uniform.backdrop_below;
+            }
+            Environment::Studio | Environment::Fill => {
                 uniform.constant = STUDIO_CONSTANT * scale;
                 uniform.box_count = STUDIO.len() as u32;
                 for (i, (axis, sharpness, radiance)) in STUDIO.iter().enumerate() {
                     uniform.axes[i] = Vec3::from(*axis).normalize().extend(*sharpness);
                     uniform.amplitudes[i] = (Vec3::from(*radiance) * scale).extend(0.0);
                 }
+                let [below, above] = STUDIO_BACKDROP.map(|radiance| (radiance * backdrop_scale).extend(0.0));
+                (uniform.backdrop_below, uniform.backdrop_above) = (below, above);
             }
         }
-        uniform.background = match background {
-            Background::Environment => Vec4::W,
-            Background::Transparent => Vec4::ZERO,
-            Background::Color([r, g, b]) => Vec4::new(r, g, b, 0.0),
-        };
         uniform
     }
 

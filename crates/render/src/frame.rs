@@ -14,6 +14,7 @@ use crate::resources::SceneResources;
 use crate::shader::program::{FullscreenPipeline, ProgramError};
 use crate::shader::{Program, Shaders};
 use crate::surfaces::SurfacePipelines;
+use crate::tone_curve::Tonemap;
 use manypass_graph::{Graph, Handle, PassContext, Read};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -61,8 +62,12 @@ pub struct Shared<'f> {
     pub size: (u32, u32),
     /// The format of depth and stencil.
     pub depth_format: wgpu::TextureFormat,
-    /// Whether nothing is behind the surfaces.
-    pub transparent: bool,
+    /// Whether the environment is seen behind the surfaces; else nothing is there.
+    pub shows_environment: bool,
+    /// Whether the picture is laid over a background colour.
+    pub over_color: bool,
+    /// The curve from radiance to display colours.
+    pub tonemap: Tonemap,
     /// Where shading happens.
     pub path: Path,
     /// The number of lights.
@@ -166,7 +171,18 @@ pub fn effect_passes<'f>(
     Ok(outputs)
 }
 
-/// From radiance to the picture: accumulation over the frames of a still, the display transform, and the caller's
+/// The means over the samples so far, each with the texture for the next one.
+#[derive(Debug)]
+pub enum Means {
+    /// Of display colours.
+    Display(Handle, Handle),
+    /// Of radiance.
+    Radiance(Handle, Handle),
+    /// Of display colours, then of radiance.
+    Both([(Handle, Handle); 2]),
+}
+
+/// From radiance to the picture: accumulation over the samples of a still, the display transform, and the caller's
 /// `target` if there is one.
 ///
 /// # Errors
@@ -175,19 +191,29 @@ pub fn output_passes<'f>(
     graph: &mut Graph<'f>,
     shared: &'f Shared<'f>,
     radiance: &Handle,
-    sums: Option<(Handle, Handle)>,
+    means: Means,
     display: Handle,
     target: Option<&Target>,
 ) -> Result<(), ProgramError> {
-    let display = match sums {
-        Some((previous, next)) => {
-            let sum = accumulate::record(graph, shared, radiance, &previous, next)?;
-            let display = tone_map::record(graph, shared, &sum, display)?;
-            graph.export(sum);
-            display
+    let of_display = ("accumulate", accumulate::Average::Display(shared.tonemap));
+    // Beside the other it has a name of its own.
+    let of_radiance = |name| (name, accumulate::Average::Radiance);
+    let (mean, curve) = match means {
+        Means::Display(previous, next) => {
+            (accumulate::record(graph, shared, of_display, radiance, &previous, next)?, Tonemap::None)
         }
-        None => tone_map::record(graph, shared, radiance, display)?,
+        Means::Radiance(previous, next) => {
+            (accumulate::record(graph, shared, of_radiance("accumulate"), radiance, &previous, next)?, shared.tonemap)
+        }
+        Means::Both([(previous, next), (previous_radiance, next_radiance)]) => {
+            let name = of_radiance("accumulate.radiance");
+            let linear = accumulate::record(graph, shared, name, radiance, &previous_radiance, next_radiance)?;
+            graph.export(linear);
+            (accumulate::record(graph, shared, of_display, radiance, &previous, next)?, Tonemap::None)
+        }
     };
+    let display = tone_map::record(graph, shared, curve, &mean, display)?;
+    graph.export(mean);
     if let Some(target) = target {
         present::record(graph, shared, &display, target)?;
     }

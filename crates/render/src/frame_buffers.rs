@@ -4,6 +4,7 @@ use crate::draws::DrawList;
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use crate::passes::accumulate::AccumulationUniform;
 use crate::passes::lights::{ClusterLists, LightTable};
 use crate::passes::motion::MotionUniform;
 use crate::passes::present::PresentUniform;
@@ -59,7 +60,7 @@ impl FrameBuffers {
             variables_view: uniform("aov.view", size_of::<ViewUniform>()),
             cluster_grid: uniform("cluster_grid", 32),
             environment: uniform("environment", size_of::<EnvironmentUniform>()),
-            accumulation: uniform("accumulation", 16),
+            accumulation: uniform("accumulation", size_of::<AccumulationUniform>()),
             tone_map: uniform("tone_map", size_of::<ToneMapUniform>()),
             present: uniform("present", size_of::<PresentUniform>()),
             motion: uniform("motion", size_of::<MotionUniform>()),
@@ -91,13 +92,17 @@ impl FrameBuffers {
         queue.write_buffer(&self.environment, 0, bytemuck::bytes_of(environment));
         // The mean of the frames so far, so that the picture can be shown at any time.
         let weight = 1.0 / (request.sample_index as f32 + 1.0);
-        let accumulation = [weight, 1.0 - weight, 1.0 / request.width as f32, 1.0 / request.height as f32];
-        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&accumulation));
-        let tone_map = ToneMapUniform {
-            curve: request.tonemap as u32,
-            dither: request.settings.tone_map.dither,
-            padding: [0.0; 2],
+        let accumulation = AccumulationUniform {
+            weight,
+            keep: 1.0 - weight,
+            inverse_size_px: [1.0 / request.width as f32, 1.0 / request.height as f32],
+            exposure: request.display_exposure(),
+            ..bytemuck::Zeroable::zeroed()
         };
+        queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&accumulation));
+        // Where the samples went through the curve, exposure did its work.
+        let exposure = if request.averages_display() { 1.0 } else { request.display_exposure() };
+        let tone_map = ToneMapUniform::new(request.background, request.settings.tone_map.dither, exposure);
         queue.write_buffer(&self.tone_map, 0, bytemuck::bytes_of(&tone_map));
         self.lights.write(&gpu.device, queue, &table.texels);
         self.cluster_table.write(&gpu.device, queue, &lists.table);

@@ -1,37 +1,33 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
+mod metering;
+mod output;
+
 use crate::aov::{Aov, AovExports, AovPasses, AovPixels, AovTextures};
 use crate::draws::{Deformation, DrawList};
-use crate::environment::{Background, EnvironmentUniform};
+use crate::environment::Background;
 use crate::frame::{self, Shared};
 use crate::frame_buffers::{FrameBuffers, LIST_WIDTH};
 use crate::gpu::{Gpu, readback};
-use crate::passes::accumulate::SUM;
-use crate::passes::direct;
 use crate::passes::lights::{self, LightTable};
 use crate::passes::motion::MotionUniform;
 use crate::passes::present::{PresentUniform, Target};
+use crate::passes::{direct, meter};
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
 use crate::shader::Shaders;
 use crate::surfaces::SurfacePipelines;
 use crate::view::{self, ViewUniform};
-use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, RunOptions, TextureDesc};
+use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, RunOptions};
 use manypass_scene::Scene;
+use output::{Output, RadianceMean};
 use std::cell::RefCell;
 use std::ops::Range;
+use std::sync::atomic::AtomicU64;
 
 /// The format of the finished picture: display colours, encoded in the shader.
 pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-
-/// Textures of the output, kept from frame to frame.
-#[derive(Debug)]
-struct Output {
-    size: (u32, u32),
-    sums: [wgpu::Texture; 2],
-    display: wgpu::Texture,
-}
 
 /// Draws scenes.
 pub struct Renderer {
@@ -44,7 +40,13 @@ pub struct Renderer {
     output: Option<Output>,
     /// Which of the two sums holds the last frame's.
     latest_sum: usize,
+    /// Where the last frame left the mean of radiance, and what it is multiplied by.
+    radiance_mean: RadianceMean,
     pre_exposure: f32,
+    /// What radiance is laid over where it is read: the background colour as radiance.
+    background_radiance: Option<[f32; 3]>,
+    /// Pixels that half floats clamped, as of the last time radiance was read.
+    clamped_pixels: AtomicU64,
     /// What variables are made of, of the last frame that began a picture.
     aovs: Option<AovTextures>,
     stats: FrameStats,
@@ -59,6 +61,8 @@ enum Purpose<'t> {
     Pictures(Vec<PassPicture>),
     Pairs(PairCounts),
     Times(Vec<PassTime>),
+    /// Pre-exposed radiance of the frame.
+    Meter(Vec<f32>),
 }
 
 impl Renderer {
@@ -75,7 +79,10 @@ impl Renderer {
             resources: None,
             output: None,
             latest_sum: 0,
+            radiance_mean: RadianceMean::None,
             pre_exposure: 1.0,
+            background_radiance: None,
+            clamped_pixels: AtomicU64::new(0),
             aovs: None,
             stats: FrameStats::default(),
             memory_budget_bytes: None,
@@ -233,56 +240,6 @@ impl Renderer {
         pollster::block_on(self.run(scene, request, &mut Purpose::Picture))
     }
 
-    /// The accumulated picture: RGBA, sRGB, unassociated alpha, rows from the top.
-    ///
-    /// # Errors
-    /// Nothing was rendered yet, or the device was lost.
-    pub async fn read_display_async(&self) -> Result<Vec<u8>, RenderError> {
-        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
-        Ok(readback::read_texture(&self.gpu, &output.display).await?)
-    }
-
-    /// As [`Self::read_display_async`], waiting.
-    ///
-    /// # Errors
-    /// Nothing was rendered yet, or the device was lost.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_display(&mut self) -> Result<Vec<u8>, RenderError> {
-        pollster::block_on(self.read_display_async())
-    }
-
-    /// A view of the accumulated picture, to draw it elsewhere; none until something was rendered.
-    pub fn display_view(&self) -> Option<wgpu::TextureView> {
-        self.output.as_ref().map(|output| output.display.create_view(&Default::default()))
-    }
-
-    /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top.
-    ///
-    /// # Errors
-    /// Nothing was rendered yet, or the device was lost.
-    pub async fn read_radiance_async(&self) -> Result<Vec<f32>, RenderError> {
-        self.read_radiance_rows_async(0..u32::MAX).await
-    }
-
-    /// As [`Self::read_radiance_async`], some rows alone; those below the picture are left out.
-    ///
-    /// # Errors
-    /// As [`Self::read_radiance_async`].
-    pub async fn read_radiance_rows_async(&self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
-        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
-        let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
-        let bytes = readback::read_rows(&self.gpu, &output.sums[self.latest_sum], rows).await?;
-        let scale = 1.0 / self.pre_exposure;
-        let mut values = readback::reserved(bytes.len() / 4)?;
-        values.extend(
-            bytes
-                .chunks_exact(4)
-                .enumerate()
-                .map(|(i, b)| f32::from_le_bytes([b[0], b[1], b[2], b[3]]) * if i % 4 == 3 { 1.0 } else { scale }),
-        );
-        Ok(values)
-    }
-
     /// As [`Self::read_radiance_async`], waiting.
     ///
     /// # Errors
@@ -367,14 +324,17 @@ impl Renderer {
     ) -> Result<Plan, RenderError> {
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
-        let output_bytes = Output::missing_bytes(self.output.as_ref(), output_size);
-        check_budget(self.memory_budget_bytes, output_bytes)?;
         if request.sample_index == 0 {
             self.aovs = None;
         }
         let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
-        let output = Output::of(&self.gpu, &mut self.output, output_size);
-        self.pre_exposure = request.exposure_stops.exp2();
+        let radiance_mean = RadianceMean::of(request);
+        let is_metering = matches!(purpose, Purpose::Meter(_));
+        let output_bytes =
+            if is_metering { 0 } else { Output::missing_bytes(self.output.as_ref(), output_size, radiance_mean) };
+        check_budget(self.memory_budget_bytes, output_bytes)?;
+        let output = (!is_metering).then(|| Output::of(&self.gpu, &mut self.output, output_size, radiance_mean));
+        let pre_exposure = request.pre_exposure();
 
         // What the view sees.
         let range = request.camera.depth_range(&scene.posed_bounds_world());
@@ -382,15 +342,14 @@ impl Renderer {
         let filtering = TextureFiltering::new(request.sample_index, request.sample_count, &self.gpu.capabilities);
         let uniform_at = |size: (u32, u32)| {
             let camera = &request.camera;
-            let uniform =
-                camera.uniform_shaded(range, output_size, size, jitter, self.pre_exposure, request.sample_index);
+            let uniform = camera.uniform_shaded(range, output_size, size, jitter, pre_exposure, request.sample_index);
             ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.anisotropy.into(), ..uniform }
         };
         let uniform = uniform_at(size);
         let mut deformation = Deformation::default();
         let draws = DrawList::new(scene, resources, &uniform.clip_from_world, &mut deformation);
         let started = web_time::Instant::now();
-        let table = LightTable::new(scene, self.pre_exposure, request.light_subset);
+        let table = LightTable::new(scene, pre_exposure, request.light_subset);
         let aspect = output_size.0 as f32 / output_size.1 as f32;
         let target = lights::Target { size, aspect, jitter_px: jitter };
         // The narrowest data texture that holds the lists has this many rows; 2²² entries take 8 MiB.
@@ -405,11 +364,7 @@ impl Renderer {
             culling_ms: started.elapsed().as_secs_f64() * 1e3,
             ..Default::default()
         };
-        let environment = EnvironmentUniform::new(
-            request.environment,
-            request.background,
-            request.environment_intensity * self.pre_exposure,
-        );
+        let environment = request.environment_uniform();
         self.buffers.write(&self.gpu, request, &uniform, &environment, &table, &lists, &draws);
         let wants_aovs = request.sample_index == 0 && !request.want_aovs.is_empty();
         let aov_passes = if wants_aovs { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
@@ -444,7 +399,9 @@ impl Renderer {
             instances: &buffers.instances,
             size,
             depth_format: self.gpu.capabilities.depth_format,
-            transparent: request.background == Background::Transparent,
+            shows_environment: request.background == Background::Environment,
+            over_color: matches!(request.background, Background::Color(_)),
+            tonemap: request.tonemap,
             path: request.path,
             light_count: table.len(),
             environment,
@@ -469,27 +426,25 @@ impl Renderer {
             variables_shared.as_ref().map(|shared| frame::variable_passes(&mut graph, shared)).transpose()?;
         let view_outputs = frame::view_passes(&mut graph, &shared)?;
         let view_outputs = frame::effect_passes(&mut graph, &shared, &request.effects, view_outputs)?;
-        let mut pairs_name = None;
-        if let (Purpose::Pairs(_), Some(gbuffer)) = (&*purpose, &view_outputs.gbuffer) {
-            let pairs = direct::record_counting(&mut graph, &shared, gbuffer)?;
-            pairs_name = Some(pairs.name().to_owned());
-            graph.export(pairs);
-        } else {
-            let sum_desc = TextureDesc::new_2d(output_size.0, output_size.1, SUM);
-            let import = |graph: &mut Graph<'_>, name, index: usize| {
-                graph.import(name, sum_desc, output.sums[index].create_view(&Default::default()))
-            };
-            let sums = (
-                import(&mut graph, "accumulate.previous", previous_sum),
-                import(&mut graph, "accumulate.sum", 1 - previous_sum),
-            );
-            let display = graph.import(
-                "display",
-                TextureDesc::new_2d(output_size.0, output_size.1, DISPLAY),
-                output.display.create_view(&Default::default()),
-            );
-            let target = if let Purpose::Target(target) = &*purpose { Some(*target) } else { None };
-            frame::output_passes(&mut graph, &shared, &view_outputs.radiance, Some(sums), display, target)?;
+        // What the purpose reads of a frame that is no picture.
+        let mut own_name = None;
+        match (&*purpose, &view_outputs.gbuffer, output) {
+            (Purpose::Pairs(_), Some(gbuffer), _) => {
+                let pairs = direct::record_counting(&mut graph, &shared, gbuffer)?;
+                own_name = Some(pairs.name().to_owned());
+                graph.export(pairs);
+            }
+            (_, _, None) => {
+                let meter = meter::record(&mut graph, &shared, &view_outputs.radiance)?;
+                own_name = Some(meter.name().to_owned());
+                graph.export(meter);
+            }
+            (_, _, Some(output)) => {
+                let means = output.means(&mut graph, radiance_mean, previous_sum);
+                let display = output.display(&mut graph);
+                let target = if let Purpose::Target(target) = &*purpose { Some(*target) } else { None };
+                frame::output_passes(&mut graph, &shared, &view_outputs.radiance, means, display, target)?;
+            }
         }
         let exports = if wants_aovs {
             AovExports::new(&mut graph, variables.unwrap_or(view_outputs))
@@ -506,8 +461,10 @@ impl Renderer {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         self.gpu.queue.submit([encoder.finish()]);
-        if !matches!(purpose, Purpose::Pairs(_)) {
+        if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_)) {
             self.latest_sum = 1 - previous_sum;
+            (self.radiance_mean, self.pre_exposure) = (radiance_mean, pre_exposure);
+            self.background_radiance = request.background_radiance();
         }
         if let Some(error) = errors.borrow_mut().pop() {
             return Err(error.into());
@@ -519,9 +476,16 @@ impl Renderer {
             self.aovs = exports.textures(&run, variables_uniform)?;
             self.executor.release_exports(&run);
         }
-        let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
-        if let (Purpose::Pairs(counts), Some(name)) = (&mut *purpose, &pairs_name) {
-            *counts = sum_pairs(&readback::read_texture(&self.gpu, exported(name)?).await?);
+        if let Some(name) = &own_name {
+            let texture = run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"))?;
+            let bytes = readback::read_texture(&self.gpu, texture).await?;
+            match &mut *purpose {
+                Purpose::Pairs(counts) => *counts = sum_pairs(&bytes),
+                Purpose::Meter(pixels) => {
+                    *pixels = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+                }
+                _ => (),
+            }
         }
         #[cfg(not(target_arch = "wasm32"))]
         match purpose {
@@ -530,7 +494,7 @@ impl Renderer {
                 *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
             }
             Purpose::Times(times) => *times = run.read(&self.gpu.device).passes,
-            Purpose::Picture | Purpose::Target(_) | Purpose::Pairs(_) => (),
+            Purpose::Picture | Purpose::Target(_) | Purpose::Pairs(_) | Purpose::Meter(_) => (),
         }
         Ok(plan)
     }
@@ -553,39 +517,4 @@ fn sum_pairs(bytes: &[u8]) -> PairCounts {
         }
     }
     PairCounts { pairs_visited: counts[0] as u64, pairs_shaded: counts[1] as u64, pairs_in_range: counts[2] as u64 }
-}
-
-impl Output {
-    /// Bytes of the textures that [`Self::of`] would create.
-    fn missing_bytes(slot: Option<&Self>, (width, height): (u32, u32)) -> u64 {
-        let shape = |format| TextureDesc::new_2d(width, height, format).bytes();
-        if slot.is_some_and(|output| output.size == (width, height)) { 0 } else { 2 * shape(SUM) + shape(DISPLAY) }
-    }
-
-    fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32)) -> &'a Self {
-        if slot.as_ref().is_some_and(|output| output.size != size) {
-            *slot = None;
-        }
-        slot.get_or_insert_with(|| {
-            let create = |label, format| {
-                gpu.device.create_texture(&wgpu::TextureDescriptor {
-                    label: Some(label),
-                    size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format,
-                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                        | wgpu::TextureUsages::TEXTURE_BINDING
-                        | wgpu::TextureUsages::COPY_SRC,
-                    view_formats: &[],
-                })
-            };
-            Self {
-                size,
-                sums: [create("accumulate.sum", SUM), create("accumulate.sum", SUM)],
-                display: create("display", DISPLAY),
-            }
-        })
-    }
 }

@@ -3,6 +3,7 @@
 use crate::aov::Aov;
 use crate::effect::Effect;
 use crate::environment::{Background, Environment};
+use crate::exposure::Metering;
 use crate::frame::Path;
 use crate::gpu::GpuError;
 use crate::passes::lights::LightCulling;
@@ -44,8 +45,12 @@ pub struct FrameRequest {
     pub light_subset: Option<(u32, u32)>,
     /// The curve from radiance to display colours.
     pub tonemap: Tonemap,
-    /// Exposure compensation in stops; 0 multiplies radiance by 1.
+    /// Radiance is multiplied by 2 to the power of this for the picture; 0 leaves it as it is. [`Self::expose`] sets it.
     pub exposure_stops: f32,
+    /// What was metered; none: the light is taken to be at the level of the exposure. [`Self::expose`] sets it.
+    pub metering: Option<Metering>,
+    /// What is averaged over the samples, and so what can be read.
+    pub averaging: Averaging,
     /// The variables that will be read after the frame.
     pub want_aovs: Vec<Aov>,
     /// The scene and camera of the previous frame, for [`Aov::Motion`].
@@ -54,9 +59,31 @@ pub struct FrameRequest {
     pub effects: Vec<Arc<dyn Effect>>,
 }
 
+/// What is averaged over the samples of a picture. A single sample holds both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Averaging {
+    /// Colours of the display, after the tone curve: edges are smooth however bright one side is.
+    #[default]
+    Display,
+    /// Radiance, for linear files. The picture is the tone curve of that mean.
+    Radiance,
+    /// Both, in another pair of textures of 16 bytes a pixel.
+    Both,
+}
+
 impl FrameRequest {
-    /// A request that shows `scene` through its first camera, or else all of it; under its own lights, or else in the
-    /// studio.
+    /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
+    pub(crate) fn averages_display(&self) -> bool {
+        self.sample_count > 1 && self.averaging != Averaging::Radiance
+    }
+
+    /// Whether radiance can be read when all samples are drawn, even if they are several.
+    pub fn averages_radiance(&self) -> bool {
+        self.averaging != Averaging::Display || self.want_aovs.contains(&Aov::Radiance)
+    }
+
+    /// A request that shows `scene` through its first camera, or else all of it; under its own lights and a faint studio,
+    /// or else in the studio. Where the scene brings lights, [`crate::Renderer::expose`] finds the exposure.
     pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
         let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
         Self { environment: Environment::of_scene(scene), ..Self::new(width, height, camera) }
@@ -79,6 +106,8 @@ impl FrameRequest {
             light_subset: None,
             tonemap: Tonemap::default(),
             exposure_stops: 0.0,
+            metering: None,
+            averaging: Averaging::default(),
             want_aovs: Vec::new(),
             previous: None,
             effects: Vec::new(),

@@ -6,7 +6,7 @@ mod common;
 
 use common::{floats, plain_request, renderer};
 use glam::{DVec2, Mat4, Quat, Vec3};
-use manypass::{Aov, Pose, View};
+use manypass::{Aov, Averaging, Pose, View};
 use manypass_scene::Projection;
 use manypass_testkit::scenes;
 use std::sync::Arc;
@@ -27,6 +27,7 @@ fn the_output_keeps_its_size_and_its_picture() {
             let mut request = plain_request(&test.scene, (width, height));
             request.settings.render.scale = scale;
             request.want_aovs = vec![Aov::Depth];
+            request.averaging = Averaging::Both;
             request.sample_count = 4;
             for sample in 0..4 {
                 request.sample_index = sample;

@@ -91,6 +91,7 @@ macro_rules! same_layout {
 #[test]
 fn uniforms_have_one_layout() {
     use manypass::environment::EnvironmentUniform;
+    use manypass::passes::accumulate::AccumulationUniform;
     use manypass::passes::lights::ClusterUniform;
     use manypass::passes::motion::MotionUniform;
     use manypass::passes::present::PresentUniform;
@@ -125,14 +126,25 @@ fn uniforms_have_one_layout() {
         ClusterUniform,
         [size, slice_from_log_distance, directional_count, global_count]
     );
-    same_layout!("forward", "Environment", EnvironmentUniform, [constant, box_count, axes, amplitudes, background]);
+    same_layout!(
+        "forward",
+        "Environment",
+        EnvironmentUniform,
+        [constant, box_count, axes, amplitudes, backdrop_below, backdrop_above]
+    );
     same_layout!(
         "motion",
         "Motion",
         MotionUniform,
         [clip_from_world, previous_clip_from_world, pixel_from_ndc, padding]
     );
-    same_layout!("tone_map", "ToneMap", ToneMapUniform, [curve, dither, padding]);
+    same_layout!("tone_map", "ToneMap", ToneMapUniform, [background_linear, dither, background_srgb, exposure]);
+    same_layout!(
+        "accumulate",
+        "Accumulation",
+        AccumulationUniform,
+        [weight, keep, inverse_size_px, exposure, padding_0, padding_1, padding_2]
+    );
     same_layout!("present", "Present", PresentUniform, [offset_px, inverse_size_px]);
     same_layout!(
         "forward",

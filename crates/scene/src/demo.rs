@@ -28,7 +28,8 @@ const PALETTE: [Vec3; 8] = [
 ];
 
 /// A long hall at night: two rows of columns with arches, a glossy floor, a coffered ceiling, metal sculptures, coloured
-/// glass, lanterns, and more than 1,000 point and spot lights. Lit surfaces have a radiance of about 0.05 to 1.5.
+/// glass, lanterns, and more than 1,000 point and spot lights. Lit surfaces have a radiance of about 0.05 to 1.5, for an
+/// exposure of 0.
 pub fn hall() -> Scene {
     let mut hall = Hall::default();
     hall.shell();
@@ -42,6 +43,7 @@ pub fn hall() -> Scene {
         projection: Projection::Perspective { fov_y_rad: 0.9, near_m: 0.1, far_m: Some(200.0) },
     });
     hall.scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });
+    hall.scene.exposure_stops = Some(0.0);
     hall.scene.update_transforms();
     hall.scene
 }

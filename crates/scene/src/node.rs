@@ -131,6 +131,9 @@ pub struct Scene {
     pub skins: Vec<Skin>,
     /// Animations.
     pub animations: Vec<Animation>,
+    /// The exposure in stops that the lights are meant for, if the scene states one; 0 shows radiance as it is. Files do
+    /// not: theirs is metered where they bring lights.
+    pub exposure_stops: Option<f32>,
 }
 
 impl Scene {

@@ -10,6 +10,7 @@ pub mod ids;
 pub mod indirect;
 pub mod lights;
 pub mod linear_depth;
+pub mod meter;
 pub mod motion;
 pub mod present;
 pub mod tone_map;

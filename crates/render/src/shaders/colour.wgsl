@@ -2,9 +2,11 @@
 
 // Above this, rgba16float overflows on some drivers into infinity and from there into a NaN.
 const HALF_FLOAT_MAX: f32 = 65000.0;
+// A half float of which three, of emission, of the environment and of lights, add up without overflowing.
+const RADIANCE_MAX: f32 = 20992.0;
 
 fn half_float_clamped(radiance: vec3f) -> vec3f {
-    return clamp(radiance, vec3f(0.0), vec3f(HALF_FLOAT_MAX));
+    return clamp(radiance, vec3f(0.0), vec3f(RADIANCE_MAX));
 }
 
 // IEC 61966-2-1.

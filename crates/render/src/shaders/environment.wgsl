@@ -12,8 +12,9 @@ struct Environment {
     axes: array<vec4f, 6>,
     // Radiance on the axis, pre-exposed.
     amplitudes: array<vec4f, 6>,
-    // What the camera sees where there is no surface: radiance, pre-exposed, and 1 if it is the environment instead.
-    background: vec4f,
+    // What the camera sees of the environment: radiance, pre-exposed, straight down and straight up.
+    backdrop_below: vec4f,
+    backdrop_above: vec4f,
 }
 
 @group(0) @binding(7) var<uniform> environment: Environment;
@@ -25,14 +26,11 @@ fn box_count_for(direction: vec3f) -> u32 {
     return select(0u, environment.box_count, dot(direction, direction) > 0.0);
 }
 
-fn environment_radiance(direction: vec3f) -> vec3f {
-    let box_count = box_count_for(direction);
-    var radiance = environment.constant;
-    for (var i = 0u; i < box_count; i++) {
-        let lobe = environment.axes[i];
-        radiance += environment.amplitudes[i].rgb * exp(lobe.w * (dot(direction, lobe.xyz) - 1.0));
-    }
-    return radiance;
+// What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends on
+// no other angle, so that it stays while the camera turns around the model.
+fn environment_backdrop(elevation_sin: f32) -> vec3f {
+    let share = smoothstep(-1.0, 1.0, elevation_sin);
+    return mix(environment.backdrop_below.rgb, environment.backdrop_above.rgb, share);
 }
 
 // Radiance averaged over the lobe of GGX about `direction`; the lobe is the Gaussian of sharpness 2 / alpha².

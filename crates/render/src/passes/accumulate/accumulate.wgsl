@@ -1,6 +1,11 @@
-// accumulate: the mean of this frame and those before it, in linear light (ping-pong).
+// accumulate: the mean of this frame and those before it (ping-pong), in linear light: of the display's colours after the
+// tone curve, so that edges of bright surfaces are smooth, or, with curve_1 and curve_2, of radiance for linear files.
 // Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly.
-// Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha).
+// Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha). A mean of radiance has
+// negative alpha where a sample reached the limit of half floats: its value is too small.
+
+import package::shaders::colour::{HALF_FLOAT_MAX, RADIANCE_MAX};
+import package::shaders::tone_curve::display_linear;
 
 struct Accumulation {
     // The weight of this frame: 1 / number of frames so far.
@@ -9,6 +14,11 @@ struct Accumulation {
     keep: f32,
     // 1 / width and height of the picture, which need not be the size at which the frame was shaded.
     inverse_size_px: vec2f,
+    // From pre-exposed radiance to what the tone curve takes.
+    exposure: f32,
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
 }
 
 @group(1) @binding(0) var<uniform> accumulation: Accumulation;
@@ -16,21 +26,34 @@ struct Accumulation {
 @group(1) @binding(2) var previous: texture_2d<f32>;
 @if(scaled) @group(0) @binding(2) var linear_clamp: sampler;
 
+// Neither infinite nor NaN, whatever an effect wrote.
 fn radiance_at(position_px: vec2f) -> vec4f {
     @if(scaled) {
-        return textureSampleLevel(radiance, linear_clamp, position_px * accumulation.inverse_size_px, 0.0);
+        let texel = textureSampleLevel(radiance, linear_clamp, position_px * accumulation.inverse_size_px, 0.0);
+        return min(max(texel, vec4f(0.0)), vec4f(HALF_FLOAT_MAX));
     }
     @if(!scaled) {
-        return textureLoad(radiance, vec2i(position_px), 0);
+        return min(max(textureLoad(radiance, vec2i(position_px), 0), vec4f(0.0)), vec4f(HALF_FLOAT_MAX));
     }
 }
 
 @fragment
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let pixel = vec2i(position.xy);
-    let share = radiance_at(position.xy) * accumulation.weight;
-    if (position.x >= 0.0) & (accumulation.keep <= 0.0) {
-        return share;
+    let sample = radiance_at(position.xy);
+    var before = vec4f(0.0);
+    // What was never written may be a NaN. As `box_count_for` explains, the branch depends on more than uniforms.
+    if (position.x >= 0.0) & (accumulation.keep > 0.0) {
+        before = textureLoad(previous, vec2i(position.xy), 0) * accumulation.keep;
     }
-    return textureLoad(previous, pixel, 0) * accumulation.keep + share;
+    @if(curve_1 && curve_2) {
+        let mean = vec4f(before.rgb, abs(before.a)) + sample * accumulation.weight;
+        // The limit is that of a surface as it was shaded; alpha is how much of it is here.
+        let brightest = max(sample.r, max(sample.g, sample.b));
+        let is_clamped = (before.a < 0.0) | (brightest >= 0.999 * RADIANCE_MAX * max(sample.a, 1e-3));
+        return vec4f(mean.rgb, select(mean.a, -mean.a, is_clamped));
+    }
+    @if(!(curve_1 && curve_2)) {
+        let display = display_linear(sample.rgb / max(sample.a, 1e-6) * accumulation.exposure) * sample.a;
+        return before + vec4f(display, sample.a) * accumulation.weight;
+    }
 }

@@ -1,16 +1,16 @@
-// background: what lies behind all surfaces, blended under `radiance` by its coverage.
+// background: the backdrop of the environment behind all surfaces, blended under `radiance` by its coverage.
 // Reads: the environment. Writes: radiance.
 
 import package::view::{view, ray_direction_world_from_pixel};
-import package::shaders::environment::{environment, environment_radiance};
+import package::shaders::environment::environment_backdrop;
 import package::shaders::colour::half_float_clamped;
 
 @fragment
 fn fs_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    // As `box_count_for` explains, the branch depends on more than uniforms.
-    if (position.x >= 0.0) & (environment.background.w > 0.5) {
-        let radiance = environment_radiance(ray_direction_world_from_pixel(position.xy));
-        return vec4f(half_float_clamped(radiance), 1.0);
-    }
-    return vec4f(environment.background.rgb, 1.0);
+    // Where the ray is 1 m ahead of the eye, height depends on the row of pixels alone while the camera's right is level:
+    // the backdrop is made of straight bands, not of the arcs that equal elevations are.
+    let ray_world = ray_direction_world_from_pixel(position.xy);
+    let ahead = dot(ray_world, -view.world_from_view[2].xyz);
+    let height = ray_world.y / max(ahead, 1e-3);
+    return vec4f(half_float_clamped(environment_backdrop(height * inverseSqrt(1.0 + height * height))), 1.0);
 }

@@ -1,6 +1,7 @@
-//! background: what lies behind all surfaces, blended under `radiance` by its coverage.
+//! background: the backdrop of the environment behind all surfaces, blended under `radiance` by its coverage.
 //!
-//! Source: the operator "under" of Porter & Duff 1984. Reads: the environment. Writes: radiance.
+//! Source: the operator "under" of Porter & Duff 1984. Reads: the environment. Writes: radiance. A background colour is
+//! none of radiance: `tone_map` lays the picture over it.
 
 use crate::frame::Shared;
 use crate::gbuffer::RADIANCE;
@@ -16,12 +17,12 @@ const UNDER: wgpu::BlendState = {
     wgpu::BlendState { color: component, alpha: component }
 };
 
-/// Records the pass; a transparent background needs none.
+/// Records the pass; only the environment as background needs it.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>, radiance: Handle) -> Result<Handle, ProgramError> {
-    if shared.transparent {
+    if !shared.shows_environment {
         return Ok(radiance);
     }
     let step = shared.fullscreen("background", &[], RADIANCE, Some(UNDER))?;

@@ -1,29 +1,16 @@
-//! tone_map: from scene-linear radiance to display colours: tone curve, sRGB, dithering.
+//! tone_map: from the mean over the samples to the picture: tone curve (unless the samples have it already), background
+//! colour, sRGB, dithering.
 //!
-//! Sources: see `tone_map.wgsl`. Reads: radiance. Writes: the output, in display colours.
+//! Sources: see `tone_curve.wgsl`; compositing in linear light after Porter & Duff 1984, "over". Reads: the mean of
+//! radiance or of display colours. Writes: the output, in display colours. A background colour comes after the curve, so
+//! that it is that colour under every curve and at every exposure.
 
+use crate::environment::Background;
 use crate::frame::Shared;
 use crate::shader::program::ProgramError;
+pub use crate::tone_curve::Tonemap;
 use manypass_graph::{ColorLoad, Graph, Handle};
 use serde::{Deserialize, Serialize};
-
-/// The curve from radiance to display colours.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Tonemap {
-    /// Values above 1 are cut off.
-    None,
-    /// Khronos PBR Neutral.
-    #[default]
-    Neutral,
-    /// Hill's fit of ACES, exposure divided by 0.6.
-    Aces,
-    /// AgX.
-    Agx,
-    /// Reinhard, on luminance.
-    Reinhard,
-    /// 1 − exp(−x).
-    Exponential,
-}
 
 /// Settings of the display transform.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,27 +30,48 @@ impl Default for ToneMapSettings {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct ToneMapUniform {
-    /// 0 none, 1 neutral, 2 aces, 3 agx, 4 reinhard, 5 exponential.
-    pub curve: u32,
+    /// The background colour in linear light.
+    pub background_linear: [f32; 3],
     /// Amplitude of the dither in steps of 1/255.
     pub dither: f32,
-    /// Zero.
-    pub padding: [f32; 2],
+    /// The background colour as it shall come out.
+    pub background_srgb: [f32; 3],
+    /// Multiplies radiance.
+    pub exposure: f32,
 }
 
-/// Records the pass.
+impl ToneMapUniform {
+    /// For a picture before `background`.
+    pub fn new(background: Background, dither: f32, exposure: f32) -> Self {
+        let background_linear = if let Background::Color(color) = background { color } else { [0.0; 3] };
+        Self { background_linear, dither, background_srgb: background_linear.map(srgb_from_linear), exposure }
+    }
+}
+
+/// IEC 61966-2-1. The shader's own may be off by more than a byte's rounding allows on some adapters.
+fn srgb_from_linear(linear: f32) -> f32 {
+    let linear = linear.clamp(0.0, 1.0);
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Records the pass; `curve` is that which the samples did not go through yet.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record<'f>(
     graph: &mut Graph<'f>,
     shared: &'f Shared<'f>,
-    radiance: &Handle,
+    curve: Tonemap,
+    mean: &Handle,
     output: Handle,
 ) -> Result<Handle, ProgramError> {
-    let step = shared.fullscreen("tone_map", &[], output.desc().format, None)?;
+    let mut axes = curve.axes().to_vec();
+    if shared.over_color {
+        axes.push("over_color");
+    }
+    let step = shared.fullscreen("tone_map", &axes, output.desc().format, None)?;
     let mut pass = graph.pass("tone_map");
-    let reads = [("radiance", pass.read(radiance))];
+    let reads = [("radiance", pass.read(mean))];
     let output = pass.color(output, ColorLoad::Discard);
     pass.draw(move |context| step.draw(context, &reads, &[("tone_map", shared.tone_map.as_entire_binding())]));
     Ok(output)

@@ -1,100 +1,51 @@
-// tone_map: from scene-linear radiance to display colours: tone curve, sRGB, dithering.
-// Sources: Khronos PBR Neutral (Khronos 2024); ACES fit (Hill 2016); AgX (Sobotka 2022, polynomial fit of Wrensch 2023);
-// Reinhard et al. 2002, on luminance; exponential (1 - exp(-x)).
-// Reads: radiance (associated alpha). Writes: display colour, unassociated alpha.
+// tone_map: from the mean over the samples to the picture: tone curve (unless the samples have it already), background
+// colour, sRGB, dithering.
+// Source of the noise: Jimenez 2014. Reads: the mean (associated alpha; negative alpha marks clamped pixels). Writes:
+// display colour, unassociated alpha; opaque over a background colour.
 
 import package::shaders::colour::srgb_from_linear;
+import package::shaders::tone_curve::display_linear;
 
 struct ToneMap {
-    // 0 none, 1 neutral, 2 aces, 3 agx, 4 reinhard, 5 exponential.
-    curve: u32,
+    // The background colour in linear light.
+    background_linear: vec3f,
     // Amplitude of the dither in steps of 1/255.
     dither: f32,
-    padding: vec2f,
+    // The background colour as it shall come out.
+    background_srgb: vec3f,
+    // Multiplies radiance; 1 where the samples went through the curve already.
+    exposure: f32,
 }
 
 @group(1) @binding(0) var<uniform> tone_map: ToneMap;
 @group(1) @binding(1) var radiance: texture_2d<f32>;
-
-fn tone_map_neutral(color_in: vec3f) -> vec3f {
-    let start_compression = 0.8 - 0.04;
-    let desaturation = 0.15;
-    var color = color_in;
-    let smallest = min(color.r, min(color.g, color.b));
-    let offset = select(0.04, smallest - 6.25 * smallest * smallest, smallest < 0.08);
-    color -= offset;
-    let peak = max(color.r, max(color.g, color.b));
-    if peak < start_compression {
-        return color;
-    }
-    let d = 1.0 - start_compression;
-    let new_peak = 1.0 - d * d / (peak + d - start_compression);
-    color *= new_peak / peak;
-    let g = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0);
-    return mix(color, vec3f(new_peak), g);
-}
-
-fn tone_map_aces(color_in: vec3f) -> vec3f {
-    let input = mat3x3f(0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777);
-    let output = mat3x3f(1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602);
-    let v = input * (color_in / 0.6);
-    let a = v * (v + 0.0245786) - 0.000090537;
-    let b = v * (0.983729 * v + 0.4329510) + 0.238081;
-    return clamp(output * (a / b), vec3f(0.0), vec3f(1.0));
-}
-
-fn agx_contrast(x: vec3f) -> vec3f {
-    let x2 = x * x;
-    let x4 = x2 * x2;
-    return 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
-}
-
-fn tone_map_agx(color_in: vec3f) -> vec3f {
-    let inset = mat3x3f(
-        0.842479062253094, 0.0423282422610123, 0.0423756549057051,
-        0.0784335999999992, 0.878468636469772, 0.0784336,
-        0.0792237451477643, 0.0791661274605434, 0.879142973793104,
-    );
-    let outset = mat3x3f(
-        1.19687900512017, -0.0528968517574562, -0.0529716355144438,
-        -0.0980208811401368, 1.15190312990417, -0.0980434501171241,
-        -0.0990297440797205, -0.0989611768448433, 1.15107367264116,
-    );
-    // Log2 range of the curve: 10 stops below and 6.5 above middle grey.
-    let ev_min = -12.47393;
-    let ev_max = 4.026069;
-    let logarithm = clamp(log2(max(inset * color_in, vec3f(1e-10))), vec3f(ev_min), vec3f(ev_max));
-    let curve = agx_contrast((logarithm - ev_min) / (ev_max - ev_min));
-    // The curve's output is for a display of gamma 2.2.
-    return pow(max(outset * curve, vec3f(0.0)), vec3f(2.2));
-}
-
-fn tone_map_reinhard(color: vec3f) -> vec3f {
-    let luminance = dot(color, vec3f(0.2126, 0.7152, 0.0722));
-    return color / (1.0 + luminance);
-}
 
 // Interleaved gradient noise (Jimenez 2014): the same for the same pixel on every run.
 fn dither_noise(pixel: vec2f) -> f32 {
     return fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715))));
 }
 
+// Encodes and dithers; black and white stay as they are.
+fn encoded(color_linear: vec3f, position_px: vec2f, amplitude: f32) -> vec3f {
+    let display = srgb_from_linear(color_linear);
+    let noise = (dither_noise(floor(position_px)) - 0.5) * amplitude / 255.0;
+    let is_between = (display > vec3f(0.0)) & (display < vec3f(1.0));
+    return select(display, clamp(display + noise, vec3f(0.0), vec3f(1.0)), is_between);
+}
+
 @fragment
 fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let texel = textureLoad(radiance, vec2i(position.xy), 0);
-    let alpha = clamp(texel.a, 0.0, 1.0);
-    var color = texel.rgb / max(texel.a, 1e-6);
-    switch select(0u, tone_map.curve, position.x >= 0.0) {
-        case 1u: { color = tone_map_neutral(color); }
-        case 2u: { color = tone_map_aces(color); }
-        case 3u: { color = tone_map_agx(color); }
-        case 4u: { color = tone_map_reinhard(color); }
-        case 5u: { color = 1.0 - exp(-color); }
-        default: {}
+    let coverage = abs(texel.a);
+    let color = display_linear(texel.rgb / max(coverage, 1e-6) * tone_map.exposure);
+    @if(over_color) {
+        // Alpha in steps of 1/255, and so much less dither: the same as the transparent picture laid over the colour.
+        let alpha = round(min(coverage, 1.0) * 255.0) / 255.0;
+        let over = mix(tone_map.background_linear, color, alpha);
+        let display = encoded(over, position.xy, tone_map.dither * alpha);
+        return vec4f(select(display, tone_map.background_srgb, alpha == 0.0), 1.0);
     }
-    var display = srgb_from_linear(clamp(color, vec3f(0.0), vec3f(1.0)));
-    let noise = (dither_noise(floor(position.xy)) - 0.5) * tone_map.dither / 255.0;
-    // Black and white stay as they are.
-    display = select(display, clamp(display + noise, vec3f(0.0), vec3f(1.0)), (display > vec3f(0.0)) & (display < vec3f(1.0)));
-    return vec4f(display, alpha);
+    @if(!over_color) {
+        return vec4f(encoded(color, position.xy, tone_map.dither), min(coverage, 1.0));
+    }
 }

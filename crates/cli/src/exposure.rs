@@ -1,0 +1,50 @@
+//! The exposure of an input: metered once, for all pictures that are made of it.
+
+use crate::failure::Failure;
+use crate::job::Job;
+use crate::session::still_failure;
+use manypass::{Exposure, FrameRequest, Metering, Renderer};
+use manypass_scene::Scene;
+use serde_json::{Value, json};
+
+/// The exposure of all pictures of an input.
+#[derive(Clone, Copy, Debug)]
+pub struct Taken {
+    exposure: Exposure,
+    metering: Option<Metering>,
+}
+
+impl Taken {
+    /// What `--exposure` asks for, or else the scene; metered through `request` where that decides anything. The scene is
+    /// in its pose at time 0, and the request's camera has not turned.
+    ///
+    /// # Errors
+    /// The renderer failed.
+    pub fn new(renderer: &mut Renderer, scene: &Scene, job: &Job, request: &FrameRequest) -> Result<Self, Failure> {
+        let exposure = job.exposure.unwrap_or_else(|| Exposure::of_scene(scene));
+        let needs_metering = request.needs_metering(exposure);
+        let meter = || renderer.meter(scene, request).map_err(|error| still_failure(&error.into()));
+        Ok(Self { exposure, metering: needs_metering.then(meter).transpose()? })
+    }
+
+    /// Puts it into the request of one picture.
+    pub fn expose(&self, request: &mut FrameRequest) {
+        request.expose(self.exposure, self.metering);
+    }
+
+    /// What the report says of it.
+    pub fn report(&self) -> Value {
+        json!({
+            "mode": self.exposure.mode(),
+            "stops": self.exposure.stops(self.metering.as_ref()),
+            "log_average_luminance": self.metering.and_then(|metering| metering.log_average_luminance),
+            "pre_exposure_stops": self.metering.map(|metering| metering.pre_exposure_stops),
+        })
+    }
+}
+
+/// The warning of a picture with `clamped_pixels`.
+pub fn clamped_warning(clamped_pixels: u64) -> Option<String> {
+    let pixels = if clamped_pixels == 1 { "pixel is" } else { "pixels are" };
+    (clamped_pixels > 0).then(|| format!("{clamped_pixels} {pixels} brighter than half floats hold, and too dark here"))
+}

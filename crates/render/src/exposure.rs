@@ -1,0 +1,234 @@
+//! Exposure: what a picture's radiance is multiplied by, given in stops or found by metering.
+//!
+//! # The curve
+//! Let x be the log-average luminance of what is metered, in stops above mid grey (0.18). Within 2 stops nothing changes.
+//! Beyond, of the t = |x| − 2 stops that exceed them, t / (1 + 4 t) remain: the level of the picture rises with the level
+//! of the light, so that night stays darker than day, and ends at 2.25 stops from mid grey. It is continuous, and so is
+//! its slope.
+
+use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE};
+use crate::request::FrameRequest;
+use manypass_scene::Scene;
+use std::str::FromStr;
+
+/// The luminance of mid grey: what reflects 18 % of the light reads as halfway between black and white.
+pub const MID_GREY: f64 = 0.18;
+
+/// So many stops from mid grey nothing changes.
+const UNCHANGED_STOPS: f64 = 2.0;
+
+/// Of what exceeds them, t, this makes t / (1 + 4 t) remain.
+const COMPRESSION: f64 = 4.0;
+
+/// How the exposure of a picture is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Radiance is multiplied by 2 to the power of this; 0 leaves it as it is.
+    Stops(f32),
+    /// By metering ([`crate::Renderer::meter`]).
+    Auto {
+        /// Stops on top of what was metered.
+        compensation_stops: f32,
+    },
+}
+
+impl Default for Exposure {
+    fn default() -> Self {
+        Self::Stops(0.0)
+    }
+}
+
+impl Exposure {
+    /// Metering without compensation.
+    pub const AUTO: Self = Self::Auto { compensation_stops: 0.0 };
+
+    /// The exposure of `scene` where nobody says: what it states, else metered where it brings its own lights, else 0.
+    pub fn of_scene(scene: &Scene) -> Self {
+        match (scene.exposure_stops, Environment::of_scene(scene)) {
+            (Some(stops), _) => Self::Stops(stops),
+            (None, Environment::Fill) => Self::AUTO,
+            (None, _) => Self::Stops(0.0),
+        }
+    }
+
+    /// The stops that it comes to.
+    pub fn stops(self, metering: Option<&Metering>) -> f32 {
+        match self {
+            Self::Stops(stops) => stops,
+            Self::Auto { compensation_stops } => metering.map_or(0.0, |metering| metering.stops) + compensation_stops,
+        }
+    }
+
+    /// `auto` or `stops`.
+    pub fn mode(self) -> &'static str {
+        match self {
+            Self::Stops(_) => "stops",
+            Self::Auto { .. } => "auto",
+        }
+    }
+}
+
+/// A text is no exposure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("`{0}` is no exposure: expected stops from -64 to 64, auto, or auto with stops such as auto+1 or auto-0.5")]
+pub struct ExposureError(String);
+
+impl FromStr for Exposure {
+    type Err = ExposureError;
+
+    fn from_str(text: &str) -> Result<Self, ExposureError> {
+        let stops = |text: &str| text.parse().ok().filter(|stops: &f32| stops.is_finite() && stops.abs() <= 64.0);
+        let exposure = match text.trim().strip_prefix("auto") {
+            None => stops(text.trim()).map(Self::Stops),
+            Some("") => Some(Self::AUTO),
+            Some(rest) if rest.starts_with(['+', '-']) => {
+                stops(rest).map(|compensation_stops| Self::Auto { compensation_stops })
+            }
+            Some(_) => None,
+        };
+        exposure.ok_or_else(|| ExposureError(text.to_owned()))
+    }
+}
+
+/// What [`crate::Renderer::meter`] found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Metering {
+    /// The log-average luminance of the surfaces, in the unit of radiance (Rec. 709 weights). Pixels count by their
+    /// coverage, and by L / (L + A / 64) with their luminance L and the mean A of all: surfaces that no light reaches do
+    /// not count. None if no light is seen at all.
+    pub log_average_luminance: Option<f64>,
+    /// The largest component of radiance that was seen.
+    pub peak: f64,
+    /// The share of the pixels that show a surface.
+    pub surface_share: f64,
+    /// What automatic exposure multiplies by, in stops.
+    pub stops: f32,
+    /// What radiance is multiplied by, in stops, while it is in half floats, and divided by afterwards. A whole number, so
+    /// that nothing is lost.
+    pub pre_exposure_stops: i32,
+}
+
+/// The level of the picture, in stops above mid grey, of light that is `stops` above it.
+pub fn picture_level_stops(stops: f64) -> f64 {
+    let excess = stops.abs() - UNCHANGED_STOPS;
+    if excess <= 0.0 { stops } else { stops.signum() * (UNCHANGED_STOPS + excess / (1.0 + COMPRESSION * excess)) }
+}
+
+/// Above this the metered peak is brought down, so that sparks that metering missed have room: ten times below the limit.
+const PRE_EXPOSED_PEAK: f64 = 2048.0;
+
+/// At most so many stops below what the average asks for: mid grey is then 7e-4, and what is three stops darker is still
+/// held with all bits of a half float.
+const PEAK_STOPS_MAX: i32 = 8;
+
+impl Metering {
+    /// From the log-average luminance, if there is light, the largest component of radiance and the share of surfaces.
+    pub(crate) fn new(log_average_luminance: Option<f64>, peak: f64, surface_share: f64) -> Self {
+        let level = log_average_luminance.map_or(0.0, |average| (average / MID_GREY).log2());
+        let wanted = if level.abs() <= UNCHANGED_STOPS { 0 } else { -level.round() as i32 };
+        let room = if peak > 0.0 { (PRE_EXPOSED_PEAK / peak).log2().floor() as i32 } else { wanted };
+        Self {
+            log_average_luminance,
+            peak,
+            surface_share,
+            stops: (picture_level_stops(level) - level) as f32,
+            pre_exposure_stops: wanted.min(room.max(wanted - PEAK_STOPS_MAX)).clamp(-100, 100),
+        }
+    }
+}
+
+impl FrameRequest {
+    /// Whether [`Self::metering`] decides anything: automatic exposure, the faint studio beside the scene's own lights, and
+    /// radiance that will be read go by it.
+    pub fn needs_metering(&self, exposure: Exposure) -> bool {
+        matches!(exposure, Exposure::Auto { .. }) || self.environment == Environment::Fill || self.averages_radiance()
+    }
+
+    /// Puts `exposure` and what was metered into the request.
+    pub fn expose(&mut self, exposure: Exposure, metering: Option<Metering>) {
+        self.exposure_stops = exposure.stops(metering.as_ref());
+        self.metering = metering;
+    }
+
+    /// Radiance in the frame is multiplied by this.
+    pub fn pre_exposure(&self) -> f32 {
+        let stops = self.metering.map_or(self.exposure_stops, |metering| metering.pre_exposure_stops as f32);
+        stops.clamp(-100.0, 100.0).exp2()
+    }
+
+    /// From pre-exposed radiance to what the tone curve takes.
+    pub(crate) fn display_exposure(&self) -> f32 {
+        match self.metering {
+            None => 1.0,
+            Some(metering) => (self.exposure_stops - metering.pre_exposure_stops as f32).clamp(-120.0, 120.0).exp2(),
+        }
+    }
+
+    /// The background colour as radiance that this exposure shows with its value.
+    pub(crate) fn background_radiance(&self) -> Option<[f32; 3]> {
+        let scale = (-self.exposure_stops).clamp(-120.0, 120.0).exp2();
+        if let Background::Color(color) = self.background { Some(color.map(|c| c * scale)) } else { None }
+    }
+
+    /// The uniform of the environment: pre-exposed, and faint where it is a fill.
+    pub(crate) fn environment_uniform(&self) -> EnvironmentUniform {
+        let (light, backdrop) = match (self.environment, self.metering) {
+            (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (1.0, 1.0),
+            (Environment::Fill, metering) => {
+                let level = metering.map_or(1.0, |metering| (-metering.stops).exp2());
+                (FILL_SHARE * level, FILL_BACKDROP_SHARE * level)
+            }
+            _ => (1.0, 1.0),
+        };
+        let scale = self.environment_intensity * self.pre_exposure();
+        EnvironmentUniform::new(self.environment, light * scale, backdrop * scale)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+    use super::*;
+
+    #[test]
+    fn the_curve_is_as_stated() {
+        for stops in [-2.0, -1.3, 0.0, 0.4, 2.0] {
+            assert_eq!(picture_level_stops(stops), stops);
+        }
+        let mut last = f64::NEG_INFINITY;
+        for i in -4000..=4000 {
+            let (x, step) = (f64::from(i) / 100.0, 0.01);
+            let level = picture_level_stops(x);
+            assert!(level > last && level - last <= 1.0001 * step || i == -4000, "{x}: {last} to {level}");
+            assert_eq!(picture_level_stops(-x), -level);
+            last = level;
+        }
+        // Ten stops over come to 2 + 8 / 33.
+        assert!((picture_level_stops(10.0) - 2.242_424).abs() < 1e-6);
+        assert!(picture_level_stops(40.0) < 2.25);
+    }
+
+    #[test]
+    fn exposures_are_read() {
+        assert_eq!("auto".parse(), Ok(Exposure::AUTO));
+        assert_eq!("auto+1".parse(), Ok(Exposure::Auto { compensation_stops: 1.0 }));
+        assert_eq!("auto-0.5".parse(), Ok(Exposure::Auto { compensation_stops: -0.5 }));
+        assert_eq!("-2".parse(), Ok(Exposure::Stops(-2.0)));
+        for wrong in ["", "auto1", "auto+", "nan", "auto+nan", "65", "automatic", "auto+-1x"] {
+            assert!(wrong.parse::<Exposure>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn pre_exposure_brings_the_average_to_grey_and_leaves_room_for_the_peak() {
+        let stops = |average: f64, peak: f64| Metering::new(Some(average), peak, 1.0).pre_exposure_stops;
+        assert_eq!(stops(0.18, 1.0), 0, "nothing changes where half floats do");
+        assert_eq!(stops(0.18 * 1024.0, 500.0), -10);
+        assert_eq!(stops(0.18 / 1024.0, 0.01), 10);
+        // A peak of 2^13 pulls down by 2, and one beyond reach by no more than 8.
+        assert_eq!(stops(0.18, 8192.0), -2);
+        assert_eq!(stops(0.18, 1e9), -8);
+        let nothing = Metering::new(None, 0.0, 0.3);
+        assert_eq!((nothing.stops, nothing.pre_exposure_stops), (0.0, 0));
+    }
+}

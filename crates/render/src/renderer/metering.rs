@@ -1,0 +1,235 @@
+//! Metering: how bright the surfaces are that a request shows.
+
+use super::{Purpose, Renderer};
+use crate::environment::{Background, Environment};
+use crate::exposure::{Exposure, Metering};
+use crate::request::{FrameRequest, RenderError};
+use manypass_scene::Scene;
+
+/// The longer side of the frame that is metered, whatever the size of the picture.
+const LONGER_SIDE_PX: u32 = 256;
+
+/// Radiance from this on was clamped; `RADIANCE_MAX` of `colour.wgsl`, less the rounding of half floats.
+const CLAMPED: f64 = 20_970.0;
+
+/// What half floats hold at one pre-exposure spans 40 stops: so many stops are between two tries, at most so many tries
+/// follow the first one.
+const STEP_STOPS: i32 = 16;
+const STEPS_MAX: i32 = 4;
+
+/// More clamped pixels than this ask for another try.
+const CLAMPED_SHARE_MAX: f64 = 0.05;
+
+/// A mean below this asks for another try: a 64th of it would have lost bits.
+const MEAN_MIN: f64 = 1.0 / 2048.0;
+
+/// One try: of each pixel that shows a surface its coverage, luminance and largest component, pre-exposed.
+struct Reading {
+    pixels: Vec<[f64; 3]>,
+    pre_exposure_stops: i32,
+}
+
+impl Reading {
+    fn new(rgba: &[f32], pre_exposure_stops: i32) -> Self {
+        let pixel = |texel: &[f32]| {
+            let [r, g, b, coverage] = [0, 1, 2, 3].map(|at| texel.get(at).copied().map_or(0.0, f64::from));
+            let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+            let scale = 1.0 / coverage.max(1e-6);
+            [coverage.min(1.0), luminance * scale, r.max(g).max(b) * scale]
+        };
+        Self { pixels: rgba.chunks_exact(4).map(pixel).collect(), pre_exposure_stops }
+    }
+
+    fn covered(&self) -> f64 {
+        self.pixels.iter().map(|pixel| pixel[0]).sum()
+    }
+
+    fn mean(&self) -> f64 {
+        self.pixels.iter().map(|[coverage, luminance, _]| coverage * luminance).sum::<f64>() / self.covered().max(1e-9)
+    }
+
+    fn clamped_share(&self) -> f64 {
+        let clamped: f64 = self.pixels.iter().filter(|pixel| pixel[2] >= CLAMPED).map(|pixel| pixel[0]).sum();
+        clamped / self.covered().max(1e-9)
+    }
+
+    /// Pixels that were clamped as another reading of the same frame has them.
+    fn mend(&mut self, lower: &Self) {
+        let scale = f64::from(self.pre_exposure_stops - lower.pre_exposure_stops).exp2();
+        for (pixel, other) in self.pixels.iter_mut().zip(&lower.pixels) {
+            if pixel[2] >= CLAMPED {
+                *pixel = [pixel[0], other[1] * scale, other[2] * scale];
+            }
+        }
+    }
+
+    fn metering(&self) -> Metering {
+        let (mean, scale) = (self.mean(), f64::from(-self.pre_exposure_stops).exp2());
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for [coverage, luminance, _] in &self.pixels {
+            if *coverage > 0.0 && *luminance > 0.0 {
+                let weight = coverage * luminance / (luminance + mean / 64.0);
+                weights += weight;
+                sum += weight * luminance.log2();
+            }
+        }
+        let peak = self.pixels.iter().filter(|pixel| pixel[0] > 0.0).map(|pixel| pixel[2]).fold(0.0, f64::max);
+        let average = (weights > 0.0).then(|| (sum / weights).exp2() * scale);
+        Metering::new(average, peak * scale, self.covered() / (self.pixels.len().max(1)) as f64)
+    }
+}
+
+impl Renderer {
+    /// How bright the surfaces are that `request` shows: by their own light, that of the scene's lights and that of the
+    /// environment, but not of [`Environment::Fill`], whose level follows from this.
+    ///
+    /// It draws a small frame of its own, of the picture's shape whatever its size, of one sample, without effects and
+    /// background. The pictures of a sequence take the metering of one of them; the command line takes the camera at time
+    /// 0 and before it turns.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn meter(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Metering, RenderError> {
+        pollster::block_on(self.meter_async(scene, request))
+    }
+
+    /// As [`Self::meter`], where waiting is not possible.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    pub async fn meter_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Metering, RenderError> {
+        let stats = self.stats.clone();
+        let metering = self.meter_frames(scene, &metered(request)).await;
+        self.stats = stats;
+        metering
+    }
+
+    /// Puts `exposure` into `request`, metering if that decides anything.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    ///
+    /// ```no_run
+    /// # fn show(renderer: &mut manypass::Renderer, scene: &manypass::scene::Scene) -> Result<(), manypass::RenderError> {
+    /// # use manypass::{Exposure, FrameRequest};
+    /// let mut request = FrameRequest::of_scene(scene, 1280, 720);
+    /// renderer.expose(scene, &mut request, Exposure::of_scene(scene))?;
+    /// renderer.render(scene, &request)?;
+    /// # Ok(()) }
+    /// ```
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn expose(&mut self, scene: &Scene, request: &mut FrameRequest, exposure: Exposure) -> Result<(), RenderError> {
+        let metering = request.needs_metering(exposure).then(|| self.meter(scene, request)).transpose()?;
+        request.expose(exposure, metering);
+        Ok(())
+    }
+
+    async fn reading(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        pre_exposure_stops: i32,
+    ) -> Result<Reading, RenderError> {
+        let metering = Some(Metering { pre_exposure_stops, ..Metering::default() });
+        let mut purpose = Purpose::Meter(Vec::new());
+        self.run(scene, &FrameRequest { metering, ..request.clone() }, &mut purpose).await?;
+        let Purpose::Meter(rgba) = purpose else { return Err(RenderError::Missing("nothing was metered")) };
+        Ok(Reading::new(&rgba, pre_exposure_stops))
+    }
+
+    async fn meter_frames(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Metering, RenderError> {
+        let mut stops = 0;
+        let mut reading = self.reading(scene, request, stops).await?;
+        for _ in 0..STEPS_MAX {
+            if reading.clamped_share() > CLAMPED_SHARE_MAX {
+                stops -= STEP_STOPS;
+            } else if reading.covered() > 0.0 && reading.mean() < MEAN_MIN {
+                stops += STEP_STOPS;
+            } else {
+                break;
+            }
+            reading = self.reading(scene, request, stops).await?;
+        }
+        if reading.clamped_share() > 0.0 {
+            let lower = self.reading(scene, request, stops - STEP_STOPS).await?;
+            reading.mend(&lower);
+        }
+        Ok(reading.metering())
+    }
+}
+
+/// The request of the frame that is metered for a picture.
+fn metered(request: &FrameRequest) -> FrameRequest {
+    let (width, height) = (request.width.max(1), request.height.max(1));
+    let side = |of: u32| {
+        let side = f64::from(LONGER_SIDE_PX) * f64::from(of) / f64::from(width.max(height));
+        (side.round() as u32).max(1)
+    };
+    let environment = if request.environment == Environment::Fill { Environment::None } else { request.environment };
+    let mut small = FrameRequest {
+        width: side(width),
+        height: side(height),
+        environment,
+        background: Background::Transparent,
+        sample_index: 0,
+        sample_count: 1,
+        want_aovs: Vec::new(),
+        previous: None,
+        effects: Vec::new(),
+        light_subset: None,
+        exposure_stops: 0.0,
+        ..request.clone()
+    };
+    small.settings.render.scale = 1.0;
+    small
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::View;
+    use glam::Mat4;
+    use manypass_scene::Projection;
+
+    #[test]
+    fn the_average_is_over_surfaces_that_light_reaches() {
+        // Two at 0.5 and at 2, one half covered at 1 (associated: 0.5), one in the dark, one background.
+        let grey = |value: f32, coverage: f32| [value, value, value, coverage];
+        let pixels = [grey(0.5, 1.0), grey(2.0, 1.0), grey(0.5, 0.5), grey(0.0, 1.0), grey(0.0, 0.0)].concat();
+        let metering = Reading::new(&pixels, 0).metering();
+        let average = metering.log_average_luminance.unwrap_or_default();
+        assert!((average - 1.0).abs() < 0.02, "{average}");
+        assert!((metering.surface_share - 0.7).abs() < 1e-6 && (metering.peak - 2.0).abs() < 1e-6, "{metering:?}");
+        // The same light at another pre-exposure is the same light.
+        let lower: Vec<f32> =
+            pixels.chunks_exact(4).flat_map(|p| [p[0] / 16.0, p[1] / 16.0, p[2] / 16.0, p[3]]).collect();
+        let same = Reading::new(&lower, -4).metering().log_average_luminance.unwrap_or_default();
+        assert!((same - average).abs() < 1e-9, "{same} {average}");
+        let dark = Reading::new(&grey(0.0, 1.0), 0).metering();
+        assert_eq!((dark.log_average_luminance, dark.stops), (None, 0.0));
+    }
+
+    #[test]
+    fn clamped_pixels_are_taken_from_a_lower_reading() {
+        let grey = |value: f32| [value, value, value, 1.0];
+        let mut reading = Reading::new(&[grey(30_000.0), grey(8_192.0)].concat(), 0);
+        assert!(reading.clamped_share() > 0.4);
+        reading.mend(&Reading::new(&[grey(2.0), grey(0.125)].concat(), -16));
+        let metering = reading.metering();
+        assert!((metering.peak - 131_072.0).abs() < 1e-6);
+        assert!((metering.log_average_luminance.unwrap_or_default() / 32_768.0 - 1.0).abs() < 0.1, "{metering:?}");
+    }
+
+    #[test]
+    fn the_frame_has_the_shape_of_the_picture_at_one_size() {
+        let projection = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None };
+        let size = |width, height| {
+            let request = FrameRequest::new(width, height, View { world_from_view: Mat4::IDENTITY, projection });
+            let small = metered(&request);
+            (small.width, small.height)
+        };
+        assert_eq!([size(1280, 720), size(64, 36)], [(256, 144); 2]);
+        assert_eq!([size(100, 1), size(1, 1)], [(256, 3), (256, 256)]);
+    }
+}

@@ -1,0 +1,196 @@
+//! What is kept from sample to sample: the means and the picture; and reading them.
+
+use super::{DISPLAY, Renderer};
+use crate::frame::Means;
+use crate::gpu::{Gpu, readback};
+use crate::passes::accumulate::SUM;
+use crate::request::{FrameRequest, RenderError};
+use manypass_graph::{Graph, Handle, TextureDesc};
+use std::ops::Range;
+use std::sync::atomic::Ordering;
+
+/// Textures of the output, kept from frame to frame.
+#[derive(Debug)]
+pub(super) struct Output {
+    size: (u32, u32),
+    /// The mean of display colours; of radiance where that is the only one.
+    sums: [wgpu::Texture; 2],
+    /// The mean of radiance beside that of display colours.
+    radiance_sums: Option<[wgpu::Texture; 2]>,
+    display: wgpu::Texture,
+}
+
+/// Where the mean of radiance is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RadianceMean {
+    /// There is none.
+    None,
+    /// It is the only mean.
+    Only,
+    /// It lies beside that of display colours.
+    Beside,
+}
+
+impl RadianceMean {
+    /// Where a frame of `request` leaves it.
+    pub fn of(request: &FrameRequest) -> Self {
+        match (request.averages_display(), request.averages_radiance()) {
+            (false, _) => Self::Only,
+            (true, true) => Self::Beside,
+            (true, false) => Self::None,
+        }
+    }
+}
+
+fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): (u32, u32)) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+impl Output {
+    /// Bytes of the textures that [`Self::of`] would create.
+    pub fn missing_bytes(slot: Option<&Self>, size: (u32, u32), radiance: RadianceMean) -> u64 {
+        let shape = |format| TextureDesc::new_2d(size.0, size.1, format).bytes();
+        let known = slot.filter(|output| output.size == size);
+        let picture_bytes = if known.is_some() { 0 } else { 2 * shape(SUM) + shape(DISPLAY) };
+        let has_radiance =
+            radiance != RadianceMean::Beside || known.is_some_and(|output| output.radiance_sums.is_some());
+        picture_bytes + if has_radiance { 0 } else { 2 * shape(SUM) }
+    }
+
+    /// The textures for pictures of `size`, with a second mean if `radiance` lies beside the first.
+    pub fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32), radiance: RadianceMean) -> &'a Self {
+        if slot.as_ref().is_some_and(|output| output.size != size) {
+            *slot = None;
+        }
+        let output = slot.get_or_insert_with(|| Self {
+            size,
+            sums: ["accumulate.sum"; 2].map(|label| create(gpu, label, SUM, size)),
+            radiance_sums: None,
+            display: create(gpu, "display", DISPLAY, size),
+        });
+        if radiance == RadianceMean::Beside {
+            output
+                .radiance_sums
+                .get_or_insert_with(|| ["accumulate.radiance_sum"; 2].map(|label| create(gpu, label, SUM, size)));
+        }
+        output
+    }
+
+    /// The means in a graph; `previous` of the two textures holds that of the samples so far.
+    pub fn means(&self, graph: &mut Graph<'_>, radiance: RadianceMean, previous: usize) -> Means {
+        let desc = TextureDesc::new_2d(self.size.0, self.size.1, SUM);
+        let mut pair = |sums: &[wgpu::Texture; 2], names: [&'static str; 2]| {
+            let mut import =
+                |name, index: usize| graph.import(name, desc, sums[index & 1].create_view(&Default::default()));
+            (import(names[0], previous), import(names[1], 1 - (previous & 1)))
+        };
+        let (before, next) = pair(&self.sums, ["accumulate.previous", "accumulate.sum"]);
+        match (radiance, &self.radiance_sums) {
+            (RadianceMean::Only, _) => Means::Radiance(before, next),
+            (RadianceMean::Beside, Some(sums)) => {
+                let names = ["accumulate.previous_radiance", "accumulate.radiance_sum"];
+                Means::Both([(before, next), pair(sums, names)])
+            }
+            (RadianceMean::None | RadianceMean::Beside, _) => Means::Display(before, next),
+        }
+    }
+
+    /// The picture in a graph.
+    pub fn display(&self, graph: &mut Graph<'_>) -> Handle {
+        let desc = TextureDesc::new_2d(self.size.0, self.size.1, DISPLAY);
+        graph.import("display", desc, self.display.create_view(&Default::default()))
+    }
+}
+
+impl Renderer {
+    /// The accumulated picture: RGBA, sRGB, unassociated alpha, rows from the top.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    pub async fn read_display_async(&self) -> Result<Vec<u8>, RenderError> {
+        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
+        Ok(readback::read_texture(&self.gpu, &output.display).await?)
+    }
+
+    /// As [`Self::read_display_async`], waiting.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_display(&mut self) -> Result<Vec<u8>, RenderError> {
+        pollster::block_on(self.read_display_async())
+    }
+
+    /// A view of the accumulated picture, to draw it elsewhere; none until something was rendered.
+    pub fn display_view(&self) -> Option<wgpu::TextureView> {
+        self.output.as_ref().map(|output| output.display.create_view(&Default::default()))
+    }
+
+    /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top. Over a background
+    /// colour it is opaque: the colour is the radiance that the exposure shows with that value. Of several samples there
+    /// is one only if the request's [`crate::Averaging`] says so, or it wants the variable.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or radiance was not averaged, or the device was lost.
+    pub async fn read_radiance_async(&self) -> Result<Vec<f32>, RenderError> {
+        self.read_radiance_rows_async(0..u32::MAX).await
+    }
+
+    /// As [`Self::read_radiance_async`], some rows alone; those below the picture are left out.
+    ///
+    /// # Errors
+    /// As [`Self::read_radiance_async`].
+    pub async fn read_radiance_rows_async(&self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
+        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
+        let sums = match (self.radiance_mean, &output.radiance_sums) {
+            (RadianceMean::Only, _) => &output.sums,
+            (RadianceMean::Beside, Some(sums)) => sums,
+            _ => return Err(RenderError::Missing("radiance was not averaged: the request must ask for it")),
+        };
+        let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
+        let is_first_band = rows.start == 0;
+        let bytes = readback::read_rows(&self.gpu, &sums[self.latest_sum & 1], rows).await?;
+        let mut radiance = readback::reserved(bytes.len() / 4)?;
+        radiance.extend(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+        drop(bytes);
+        let scale = 1.0 / self.pre_exposure;
+        let mut clamped_pixels = 0;
+        for pixel in radiance.chunks_exact_mut(4) {
+            let [r, g, b, alpha] = pixel else { continue };
+            // `accumulate.wgsl` marks so what reached the limit of half floats.
+            clamped_pixels += u64::from(*alpha < 0.0);
+            *alpha = alpha.abs();
+            for color in [&mut *r, &mut *g, &mut *b] {
+                *color *= scale;
+            }
+            if let Some(background) = self.background_radiance {
+                let behind = 1.0 - alpha.min(1.0);
+                for (color, background) in [r, g, b].into_iter().zip(background) {
+                    *color += behind * background;
+                }
+                *alpha = 1.0;
+            }
+        }
+        // Bands of rows are read from the top.
+        let above = if is_first_band { 0 } else { self.clamped_pixels.load(Ordering::Relaxed) };
+        self.clamped_pixels.store(above + clamped_pixels, Ordering::Relaxed);
+        Ok(radiance)
+    }
+
+    /// How many pixels of the radiance that was read last are too dark, because a sample was brighter than half floats
+    /// hold at the pre-exposure.
+    pub fn clamped_pixels(&self) -> u64 {
+        self.clamped_pixels.load(Ordering::Relaxed)
+    }
+}
