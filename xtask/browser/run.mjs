@@ -1,5 +1,6 @@
 // run.mjs CASES: opens the page with every model on each backend, fails on errors of page or driver, and saves into
-// target/browser what the viewer reads back (NAME-BACKEND.png) and what the canvas shows (NAME-BACKEND-canvas.png).
+// target/browser what the viewer reads back (NAME-BACKEND.png), what the canvas shows (NAME-BACKEND-canvas.png) and the
+// exposure (NAME-BACKEND-exposure.json).
 // CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups }]; with `groups` eighths of the lights
 // must add up to all of them.
 import { createServer } from "node:http";
@@ -96,9 +97,10 @@ for (const { name, model, width, height, groups } of cases) {
           const canvas = document.createElement("canvas");
           [canvas.width, canvas.height] = [info.width, info.height];
           canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
-          return { info, first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
+          return { info, exposure: viewer.exposure(), first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
         }, groups);
         await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
+        await writeFile(join(out, `${name}-${backend}-exposure.json`), JSON.stringify(result.exposure));
         await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });
         if (result.info.backend !== backend) faults.push(`asked for ${backend}, got ${result.info.backend}`);
         if (groups) {

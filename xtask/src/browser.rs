@@ -28,8 +28,9 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
     Case { name, model, size }
 }
 
-const CASES: [Case; 10] = [
+const CASES: [Case; 11] = [
     case("hall", "demo:hall", WIDE),
+    case("shadow_mapping_spots", "renderling/shadow_mapping_spots.glb", SQUARE),
     case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)),
     case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)),
     case("DamagedHelmet", "", SQUARE),
@@ -75,7 +76,10 @@ pub(crate) fn test() -> Result<()> {
     for (case, input) in &found {
         let size = format!("{}x{}", case.size.0, case.size.1);
         let arguments = ["run", "--quiet", "-p", "manypass-cli", "--", "render", input, "--size", &size];
-        check(cargo(arguments).args(["--samples", "1", "--quiet", "-o"]).arg(picture(case, "native")))?;
+        let report = picture(case, "native").with_extension("json");
+        let mut command = cargo(arguments);
+        command.args(["--samples", "1", "--quiet", "--report"]).arg(report).arg("-o").arg(picture(case, "native"));
+        check(&mut command)?;
     }
     let cases: Vec<_> = found
         .iter()
@@ -111,6 +115,24 @@ fn difference(a: &Picture, b: &Picture) -> Result<Difference> {
     Ok(compare::difference(a, b, Tolerance::RASTERIZERS.within))
 }
 
+/// Backends may meter a scene this far apart.
+const EXPOSURE_TOLERANCE_STOPS: f64 = 0.02;
+
+/// What is wrong with the exposures that were metered, if anything.
+fn exposure_fault(case: &Case) -> Result<Option<String>> {
+    let read = |path: PathBuf| -> Result<serde_json::Value> { Ok(serde_json::from_slice(&std::fs::read(path)?)?) };
+    let native = read(picture(case, "native").with_extension("json"))?["exposure"]["stops"].as_f64();
+    for backend in ["webgpu", "webgl"] {
+        let path = root().join(format!("target/browser/{}-{backend}-exposure.json", case.name));
+        let found = read(path)?["stops"].as_f64();
+        let is_same = native.zip(found).is_some_and(|(a, b)| (a - b).abs() <= EXPOSURE_TOLERANCE_STOPS);
+        if !is_same {
+            return Ok(Some(format!("{backend} takes an exposure of {found:?} stops, native {native:?}")));
+        }
+    }
+    Ok(None)
+}
+
 /// Prints every difference before it fails at one.
 fn judge(case: &Case) -> Result<()> {
     let native = open_picture(&picture(case, "native"))?;
@@ -132,6 +154,7 @@ fn judge(case: &Case) -> Result<()> {
             refused.push(format!("the canvas does not show the picture on {backend}: {shown}"));
         }
     }
+    refused.extend(exposure_fault(case)?);
     // One rasterizer stands behind both, so here nothing but rounding may differ.
     let [webgpu, webgl] = ["webgpu", "webgl"].map(|backend| open_picture(&picture(case, backend)));
     let between = difference(&webgpu?, &webgl?)?;

@@ -1,7 +1,7 @@
 //! `RenderOptions` of the TypeScript section.
 
 use manypass::scene::Scene;
-use manypass::{Environment, FrameRequest, LightCulling, Path, Settings, Tonemap};
+use manypass::{Environment, Exposure, FrameRequest, LightCulling, Path, Settings, Tonemap};
 use wasm_bindgen::prelude::*;
 
 /// How frames are drawn.
@@ -9,22 +9,32 @@ use wasm_bindgen::prelude::*;
 pub struct Options {
     path: Path,
     light_culling: LightCulling,
-    /// None: the studio where the scene has no lights.
+    /// None: the studio, faint where the scene has lights.
     environment: Option<Environment>,
     tonemap: Tonemap,
-    exposure_stops: f32,
+    /// None: that of the scene.
+    exposure: Option<Exposure>,
     light_subset: Option<(u32, u32)>,
     settings: Settings,
 }
 
 impl Options {
-    /// Puts the options into a request for a frame of `scene`.
+    /// The exposure of frames of `scene`.
+    pub fn exposure(&self, scene: &Scene) -> Exposure {
+        self.exposure.unwrap_or_else(|| Exposure::of_scene(scene))
+    }
+
+    /// Whether surfaces get the same light as with `other`.
+    pub fn has_light_of(&self, other: &Self) -> bool {
+        self.environment == other.environment
+    }
+
+    /// Puts the options, but for the exposure, into a request for a frame of `scene`.
     pub fn apply(&self, request: &mut FrameRequest, scene: &Scene) {
         request.environment = self.environment.unwrap_or_else(|| Environment::of_scene(scene));
         request.path = self.path;
         request.light_culling = self.light_culling;
         request.tonemap = self.tonemap;
-        request.exposure_stops = self.exposure_stops;
         request.light_subset = self.light_subset;
         request.settings = self.settings.clone();
     }
@@ -68,9 +78,10 @@ impl Options {
                 ];
                 self.tonemap = choice(key, value, &known)?;
             }
+            "exposure" if value.is_null() => self.exposure = None,
             "exposure" => {
-                let stops = value.as_f64().filter(|stops| stops.abs() <= 64.0);
-                self.exposure_stops = stops.ok_or_else(|| JsError::new("exposure takes stops from -64 to 64"))? as f32;
+                let text = value.as_f64().map(|stops| stops.to_string()).or_else(|| value.as_string());
+                self.exposure = Some(text.unwrap_or_default().parse()?);
             }
             "lightSubset" => self.light_subset = light_subset(value)?,
             "settings" => {

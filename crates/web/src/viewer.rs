@@ -6,7 +6,7 @@ use crate::{
     camera::{self, Orbit},
 };
 use manypass::{
-    FrameRequest, Gpu, Renderer, View,
+    Averaging, FrameRequest, Gpu, Metering, Renderer, View,
     scene::{Scene, demo, gltf_file},
 };
 use std::collections::BTreeMap;
@@ -33,16 +33,18 @@ export interface Orbit { yaw?: number; pitch?: number; radius?: number; target?:
 export interface RenderOptions {
   path?: "deferred" | "forward";
   lightCulling?: "clustered" | "none";
-  /** Lights nothing, or with the built-in studio; `auto` takes the studio where the model has no lights. */
+  /** Lights nothing, or with the built-in studio; `auto` takes the studio, faint where the model has lights. */
   environment?: "auto" | "studio" | "none";
   tonemap?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
-  /** Exposure compensation in stops. */
-  exposure?: number;
+  /** Stops, or metered once for a model: "auto", "auto+1", "auto-0.5". Null: "auto" where the model has lights, else 0. */
+  exposure?: number | string | null;
   /** Only the lights k, k + n, k + 2n, … of [k, n]; null takes all. */
   lightSubset?: [number, number] | null;
   /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32 }`. */
   settings?: Record<string, number>;
 }
+/** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
+export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
 /** What a `.gltf` refers to: its relative addresses as written in the file, and the bytes. */
 export type Resources = Map<string, Uint8Array> | Record<string, Uint8Array>;
 "#;
@@ -61,6 +63,9 @@ extern "C" {
     /// `RenderOptions` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "RenderOptions")]
     pub type RenderOptions;
+    /// `ExposureInfo` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "ExposureInfo")]
+    pub type ExposureInfo;
     /// `Resources` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "Resources | undefined")]
     pub type Resources;
@@ -82,6 +87,10 @@ pub struct Viewer {
     options: Options,
     /// The last frame that was drawn, for those that are added to it.
     last: Option<FrameRequest>,
+    /// What was metered of the scene as it is first seen, so that the picture does not breathe while the view turns.
+    metering: Option<Metering>,
+    /// Whether anyone asks for radiance beside the picture.
+    keeps_radiance: bool,
 }
 
 /// Binds `canvas`. A canvas keeps the first kind of context it was given, so `auto` decides before it touches one.
@@ -140,6 +149,8 @@ impl Viewer {
             warnings: Vec::new(),
             options: Options::default(),
             last: None,
+            metering: None,
+            keeps_radiance: false,
         })
     }
 
@@ -156,6 +167,7 @@ impl Viewer {
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
         self.last = None;
+        self.metering = None;
         self.renderer.load(&scene)?;
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
@@ -235,7 +247,15 @@ impl Viewer {
         let mut request = FrameRequest::new(width, height, View { world_from_view, projection });
         self.options.apply(&mut request, scene);
         request.sample_count = REFINED_SAMPLES;
+        request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
         self.last = None;
+        let exposure = self.options.exposure(scene);
+        if self.metering.is_none() && request.needs_metering(exposure) {
+            let (world_from_view, projection) = camera::resolve(None, scene, aspect);
+            let first = FrameRequest { camera: View { world_from_view, projection }, ..request.clone() };
+            self.metering = Some(self.renderer.meter_async(scene, &first).await?);
+        }
+        request.expose(exposure, self.metering);
         self.renderer.render_async(scene, &request).await?;
         self.last = Some(request);
         self.show()
@@ -264,16 +284,41 @@ impl Viewer {
     /// # Errors
     /// When a value is none of those that are known; nothing is changed then.
     pub fn configure(&mut self, options: RenderOptions) -> Result<(), JsError> {
-        self.options = self.options.changed(&options.into())?;
+        let options = self.options.changed(&options.into())?;
+        if !options.has_light_of(&self.options) {
+            self.metering = None;
+        }
+        self.options = options;
         Ok(())
     }
 
-    /// The radiance of the last frame: linear RGBA, four floats a pixel, rows from the top.
+    /// The radiance of the last frame: linear RGBA, four floats a pixel, rows from the top. The first call draws the frame
+    /// again, and from then on frames keep their radiance. Wait for the promise as with `render`.
     ///
     /// # Errors
     /// When nothing was rendered, or the device was lost.
-    pub async fn radiance(&self) -> Result<Vec<f32>, JsError> {
+    pub async fn radiance(&mut self) -> Result<Vec<f32>, JsError> {
+        self.keeps_radiance = true;
+        let (Some(scene), Some(last)) = (&self.scene, &mut self.last) else {
+            return Err(JsError::new("nothing was rendered yet"));
+        };
+        if last.averaging == Averaging::Display {
+            (last.averaging, last.sample_index) = (Averaging::Both, 0);
+            self.renderer.render_async(scene, last).await?;
+        }
         Ok(self.renderer.read_radiance_async().await?)
+    }
+
+    /// The exposure of the last frame.
+    pub fn exposure(&self) -> Option<ExposureInfo> {
+        let (scene, last) = (self.scene.as_ref()?, self.last.as_ref()?);
+        let average = last.metering.and_then(|metering| metering.log_average_luminance);
+        let entries: [(&str, JsValue); 3] = [
+            ("mode", self.options.exposure(scene).mode().into()),
+            ("stops", last.exposure_stops.into()),
+            ("logAverageLuminance", average.map_or(JsValue::NULL, JsValue::from)),
+        ];
+        Some(object(&entries).unchecked_into())
     }
 
     /// The orbit from which a user sets out: where the model's first camera stands, or else around the whole model.

@@ -1,0 +1,126 @@
+//! Exposure and bright light from the command line.
+
+#![allow(clippy::expect_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{Folder, has_adapter, run_in};
+use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// A file whose lamp of `intensity_cd` moves away from a box within 2 s.
+fn lamp(intensity_cd: f64) -> String {
+    let corners = [[-1, -1], [1, -1], [-1, 1], [1, 1]];
+    let mut buffer: Vec<f32> = corners.iter().flat_map(|[x, z]| [*x as f32 * 2.0, 0.0, *z as f32 * 2.0]).collect();
+    buffer.extend([0.0, 1.0, 0.0].repeat(4));
+    buffer.extend([0.0, 2.0, 0.0, 1.0, 0.0, 0.5, 6.0, 0.5]);
+    let mut bytes: Vec<u8> = buffer.iter().flat_map(|value| value.to_le_bytes()).collect();
+    bytes.extend([0u16, 2, 1, 1, 2, 3].iter().flat_map(|index| index.to_le_bytes()));
+    let mut uri = String::from("data:application/octet-stream;base64,");
+    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for chunk in bytes.chunks(3) {
+        let word = chunk.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - chunk.len()));
+        for digit in 0..4 {
+            let letter = DIGITS[(word >> (18 - 6 * digit) & 63) as usize];
+            let _ = write!(uri, "{}", if digit > chunk.len() { '=' } else { char::from(letter) });
+        }
+    }
+    let view = |offset: usize, length: usize| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let accessor = |view: usize, kind: &str, count: usize| json!({ "bufferView": view, "componentType": 5126, "type": kind, "count": count, "min": [-2, 0, -2], "max": [2, 1, 2] });
+    let mut times = accessor(2, "SCALAR", 2);
+    (times["min"], times["max"]) = (json!([0]), json!([2]));
+    json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0, 1] }],
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "point", "intensity": intensity_cd }] } },
+        "nodes": [{ "mesh": 0 }, { "translation": [0, 1, 0.5], "extensions": { "KHR_lights_punctual": { "light": 0 } } }],
+        "materials": [{ "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0 } }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 4, "material": 0 }] }],
+        "animations": [{ "samplers": [{ "input": 2, "output": 3 }], "channels": [{ "sampler": 0, "target": { "node": 1, "path": "translation" } }] }],
+        "accessors": [accessor(0, "VEC3", 4), accessor(1, "VEC3", 4), times, accessor(3, "VEC3", 2),
+            { "bufferView": 4, "componentType": 5123, "type": "SCALAR", "count": 6 }],
+        "bufferViews": [view(0, 48), view(48, 48), view(96, 8), view(104, 24), view(128, 12)],
+        "buffers": [{ "byteLength": bytes.len(), "uri": uri }],
+    })
+    .to_string()
+}
+
+fn report(folder: &Folder, name: &str) -> Vec<Value> {
+    let text = std::fs::read_to_string(folder.join(name)).expect("a report");
+    let lines = text.lines().map(serde_json::from_str).collect::<Result<Vec<Value>, _>>();
+    lines.unwrap_or_else(|_| vec![serde_json::from_str(&text).expect("one value")])
+}
+
+#[test]
+fn a_frame_is_the_same_alone_and_in_its_range() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-frames");
+    folder.write("lamp.gltf", lamp(4e4).as_bytes());
+    let common = ["--size", "48x48", "--samples", "2", "--fps", "1", "--quiet", "--orbit", "20,50,7"];
+    let render = |more: &[&str]| {
+        let args: Vec<&str> = ["render", "lamp.gltf"].iter().chain(&common).chain(more).copied().collect();
+        run_in(&folder, &args).expect(0);
+    };
+    render(&["--frames", "0..2", "-o", "range/{frame:04}.png", "--report", "range.json"]);
+    render(&["--time", "2", "-o", "time.png", "--report", "time.json"]);
+    let bytes = |name: &str| std::fs::read(folder.join(name)).expect("a picture");
+    assert!(bytes("range/0002.png") == bytes("time.png"), "frame 2 alone differs");
+    assert!(bytes("range/0000.png") != bytes("time.png"), "the test shows nothing");
+    // All of them take the exposure of time 0, which is far from 0 stops.
+    let (lines, time) = (report(&folder, "range.json"), report(&folder, "time.json"));
+    assert!(lines.iter().all(|line| line["exposure"] == time[0]["exposure"]), "{lines:?}");
+    assert_eq!(time[0]["exposure"]["mode"], "auto");
+    assert!(time[0]["exposure"]["stops"].as_f64() < Some(-4.0), "{}", time[0]["exposure"]);
+    assert!(time[0]["exposure"]["log_average_luminance"].as_f64() > Some(100.0));
+    // A number is that number, whatever is metered for the faint studio; `auto+1` is one stop more.
+    render(&["--time", "0", "--exposure", "-3", "-o", "number.png", "--report", "number.json"]);
+    let number = &report(&folder, "number.json")[0]["exposure"];
+    assert_eq!((&number["mode"], number["stops"].as_f64()), (&json!("stops"), Some(-3.0)));
+    render(&["--time", "0", "--exposure", "auto+1", "-o", "plus.png", "--report", "plus.json"]);
+    let stops = |name: &str| report(&folder, name)[0]["exposure"]["stops"].as_f64().unwrap_or(f64::NAN);
+    assert!((stops("plus.json") - stops("time.json") - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn exr_holds_a_million_candela() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-exr");
+    folder.write("lamp.gltf", lamp(1e6).as_bytes());
+    let args = "render lamp.gltf -o out.exr --size 33x33 --samples 2 --quiet --environment none --report r.json";
+    let camera = ["--eye", "0,4,0.5", "--target", "0,0,0.5", "--fov-y", "20", "--exposure", "1"];
+    let args: Vec<&str> = args.split(' ').chain(camera).collect();
+    run_in(&folder, &args).expect(0);
+    let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+    let image: FlatImage = reader.non_parallel().from_file(folder.join("out.exr")).expect("an EXR");
+    let channels = &image.layer_data[0].channel_data.list;
+    let green = channels.iter().find(|channel| channel.name.eq("G")).expect("green");
+    let FlatSamples::F32(green) = &green.sample_data else { panic!("floats") };
+    // Lambert, less what the surface reflects as a mirror: about 0.8 / π · 10⁶ cd / 1 m².
+    let middle = green[16 * 33 + 16];
+    assert!((200_000.0..300_000.0).contains(&middle), "{middle}");
+    let report = &report(&folder, "r.json")[0];
+    assert_eq!((&report["clamped_pixels"], &report["warnings"]), (&json!(0), &json!([])));
+    assert!(report["exposure"]["pre_exposure_stops"].as_i64() < Some(-10), "{}", report["exposure"]);
+}
+
+#[test]
+fn the_demo_states_its_exposure() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-demo");
+    let run = |out: &str, more: &[&str]| {
+        let args = ["render", "demo:hall", "-o", out, "--size", "64x36", "--samples", "1", "--quiet"];
+        run_in(&folder, &args.iter().chain(more).copied().collect::<Vec<_>>()).expect(0);
+        std::fs::read(folder.join(out)).expect("a picture")
+    };
+    let stated = run("a.png", &["--report", "r.json"]);
+    assert!(stated == run("b.png", &["--exposure", "0", "--environment", "none"]));
+    let exposure = &report(&folder, "r.json")[0]["exposure"];
+    assert_eq!((&exposure["mode"], exposure["stops"].as_f64()), (&json!("stops"), Some(0.0)));
+}
