@@ -270,7 +270,7 @@ pub struct RenderArgs {
     /// `--set own_pass.line_color=0.9,0.7,0.4`.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// A TOML file of settings, under those of `--set`: `[own_pass]`, `vignette = 0.9`.
+    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; `--set` comes after it.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
     /// Render on the adapter whose name contains this.

@@ -55,7 +55,7 @@ impl Diagnostic {
         let hidden = if is_long { column.saturating_sub(SHOWN_BEFORE) } else { 0 };
         let shown = line_text.chars().skip(hidden).take(SHOWN_CHARACTERS);
         Self {
-            file: file.into(),
+            file: file.chars().map(|c| if c.is_control() { '?' } else { c }).collect(),
             line: before.matches('\n').count() + 1,
             column: column + 1,
             message: one_line(message),

@@ -216,7 +216,7 @@ impl Effect for WgslEffect {
     ) -> Result<Handle, ProgramError> {
         if !shared.gpu.is_same(&self.gpu) {
             let message = "it was compiled for another device than that of `Renderer::gpu`".into();
-            return Err(ProgramError::Invalid { pass: self.name().into(), message });
+            return Err(ProgramError::Misplaced { pass: self.name().into(), message });
         }
         if let Some((_, missing)) = self.uniforms().missing() {
             return Err(Box::new(missing.clone()).into());
@@ -238,7 +238,7 @@ impl Effect for WgslEffect {
                         slot.name,
                         known.join(", ")
                     );
-                    return Err(ProgramError::Invalid { pass: self.name().into(), message });
+                    return Err(ProgramError::Misplaced { pass: self.name().into(), message });
                 }
             }
         }

@@ -48,6 +48,7 @@ fn every_variable_of_the_frame_can_be_read() {
     request.effects =
         vec![Arc::new(effect(&renderer, "return surface_at(vec2i(position.xy)).normal_world.xyzz;").unwrap())];
     let error = renderer.render(&test.scene, &request).unwrap_err().to_string();
+    assert!(error.starts_with("the effect `mine` cannot be used here: it reads `"), "{error}");
     assert!(error.contains("`normal`") || error.contains("`base_color`"), "{error}");
 }
 

@@ -84,13 +84,16 @@ fn a_point_is_a_disc_that_faces_the_eye() {
 
 #[test]
 fn small_pictures_have_discs_of_two_pixels_and_indices_choose_points() {
-    let mut cloud = Primitive::default();
+    let mut morph = MorphTarget { positions: vec![[0.0, 4.0, 0.0]; 4], ..MorphTarget::default() };
+    morph.positions[3] = [0.0, -4.0, 0.0];
     // In pixels of a picture of 64, each in the middle of four pixels; drawn are the second and the fourth, with colours.
-    cloud.positions = [-20.0, -10.0, 10.0, 20.0].map(|y: f32| [0.0, y, 0.0]).to_vec();
-    cloud.colors = [0.1, 0.2, 0.3, 0.4].map(|gray: f32| [gray, gray, gray, 1.0]).to_vec();
-    cloud.morph_targets = vec![MorphTarget { positions: vec![[0.0, 4.0, 0.0]; 4], ..MorphTarget::default() }];
-    cloud.morph_targets[0].positions[3] = [0.0, -4.0, 0.0];
-    cloud.indices = vec![1, 3];
+    let cloud = Primitive {
+        positions: [-20.0, -10.0, 10.0, 20.0].map(|y: f32| [0.0, y, 0.0]).to_vec(),
+        colors: [0.1, 0.2, 0.3, 0.4].map(|gray: f32| [gray, gray, gray, 1.0]).to_vec(),
+        morph_targets: vec![morph],
+        indices: vec![1, 3],
+        ..Primitive::default()
+    };
     let mut scene = scene(64.0, vec![cloud, one_point(vec![[0.0, 0.0, -1.0]])]);
     scene.meshes[0].default_morph_weights = vec![1.0];
     // An object before them in the list of instances must not turn the corners of discs around.

@@ -37,6 +37,14 @@ pub enum ProgramError {
         /// The names that were offered.
         known: String,
     },
+    /// An effect does not fit the frame that it is asked for.
+    #[error("the effect `{pass}` cannot be used here: {message}")]
+    Misplaced {
+        /// The effect.
+        pass: String,
+        /// Why not.
+        message: String,
+    },
     /// A uniform of an effect cannot be set.
     #[error("pass `{pass}`: the uniform `{uniform}` cannot be set: {message}")]
     Uniform {

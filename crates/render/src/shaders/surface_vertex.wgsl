@@ -34,6 +34,8 @@ struct SurfaceVarying {
     @location(5) @interpolate(flat, either) object_id: u32,
     // From the middle of the disc, which ends at 1.
     @if(points) @location(6) corner: vec2f,
+    // From the middle of the disc to this corner; `motion` moves it along.
+    @if(points) @location(7) disc_offset_world: vec3f,
 }
 
 @if(deformed) @group(3) @binding(0) var joint_matrices: texture_2d<f32>;
@@ -114,11 +116,10 @@ fn transform_point(rows: Rows, position: vec3f) -> vec3f {
     return vec2f(f32(vertex & 1u), f32((vertex >> 1u) & 1u)) * 2.0 - 1.0;
 }
 
-// From the middle of a disc, or any other point at its distance, to a corner. Discs are parallel to the picture, so that
-// all of a disc has one distance.
-@if(points) fn disc_offset_world(position_world: vec3f, corner: vec2f) -> vec3f {
+// From the middle of a disc to a corner. Discs are parallel to the picture, so that all of a disc has one distance.
+@if(points) fn disc_offset_world(middle_world: vec3f, corner: vec2f) -> vec3f {
     let diameter_px = max(view.size_px.y * POINT_HEIGHT_SHARE, POINT_DIAMETER_MIN_PX);
-    let distance_m = -(view.view_from_world * vec4f(position_world, 1.0)).z;
+    let distance_m = -(view.view_from_world * vec4f(middle_world, 1.0)).z;
     let half_extent_m = diameter_px * view.inverse_size_px * view.view_from_ndc_scale * mix(distance_m, 1.0, view.orthographic);
     return (view.world_from_view * vec4f(corner * half_extent_m, 0.0, 0.0)).xyz;
 }
@@ -149,7 +150,8 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     let row_z = rows.row2.xyz;
     @if(points) let corner = disc_corner(in.vertex);
     @if(points) let middle_world = transform_point(rows, position);
-    @if(points) let position_world = middle_world + disc_offset_world(middle_world, corner);
+    @if(points) let offset_world = disc_offset_world(middle_world, corner);
+    @if(points) let position_world = middle_world + offset_world;
     @if(!points) let position_world = transform_point(rows, position);
     // The cofactor matrix turns normals rightly under any scale; its sign is that of the determinant.
     let cofactor_x = cross(row_y, row_z);
@@ -165,6 +167,7 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     @if(points) {
         out.normal_world = point_normal_world(out.normal_world);
         out.corner = corner;
+        out.disc_offset_world = offset_world;
     }
     let tangent_world = vec3f(dot(row_x, tangent), dot(row_y, tangent), dot(row_z, tangent));
     out.tangent_world = vec4f(

@@ -3,7 +3,6 @@
 
 import package::passes::motion::spaces::{motion, motion_px};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};
-import package::shaders::surface_vertex::disc_offset_world;
 import package::shaders::surface_vertex::{data_texel, skinned_rows, morph_displacement};
 import package::shaders::surface_material::{material_factors, surface_base_color};
 
@@ -36,14 +35,7 @@ fn previous_position_world(in: SurfaceInput) -> vec3f {
             rows = skinned_rows(in, u32(tables.x));
         }
     }
-    @if(points) {
-        // The disc keeps its size in metres and its direction from frame to frame.
-        let now = surface_varying(in);
-        return transform_point(rows, position) + disc_offset_world(now.position_world, now.corner);
-    }
-    @if(!points) {
-        return transform_point(rows, position);
-    }
+    return transform_point(rows, position);
 }
 
 @vertex
@@ -57,7 +49,10 @@ fn vs_motion(in: SurfaceInput) -> MotionVarying {
     }
     out.color = surface.color;
     out.clip = motion.clip_from_world * vec4f(surface.position_world, 1.0);
-    out.previous_clip = motion.previous_clip_from_world * vec4f(previous_position_world(in), 1.0);
+    // A disc keeps its size in metres and its direction from frame to frame.
+    @if(points) let previous_world = previous_position_world(in) + surface.disc_offset_world;
+    @if(!points) let previous_world = previous_position_world(in);
+    out.previous_clip = motion.previous_clip_from_world * vec4f(previous_world, 1.0);
     return out;
 }
 
