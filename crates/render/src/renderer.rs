@@ -16,7 +16,7 @@ use crate::resources::SceneResources;
 use crate::shader::Shaders;
 use crate::surfaces::SurfacePipelines;
 use crate::view::{self};
-use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, RunOptions, TextureDesc};
+use manypass_graph::{Executor, Limits, PassTime, Plan, RunOptions, Taps, TextureDesc, Timing};
 use manypass_scene::Scene;
 use std::cell::RefCell;
 
@@ -385,17 +385,16 @@ impl Renderer {
             errors: &errors,
         };
         let previous_sum = if request.sample_index == 0 { 0 } else { self.latest_sum };
-        let mut graph = Graph::new(Limits::from(&self.gpu.capabilities.limits));
+        let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
         let view_outputs = frame::view_passes(&mut graph, &shared)?;
         let view_outputs = frame::effect_passes(&mut graph, &shared, &request.effects, view_outputs)?;
-        let mut pairs_name = None;
+        let mut pairs_export = None;
         if let (Purpose::Pairs(_), Some(gbuffer)) = (&*purpose, &view_outputs.gbuffer) {
             let pairs = direct::record_counting(&mut graph, &shared, gbuffer)?;
-            pairs_name = Some(pairs.name().to_owned());
-            graph.export(pairs);
+            pairs_export = Some(graph.export(pairs));
         } else {
             let sum_desc = TextureDesc::new_2d(output_size.0, output_size.1, SUM);
-            let import = |graph: &mut Graph<'_>, name, index: usize| {
+            let import = |graph: &mut manypass_graph::Graph<'_>, name, index: usize| {
                 graph.import(name, sum_desc, output.sums[index].create_view(&Default::default()))
             };
             let sums = (
@@ -416,8 +415,10 @@ impl Renderer {
         self.stats.texture_bytes = bytes.aliased;
         self.stats.texture_bytes_unaliased = bytes.unaliased;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let options =
-            RunOptions { tap: matches!(purpose, Purpose::Pictures(_)), time: matches!(purpose, Purpose::Times(_)) };
+        let options = RunOptions {
+            taps: if matches!(purpose, Purpose::Pictures(_)) { Taps::All } else { Taps::None },
+            time: if matches!(purpose, Purpose::Times(_)) { Timing::Once } else { Timing::Off },
+        };
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         self.gpu.queue.submit([encoder.finish()]);
         if !matches!(purpose, Purpose::Pairs(_)) {
@@ -432,9 +433,9 @@ impl Renderer {
         if request.sample_index == 0 {
             self.gbuffer = exports.read(&self.gpu, &run, uniform, output_size).await?;
         }
-        let exported = |name: &str| run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"));
-        if let (Purpose::Pairs(counts), Some(name)) = (&mut *purpose, &pairs_name) {
-            *counts = sum_pairs(&readback::read_texture(&self.gpu, exported(name)?).await?);
+        if let (Purpose::Pairs(counts), Some(export)) = (&mut *purpose, pairs_export) {
+            let pairs = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
+            *counts = sum_pairs(&readback::read_texture(&self.gpu, pairs).await?);
         }
         #[cfg(not(target_arch = "wasm32"))]
         match purpose {

@@ -5,32 +5,28 @@ use crate::frame::ViewOutputs;
 use crate::gpu::{Gpu, readback};
 use crate::request::RenderError;
 use crate::view::ViewUniform;
-use manypass_graph::{Graph, Handle, Run};
+use manypass_graph::{Export, Graph, Run};
 
-/// The names of the exported textures; none where the frame has no such target.
+/// The exported textures; none where the frame has no such target.
 #[derive(Debug, Default)]
 pub(crate) struct AovExports {
     /// Base colour, normal, material and linear depth.
-    gbuffer: Option<[String; 4]>,
-    emission: Option<String>,
-    ids: Option<String>,
-    motion: Option<String>,
+    gbuffer: Option<[Export; 4]>,
+    emission: Option<Export>,
+    ids: Option<Export>,
+    motion: Option<Export>,
 }
 
 impl AovExports {
     /// Exports every target of `outputs` that a variable is made of.
     pub fn new(graph: &mut Graph<'_>, outputs: ViewOutputs) -> Self {
-        let mut export = |handle: Handle| {
-            let name = handle.name().to_owned();
-            graph.export(handle);
-            name
-        };
         Self {
-            emission: outputs.emission.map(&mut export),
-            ids: outputs.ids.map(&mut export),
-            motion: outputs.motion.map(&mut export),
+            emission: outputs.emission.map(|handle| graph.export(handle)),
+            ids: outputs.ids.map(|handle| graph.export(handle)),
+            motion: outputs.motion.map(|handle| graph.export(handle)),
             gbuffer: outputs.gbuffer.map(|gbuffer| {
-                [gbuffer.base_color, gbuffer.normal, gbuffer.material, gbuffer.linear_depth].map(export)
+                [gbuffer.base_color, gbuffer.normal, gbuffer.material, gbuffer.linear_depth]
+                    .map(|handle| graph.export(handle))
             }),
         }
     }
@@ -47,7 +43,7 @@ impl AovExports {
         view: ViewUniform,
         output_size: (u32, u32),
     ) -> Result<Option<GbufferPixels>, RenderError> {
-        let Some([base_color, normal, material, linear_depth]) = &self.gbuffer else { return Ok(None) };
+        let Some([base_color, normal, material, linear_depth]) = self.gbuffer else { return Ok(None) };
         Ok(Some(GbufferPixels {
             view,
             output_size,
@@ -55,21 +51,21 @@ impl AovExports {
             normal: read(gpu, run, normal).await?,
             material: read(gpu, run, material).await?,
             linear_depth: read(gpu, run, linear_depth).await?,
-            emission: read_optional(gpu, run, self.emission.as_deref()).await?,
-            ids: read_optional(gpu, run, self.ids.as_deref()).await?,
-            motion: read_optional(gpu, run, self.motion.as_deref()).await?,
+            emission: read_optional(gpu, run, self.emission).await?,
+            ids: read_optional(gpu, run, self.ids).await?,
+            motion: read_optional(gpu, run, self.motion).await?,
         }))
     }
 }
 
-async fn read_optional(gpu: &Gpu, run: &Run, name: Option<&str>) -> Result<Option<Vec<u8>>, RenderError> {
-    match name {
-        Some(name) => read(gpu, run, name).await.map(Some),
+async fn read_optional(gpu: &Gpu, run: &Run, export: Option<Export>) -> Result<Option<Vec<u8>>, RenderError> {
+    match export {
+        Some(export) => read(gpu, run, export).await.map(Some),
         None => Ok(None),
     }
 }
 
-async fn read(gpu: &Gpu, run: &Run, name: &str) -> Result<Vec<u8>, RenderError> {
-    let texture = run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"))?;
+async fn read(gpu: &Gpu, run: &Run, export: Export) -> Result<Vec<u8>, RenderError> {
+    let texture = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
     Ok(readback::read_texture(gpu, texture).await?)
 }
