@@ -47,7 +47,8 @@ pub struct Export {
 pub struct History {
     /// What the last frame wrote as [`History::next`]; zeros if there was none.
     pub previous: Handle,
-    /// What this frame writes. Nothing is kept unless a pass writes it and runs.
+    /// What this frame writes: its writers run as if it were exported. If none writes it, the next frame finds what this one
+    /// found.
     pub next: Handle,
     /// Whether there is no earlier frame of this name and shape.
     pub is_first: bool,

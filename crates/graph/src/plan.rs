@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::TextureDesc;
 use crate::check::{desc_of, subresource_bases};
-use crate::graph::{ColorLoad, DepthLoad, Graph, PassNode, Use, UseKind};
+use crate::graph::{ColorLoad, DepthLoad, Graph, PassNode, Source, Use, UseKind};
 use crate::part::Part;
 
 /// How a frame will be executed. Plain data: print it with [`Plan::to_text`],
@@ -198,6 +198,12 @@ fn cull(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
     let mut wanted = vec![false; total as usize];
     for &(texture, part) in &graph.exports {
         subresources(texture, part).for_each(|subresource| wanted[subresource] = true);
+    }
+    // What the next frame will read is a result of this one.
+    for (texture, node) in (0..).zip(&graph.textures) {
+        if matches!(node.source, Source::History { is_next: true, .. }) {
+            subresources(texture, Part::whole(&node.desc)).for_each(|subresource| wanted[subresource] = true);
+        }
     }
     let mut live = vec![false; graph.passes.len()];
     let mut stored = vec![false; graph.uses.len()];
