@@ -1,7 +1,8 @@
 //! Finds contradictions in a graph, in declaration order.
 
-use crate::graph::{ColorLoad, Graph, Part, PassNode, Use, UseKind, part_suffix};
+use crate::graph::{ColorLoad, Graph, PassNode, Source, Use, UseKind};
 use crate::{DepthLoad, PlanError, TextureDesc};
+use wgpu::TextureViewDimension as Dimension;
 
 /// More layers than any pass needs; the least that WebGL 2 offers.
 const MAX_LAYERS: u32 = 256;
@@ -23,11 +24,7 @@ pub(crate) fn subresource_bases(graph: &Graph<'_>) -> (Vec<u32>, u32) {
 }
 
 pub(crate) fn desc_of(graph: &Graph<'_>, used: &Use) -> TextureDesc {
-    let desc = graph.textures[used.texture as usize].desc;
-    match used.part {
-        Part::Whole => desc,
-        Part::One { mip, .. } => desc.of_mip(mip),
-    }
+    used.part.desc(&graph.textures[used.texture as usize].desc)
 }
 
 struct Checker<'a, 'frame> {
@@ -88,6 +85,7 @@ impl Checker<'_, '_> {
         let mut first: Option<&Use> = None;
         for (position, used) in uses.iter().enumerate() {
             self.format(pass, used)?;
+            self.layers(pass, used)?;
             if used.kind.is_attachment() {
                 self.attachment(pass, used, first)?;
                 first.get_or_insert(used);
@@ -142,9 +140,33 @@ impl Checker<'_, '_> {
         })
     }
 
+    /// What OpenGL shows wrong without an error: it has no views, so that a texture is sampled as what it was made, and
+    /// what is square with six layers, or twelve, was made as a cube map.
+    fn layers(&self, pass: &PassNode<'_>, used: &Use) -> Result<(), PlanError> {
+        let UseKind::Sampled { dimension, .. } = used.kind else { return Ok(()) };
+        let desc = &self.graph.textures[used.texture as usize].desc;
+        let is_cube = desc.width == desc.height && desc.layers % 6 == 0;
+        let fault = match dimension {
+            Some(Dimension::D2Array) if desc.layers == 1 => Some(("as an array of one layer", "sample it as `D2`")),
+            _ if desc.layers == 1 => None,
+            Some(Dimension::D2) => Some(("as one layer of several", "give the layer a texture of its own")),
+            _ if used.part.layers != desc.layers => {
+                Some(("as some layers of several", "sample all layers and choose in the shader"))
+            }
+            Some(Dimension::Cube | Dimension::CubeArray) => None,
+            _ if is_cube => {
+                Some(("as an array, though it is square with six layers", "sample it as `Cube`, or add a layer"))
+            }
+            _ => None,
+        };
+        let Some((how, remedy)) = fault else { return Ok(()) };
+        let (pass, texture, writer) = (pass.name.to_string(), self.name(used), self.writer(used));
+        Err(PlanError::SampledLayers { pass, texture, writer, how, remedy })
+    }
+
     fn attachment(&self, pass: &PassNode<'_>, used: &Use, first: Option<&Use>) -> Result<(), PlanError> {
         let desc = desc_of(self.graph, used);
-        if desc.subresources() != 1 {
+        if !used.part.is_one() {
             return Err(PlanError::NotOneView {
                 pass: pass.name.to_string(),
                 texture: self.name(used),
@@ -184,12 +206,10 @@ impl Checker<'_, '_> {
 
     /// Two uses of one subresource in one pass: only two reads are allowed.
     fn overlap(&self, pass: &PassNode<'_>, used: &Use, before: &[Use]) -> Result<(), PlanError> {
-        let range = self.subresources(used);
         for other in before {
-            let others = self.subresources(other);
-            let disjoint = range.end <= others.start || others.end <= range.start;
+            let meets = used.texture == other.texture && used.part.overlaps(other.part);
             let attached = (used.kind.is_attachment(), other.kind.is_attachment());
-            if disjoint || attached == (false, false) {
+            if !meets || attached == (false, false) {
                 continue;
             }
             let (pass, texture) = (pass.name.to_string(), self.name(used));
@@ -250,53 +270,51 @@ impl Checker<'_, '_> {
         Ok(())
     }
 
-    fn subresources(&self, used: &Use) -> std::ops::Range<usize> {
+    fn subresources(&self, used: &Use) -> impl Iterator<Item = usize> + use<> {
         let texture = used.texture as usize;
         let base = self.bases[texture];
-        let range = used.part.subresources(&self.graph.textures[texture].desc);
-        (base + range.start) as usize..(base + range.end) as usize
+        used.part.subresources(&self.graph.textures[texture].desc).map(move |place| (base + place) as usize)
+    }
+
+    /// The passes that wrote the subresources of a use last.
+    fn writers_of(&self, used: &Use) -> impl Iterator<Item = u32> {
+        self.subresources(used).map(|subresource| self.writers[subresource])
     }
 
     fn has_contents(&self, used: &Use) -> bool {
-        self.graph.textures[used.texture as usize].persistent
-            || self.writers[self.subresources(used)].iter().all(|&writer| writer != NOBODY)
+        self.graph.textures[used.texture as usize].is_persistent()
+            || self.writers_of(used).all(|writer| writer != NOBODY)
     }
 
     fn name(&self, used: &Use) -> String {
         let texture = &self.graph.textures[used.texture as usize];
-        match used.part {
-            Part::Whole => texture.name.to_string(),
-            Part::One { mip, layer } => {
-                format!("{}{}", texture.name, part_suffix(&texture.desc, mip, layer))
-            }
-        }
+        format!("{}{}", texture.name, used.part.suffix(&texture.desc))
     }
 
     /// Where the contents of a use come from.
     fn writer(&self, used: &Use) -> String {
-        let writers = &self.writers[self.subresources(used)];
-        let last =
-            writers.iter().filter(|&&writer| writer != NOBODY).max().map(|&writer| &self.graph.passes[writer as usize]);
-        match last {
+        let last = self.writers_of(used).filter(|writer| *writer != NOBODY).max();
+        match last.map(|writer| &self.graph.passes[writer as usize]) {
             Some(pass) => format!("written by `{}`", pass.name),
-            None if self.graph.textures[used.texture as usize].persistent => "imported".to_owned(),
+            None if matches!(self.graph.textures[used.texture as usize].source, Source::History { .. }) => {
+                "of the frame before".to_owned()
+            }
+            None if self.graph.textures[used.texture as usize].is_persistent() => "imported".to_owned(),
             None => "written by no pass before".to_owned(),
         }
     }
 
     /// The pass that would have to come earlier for a use to have contents.
     fn later_writer(&self, index: u32, wanted: &Use) -> String {
-        let wanted_range = self.subresources(wanted);
         let later = self.graph.passes[index as usize + 1..].iter().find(|pass| {
             let uses = pass.uses.start as usize..pass.uses.end as usize;
-            self.graph.uses[uses].iter().any(|used| {
-                let range = self.subresources(used);
-                used.kind.is_write() && range.start < wanted_range.end && wanted_range.start < range.end
-            })
+            self.graph.uses[uses]
+                .iter()
+                .any(|used| used.kind.is_write() && used.texture == wanted.texture && used.part.overlaps(wanted.part))
         });
         match later {
             Some(pass) => format!("`{}` writes it later", pass.name),
-            None if self.writers[wanted_range].iter().any(|&writer| writer != NOBODY) => {
+            None if self.writers_of(wanted).any(|writer| writer != NOBODY) => {
                 format!("only part of it is {}", self.writer(wanted))
             }
             None => "no pass writes it".to_owned(),

@@ -102,12 +102,27 @@ pub enum PlanError {
          {samples} samples; sizes go from 1 to {limit}, layers to 256, mips down to one texel"
     )]
     BadSize { texture: String, user: String, width: u32, height: u32, layers: u32, mips: u32, samples: u32, limit: u32 },
-    /// A view outside its texture, or a view of a view.
+    /// A view outside its texture.
     #[error(
-        "`{texture}` has no view of mip {mip}, layer {layer}: it has {mips} mips and {layers} layers, and \
-         views are taken of whole textures only"
+        "`{texture}` has no view of mips {mips:?} and layers {layers:?}: it has {mip_count} mips and {layer_count} layers; \
+         name a range within them that is not empty"
     )]
-    NoSuchView { texture: String, mip: u32, layer: u32, mips: u32, layers: u32 },
+    NoSuchView {
+        texture: String,
+        mips: std::ops::Range<u32>,
+        layers: std::ops::Range<u32>,
+        mip_count: u32,
+        layer_count: u32,
+    },
+    /// Layers are sampled in a way in which WebGL 2 shows others.
+    #[error(
+        "pass `{pass}` samples `{texture}` ({writer}) {how}, which WebGL 2 cannot do (it shows other texels without an \
+         error); {remedy}"
+    )]
+    SampledLayers { pass: String, texture: String, writer: String, how: &'static str, remedy: &'static str },
+    /// A history has one version a frame.
+    #[error("the history `{history}` is asked for twice in one frame; pass its handles on, or name the view")]
+    HistoryTwice { history: String },
     /// A handle of one graph was used in another.
     #[error(
         "`{pass}` uses `{texture}`, a handle from another graph; declare the texture in this graph, or \

@@ -1,22 +1,34 @@
 //! Recording a plan into a command encoder.
 
-use std::borrow::Cow;
-
-use crate::TextureDesc;
-use crate::graph::{ColorLoad, DepthLoad, Graph, Read, RunFn, UseKind};
+use crate::graph::{ColorLoad, DepthLoad, Graph, Read, RunFn, Source, UseKind};
+use crate::part::Part;
 use crate::plan::{Plan, PlannedAttachment, PlannedPass, Target};
 use crate::pool::{Histories, Pool, ViewKey, create_view};
-use crate::report::{Run, Tap, Timestamps, copied_format};
+use crate::report::{PassTime, Run};
+use crate::tap::{self, Taps};
+use crate::times::Times;
+use crate::{Limits, TextureDesc};
 
-/// What to measure and keep while running. Both turn off the merging of passes.
+/// What to measure and keep while running.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RunOptions<'a> {
+    /// What to copy of what passes write. To copy everything turns off the merging of passes.
+    pub taps: Taps<'a>,
+    /// Whether to measure GPU time of every pass, if the device has `TIMESTAMP_QUERY`. It turns off the merging of passes.
+    pub time: Timing,
+}
+
+/// Whether passes are timed, and who reads the times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RunOptions {
-    /// Copy what every pass writes ([`Run::taps`]). Left out are multisampled
-    /// attachments, formats that cannot be copied, imported textures without
-    /// `COPY_SRC`, and depth on OpenGL.
-    pub tap: bool,
-    /// Measure GPU time of every pass, if the device has `TIMESTAMP_QUERY`.
-    pub time: bool,
+pub enum Timing {
+    /// They are not.
+    #[default]
+    Off,
+    /// [`Run::read`] waits for them.
+    Once,
+    /// [`Executor::latest_times`] has them some frames later, and nobody waits. While all buffers of the ring are under way,
+    /// frames are not timed.
+    Live,
 }
 
 /// What a pass is given to draw with.
@@ -62,24 +74,23 @@ impl PassContext<'_, '_> {
 /// Runs plans. Owns the textures behind transient handles and keeps them between
 /// frames.
 pub struct Executor {
-    device: wgpu::Device,
+    pub(crate) device: wgpu::Device,
     queue: wgpu::Queue,
     pool: Pool,
     histories: Histories,
-    has_timestamps: bool,
-    can_copy_depth: bool,
-    queries: Option<wgpu::QuerySet>,
+    times: Times,
+    pub(crate) can_copy_depth: bool,
 }
 
 /// What the textures behind the slots of a plan have to be.
-fn slot_shapes(plan: &Plan, options: &RunOptions) -> Vec<(TextureDesc, wgpu::TextureUsages)> {
+fn slot_shapes(plan: &Plan, options: &RunOptions<'_>) -> Vec<(TextureDesc, wgpu::TextureUsages)> {
     let mut shapes: Vec<_> = plan.slots.iter().map(|desc| (*desc, wgpu::TextureUsages::RENDER_ATTACHMENT)).collect();
     for texture in &plan.textures {
         let Some((_, usage)) = texture.slot.and_then(|slot| shapes.get_mut(slot as usize)) else { continue };
         if texture.sampled || texture.exported {
             *usage |= wgpu::TextureUsages::TEXTURE_BINDING;
         }
-        if texture.exported || options.tap {
+        if texture.exported || options.taps.may_copy(&texture.name) {
             *usage |= wgpu::TextureUsages::COPY_SRC;
         }
     }
@@ -87,9 +98,9 @@ fn slot_shapes(plan: &Plan, options: &RunOptions) -> Vec<(TextureDesc, wgpu::Tex
 }
 
 /// The textures and views of one run.
-struct Resources {
-    /// Per planned texture; `None` never occurs for what a plan uses.
-    textures: Vec<wgpu::Texture>,
+pub(crate) struct Resources {
+    /// Per planned texture.
+    pub(crate) textures: Vec<wgpu::Texture>,
     /// Per use of the graph.
     views: Vec<Option<wgpu::TextureView>>,
 }
@@ -102,36 +113,25 @@ impl Executor {
             queue: queue.clone(),
             pool: Pool::default(),
             histories: Histories::default(),
-            has_timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
+            times: Times::new(device, queue),
             can_copy_depth: device.adapter_info().backend != wgpu::Backend::Gl,
-            queries: None,
         }
     }
 
-    /// Textures that pass from frame to frame: what was written as `current` at the
-    /// last call with this name and view, and what to write now. Call it once a
-    /// frame and import both. `is_first` says that `previous` holds zeros, because
-    /// there was no earlier frame or its descriptor differed.
-    ///
-    /// `view` tells several cameras of one frame apart.
-    pub fn history(
-        &mut self,
-        name: impl Into<Cow<'static, str>>,
-        view: u32,
-        desc: TextureDesc,
-    ) -> (wgpu::TextureView, wgpu::TextureView, bool) {
-        self.histories.swap(&self.device, name.into(), view, desc)
+    /// An empty frame that knows what earlier frames have left in histories. To declare and plan it disturbs nothing.
+    pub fn graph<'frame>(&self, limits: Limits) -> Graph<'frame> {
+        Graph::with_histories(limits, self.histories.book())
     }
 
-    /// Drops textures and histories that were not used since the last call.
-    pub fn forget_unused(&mut self) {
-        self.pool.forget_unused();
-        self.histories.forget_unused();
+    /// The times of the passes of the last frame that was run with [`Timing::Live`] and is done; `None` until there is one,
+    /// and where the device has no timestamps. Call it after a frame was submitted. It does not wait.
+    pub fn latest_times(&mut self) -> Option<&[PassTime]> {
+        self.times.latest()
     }
 
     /// Takes the exported textures of `run` out of the pool, so that they keep what they hold after the next run too.
     pub fn release_exports(&mut self, run: &Run) {
-        self.pool.remove(|texture| run.exports.iter().any(|(_, export)| export == texture));
+        self.pool.remove(|texture| run.exports.iter().flatten().any(|export| export == texture));
     }
 
     /// Memory of all textures that the executor holds.
@@ -140,7 +140,7 @@ impl Executor {
     }
 
     /// Memory that [`Executor::run`] would allocate for textures, beyond what it holds already.
-    pub fn missing_bytes(&self, plan: &Plan, options: &RunOptions) -> u64 {
+    pub fn missing_bytes(&self, plan: &Plan, options: &RunOptions<'_>) -> u64 {
         self.pool.missing_bytes(&slot_shapes(plan, options))
     }
 
@@ -160,46 +160,46 @@ impl Executor {
             "the plan belongs to another graph; call `Graph::plan` on the graph that is run"
         );
         let resources = self.prepare(&graph, plan, options);
-        let split = options.tap || options.time;
-        let timed = if options.time && self.has_timestamps {
-            // One set holds begin and end of this many passes.
-            let most = wgpu::QUERY_SET_MAX_QUERIES as usize / 2;
-            let count = plan.passes.len().min(most);
-            self.ensure_queries(count);
-            count
-        } else {
-            0
-        };
-        let mut closures: Vec<Option<RunFn<'_>>> = Vec::with_capacity(graph.passes.len());
-        let (uses, id) = (graph.uses, graph.id);
-        closures.extend(graph.passes.into_iter().map(|pass| pass.run));
-        let mut run = Run {
-            taps: Vec::new(),
-            passes: Vec::with_capacity(plan.passes.len()),
-            exports: Vec::new(),
-            timestamps: None,
-        };
-        let recorder =
-            Recorder { executor: self, plan, resources: &resources, uses: &uses, graph: id, store_all: options.tap };
+        let split = matches!(options.taps, Taps::All) || options.time != Timing::Off;
+        let timed = self.times.begin(options.time, plan.passes.len());
+        let Graph { uses, id, exports, histories, textures, passes, .. } = graph;
+        let mut closures: Vec<Option<RunFn<'_>>> = passes.into_iter().map(|pass| pass.run).collect();
+        let mut run = Run::new(id, plan.passes.len());
+        let recorder = Recorder { executor: self, plan, resources: &resources, uses: &uses, graph: id, options };
         let mut first = 0;
         while first < plan.passes.len() {
             let group = plan.passes[first].group;
             let rest = &plan.passes[first..];
-            let length = if split { 1 } else { rest.iter().take_while(|pass| pass.group == group).count() };
+            // A pass that is tapped is the last of its render pass.
+            let tapped =
+                rest.iter().position(|pass| options.taps.ends_with(&pass.name)).map_or(rest.len(), |at| at + 1);
+            let merged = rest.iter().take_while(|pass| pass.group == group).count();
+            let length = if split { 1 } else { merged.min(tapped) };
             let queries = (first < timed).then_some(first as u32);
-            recorder.group(encoder, &rest[..length], queries, &mut closures, &mut run);
-            if options.tap {
-                recorder.tap(encoder, &rest[0], &mut run.taps);
-            }
+            let cut = length < merged;
+            recorder.group(encoder, &rest[..length], queries, cut, &mut closures, &mut run);
+            tap::record(&recorder, encoder, &rest[length - 1], &mut run);
             first += length;
         }
-        for (texture, planned) in resources.textures.into_iter().zip(&plan.textures) {
-            if planned.exported && !planned.imported {
-                run.exports.push((planned.name.clone(), texture));
+        for &(texture, _) in &exports {
+            let planned = plan.textures.iter().position(|planned| planned.declared == texture);
+            run.exports.push(planned.map(|index| resources.textures[index].clone()));
+        }
+        let mut written = Vec::new();
+        for attachment in plan.passes.iter().flat_map(|pass| &pass.attachments) {
+            let declared = plan.textures[attachment.texture as usize].declared;
+            if let Source::History { index, is_next: true } = textures[declared as usize].source
+                && attachment.target != Target::DepthReadOnly
+            {
+                written.push(index);
             }
         }
-        run.timestamps = self.resolve_queries(encoder, timed);
-        self.pool.release_all();
+        written.sort_unstable();
+        written.dedup();
+        written.iter().for_each(|index| self.histories.written(&histories[*index as usize].name));
+        run.timestamps = self.times.end(encoder, options.time, timed, &run.passes);
+        self.pool.end_run();
+        self.histories.end_run();
         run
     }
 
@@ -214,101 +214,80 @@ impl Executor {
         let slots = slot_shapes(plan, options).into_iter().zip(labels);
         let slots: Vec<usize> =
             slots.map(|((desc, usage), label)| self.pool.take(&self.device, label, &desc, usage)).collect();
+        let mut textures: Vec<Option<wgpu::Texture>> = plan
+            .textures
+            .iter()
+            .map(|texture| Some(self.pool.texture(slots[texture.slot? as usize]).clone()))
+            .collect();
         let mut views = vec![None; graph.uses.len()];
-        let mut view = |use_index: u32, texture: u32, part, executor: &mut Self| {
+        let mut view = |use_index: u32, texture: u32, part: Option<Part>, executor: &mut Self| {
             let planned = &plan.textures[texture as usize];
-            let kind = graph.uses[use_index as usize].kind;
-            let (dimension, aspect) = match kind {
-                UseKind::Sampled { dimension, .. } if planned.desc.has_depth() => {
-                    (dimension, wgpu::TextureAspect::DepthOnly)
+            let key = view_key(graph.uses[use_index as usize].kind, &planned.desc, part);
+            let (taken, view) = match (planned.slot, &graph.textures[planned.declared as usize].source) {
+                (Some(slot), _) => (None, Some(executor.pool.view(slots[slot as usize], key))),
+                (None, Source::Import(view)) => {
+                    (Some(view.texture().clone()), Some(imported_view(view, &planned.desc, key)))
                 }
-                UseKind::Sampled { dimension, .. } => (dimension, wgpu::TextureAspect::All),
-                _ => (None, wgpu::TextureAspect::All),
-            };
-            let key = ViewKey { part, dimension, aspect };
-            let imported = graph.textures[planned.declared as usize].import.as_ref();
-            views[use_index as usize] = match (planned.slot, imported) {
-                (Some(slot), _) => Some(executor.pool.view(slots[slot as usize], key)),
-                // The imported view itself serves wherever it can, because it may
-                // have another format than its texture.
-                (None, Some(view)) => {
-                    let whole = planned.desc.subresources() == 1 || (part.is_none() && dimension.is_none());
-                    let as_given = whole && aspect == wgpu::TextureAspect::All;
-                    Some(if as_given { view.clone() } else { create_view(view.texture(), key) })
+                (None, Source::History { index, is_next }) => {
+                    let history = &graph.histories[*index as usize];
+                    let (texture, view) = executor.histories.take(&executor.device, history, *is_next, key);
+                    (Some(texture.clone()), Some(view))
                 }
-                (None, None) => None,
+                (None, _) => (None, None),
             };
+            views[use_index as usize] = view;
+            if taken.is_some() {
+                textures[texture as usize] = taken;
+            }
         };
         for pass in &plan.passes {
             for attachment in &pass.attachments {
-                let part = Some((attachment.mip, attachment.layer));
-                view(attachment.use_index, attachment.texture, part, self);
+                let whole = plan.textures[attachment.texture as usize].desc.subresources() == 1;
+                let part = Part { mip: attachment.mip, mips: 1, layer: attachment.layer, layers: 1 };
+                view(attachment.use_index, attachment.texture, (!whole).then_some(part), self);
             }
             for read in &pass.reads {
                 view(read.use_index, read.texture, read.view, self);
             }
         }
-        let textures = plan.textures.iter().filter_map(|texture| {
-            let imported = graph.textures[texture.declared as usize].import.as_ref();
-            match texture.slot {
-                Some(slot) => Some(self.pool.texture(slots[slot as usize]).clone()),
-                None => imported.map(|view| view.texture().clone()),
-            }
-        });
-        Resources { textures: textures.collect(), views }
-    }
-
-    fn ensure_queries(&mut self, passes: usize) {
-        let needed = (passes as u32 * 2).max(2);
-        let enough = self.queries.as_ref().is_some_and(|queries| queries.count() >= needed);
-        if !enough {
-            self.queries = Some(self.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("pass times"),
-                ty: wgpu::QueryType::Timestamp,
-                count: needed,
-            }));
-        }
-    }
-
-    fn resolve_queries(&self, encoder: &mut wgpu::CommandEncoder, passes: usize) -> Option<Timestamps> {
-        let queries = self.queries.as_ref().filter(|_| passes > 0)?;
-        let size = passes as u64 * 16;
-        let buffer = |usage| {
-            self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("pass times"),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let resolved = buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC);
-        let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-        encoder.resolve_query_set(queries, 0..passes as u32 * 2, &resolved, 0);
-        encoder.copy_buffer_to_buffer(&resolved, 0, &readable, 0, size);
-        Some(Timestamps {
-            buffer: readable,
-            count: passes,
-            ms_per_tick: f64::from(self.queue.get_timestamp_period()) * 1e-6,
-        })
+        Resources { textures: textures.into_iter().flatten().collect(), views }
     }
 }
 
-struct Recorder<'a> {
-    executor: &'a Executor,
-    plan: &'a Plan,
-    resources: &'a Resources,
+/// How a use sees its texture.
+fn view_key(kind: UseKind, desc: &TextureDesc, part: Option<Part>) -> ViewKey {
+    let (dimension, aspect) = match kind {
+        UseKind::Sampled { dimension, .. } if desc.has_depth() => (dimension, wgpu::TextureAspect::DepthOnly),
+        UseKind::Sampled { dimension, .. } => (dimension, wgpu::TextureAspect::All),
+        _ => (None, wgpu::TextureAspect::All),
+    };
+    ViewKey { part, dimension, aspect }
+}
+
+/// The imported view itself serves wherever it can, because it may have another format than its texture.
+fn imported_view(view: &wgpu::TextureView, desc: &TextureDesc, key: ViewKey) -> wgpu::TextureView {
+    let is_whole = desc.subresources() == 1 || (key.part.is_none() && key.dimension.is_none());
+    if is_whole && key.aspect == wgpu::TextureAspect::All { view.clone() } else { create_view(view.texture(), key) }
+}
+
+/// What recording a run needs to know.
+pub(crate) struct Recorder<'a> {
+    pub(crate) executor: &'a Executor,
+    pub(crate) plan: &'a Plan,
+    pub(crate) resources: &'a Resources,
     uses: &'a [crate::graph::Use],
     graph: u32,
-    store_all: bool,
+    pub(crate) options: &'a RunOptions<'a>,
 }
 
 impl Recorder<'_> {
-    /// Records passes that share their attachments as one render pass.
+    /// Records passes that share their attachments as one render pass; `is_cut` says that more of them follow in another.
     fn group(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         passes: &[PlannedPass],
         timed_pass: Option<u32>,
+        is_cut: bool,
         closures: &mut [Option<RunFn<'_>>],
         run: &mut Run,
     ) {
@@ -322,7 +301,8 @@ impl Recorder<'_> {
             let Some(view) = self.view(attachment.use_index) else {
                 continue;
             };
-            let store = if end.store || self.store_all { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
+            let is_kept = end.store || is_cut || self.options.taps.ends_with(&last.name);
+            let store = if is_kept { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
             match attachment.target {
                 Target::Color(_) => colors.push(Some(wgpu::RenderPassColorAttachment {
                     view,
@@ -333,7 +313,7 @@ impl Recorder<'_> {
                 _ => depth = Some(self.depth_attachment(attachment, view, store)),
             }
         }
-        let timestamp_writes = timed_pass.zip(self.executor.queries.as_ref());
+        let timestamp_writes = timed_pass.zip(self.executor.times.queries());
         let render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(&first.name),
             color_attachments: &colors,
@@ -422,49 +402,6 @@ impl Recorder<'_> {
             view,
             depth_ops: (writes && format.has_depth_aspect()).then_some(depth_ops),
             stencil_ops: (writes && format.has_stencil_aspect()).then_some(stencil_ops),
-        }
-    }
-
-    /// Copies what a pass has written.
-    fn tap(&self, encoder: &mut wgpu::CommandEncoder, pass: &PlannedPass, taps: &mut Vec<Tap>) {
-        for attachment in &pass.attachments {
-            let planned = &self.plan.textures[attachment.texture as usize];
-            let texture = &self.resources.textures[attachment.texture as usize];
-            let is_depth = planned.desc.format.is_depth_stencil_format();
-            let copyable = attachment.target != Target::DepthReadOnly
-                && planned.desc.samples == 1
-                && texture.usage().contains(wgpu::TextureUsages::COPY_SRC)
-                && (!is_depth || self.executor.can_copy_depth);
-            let Some((_, texel_bytes)) = copied_format(planned.desc.format).filter(|_| copyable) else {
-                continue;
-            };
-            let desc = planned.desc.of_mip(attachment.mip);
-            let bytes_per_row = (desc.width * texel_bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-            let name = self.plan.attachment_name(attachment);
-            let buffer = self.executor.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(&name),
-                size: u64::from(bytes_per_row) * u64::from(desc.height),
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            encoder.copy_texture_to_buffer(
-                wgpu::TexelCopyTextureInfo {
-                    texture,
-                    mip_level: attachment.mip,
-                    origin: wgpu::Origin3d { x: 0, y: 0, z: attachment.layer },
-                    aspect: if is_depth { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All },
-                },
-                wgpu::TexelCopyBufferInfo {
-                    buffer: &buffer,
-                    layout: wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row: Some(bytes_per_row),
-                        rows_per_image: None,
-                    },
-                },
-                wgpu::Extent3d { width: desc.width, height: desc.height, depth_or_array_layers: 1 },
-            );
-            taps.push(Tap { pass: pass.name.to_string(), texture: name, desc, buffer, bytes_per_row });
         }
     }
 }

@@ -2,12 +2,15 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::execute::PassContext;
+use crate::part::Part;
+use crate::pool::HistoryBook;
 use crate::{Limits, Plan, PlanError, TextureDesc};
 
-/// One version of a texture, or of one mip and layer of it.
+/// One version of a texture, or of some mips and layers of it.
 ///
 /// Neither `Clone` nor `Copy`: writing consumes a handle and returns the next
 /// version.
@@ -21,45 +24,34 @@ pub struct Handle {
 }
 
 impl Handle {
-    /// The texture's name; a view of one mip or layer appends `.mip2`, `.layer1`.
+    /// The texture's name; a view of some mips or layers appends `.mip2`, `.mips1-3`, `.layer1`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The shape of what this handle stands for: for a view, of that one mip.
+    /// The shape of what this handle stands for: of a view, with its first mip as mip 0.
     pub fn desc(&self) -> TextureDesc {
         self.desc
     }
 }
 
-/// Which subresources of a texture are meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Part {
-    Whole,
-    One { mip: u32, layer: u32 },
+/// Fetches what a frame exported, after its run ([`crate::Run::exported`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Export {
+    pub(crate) graph: u32,
+    pub(crate) index: u32,
 }
 
-impl Part {
-    /// Subresources within a texture, in the order of [`TextureDesc::subresources`].
-    pub(crate) fn subresources(self, desc: &TextureDesc) -> Range<u32> {
-        match self {
-            Self::Whole => 0..desc.subresources(),
-            Self::One { mip, layer } => {
-                let index = layer * desc.mips + mip;
-                index..index + 1
-            }
-        }
-    }
-}
-
-/// Appends what distinguishes a view from the whole texture.
-pub(crate) fn part_suffix(desc: &TextureDesc, mip: u32, layer: u32) -> String {
-    match (desc.mips > 1, desc.layers > 1) {
-        (true, true) => format!(".layer{layer}.mip{mip}"),
-        (true, false) => format!(".mip{mip}"),
-        (false, true) => format!(".layer{layer}"),
-        (false, false) => String::new(),
-    }
+/// A texture that passes from frame to frame (ping-pong).
+#[derive(Debug)]
+pub struct History {
+    /// What the last frame wrote as [`History::next`]; zeros if there was none.
+    pub previous: Handle,
+    /// What this frame writes: its writers run as if it were exported. If none writes it, the next frame finds what this one
+    /// found.
+    pub next: Handle,
+    /// Whether there is no earlier frame of this name and shape.
+    pub is_first: bool,
 }
 
 /// Fetches a view of a declared read while the pass runs
@@ -135,10 +127,33 @@ pub(crate) struct Use {
 pub(crate) struct TextureNode {
     pub(crate) name: Cow<'static, str>,
     pub(crate) desc: TextureDesc,
-    pub(crate) import: Option<wgpu::TextureView>,
-    /// Whether the planner treats the texture as imported. Differs from
-    /// `import.is_some()` only in tests, which have no device to make views with.
-    pub(crate) persistent: bool,
+    pub(crate) source: Source,
+}
+
+impl TextureNode {
+    /// Whether it outlives the frame: it has contents, and what is written to it is stored.
+    pub(crate) fn is_persistent(&self) -> bool {
+        !matches!(self.source, Source::Transient)
+    }
+}
+
+/// Where the memory of a texture comes from.
+pub(crate) enum Source {
+    /// The pool, for as long as the frame needs it.
+    Transient,
+    /// The caller.
+    Import(wgpu::TextureView),
+    /// One of the two textures of a history, an index into [`Graph::histories`].
+    History { index: u32, is_next: bool },
+    /// As if it were imported, for tests, which have no device to make views with.
+    #[cfg(test)]
+    Fake,
+}
+
+/// A history that the frame uses.
+pub(crate) struct HistoryNode {
+    pub(crate) name: Cow<'static, str>,
+    pub(crate) desc: TextureDesc,
 }
 
 pub(crate) type RunFn<'frame> = Box<dyn FnOnce(&mut PassContext<'_, '_>) + 'frame>;
@@ -160,15 +175,23 @@ pub struct Graph<'frame> {
     /// declaring a pass allocates only its closure.
     pub(crate) uses: Vec<Use>,
     pub(crate) exports: Vec<(u32, Part)>,
+    pub(crate) histories: Vec<HistoryNode>,
+    /// The histories that earlier frames have written.
+    known_histories: Arc<HistoryBook>,
+    /// Precedes every name that is declared.
+    view: Cow<'static, str>,
     /// The first mistake that could be seen while declaring.
     misuse: Option<PlanError>,
-    /// What names of textures and passes begin with.
-    prefix: &'static str,
 }
 
 impl<'frame> Graph<'frame> {
-    /// An empty frame for an adapter with these limits.
+    /// An empty frame for an adapter with these limits, in which every history is new. A frame that is to be run comes
+    /// from [`crate::Executor::graph`], which knows what earlier frames have left.
     pub fn new(limits: Limits) -> Self {
+        Self::with_histories(limits, Arc::default())
+    }
+
+    pub(crate) fn with_histories(limits: Limits, known_histories: Arc<HistoryBook>) -> Self {
         static NEXT_ID: AtomicU32 = AtomicU32::new(0);
         Self {
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
@@ -177,25 +200,27 @@ impl<'frame> Graph<'frame> {
             passes: Vec::with_capacity(64),
             uses: Vec::with_capacity(256),
             exports: Vec::new(),
+            histories: Vec::new(),
+            known_histories,
+            view: Cow::Borrowed(""),
             misuse: None,
-            prefix: "",
         }
     }
 
-    /// From now on the names of textures and passes begin with `prefix`; empty for none. It tells several views of one
-    /// frame apart.
-    pub fn set_prefix(&mut self, prefix: &'static str) {
-        self.prefix = prefix;
+    /// Names the view whose passes are declared from here on: `mirror` makes `mirror/geometry` of `geometry`, in passes,
+    /// textures and histories alike. An empty name, as at first, changes nothing.
+    pub fn set_view(&mut self, name: impl Into<Cow<'static, str>>) {
+        self.view = name.into();
     }
 
-    fn prefixed(&self, name: Cow<'static, str>) -> Cow<'static, str> {
-        if self.prefix.is_empty() { name } else { Cow::Owned(format!("{}{name}", self.prefix)) }
+    fn named(&self, name: Cow<'static, str>) -> Cow<'static, str> {
+        if self.view.is_empty() { name } else { Cow::Owned(format!("{}/{name}", self.view)) }
     }
 
     /// A texture that lives within the frame. Its contents are undefined until a
     /// pass writes it, and it may share memory with others.
     pub fn texture(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> Handle {
-        self.add_texture(name.into(), desc, None, false)
+        self.add_texture(name.into(), desc, Source::Transient)
     }
 
     /// A texture that outlives the frame: it has contents, shares no memory, and
@@ -205,47 +230,64 @@ impl<'frame> Graph<'frame> {
     /// that writes it runs only if something reads the result, or if the last
     /// version is given to [`Graph::export`].
     pub fn import(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc, view: wgpu::TextureView) -> Handle {
-        self.add_texture(name.into(), desc, Some(view), true)
+        self.add_texture(name.into(), desc, Source::Import(view))
     }
 
-    pub(crate) fn add_texture(
-        &mut self,
-        name: Cow<'static, str>,
-        desc: TextureDesc,
-        import: Option<wgpu::TextureView>,
-        persistent: bool,
-    ) -> Handle {
+    /// What the last frame left under this name (and the name of the view), and what this frame leaves for the next.
+    /// Another shape than the last frame's begins anew. One frame asks for a name once.
+    pub fn history(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> History {
+        let name = name.into();
+        let full = self.named(name.clone());
+        if self.histories.iter().any(|known| known.name == full) {
+            self.note_misuse(PlanError::HistoryTwice { history: full.to_string() });
+        }
+        let is_first = self.known_histories.get(&full) != Some(&desc);
+        let index = self.histories.len() as u32;
+        self.histories.push(HistoryNode { name: full, desc });
+        let mut handle = |which: &str, is_next| {
+            self.add_texture(format!("{name}.{which}").into(), desc, Source::History { index, is_next })
+        };
+        History { previous: handle("previous", false), next: handle("next", true), is_first }
+    }
+
+    pub(crate) fn add_texture(&mut self, name: Cow<'static, str>, desc: TextureDesc, source: Source) -> Handle {
+        let name = self.named(name);
         let texture = self.textures.len() as u32;
-        let name = self.prefixed(name);
-        self.textures.push(TextureNode { name: name.clone(), desc, import, persistent });
-        Handle { graph: self.id, texture, part: Part::Whole, name, desc }
+        self.textures.push(TextureNode { name: name.clone(), desc, source });
+        Handle { graph: self.id, texture, part: Part::whole(&desc), name, desc }
     }
 
-    /// One mip of one layer as a handle of its own, to write or to read. Reading
-    /// the whole texture later sees what was written through its views; whether a
-    /// pass reads what it writes is checked per view.
-    ///
-    /// A `handle` that is itself a view, or a mip or layer that does not exist, is
-    /// an error of [`Graph::plan`].
+    /// One mip of one layer as a handle of its own; see [`Graph::subresources`].
     pub fn subview(&mut self, handle: &Handle, mip: u32, layer: u32) -> Handle {
-        let whole = handle.part == Part::Whole;
-        if !whole || mip >= handle.desc.mips || layer >= handle.desc.layers {
+        self.subresources(handle, mip..mip.saturating_add(1), layer..layer.saturating_add(1))
+    }
+
+    /// Some mips of some layers as a handle of its own, to write (one mip of one layer) or to read, counted from the
+    /// first mip and layer of `handle`. Reading the whole texture later sees what was written through its views;
+    /// whether a pass reads what it writes is checked for every mip and layer: mip m of one face may be drawn while
+    /// mip m − 1 of all faces is sampled.
+    ///
+    /// A range that is empty, or reaches beyond `handle`, is an error of [`Graph::plan`].
+    pub fn subresources(&mut self, handle: &Handle, mips: Range<u32>, layers: Range<u32>) -> Handle {
+        let part = handle.part.inner(&mips, &layers).unwrap_or_else(|| {
             self.note_misuse(PlanError::NoSuchView {
                 texture: handle.name.to_string(),
-                mip,
-                layer,
-                mips: handle.desc.mips,
-                layers: handle.desc.layers,
+                mips: mips.clone(),
+                layers: layers.clone(),
+                mip_count: handle.desc.mips,
+                layer_count: handle.desc.layers,
             });
-        }
-        // A subview is the one declaration that allocates its name.
-        let suffix = part_suffix(&handle.desc, mip, layer);
+            handle.part
+        });
+        let whole = self.textures.get(handle.texture as usize).map_or(handle.desc, |texture| texture.desc);
+        // A view is the one declaration that allocates its name.
+        let base = self.textures.get(handle.texture as usize).map_or("", |texture| &texture.name);
         Handle {
             graph: handle.graph,
             texture: handle.texture,
-            part: if whole { Part::One { mip, layer } } else { handle.part },
-            name: Cow::Owned(format!("{}{suffix}", handle.name)),
-            desc: handle.desc.of_mip(mip),
+            part,
+            name: Cow::Owned(format!("{base}{}", part.suffix(&whole))),
+            desc: part.desc(&whole),
         }
     }
 
@@ -253,18 +295,20 @@ impl<'frame> Graph<'frame> {
     /// its key in reports: `occlusion.blur`, folder then step.
     pub fn pass(&mut self, name: impl Into<Cow<'static, str>>) -> Pass<'_, 'frame> {
         let first_use = self.uses.len() as u32;
-        let name = self.prefixed(name.into());
+        let name = self.named(name.into());
         self.passes.push(PassNode { name, uses: first_use..first_use, side_effect: false, run: None });
         Pass { graph: self }
     }
 
     /// Makes this version a result of the frame: its writers run and it is stored.
-    pub fn export(&mut self, handle: Handle) {
+    pub fn export(&mut self, handle: Handle) -> Export {
+        let export = Export { graph: self.id, index: self.exports.len() as u32 };
         if handle.graph == self.id {
             self.exports.push((handle.texture, handle.part));
         } else {
             self.note_misuse(PlanError::ForeignHandle { pass: "export".to_owned(), texture: handle.name.into_owned() });
         }
+        export
     }
 
     /// Checks the declarations and works out how to execute them. Needs no device.
@@ -312,8 +356,8 @@ impl<'frame> Pass<'_, 'frame> {
         self.add_use(handle, UseKind::DepthReadOnly);
     }
 
-    /// Samples a texture: one mip and layer through a view, else all of it, as
-    /// `D2`, or `D2Array` if it has layers.
+    /// Samples a texture: the mips of `handle`, and all of its layers, as `D2`, or `D2Array` if it has layers. To
+    /// sample one layer of several is refused, because WebGL 2 shows another one.
     pub fn read(&mut self, handle: &Handle) -> Read {
         self.add_use(handle, UseKind::Sampled { dimension: None, depth_only: false })
     }

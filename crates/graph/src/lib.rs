@@ -57,16 +57,21 @@ mod desc;
 mod error;
 mod execute;
 mod graph;
+mod part;
 mod plan;
 mod pool;
 mod print;
 mod report;
+mod tap;
 #[cfg(test)]
 mod tests;
+mod times;
 
 pub use desc::{Limits, TextureDesc};
 pub use error::PlanError;
-pub use execute::{Executor, PassContext, RunOptions};
-pub use graph::{ColorLoad, DepthLoad, Graph, Handle, Pass, Read};
+pub use execute::{Executor, PassContext, RunOptions, Timing};
+pub use graph::{ColorLoad, DepthLoad, Export, Graph, Handle, History, Pass, Read};
+pub use part::Part;
 pub use plan::{Load, Plan, PlanBytes, PlannedAttachment, PlannedPass, PlannedRead, PlannedTexture, Target};
-pub use report::{PassTime, Run, RunReport, Tap, TapPixels};
+pub use report::{PassTime, Run, RunReport, TapPixels};
+pub use tap::{Tap, Taps, Untapped};

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use crate::TextureDesc;
 use crate::check::{desc_of, subresource_bases};
-use crate::graph::{ColorLoad, DepthLoad, Graph, Part, PassNode, Use, UseKind};
+use crate::graph::{ColorLoad, DepthLoad, Graph, PassNode, Source, Use, UseKind};
+use crate::part::Part;
 
 /// How a frame will be executed. Plain data: print it with [`Plan::to_text`],
 /// [`Plan::to_json`] or [`Plan::to_mermaid`].
@@ -90,8 +91,8 @@ pub struct PlannedAttachment {
 pub struct PlannedRead {
     /// Index into [`Plan::textures`].
     pub texture: u32,
-    /// Mip and layer of a view; `None` is the whole texture.
-    pub view: Option<(u32, u32)>,
+    /// Mips and layers of a view; `None` is the whole texture.
+    pub view: Option<Part>,
     #[serde(skip)]
     pub(crate) use_index: u32,
 }
@@ -192,34 +193,37 @@ fn cull(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
     let (bases, total) = subresource_bases(graph);
     let subresources = |texture: u32, part: Part| {
         let base = bases[texture as usize];
-        let range = part.subresources(&graph.textures[texture as usize].desc);
-        (base + range.start) as usize..(base + range.end) as usize
+        part.subresources(&graph.textures[texture as usize].desc).map(move |place| (base + place) as usize)
     };
     let mut wanted = vec![false; total as usize];
     for &(texture, part) in &graph.exports {
-        wanted[subresources(texture, part)].fill(true);
+        subresources(texture, part).for_each(|subresource| wanted[subresource] = true);
+    }
+    // What the next frame will read is a result of this one.
+    for (texture, node) in (0..).zip(&graph.textures) {
+        if matches!(node.source, Source::History { is_next: true, .. }) {
+            subresources(texture, Part::whole(&node.desc)).for_each(|subresource| wanted[subresource] = true);
+        }
     }
     let mut live = vec![false; graph.passes.len()];
     let mut stored = vec![false; graph.uses.len()];
     for (index, pass) in graph.passes.iter().enumerate().rev() {
         let uses = &graph.uses[uses_of(pass)];
-        let is_wanted = |used: &Use| {
-            let range = subresources(used.texture, used.part);
-            wanted[range].iter().any(|&wanted| wanted)
-        };
+        let is_wanted = |used: &Use| subresources(used.texture, used.part).any(|subresource| wanted[subresource]);
         let needed = uses.iter().any(|used| used.kind.is_write() && is_wanted(used));
         if !needed && !pass.side_effect {
             continue;
         }
         live[index] = true;
         for (offset, used) in uses.iter().enumerate() {
-            let persistent = graph.textures[used.texture as usize].persistent;
+            let persistent = graph.textures[used.texture as usize].is_persistent();
             stored[pass.uses.start as usize + offset] = used.kind.is_write() && (persistent || is_wanted(used));
         }
         // An attachment is one subresource and a load that ignores its contents
         // replaces all of it, so that earlier writers are not needed for it.
         for used in uses {
-            wanted[subresources(used.texture, used.part)].fill(used.kind.needs_contents());
+            let needs = used.kind.needs_contents();
+            subresources(used.texture, used.part).for_each(|subresource| wanted[subresource] = needs);
         }
     }
     (live, stored)
@@ -251,7 +255,7 @@ fn plan_pass(
             plan.textures.push(PlannedTexture {
                 name: node.name.clone(),
                 desc: node.desc,
-                imported: node.persistent,
+                imported: node.is_persistent(),
                 exported: false,
                 sampled: false,
                 slot: None,
@@ -265,14 +269,9 @@ fn plan_pass(
         let (target, load) = match used.kind {
             UseKind::Sampled { .. } => {
                 plan.textures[texture as usize].sampled = true;
-                result.reads.push(PlannedRead {
-                    texture,
-                    view: match used.part {
-                        Part::Whole => None,
-                        Part::One { mip, layer } => Some((mip, layer)),
-                    },
-                    use_index,
-                });
+                let whole = Part::whole(&graph.textures[used.texture as usize].desc);
+                let view = Some(used.part).filter(|part| *part != whole);
+                result.reads.push(PlannedRead { texture, view, use_index });
                 continue;
             }
             UseKind::Color(load) => {
@@ -290,15 +289,11 @@ fn plan_pass(
         };
         let desc = desc_of(graph, used);
         result.size = (desc.width, desc.height);
-        let (mip, layer) = match used.part {
-            Part::Whole => (0, 0),
-            Part::One { mip, layer } => (mip, layer),
-        };
         result.attachments.push(PlannedAttachment {
             target,
             texture,
-            mip,
-            layer,
+            mip: used.part.mip,
+            layer: used.part.layer,
             load,
             store: stored[use_index as usize],
             use_index,

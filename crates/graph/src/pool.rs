@@ -1,35 +1,32 @@
 //! Textures that stay allocated between frames.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use crate::TextureDesc;
+use crate::graph::HistoryNode;
+use crate::part::Part;
 
 /// Which view of a texture, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ViewKey {
-    /// Mip and layer; `None` is all of them.
-    pub(crate) part: Option<(u32, u32)>,
+    /// Mips and layers; `None` is all of them.
+    pub(crate) part: Option<Part>,
     pub(crate) dimension: Option<wgpu::TextureViewDimension>,
     pub(crate) aspect: wgpu::TextureAspect,
 }
 
 pub(crate) fn create_view(texture: &wgpu::Texture, key: ViewKey) -> wgpu::TextureView {
-    let one = key.part.map(|_| 1);
-    let (mip, layer) = key.part.unwrap_or((0, 0));
-    let layers = texture.depth_or_array_layers();
-    let natural = if key.part.is_some() || layers == 1 {
-        wgpu::TextureViewDimension::D2
-    } else {
-        wgpu::TextureViewDimension::D2Array
-    };
+    let layers = key.part.map_or(texture.depth_or_array_layers(), |part| part.layers);
+    let natural = if layers == 1 { wgpu::TextureViewDimension::D2 } else { wgpu::TextureViewDimension::D2Array };
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(key.dimension.unwrap_or(natural)),
         aspect: key.aspect,
-        base_mip_level: mip,
-        mip_level_count: one,
-        base_array_layer: layer,
-        array_layer_count: one,
+        base_mip_level: key.part.map_or(0, |part| part.mip),
+        mip_level_count: key.part.map(|part| part.mips),
+        base_array_layer: key.part.map_or(0, |part| part.layer),
+        array_layer_count: key.part.map(|part| part.layers),
         ..Default::default()
     })
 }
@@ -59,7 +56,8 @@ struct Pooled {
     /// Few per texture: a scan is faster than a map.
     views: Vec<(ViewKey, wgpu::TextureView)>,
     taken: bool,
-    used_since_forget: bool,
+    /// The run that took it last.
+    last_run: u64,
 }
 
 impl Pooled {
@@ -69,10 +67,15 @@ impl Pooled {
     }
 }
 
+/// After this many runs without use a texture is given back, however much memory there is: more than the runs of a still
+/// between two that want the same variables, and about two seconds of a live view.
+const KEPT_RUNS: u64 = 120;
+
 /// Transient textures by descriptor and usage.
 #[derive(Default)]
 pub(crate) struct Pool {
     textures: Vec<Pooled>,
+    run: u64,
 }
 
 impl Pool {
@@ -93,12 +96,12 @@ impl Pool {
                 texture: create_texture(device, label, desc, usage),
                 views: Vec::new(),
                 taken: false,
-                used_since_forget: false,
+                last_run: self.run,
             });
             self.textures.len() - 1
         });
         self.textures[index].taken = true;
-        self.textures[index].used_since_forget = true;
+        self.textures[index].last_run = self.run;
         index
     }
 
@@ -132,14 +135,37 @@ impl Pool {
         view
     }
 
-    pub(crate) fn release_all(&mut self) {
-        for pooled in &mut self.textures {
-            pooled.taken = false;
+    /// Ends a run: everything is free again, and what was not used is given back, the longest unused first, until it takes
+    /// no more memory than what was used. So a resized view does not pile up the textures of every size it had.
+    pub(crate) fn end_run(&mut self) {
+        let run = self.run;
+        let used_bytes: u64 =
+            self.textures.iter().filter(|pooled| pooled.last_run == run).map(|pooled| pooled.desc.bytes()).sum();
+        let mut unused: Vec<(u64, u64)> = self
+            .textures
+            .iter()
+            .filter(|pooled| pooled.last_run != run)
+            .map(|pooled| (pooled.last_run, pooled.desc.bytes()))
+            .collect();
+        unused.sort_unstable_by(|a, b| b.cmp(a));
+        // The most recent unused textures that fit beside the used ones; of one run all or none.
+        let mut kept_bytes = 0;
+        let mut oldest_kept = run;
+        for (index, &(last_run, bytes)) in unused.iter().enumerate() {
+            kept_bytes += bytes;
+            if kept_bytes > used_bytes {
+                break;
+            }
+            if unused.get(index + 1).is_none_or(|next| next.0 != last_run) {
+                oldest_kept = last_run;
+            }
         }
-    }
-
-    pub(crate) fn forget_unused(&mut self) {
-        self.textures.retain_mut(|pooled| std::mem::take(&mut pooled.used_since_forget));
+        let oldest_kept = oldest_kept.max(run.saturating_sub(KEPT_RUNS));
+        self.textures.retain_mut(|pooled| {
+            pooled.taken = false;
+            pooled.last_run >= oldest_kept
+        });
+        self.run += 1;
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -147,55 +173,83 @@ impl Pool {
     }
 }
 
+/// The histories that frames have written, with their shapes: what a frame needs to know while it is declared.
+pub(crate) type HistoryBook = BTreeMap<Cow<'static, str>, TextureDesc>;
+
 struct Pair {
     desc: TextureDesc,
-    views: [wgpu::TextureView; 2],
+    textures: [wgpu::Texture; 2],
+    /// Views of the two textures, by which of them and what of it.
+    views: Vec<(usize, ViewKey, wgpu::TextureView)>,
     /// Which of the two was written last.
     newest: usize,
-    used_since_forget: bool,
+    /// The run that used it last.
+    last_run: u64,
 }
 
 /// Ping-pong pairs that carry a texture from one frame to the next.
 #[derive(Default)]
 pub(crate) struct Histories {
-    pairs: HashMap<(Cow<'static, str>, u32), Pair>,
+    pairs: HashMap<Cow<'static, str>, Pair>,
+    book: Arc<HistoryBook>,
+    run: u64,
 }
 
 impl Histories {
-    pub(crate) fn swap(
+    pub(crate) fn book(&self) -> Arc<HistoryBook> {
+        self.book.clone()
+    }
+
+    /// The texture that the last frame wrote, or the other one, which this frame writes, and a view of it. Both are made,
+    /// and hold zeros, where there is no pair of this shape.
+    pub(crate) fn take(
         &mut self,
         device: &wgpu::Device,
-        name: Cow<'static, str>,
-        view: u32,
-        desc: TextureDesc,
-    ) -> (wgpu::TextureView, wgpu::TextureView, bool) {
-        let key = (name, view);
-        let known = self.pairs.get(&key).is_some_and(|pair| pair.desc == desc);
-        if !known {
+        HistoryNode { name, desc }: &HistoryNode,
+        is_next: bool,
+        key: ViewKey,
+    ) -> (&wgpu::Texture, wgpu::TextureView) {
+        let make = || {
             let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
                 | wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::COPY_SRC;
-            let views = ["0", "1"].map(|which| {
-                let label = format!("{}.history{which}", key.0);
-                create_view(
-                    &create_texture(device, &label, &desc, usage),
-                    ViewKey { part: None, dimension: None, aspect: wgpu::TextureAspect::All },
-                )
-            });
-            let pair = Pair { desc, views, newest: 0, used_since_forget: true };
-            let result = (pair.views[1].clone(), pair.views[0].clone(), true);
-            self.pairs.insert(key, pair);
-            return result;
+            let textures = [0, 1].map(|which| create_texture(device, &format!("{name}.history{which}"), desc, usage));
+            Pair { desc: *desc, textures, views: Vec::new(), newest: 0, last_run: 0 }
+        };
+        let pair = self.pairs.entry(name.clone()).or_insert_with(make);
+        if pair.desc != *desc {
+            *pair = make();
+            Arc::make_mut(&mut self.book).remove(name);
         }
-        let pair = self.pairs.get_mut(&key).expect("the key is known");
-        let previous = pair.newest;
-        pair.newest = 1 - previous;
-        pair.used_since_forget = true;
-        (pair.views[previous].clone(), pair.views[pair.newest].clone(), false)
+        pair.last_run = self.run;
+        let which = if is_next { 1 - pair.newest } else { pair.newest };
+        let known = pair.views.iter().find(|view| view.0 == which && view.1 == key).map(|view| view.2.clone());
+        let view = known.unwrap_or_else(|| {
+            let view = create_view(&pair.textures[which], key);
+            pair.views.push((which, key, view.clone()));
+            view
+        });
+        (&pair.textures[which], view)
     }
 
-    pub(crate) fn forget_unused(&mut self) {
-        self.pairs.retain(|_, pair| std::mem::take(&mut pair.used_since_forget));
+    /// What this frame wrote is what the next one finds.
+    pub(crate) fn written(&mut self, name: &Cow<'static, str>) {
+        let Some(pair) = self.pairs.get_mut(name) else { return };
+        pair.newest = 1 - pair.newest;
+        if self.book.get(name) != Some(&pair.desc) {
+            Arc::make_mut(&mut self.book).insert(name.clone(), pair.desc);
+        }
+    }
+
+    /// Ends a run: histories that were long not asked for are given back.
+    pub(crate) fn end_run(&mut self) {
+        let oldest_kept = self.run.saturating_sub(KEPT_RUNS);
+        if self.pairs.values().any(|pair| pair.last_run < oldest_kept) {
+            self.pairs.retain(|_, pair| pair.last_run >= oldest_kept);
+            let pairs = &self.pairs;
+            Arc::make_mut(&mut self.book).retain(|name, _| pairs.contains_key(name));
+        }
+        self.run += 1;
     }
 
     pub(crate) fn bytes(&self) -> u64 {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::graph::part_suffix;
+use crate::part::Part;
 use crate::plan::{Load, Plan, PlannedAttachment, PlannedRead, Target};
 
 impl Plan {
@@ -110,13 +110,13 @@ impl Plan {
     /// The name of the texture or view that is attached.
     pub(crate) fn attachment_name(&self, attachment: &PlannedAttachment) -> String {
         let texture = &self.textures[attachment.texture as usize];
-        let suffix = part_suffix(&texture.desc, attachment.mip, attachment.layer);
-        format!("{}{suffix}", texture.name)
+        let part = Part { mip: attachment.mip, mips: 1, layer: attachment.layer, layers: 1 };
+        format!("{}{}", texture.name, part.suffix(&texture.desc))
     }
 
     fn read_name(&self, read: &PlannedRead) -> String {
         let texture = &self.textures[read.texture as usize];
-        let suffix = read.view.map_or_else(String::new, |(mip, layer)| part_suffix(&texture.desc, mip, layer));
+        let suffix = read.view.map_or_else(String::new, |part| part.suffix(&texture.desc));
         format!("{}{suffix}", texture.name)
     }
 }

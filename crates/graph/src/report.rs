@@ -4,22 +4,9 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::TextureDesc;
-
-/// A copy of one attachment as it was after one pass.
-#[derive(Clone, Debug)]
-pub struct Tap {
-    /// Name of the pass that wrote it.
-    pub pass: String,
-    /// Name of the texture or view.
-    pub texture: String,
-    /// Shape of the copied view. Of a depth format, depth alone is copied.
-    pub desc: TextureDesc,
-    /// The rows, for mapping after submission.
-    pub buffer: wgpu::Buffer,
-    /// Distance of rows in `buffer`; a multiple of 256.
-    pub bytes_per_row: u32,
-}
+use crate::graph::Export;
+use crate::tap::{Tap, Untapped, copied_format};
+use crate::times::{Timestamps, pass_times, read_ticks};
 
 /// A recorded frame. Submit its encoder, then call [`Run::read`] if taps or GPU
 /// times are wanted; otherwise drop it.
@@ -27,18 +14,13 @@ pub struct Tap {
 pub struct Run {
     /// Copies of attachments in the order of passes; empty unless asked for.
     pub taps: Vec<Tap>,
+    /// What was to be copied and could not be.
+    pub untapped: Vec<Untapped>,
     pub(crate) passes: Vec<(Cow<'static, str>, f64)>,
-    pub(crate) exports: Vec<(Cow<'static, str>, wgpu::Texture)>,
+    pub(crate) exports: Vec<Option<wgpu::Texture>>,
+    #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what would be read"))]
     pub(crate) timestamps: Option<Timestamps>,
-}
-
-#[derive(Debug)]
-#[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what would be read"))]
-pub(crate) struct Timestamps {
-    /// Begin and end of the first `count` passes as `u64` ticks.
-    pub(crate) buffer: wgpu::Buffer,
-    pub(crate) count: usize,
-    pub(crate) ms_per_tick: f64,
+    graph: u32,
 }
 
 /// Time of one pass. Passes that are measured are not merged.
@@ -79,33 +61,33 @@ pub struct RunReport {
 }
 
 impl Run {
+    pub(crate) fn new(graph: u32, passes: usize) -> Self {
+        Self {
+            taps: Vec::new(),
+            untapped: Vec::new(),
+            passes: Vec::with_capacity(passes),
+            exports: Vec::new(),
+            timestamps: None,
+            graph,
+        }
+    }
+
     /// Milliseconds to record each pass, in order of execution.
     pub fn cpu_ms(&self) -> impl Iterator<Item = (&str, f64)> {
         self.passes.iter().map(|(name, ms)| (name.as_ref(), *ms))
     }
 
-    /// The texture behind an exported transient, for copying it away before the
-    /// executor's next run reuses it. Imported textures are the importer's.
-    pub fn exported(&self, name: &str) -> Option<&wgpu::Texture> {
-        let found = self.exports.iter().find(|(export, _)| export == name);
-        found.map(|(_, texture)| texture)
+    /// The texture behind an export of this run's graph, for copying it away before the executor's next run uses it
+    /// again; `None` for the export of another graph.
+    pub fn exported(&self, export: Export) -> Option<&wgpu::Texture> {
+        self.exports.get(export.index as usize).filter(|_| export.graph == self.graph)?.as_ref()
     }
 
     /// Waits for the submitted frame and reads taps and times. In a browser, which
     /// cannot wait, there are no taps and no GPU times.
     pub fn read(self, device: &wgpu::Device) -> RunReport {
         let (ticks, taps) = read_buffers(&self, device);
-        let passes = self.passes.into_iter().enumerate();
-        RunReport {
-            passes: passes
-                .map(|(index, (name, cpu_ms))| PassTime {
-                    name: name.into_owned(),
-                    cpu_ms,
-                    gpu_ms: ticks.get(index).copied(),
-                })
-                .collect(),
-            taps,
-        }
+        RunReport { passes: pass_times(self.passes, &ticks), taps }
     }
 }
 
@@ -134,21 +116,6 @@ fn read_buffers(run: &Run, device: &wgpu::Device) -> (Vec<f64>, Vec<TapPixels>) 
 }
 
 #[cfg(not(target_arch = "wasm32"))]
-fn read_ticks(timestamps: &Timestamps) -> Option<Vec<f64>> {
-    let range = timestamps.buffer.get_mapped_range(..).ok()?;
-    let tick = |bytes: &[u8]| -> u64 { bytes.try_into().map(u64::from_le_bytes).unwrap_or(0) };
-    let pairs = range.chunks_exact(16).take(timestamps.count);
-    Some(
-        pairs
-            .map(|pair| {
-                let (begin, end) = pair.split_at(8);
-                tick(end).saturating_sub(tick(begin)) as f64 * timestamps.ms_per_tick
-            })
-            .collect(),
-    )
-}
-
-#[cfg(not(target_arch = "wasm32"))]
 fn read_tap(tap: &Tap) -> Option<TapPixels> {
     let (format, texel_bytes) = copied_format(tap.desc.format)?;
     let range = tap.buffer.get_mapped_range(..).ok()?;
@@ -166,15 +133,4 @@ fn read_tap(tap: &Tap) -> Option<TapPixels> {
         format,
         data,
     })
-}
-
-/// The format and texel size of a copy; `None` if it cannot be copied.
-pub(crate) fn copied_format(format: wgpu::TextureFormat) -> Option<(wgpu::TextureFormat, u32)> {
-    use wgpu::TextureFormat as F;
-    match format {
-        F::Depth32Float | F::Depth32FloatStencil8 => Some((F::Depth32Float, 4)),
-        F::Depth16Unorm => Some((F::Depth16Unorm, 2)),
-        F::Depth24Plus | F::Depth24PlusStencil8 | F::Stencil8 => None,
-        other => other.block_copy_size(None).map(|bytes| (other, bytes)),
-    }
 }

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 use wgpu::TextureFormat as F;
 
+use crate::graph::Source;
 use crate::*;
 
 const CLEAR: ColorLoad = ColorLoad::Clear(wgpu::Color::BLACK);
@@ -33,7 +34,7 @@ fn text_of_a_small_frame() {
     let mut graph = graph();
     let depth = graph.texture("depth", desc(8, F::Depth32Float));
     let radiance = graph.texture("radiance", desc(8, F::Rgba16Float));
-    let screen = graph.add_texture("screen".into(), desc(8, F::Rgba8Unorm), None, true);
+    let screen = graph.add_texture("screen".into(), desc(8, F::Rgba8Unorm), Source::Fake);
     let mut pass = graph.pass("opaque");
     let radiance = pass.color(radiance, CLEAR);
     let depth = pass.depth_stencil(depth, CLEAR_DEPTH);
@@ -230,6 +231,222 @@ fn misuse_while_declaring() {
     let mut third = graph();
     third.pass("nothing").draw(|_| {});
     assert!(matches!(third.plan(), Err(PlanError::NoAttachment { .. })));
+}
+
+#[test]
+fn a_face_is_drawn_while_the_mip_above_is_sampled_as_a_cube() {
+    let mut graph = graph();
+    let shape = TextureDesc { layers: 6, mips: 3, ..desc(8, F::Rgba16Float) };
+    let cube = graph.texture("cube", shape);
+    for face in 0..6 {
+        let target = graph.subview(&cube, 0, face);
+        let mut pass = graph.pass("sky");
+        pass.color(target, CLEAR);
+    }
+    for mip in 1..3 {
+        let above = graph.subresources(&cube, mip - 1..mip, 0..6);
+        assert_eq!((above.desc().layers, above.desc().mips, above.desc().width), (6, 1, 8 >> (mip - 1)));
+        for face in 0..6 {
+            let target = graph.subview(&cube, mip, face);
+            let mut pass = graph.pass("filter");
+            pass.read_as(&above, wgpu::TextureViewDimension::Cube);
+            pass.color(target, CLEAR);
+        }
+    }
+    graph.export(cube);
+    let plan = graph.plan().expect("plans");
+    assert_eq!((plan.passes.len(), plan.culled.len()), (18, 0));
+    assert!(plan.to_text().contains("read: cube.mip1"), "{}", plan.to_text());
+
+    // The same with the mip that is being drawn is feedback.
+    let mut graph = self::graph();
+    let cube = graph.add_texture("cube".into(), shape, Source::Fake);
+    let (whole_mip, face) = (graph.subresources(&cube, 0..2, 0..6), graph.subview(&cube, 1, 3));
+    let mut pass = graph.pass("filter");
+    pass.color(face, CLEAR);
+    pass.read_as(&whole_mip, wgpu::TextureViewDimension::Cube);
+    assert!(matches!(graph.plan(), Err(PlanError::Feedback { .. })));
+}
+
+#[test]
+fn views_of_views_count_from_their_beginning() {
+    let mut graph = graph();
+    let shape = TextureDesc { mips: 4, ..desc(8, F::R32Float) };
+    let pyramid = graph.texture("pyramid", shape);
+    let lower = graph.subresources(&pyramid, 1..4, 0..1);
+    assert_eq!((lower.name(), lower.desc().width, lower.desc().mips), ("pyramid.mips1-3", 4, 3));
+    assert_eq!(graph.subview(&lower, 1, 0).name(), "pyramid.mip2");
+    graph.subresources(&lower, 2..4, 0..1);
+    assert!(matches!(graph.plan(), Err(PlanError::NoSuchView { mip_count: 3, .. })));
+}
+
+#[test]
+fn layers_that_webgl_2_would_show_wrong_are_refused() {
+    use wgpu::TextureViewDimension as D;
+    let array = |layers| TextureDesc { layers, ..desc(8, F::R32Float) };
+    let plan = |shape: TextureDesc, layers: std::ops::Range<u32>, dimension| {
+        let mut graph = graph();
+        let texture = graph.add_texture("array".into(), shape, Source::Fake);
+        let part = graph.subresources(&texture, 0..1, layers);
+        let target = graph.texture("target", desc(8, F::R32Float));
+        let mut pass = graph.pass("pass");
+        let target = pass.color(target, CLEAR);
+        match dimension {
+            Some(dimension) => pass.read_as(&part, dimension),
+            None => pass.read(&part),
+        };
+        graph.export(target);
+        graph.plan().map(drop)
+    };
+    assert_eq!(plan(array(4), 0..4, None), Ok(()));
+    assert_eq!(plan(array(6), 0..6, Some(D::Cube)), Ok(()));
+    assert_eq!(plan(TextureDesc { height: 4, ..array(6) }, 0..6, None), Ok(()));
+    for (shape, layers, dimension) in [
+        (array(4), 1..2, None),
+        (array(4), 0..2, None),
+        (array(4), 0..1, Some(D::D2)),
+        (array(1), 0..1, Some(D::D2Array)),
+        (array(6), 0..6, None),
+        (array(12), 0..12, Some(D::D2Array)),
+        (array(6), 2..3, Some(D::D2)),
+    ] {
+        let error = plan(shape, layers.clone(), dimension).expect_err("shown wrong");
+        assert!(matches!(error, PlanError::SampledLayers { .. }), "{layers:?} {dimension:?}: {error}");
+    }
+}
+
+#[test]
+fn names_carry_their_view() {
+    let mut graph = graph();
+    let first = step(&mut graph, "geometry", &[]);
+    graph.set_view("mirror");
+    let second = step(&mut graph, "geometry", &[&first]);
+    let history = graph.history("fog", desc(8, F::R32Float));
+    assert_eq!((history.previous.name(), history.next.name()), ("mirror/fog.previous", "mirror/fog.next"));
+    graph.set_view("");
+    let third = step(&mut graph, "display", &[&second]);
+    graph.export(third);
+    let names: Vec<_> = graph.plan().expect("plans").passes.into_iter().map(|pass| pass.name).collect();
+    assert_eq!(names, ["geometry", "mirror/geometry", "display"]);
+}
+
+#[test]
+fn a_history_is_asked_for_once_a_frame() {
+    let mut graph = graph();
+    let history = graph.history("fog", desc(8, F::R32Float));
+    assert!(history.is_first);
+    graph.set_view("mirror");
+    graph.history("fog", desc(8, F::R32Float));
+    assert!(graph.plan().is_ok());
+    graph.history("fog", desc(4, F::R32Float));
+    assert_eq!(graph.plan(), Err(PlanError::HistoryTwice { history: "mirror/fog".into() }));
+}
+
+/// One step of a random frame: which pool texture it draws to, how, and what it reads.
+#[derive(Clone, Copy, Debug)]
+struct Action {
+    target: usize,
+    mip: u32,
+    keeps: bool,
+    with_depth: bool,
+    reads: [Option<(usize, bool)>; 2],
+}
+
+fn action() -> impl Strategy<Value = Action> {
+    let read = || prop::option::of((0..4usize, any::<bool>()));
+    (0..4usize, 0..3u32, any::<bool>(), any::<bool>(), read(), read())
+        .prop_map(|(target, mip, keeps, with_depth, a, b)| Action { target, mip, keeps, with_depth, reads: [a, b] })
+}
+
+proptest! {
+    /// Frames of textures with mips, depth, kept contents, imports and views: a plan that is accepted never reads what is
+    /// not there, drops nothing that is read later, and gives no memory to two textures at once.
+    #[test]
+    fn plans_of_any_frame_are_sound(actions in prop::collection::vec(action(), 1..24), export in 0..4usize) {
+        let mut graph = graph();
+        let shape = TextureDesc { mips: 3, ..desc(8, F::R32Float) };
+        let mut handles: Vec<Handle> = (0..4)
+            .map(|index| {
+                let source = if index == 0 { Source::Fake } else { Source::Transient };
+                graph.add_texture(["a", "b", "c", "d"][index].into(), shape, source)
+            })
+            .collect();
+        // What nobody has written is not read and not kept, so that nearly every frame is accepted.
+        let mut written = [[true; 3], [false; 3], [false; 3], [false; 3]];
+        for action in &actions {
+            let target = graph.subview(&handles[action.target], action.mip, 0);
+            let mips = |is_whole| if is_whole { 0..3 } else { (action.mip + 1) % 3..(action.mip + 1) % 3 + 1 };
+            let can_read = |&&(texture, is_whole): &&(usize, bool)| {
+                let is_there = mips(is_whole).all(|mip: u32| written[texture][mip as usize]);
+                is_there && !(texture == action.target && is_whole)
+            };
+            let wanted: Vec<(usize, bool)> = action.reads.iter().flatten().filter(can_read).copied().collect();
+            let reads: Vec<Handle> = wanted
+                .iter()
+                .map(|&(texture, is_whole)| graph.subresources(&handles[texture], mips(is_whole), 0..1))
+                .collect();
+            let has_contents = std::mem::replace(&mut written[action.target][action.mip as usize], true);
+            let side = 8 >> action.mip;
+            let depth = graph.texture("depth", desc(side, F::Depth32Float));
+            let mut pass = graph.pass("step");
+            pass.color(target, if action.keeps && has_contents { ColorLoad::Keep } else { CLEAR });
+            if action.with_depth {
+                pass.depth_stencil(depth, CLEAR_DEPTH);
+            }
+            for read in &reads {
+                pass.read(read);
+            }
+        }
+        if written[export].iter().all(|is_written| *is_written) {
+            graph.export(handles.swap_remove(export));
+        } else {
+            graph.export(handles.swap_remove(0));
+        }
+        check_plan(&graph.plan().expect("plans"))?;
+    }
+}
+
+/// Replays a plan on the contents of every mip: whether they are there, and whether they were stored.
+fn check_plan(plan: &Plan) -> Result<(), TestCaseError> {
+    #[derive(Clone, Copy, PartialEq)]
+    enum Contents {
+        None,
+        Stored,
+        Dropped,
+    }
+    let imported = |texture: &PlannedTexture| if texture.imported { Contents::Stored } else { Contents::None };
+    let mut contents: Vec<[Contents; 3]> = plan.textures.iter().map(|texture| [imported(texture); 3]).collect();
+    for (index, pass) in plan.passes.iter().enumerate() {
+        let at = index as u32;
+        for read in &pass.reads {
+            let texture = &plan.textures[read.texture as usize];
+            prop_assert!(texture.first <= at && at <= texture.last);
+            let mips = read.view.map_or(0..texture.desc.mips, |part| part.mip..part.mip + part.mips);
+            for mip in mips {
+                prop_assert!(contents[read.texture as usize][mip as usize] == Contents::Stored, "{}", plan.to_text());
+            }
+        }
+        for attachment in &pass.attachments {
+            let texture = &plan.textures[attachment.texture as usize];
+            prop_assert!(texture.first <= at && at <= texture.last);
+            let slot = &mut contents[attachment.texture as usize][attachment.mip as usize];
+            let is_merged = index > 0 && plan.passes[index - 1].group == pass.group;
+            // Within a render pass contents stay; between two they must have been stored.
+            prop_assert!(attachment.load != Load::Keep || is_merged || *slot == Contents::Stored, "{}", plan.to_text());
+            *slot = if attachment.store { Contents::Stored } else { Contents::Dropped };
+        }
+    }
+    for (index, a) in plan.textures.iter().enumerate() {
+        for b in &plan.textures[..index] {
+            let overlap = a.first <= b.last && b.first <= a.last;
+            prop_assert!(!(overlap && a.slot.is_some() && a.slot == b.slot), "{}", plan.to_text());
+        }
+        if a.exported {
+            let whole = contents[index][..a.desc.mips as usize].iter().all(|mip| *mip == Contents::Stored);
+            prop_assert!(whole, "{}", plan.to_text());
+        }
+    }
+    Ok(())
 }
 
 proptest! {

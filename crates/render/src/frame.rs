@@ -127,14 +127,14 @@ pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<
 }
 
 /// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known of
-/// surfaces before light reaches them. The names begin with `aov.`.
+/// surfaces before light reaches them. The names begin with `aov/`.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
 pub fn variable_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<ViewOutputs, ProgramError> {
-    graph.set_prefix("aov.");
+    graph.set_view("aov");
     let (variables, gbuffer, _) = surface_passes(graph, shared)?;
-    graph.set_prefix("");
+    graph.set_view("");
     Ok(ViewOutputs { gbuffer: Some(gbuffer), ..variables })
 }
 

@@ -19,7 +19,7 @@ use crate::resources::filtering::TextureFiltering;
 use crate::shader::Shaders;
 use crate::surfaces::SurfacePipelines;
 use crate::view::{self, ViewUniform};
-use manypass_graph::{Executor, Graph, Limits, PassTime, Plan, RunOptions};
+use manypass_graph::{Executor, Limits, PassTime, Plan, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 use output::{Output, RadianceMean};
 use std::cell::RefCell;
@@ -421,23 +421,21 @@ impl Renderer {
             ..shared
         });
         let previous_sum = if request.sample_index == 0 { 0 } else { self.latest_sum };
-        let mut graph = Graph::new(Limits::from(&self.gpu.capabilities.limits));
+        let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
         let variables =
             variables_shared.as_ref().map(|shared| frame::variable_passes(&mut graph, shared)).transpose()?;
         let view_outputs = frame::view_passes(&mut graph, &shared)?;
         let view_outputs = frame::effect_passes(&mut graph, &shared, &request.effects, view_outputs)?;
         // What the purpose reads of a frame that is no picture.
-        let mut own_name = None;
+        let mut own_export = None;
         match (&*purpose, &view_outputs.gbuffer, output) {
             (Purpose::Pairs(_), Some(gbuffer), _) => {
                 let pairs = direct::record_counting(&mut graph, &shared, gbuffer)?;
-                own_name = Some(pairs.name().to_owned());
-                graph.export(pairs);
+                own_export = Some(graph.export(pairs));
             }
             (_, _, None) => {
                 let meter = meter::record(&mut graph, &shared, &view_outputs.radiance)?;
-                own_name = Some(meter.name().to_owned());
-                graph.export(meter);
+                own_export = Some(graph.export(meter));
             }
             (_, _, Some(output)) => {
                 let means = output.means(&mut graph, radiance_mean, previous_sum);
@@ -455,8 +453,10 @@ impl Renderer {
         let bytes = plan.bytes();
         self.stats.texture_bytes = bytes.aliased;
         self.stats.texture_bytes_unaliased = bytes.unaliased;
-        let options =
-            RunOptions { tap: matches!(purpose, Purpose::Pictures(_)), time: matches!(purpose, Purpose::Times(_)) };
+        let options = RunOptions {
+            taps: if matches!(purpose, Purpose::Pictures(_)) { Taps::All } else { Taps::None },
+            time: if matches!(purpose, Purpose::Times(_)) { Timing::Once } else { Timing::Off },
+        };
         check_budget(self.memory_budget_bytes, output_bytes + self.executor.missing_bytes(&plan, &options))?;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
@@ -476,8 +476,8 @@ impl Renderer {
             self.aovs = exports.textures(&run, variables_uniform)?;
             self.executor.release_exports(&run);
         }
-        if let Some(name) = &own_name {
-            let texture = run.exported(name).ok_or(RenderError::Missing("an exported texture is missing"))?;
+        if let Some(export) = own_export {
+            let texture = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
             match &mut *purpose {
                 Purpose::Pairs(counts) => *counts = sum_pairs(&bytes),

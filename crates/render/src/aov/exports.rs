@@ -5,33 +5,29 @@ use crate::frame::ViewOutputs;
 use crate::gpu::{Gpu, readback};
 use crate::request::RenderError;
 use crate::view::ViewUniform;
-use manypass_graph::{Graph, Handle, Run};
+use manypass_graph::{Export, Graph, Run};
 use std::ops::Range;
 
-/// The names of the exported textures; none where the frame has no such target.
+/// The exported textures; none where the frame has no such target.
 #[derive(Debug, Default)]
 pub(crate) struct AovExports {
     /// Base colour, normal, material and linear depth.
-    gbuffer: Option<[String; 4]>,
-    emission: Option<String>,
-    ids: Option<String>,
-    motion: Option<String>,
+    gbuffer: Option<[Export; 4]>,
+    emission: Option<Export>,
+    ids: Option<Export>,
+    motion: Option<Export>,
 }
 
 impl AovExports {
     /// Exports every target of `outputs` that a variable is made of.
     pub fn new(graph: &mut Graph<'_>, outputs: ViewOutputs) -> Self {
-        let mut export = |handle: Handle| {
-            let name = handle.name().to_owned();
-            graph.export(handle);
-            name
-        };
         Self {
-            emission: outputs.emission.map(&mut export),
-            ids: outputs.ids.map(&mut export),
-            motion: outputs.motion.map(&mut export),
+            emission: outputs.emission.map(|handle| graph.export(handle)),
+            ids: outputs.ids.map(|handle| graph.export(handle)),
+            motion: outputs.motion.map(|handle| graph.export(handle)),
             gbuffer: outputs.gbuffer.map(|gbuffer| {
-                [gbuffer.base_color, gbuffer.normal, gbuffer.material, gbuffer.linear_depth].map(export)
+                [gbuffer.base_color, gbuffer.normal, gbuffer.material, gbuffer.linear_depth]
+                    .map(|handle| graph.export(handle))
             }),
         }
     }
@@ -41,18 +37,19 @@ impl AovExports {
     /// # Errors
     /// An exported texture is not there.
     pub fn textures(&self, run: &Run, view: ViewUniform) -> Result<Option<AovTextures>, RenderError> {
-        let Some([base_color, normal, material, linear_depth]) = &self.gbuffer else { return Ok(None) };
-        let exported =
-            |name: &String| run.exported(name).cloned().ok_or(RenderError::Missing("an exported texture is missing"));
+        let Some([base_color, normal, material, linear_depth]) = self.gbuffer else { return Ok(None) };
+        let exported = |export: Export| {
+            run.exported(export).cloned().ok_or(RenderError::Missing("an exported texture is missing"))
+        };
         Ok(Some(AovTextures {
             view,
             base_color: exported(base_color)?,
             normal: exported(normal)?,
             material: exported(material)?,
             linear_depth: exported(linear_depth)?,
-            emission: self.emission.as_ref().map(exported).transpose()?,
-            ids: self.ids.as_ref().map(exported).transpose()?,
-            motion: self.motion.as_ref().map(exported).transpose()?,
+            emission: self.emission.map(exported).transpose()?,
+            ids: self.ids.map(exported).transpose()?,
+            motion: self.motion.map(exported).transpose()?,
         }))
     }
 }

@@ -1,0 +1,193 @@
+//! The frame graph on a device: what it keeps from frame to frame, and what it gives back.
+
+mod common;
+
+use manypass::graph::{ColorLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing};
+use wgpu::TextureFormat as F;
+
+/// What the tests draw: one colour over everything.
+fn fill(value: f64) -> ColorLoad {
+    ColorLoad::Clear(wgpu::Color { r: value, g: 0.0, b: 0.0, a: 1.0 })
+}
+
+struct Bench {
+    gpu: manypass::Gpu,
+    executor: Executor,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let gpu = manypass::Gpu::headless(None).expect("an adapter");
+        let executor = Executor::new(&gpu.device, &gpu.queue);
+        Self { gpu, executor }
+    }
+
+    fn graph(&self) -> Graph<'static> {
+        self.executor.graph(Limits::WEBGL2)
+    }
+
+    fn run(&mut self, graph: Graph<'_>, options: &RunOptions<'_>) -> (Plan, Run) {
+        let plan = graph.plan().expect("plans");
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let run = self.executor.run(graph, &plan, &mut encoder, options);
+        self.gpu.queue.submit([encoder.finish()]);
+        (plan, run)
+    }
+
+    /// The red of the first texel of an rgba8 texture.
+    fn red(&self, texture: &wgpu::Texture) -> u8 {
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: 256,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(256), rows_per_image: None },
+            },
+            wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+        );
+        self.gpu.queue.submit([encoder.finish()]);
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.gpu.wait();
+        buffer.get_mapped_range(..).expect("mapped")[0]
+    }
+
+    /// Draws one frame in which each view of `views` (its name, side and value) has a history; gives the value that each
+    /// found there, or none if it was the first.
+    fn frame_of_histories(&mut self, views: &[(&'static str, u32, f64)]) -> Vec<Option<u8>> {
+        let mut graph = self.graph();
+        let declare = |&(name, side, value): &(&'static str, u32, f64)| {
+            graph.set_view(name);
+            let history = graph.history("fog", TextureDesc::new_2d(side, side, F::Rgba8Unorm));
+            graph.pass("fog").color(history.next, fill(value));
+            // A pass that keeps all and draws nothing, so that there is something to export.
+            let previous = graph.pass("look").color(history.previous, ColorLoad::Keep);
+            (history.is_first, graph.export(previous))
+        };
+        let found: Vec<(bool, Export)> = views.iter().map(declare).collect();
+        let (_, run) = self.run(graph, &RunOptions::default());
+        let value = |(is_first, export): (bool, Export)| {
+            let red = self.red(run.exported(export).expect("exported"));
+            assert!(!is_first || red == 0, "a new history holds zeros");
+            (!is_first).then_some(red)
+        };
+        found.into_iter().map(value).collect()
+    }
+}
+
+#[test]
+fn a_view_keeps_its_history_while_another_changes_its_size() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.frame_of_histories(&[("", 8, 0.2), ("mirror", 16, 0.4)]), [None, None]);
+    assert_eq!(bench.frame_of_histories(&[("", 8, 0.6), ("mirror", 16, 0.8)]), [Some(51), Some(102)]);
+    assert_eq!(bench.frame_of_histories(&[("", 32, 1.0), ("mirror", 16, 0.2)]), [None, Some(204)]);
+    assert_eq!(bench.frame_of_histories(&[("", 32, 0.4)]), [Some(255)]);
+    assert_eq!(bench.frame_of_histories(&[("mirror", 16, 0.0), ("", 32, 0.0)]), [Some(51), Some(102)]);
+}
+
+#[test]
+fn to_plan_a_frame_disturbs_no_history() {
+    let mut bench = Bench::new();
+    bench.frame_of_histories(&[("", 8, 0.2)]);
+    for _ in 0..3 {
+        let mut graph = bench.graph();
+        let history = graph.history("fog", TextureDesc::new_2d(8, 8, F::Rgba8Unorm));
+        assert!(!history.is_first);
+        graph.pass("fog").color(history.next, fill(1.0));
+        assert_eq!(graph.plan().expect("plans").passes.len(), 1);
+    }
+    // A frame that writes nothing leaves it as it is, too.
+    let mut graph = bench.graph();
+    graph.history("fog", TextureDesc::new_2d(8, 8, F::Rgba8Unorm));
+    bench.run(graph, &RunOptions::default());
+    assert_eq!(bench.frame_of_histories(&[("", 8, 0.4)]), [Some(51)]);
+}
+
+#[test]
+fn after_fifty_sizes_the_pool_holds_at_most_twice_the_plan() {
+    let mut bench = Bench::new();
+    for side in (64..114).chain((64..114).rev()) {
+        let mut graph = bench.graph();
+        let mut targets =
+            ["a", "b", "c"].map(|name| graph.texture(name, TextureDesc::new_2d(side, side, F::Rgba16Float)));
+        for target in &mut targets {
+            let handle = std::mem::replace(target, graph.texture("unused", TextureDesc::new_2d(1, 1, F::R8Unorm)));
+            *target = graph.pass("fill").color(handle, fill(0.5));
+        }
+        for target in targets {
+            graph.export(target);
+        }
+        let (plan, _) = bench.run(graph, &RunOptions::default());
+        let (held, planned) = (bench.executor.pool_bytes(), plan.bytes().aliased);
+        assert!(held <= 2 * planned, "{held} bytes are held, {planned} are planned");
+    }
+}
+
+#[test]
+fn one_target_is_copied_into_a_texture_while_passes_stay_merged() {
+    let mut bench = Bench::new();
+    let desc = TextureDesc::new_2d(8, 8, F::Rgba8Unorm);
+    let texture = |format| {
+        bench.gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        })
+    };
+    let (good, wrong) = (texture(F::Rgba8Unorm), texture(F::Rgba16Float));
+    let frame = |bench: &Bench| {
+        let mut graph = bench.graph();
+        let target = graph.texture("radiance", desc);
+        let target = graph.pass("first").color(target, fill(0.2));
+        let target = graph.pass("second").color(target, ColorLoad::Keep);
+        let other = graph.texture("display", desc);
+        let other = graph.pass("third").color(other, fill(0.6));
+        graph.export(target);
+        graph.export(other);
+        graph
+    };
+    let options =
+        |into| RunOptions { taps: Taps::One { pass: "first", texture: "radiance", into }, time: Timing::Live };
+    let (_, run) = bench.run(frame(&bench), &options(&good));
+    assert!(run.taps.is_empty() && run.untapped.is_empty(), "{:?}", run.untapped);
+    assert_eq!(bench.red(&good), 51);
+    let (_, run) = bench.run(frame(&bench), &options(&wrong));
+    let [untapped] = &run.untapped[..] else { panic!("{:?}", run.untapped) };
+    assert_eq!((untapped.pass.as_str(), untapped.texture.as_str()), ("first", "radiance"));
+}
+
+#[test]
+fn live_times_come_without_waiting() {
+    let mut bench = Bench::new();
+    if !bench.gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        eprintln!("SKIPPED: this adapter has no timestamps");
+        return;
+    }
+    let options = RunOptions { time: Timing::Live, ..Default::default() };
+    let mut arrived = 0;
+    for frame in 0..20 {
+        let mut graph = bench.graph();
+        let target = graph.texture("radiance", TextureDesc::new_2d(64, 64, F::Rgba8Unorm));
+        let target = graph.pass(if frame < 10 { "early" } else { "late" }).color(target, fill(0.5));
+        graph.export(target);
+        bench.run(graph, &options);
+        if let Some(times) = bench.executor.latest_times() {
+            assert!(matches!(times, [time] if time.gpu_ms.is_some()), "{times:?}");
+            arrived += 1;
+        }
+        bench.gpu.wait();
+    }
+    let latest = bench.executor.latest_times().expect("times");
+    assert_eq!(latest[0].name, "late");
+    assert!(arrived > 10, "{arrived}");
+}
