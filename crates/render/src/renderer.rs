@@ -324,8 +324,9 @@ impl Renderer {
     ) -> Result<Plan, RenderError> {
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
-        if request.sample_index == 0 {
-            self.aovs = None;
+        if request.sample_index == 0 && self.aovs.take().is_some() {
+            // Their memory is free again only once the device has noticed.
+            self.gpu.wait();
         }
         let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
         let radiance_mean = RadianceMean::of(request);
