@@ -4,9 +4,10 @@ use crate::args::GraphFormat;
 use crate::camera::{self, CameraSpec};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::scenes;
 use crate::session::{self, print, still_failure};
 use manypass::{Environment, FrameRequest, Gpu, GpuError, RenderError, View};
-use manypass_scene::{LightKind, Primitive, Projection, Scene, Topology};
+use manypass_scene::{Framing, LightKind, Primitive, Projection, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -14,8 +15,9 @@ use std::fmt::Write as _;
 const GRAPH_SIZE_PX: (u32, u32) = (1280, 720);
 
 /// What `info` says, in the order in which people read it.
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "input",
+    "scenes",
     "nodes",
     "meshes",
     "primitives",
@@ -63,15 +65,17 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 ///
 /// # Errors
 /// An input that cannot be read, no adapter, or a renderer that fails.
-pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Result<(), Failure> {
+pub fn graph(argument: &str, scene: Option<&str>, format: GraphFormat, adapter: Option<&str>) -> Result<(), Failure> {
     let failed = |error: RenderError| still_failure(&error.into());
-    let (scene, _) = one(argument)?.load()?;
+    let (mut loaded, mut warnings) = one(argument)?.load()?;
+    scenes::show(&mut loaded, scene, &mut warnings)?;
+    let scene = loaded;
     let mut renderer = session::open(adapter)?;
     renderer.load(&scene).map_err(failed)?;
     let (width, height) = GRAPH_SIZE_PX;
     let aspect = width as f32 / height as f32;
     let (world_from_view, projection) =
-        camera::resolve(&CameraSpec::default(), &scene, &scene.framing_bounds_world(), aspect, 0.0)?;
+        camera::resolve(&CameraSpec::default(), &scene, &Framing::of_scene(&scene), aspect, 0.0)?;
     let request = FrameRequest {
         environment: Environment::of_scene(&scene),
         ..FrameRequest::new(width, height, View { world_from_view, projection })
@@ -89,10 +93,11 @@ pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Resu
 ///
 /// # Errors
 /// An input that cannot be read.
-pub fn info(argument: &str, as_json: bool) -> Result<(), Failure> {
+pub fn info(argument: &str, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
-    let (scene, warnings) = input.load()?;
-    let value = describe(&input.name(), &scene, warnings);
+    let (mut loaded, mut warnings) = input.load()?;
+    scenes::show(&mut loaded, scene, &mut warnings)?;
+    let value = describe(&input.name(), &loaded, warnings);
     print(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
 }
 
@@ -128,6 +133,9 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Value {
     let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
     json!({
         "input": name,
+        "scenes": scene.scenes.iter().enumerate().map(|(index, roots)| json!({
+            "index": index, "name": roots.name, "is_shown": scene.shown_scene == Some(index),
+        })).collect::<Vec<_>>(),
         "nodes": scene.nodes.len(),
         "meshes": scene.meshes.len(),
         "primitives": scene.meshes.iter().map(|mesh| mesh.primitives.len()).sum::<usize>(),

@@ -13,6 +13,7 @@ mod render;
 mod report;
 mod request;
 mod run;
+mod scenes;
 mod session;
 mod shot;
 

@@ -10,11 +10,12 @@ use crate::report::{Entry, Phases, Report};
 use crate::request::{effect, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
+use crate::{camera, scenes, shot};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass::{Effect, FrameRequest, PairCounts, RenderError, Renderer, Settings};
 use manypass_offline::still::{accumulate, aov_names, read_picture};
 use manypass_offline::{Format, atomic};
-use manypass_scene::{Aabb, Scene};
+use manypass_scene::{Framing, Scene};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -42,7 +43,7 @@ struct Batch<'a> {
 struct LoadedInput {
     scene: Scene,
     /// What an automatic camera shows whole.
-    bounds: Aabb,
+    framing: Framing,
     warnings: Vec<String>,
 }
 
@@ -142,7 +143,7 @@ impl Batch<'_> {
                 let mut phases = Phases { start: std::mem::take(&mut self.start_ms), ..Phases::default() };
                 let loaded = match &mut loaded {
                     Some(loaded) => loaded,
-                    slot => slot.insert(self.load(input, first, &mut phases)?),
+                    slot => slot.insert(self.load(input, &mut phases)?),
                 };
                 self.render_frame(input, loaded, frame, &output, phases)?;
             }
@@ -154,12 +155,11 @@ impl Batch<'_> {
         Ok(())
     }
 
-    fn load(&mut self, input: &Input, first_frame: u32, phases: &mut Phases) -> Result<LoadedInput, Failure> {
+    fn load(&mut self, input: &Input, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
         let (mut scene, mut warnings) = input.load()?;
-        // One box for all frames, so that the camera stands still while the model moves.
-        pose(&mut scene, self.args, time_secs(self.args, first_frame))?;
-        let bounds = scene.framing_bounds_world();
+        scenes::show(&mut scene, self.args.scene.as_deref(), &mut warnings)?;
+        let framing = shot::framing(&mut scene, self.args)?;
         phases.load = ms_since(start);
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
@@ -168,22 +168,25 @@ impl Batch<'_> {
         warnings.extend(self.renderer.warnings());
         if !self.args.quiet {
             self.bar.suspend(|| warnings.iter().for_each(|warning| eprintln!("warning: {}: {warning}", input.name())));
+            if let Some(hint) = camera::hint(&self.job.camera, &scene, &framing) {
+                self.bar.suspend(|| eprintln!("hint: {}: {hint}", input.name()));
+            }
         }
-        Ok(LoadedInput { scene, bounds, warnings })
+        Ok(LoadedInput { scene, framing, warnings })
     }
 
     fn render_frame(
         &mut self,
         input: &Input,
-        LoadedInput { scene, bounds, warnings }: &mut LoadedInput,
+        LoadedInput { scene, framing, warnings }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
     ) -> Result<(), Failure> {
         let (args, job) = (self.args, self.job);
-        let previous = previous_pose(scene, bounds, args, job, frame)?;
+        let previous = previous_pose(scene, framing, args, job, frame)?;
         pose(scene, args, time_secs(args, frame))?;
-        let camera = view(scene, bounds, args, job, frame as f32)?;
+        let camera = view(scene, framing, args, job, frame as f32)?;
         let effects = self.effects.clone();
         let request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
         let renderer = &mut self.renderer;

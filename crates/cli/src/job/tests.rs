@@ -1,6 +1,6 @@
 use super::*;
 use crate::args::{Cli, Command};
-use crate::camera::Place;
+use crate::camera::{DEFAULT_ORBIT, Place};
 use crate::pattern::expand;
 use clap::Parser;
 use glam::Vec3;
@@ -51,4 +51,26 @@ fn colours_are_srgb_and_patterns_expand() {
     assert_eq!(job(&["--background", "00ff00"]).expect("job").background, Backdrop::Color([0.0, 1.0, 0.0]));
     assert_eq!(expand("o/{stem}.{frame:04}.{aov}.png", "a", 7, "depth"), PathBuf::from("o/a.0007.depth.png"));
     assert_eq!(job(&["-o", "out/"]).expect("job").output, Output::Pattern("out/{stem}.png".into()));
+}
+
+#[test]
+fn flags_of_the_camera_alone_keep_the_files_camera() {
+    let flags: [[&str; 2]; 6] = [
+        ["--near", "0.5"],
+        ["--far", "9"],
+        ["--fov-y", "30"],
+        ["--target", "1,2,3"],
+        ["--up", "1,0,0"],
+        ["--ortho-height", "2"],
+    ];
+    for flags in flags {
+        assert_eq!(job(&flags).expect("job").camera.place, Place::Default, "{flags:?}");
+    }
+    assert_eq!(job(&["--turntable", "4", "--fov-y", "30"]).expect("job").camera.place, DEFAULT_ORBIT);
+}
+
+#[test]
+fn a_turntable_has_frames_of_its_own_or_those_asked_for() {
+    assert_eq!(job(&["--turntable", "36"]).expect("job").frames, Some((0, 35)));
+    assert_eq!(job(&["--turntable", "36", "--frames", "24..48"]).expect("job").frames, Some((24, 48)));
 }
