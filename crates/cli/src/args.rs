@@ -32,7 +32,9 @@ const RENDER_EXAMPLES: &str = "Examples:
   manypass render a.glb --animation Walk --frames 0..47 --fps 24 -o 'walk/{frame:04}.png'
   cat a.glb | manypass render - -o - --format png > a.png
 
-Without a camera flag: the file's first camera, else the whole model from yaw 30, pitch 20.
+Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and
+--far change; else the whole model from yaw 30, pitch 20, a margin of 6 % around it; a room without a camera from inside.
+With --time, --frames or --animation the whole model is all that it covers while the animation plays.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
 Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`.";
 
@@ -46,6 +48,9 @@ pub enum Command {
     Info {
         /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
         input: String,
+        /// A scene of the file [default: the one that the file names].
+        #[arg(long, value_name = "NAME|INDEX")]
+        scene: Option<String>,
         /// Print JSON.
         #[arg(long)]
         json: bool,
@@ -54,6 +59,9 @@ pub enum Command {
     Graph {
         /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
         input: String,
+        /// A scene of the file [default: the one that the file names].
+        #[arg(long, value_name = "NAME|INDEX")]
+        scene: Option<String>,
         /// How to print them.
         #[arg(long, default_value = "text")]
         format: GraphFormat,
@@ -127,6 +135,9 @@ pub enum TonemapArg {
 pub struct BenchArgs {
     /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
     pub input: String,
+    /// A scene of the file [default: the one that the file names].
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
     /// Width and height in pixels.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: String,
@@ -182,6 +193,9 @@ pub struct RenderArgs {
     /// Jittered frames that are averaged.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,
+    /// A scene of the file [default: the one that the file names].
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
     /// A camera of the file.
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["eye", "orbit", "target", "up", "fov_y", "ortho_height", "near", "far"])]
     pub camera: Option<String>,
@@ -191,22 +205,22 @@ pub struct RenderArgs {
     /// The camera around the target: degrees, degrees, metres (or `auto`).
     #[arg(long, value_name = "YAW,PITCH,RADIUS", allow_hyphen_values = true)]
     pub orbit: Option<String>,
-    /// What the camera looks at [default: the middle of the model].
+    /// What the camera looks at [default: the middle of the model, or as the file's camera does].
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub target: Option<String>,
-    /// What is up [default: 0,1,0].
+    /// What is up [default: 0,1,0, or as for the file's camera].
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub up: Option<String>,
-    /// The vertical field of view in degrees [default: 45].
+    /// The vertical field of view in degrees [default: 45, or the file's camera's].
     #[arg(long, value_name = "DEG", conflicts_with = "ortho_height")]
     pub fov_y: Option<f32>,
     /// Parallel rays: the height of the picture in metres.
     #[arg(long, value_name = "M")]
     pub ortho_height: Option<f32>,
-    /// The near plane in metres [default: fitted].
+    /// The near plane in metres [default: fitted, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub near: Option<f32>,
-    /// The far plane in metres [default: none].
+    /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
     /// studio, none or an sRGB colour [default: studio, faint if the file has lights].
@@ -251,12 +265,13 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub animation: Option<String>,
     /// Frames from A to B, both included, at frame / fps seconds.
-    #[arg(long, value_name = "A..B", conflicts_with = "turntable")]
+    #[arg(long, value_name = "A..B")]
     pub frames: Option<String>,
     /// Frames a second; `--time` uses it for motion alone.
     #[arg(long, default_value_t = 24.0, requires = "times")]
     pub fps: f32,
-    /// N frames around the target.
+    /// Turn around the target, once in N frames: frames 0 to N - 1, or those of `--frames`, which play meanwhile. With
+    /// `--time` the animation stands still.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
     /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.

@@ -6,9 +6,11 @@ use crate::failure::Failure;
 use crate::input::Input;
 use crate::job;
 use crate::places::Places;
+use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure};
 use manypass::{Background, Environment, FrameRequest, RenderError, Settings, Tonemap, View};
 use manypass_offline::{atomic, encode};
+use manypass_scene::Framing;
 use serde_json::json;
 use std::time::Instant;
 
@@ -33,14 +35,15 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let failed = |error: RenderError| still_failure(&error.into());
     let mut renderer = session::open(args.adapter.as_deref())?;
     let load_started = Instant::now();
-    let (scene, _) = input.load()?;
+    let (mut scene, mut warnings) = input.load()?;
+    scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();
     renderer.load(&scene).map_err(failed)?;
     let upload_ms = ms_since(upload_started);
     let aspect = width as f32 / height as f32;
     let (world_from_view, projection) =
-        camera::resolve(&CameraSpec::default(), &scene, &scene.framing_bounds_world(), aspect, 0.0)?;
+        camera::resolve(&CameraSpec::default(), &scene, &Framing::of_scene(&scene), aspect, 0.0)?;
     let mut settings = Settings::default();
     settings.set("tone_map.dither", "0").map_err(|error| Failure::usage(error, "report this"))?;
     let request = FrameRequest {

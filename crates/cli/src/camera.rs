@@ -2,13 +2,15 @@
 
 use crate::failure::Failure;
 use crate::listing::choices;
-use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
-use manypass_scene::{Aabb, Projection, Scene};
+use glam::{Mat3, Mat4, Quat, Vec3};
+use manypass_scene::framing::{self, Framing, orbit_rotation};
+use manypass_scene::{Projection, Scene};
 
 /// Where the camera is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Place {
-    /// The file's first camera, else the whole model.
+    /// The file's first camera, else the whole model, or a room from inside.
+    #[default]
     Default,
     /// A camera of the file, by name or index.
     Named(String),
@@ -26,125 +28,165 @@ pub enum Place {
 }
 
 /// The camera as asked for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraSpec {
     /// Where it is.
     pub place: Place,
-    /// What it looks at; none is the middle of the model.
+    /// What it looks at; none is the middle of the model, or where a camera that is there looks.
     pub target: Option<Vec3>,
-    /// What is up.
-    pub up: Vec3,
-    /// Vertical, in radians.
-    pub fov_y_rad: f32,
+    /// What is up; none is +Y, or the up of a camera that is there.
+    pub up: Option<Vec3>,
+    /// Vertical, in radians; none is 45°, or that of a camera that is there.
+    pub fov_y_rad: Option<f32>,
     /// Parallel rays, and the height of the picture.
     pub ortho_height_m: Option<f32>,
-    /// The near plane; none is fitted.
+    /// The near plane; none is fitted, or that of a camera that is there.
     pub near_m: Option<f32>,
-    /// The far plane; none is infinity, or fitted with parallel rays.
+    /// The far plane; none is infinity, or fitted with parallel rays, or that of a camera that is there.
     pub far_m: Option<f32>,
     /// Whether the camera goes around, so that one distance must do for every yaw.
     pub turns: bool,
 }
 
 /// The yaw and pitch that show a model without a camera.
-pub const DEFAULT_ORBIT: Place = Place::Orbit { yaw_deg: 30.0, pitch_deg: 20.0, radius_m: None };
+pub const DEFAULT_ORBIT: Place =
+    Place::Orbit { yaw_deg: framing::DEFAULT_YAW_DEG, pitch_deg: framing::DEFAULT_PITCH_DEG, radius_m: None };
 
-impl Default for CameraSpec {
-    fn default() -> Self {
-        let fov_y_rad = 45f32.to_radians();
-        Self {
-            place: Place::Default,
-            target: None,
-            up: Vec3::Y,
-            fov_y_rad,
-            ortho_height_m: None,
-            near_m: None,
-            far_m: None,
-            turns: false,
-        }
-    }
-}
-
-/// The camera of a scene whose models lie within `bounds`: `world_from_view`, and how it projects. `turn_deg` is added to
-/// the yaw of an orbit; `aspect` is width / height.
+/// The camera of a scene whose models are those of `framing`: `world_from_view`, and how it projects. `turn_deg` is added
+/// to the yaw of an orbit; `aspect` is width / height.
 ///
 /// # Errors
 /// If the scene has no such camera, or the camera would stand on its target.
 pub fn resolve(
     spec: &CameraSpec,
     scene: &Scene,
-    bounds: &Aabb,
+    framing: &Framing,
     aspect: f32,
     turn_deg: f32,
 ) -> Result<(Mat4, Projection), Failure> {
     let place = match &spec.place {
-        Place::Default => match scene.placed_cameras().first() {
-            Some((_, world_from_view, projection)) => return Ok((*world_from_view, *projection)),
+        Place::Default => match own_camera(scene, framing) {
+            Some(own) => return changed(spec, framing, own),
             None => DEFAULT_ORBIT,
         },
         Place::Named(name) => return named(scene, name),
         place => place.clone(),
     };
-    let target = spec.target.unwrap_or_else(|| bounds.center());
-    let up = spec.up.normalize_or(Vec3::Y);
-    let rotation_and_eye = match place {
-        Place::Eye(eye) => (look(target - eye, up)?, eye),
+    let up = spec.up.unwrap_or(Vec3::Y).normalize_or(Vec3::Y);
+    let (rotation, eye) = match place {
+        Place::Eye(eye) => (look(spec.target.unwrap_or_else(|| framing.center_world()) - eye, up)?, eye),
         Place::Orbit { yaw_deg, pitch_deg, radius_m } => {
-            let rotation = orbit_rotation(yaw_deg + turn_deg, pitch_deg, up);
-            let distance_m =
-                radius_m.unwrap_or_else(|| auto_distance_m(spec, bounds, target, aspect, (yaw_deg, pitch_deg)));
-            (Mat3::from_quat(rotation), target + rotation * Vec3::Z * distance_m)
+            let orbit = Orbit { yaw_deg, pitch_deg, radius_m, up };
+            (orbit_rotation(yaw_deg + turn_deg, pitch_deg, up), orbit.eye(spec, framing, aspect, turn_deg))
         }
-        Place::Default | Place::Named(_) => (Mat3::IDENTITY, target),
+        Place::Default | Place::Named(_) => (Quat::IDENTITY, framing.center_world()),
     };
-    let (rotation, eye) = rotation_and_eye;
-    Ok((Mat4::from_translation(eye) * Mat4::from_mat3(rotation), projection(spec, bounds, eye)))
+    Ok((Mat4::from_rotation_translation(rotation, eye), projection(spec, framing, eye, rotation)))
+}
+
+/// What to say about a camera that nobody asked for and nobody would expect.
+pub fn hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<String> {
+    let is_inside = spec.place == Place::Default && scene.placed_cameras().is_empty() && framing.interior().is_some();
+    is_inside.then(|| "it encloses its middle and is seen from inside; --orbit 30,20,auto shows it from outside".into())
+}
+
+/// The first camera of the file; of a room without one, the view from inside.
+fn own_camera(scene: &Scene, framing: &Framing) -> Option<(Mat4, Projection)> {
+    let first = scene.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection));
+    first.or_else(|| framing.interior().map(|interior| (interior.world_from_view, interior.projection)))
+}
+
+/// A camera that is there, with what flags change about it.
+fn changed(
+    spec: &CameraSpec,
+    framing: &Framing,
+    (world_from_view, own): (Mat4, Projection),
+) -> Result<(Mat4, Projection), Failure> {
+    let (eye, back) = (world_from_view.w_axis.truncate(), world_from_view.z_axis.truncate());
+    let world_from_view = if spec.target.is_some() || spec.up.is_some() {
+        let direction = spec.target.map_or(-back, |target| target - eye);
+        let up = spec.up.unwrap_or(Vec3::Y).normalize_or(Vec3::Y);
+        Mat4::from_rotation_translation(look(direction, up)?, eye)
+    } else {
+        world_from_view
+    };
+    let (own_near_m, own_far_m) = match own {
+        Projection::Perspective { near_m, far_m, .. } => (near_m, far_m),
+        Projection::Orthographic { near_m, far_m, .. } => (near_m, Some(far_m)),
+    };
+    let (near_m, far_m) = (spec.near_m.unwrap_or(own_near_m), spec.far_m.or(own_far_m));
+    if far_m.is_some_and(|far_m| near_m >= far_m) {
+        let message = format!("the near plane at {near_m} m is not before the far plane of the camera");
+        return Err(Failure::usage(message, "give both --near and --far"));
+    }
+    let projection = match (spec.ortho_height_m, spec.fov_y_rad, own) {
+        (None, None, Projection::Perspective { fov_y_rad, .. }) | (None, Some(fov_y_rad), _) => {
+            Projection::Perspective { fov_y_rad, near_m, far_m }
+        }
+        (Some(height_m), ..) | (None, None, Projection::Orthographic { height_m, .. }) => {
+            // A pinhole may see without end.
+            let far_m = far_m.unwrap_or_else(|| framing.far_m(eye).max(2.0 * near_m));
+            Projection::Orthographic { height_m, near_m, far_m }
+        }
+    };
+    Ok((world_from_view, projection))
 }
 
 /// The rotation of a camera that looks along `direction`. Where `up` is parallel to it, another up is taken.
-fn look(direction: Vec3, up: Vec3) -> Result<Mat3, Failure> {
+fn look(direction: Vec3, up: Vec3) -> Result<Quat, Failure> {
     let hint = "move --eye or --target apart";
     let back = -direction.try_normalize().ok_or_else(|| Failure::usage("the camera stands on its target", hint))?;
     let right = up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
-    Ok(Mat3::from_cols(right, back.cross(right), back))
+    Ok(Quat::from_mat3(&Mat3::from_cols(right, back.cross(right), back)))
 }
 
-fn orbit_rotation(yaw_deg: f32, pitch_deg: f32, up: Vec3) -> Quat {
-    let turn = Quat::from_rotation_y(yaw_deg.to_radians());
-    Quat::from_rotation_arc(Vec3::Y, up) * turn * Quat::from_rotation_x(-pitch_deg.to_radians())
+/// An orbit, its yaw without the turn of a turntable.
+struct Orbit {
+    yaw_deg: f32,
+    pitch_deg: f32,
+    radius_m: Option<f32>,
+    up: Vec3,
 }
 
-/// How far from the target the model just fits into the picture; with parallel rays, where it is not cut.
-fn auto_distance_m(
-    spec: &CameraSpec,
-    bounds: &Aabb,
-    target: Vec3,
-    aspect: f32,
-    (yaw_deg, pitch_deg): (f32, f32),
-) -> f32 {
-    if spec.ortho_height_m.is_some() {
-        return 2.0 * bounds.radius_around_m(target);
+impl Orbit {
+    /// Where the camera stands. Without a radius, everything is in the picture; without a target, in its middle.
+    fn eye(&self, spec: &CameraSpec, framing: &Framing, aspect: f32, turn_deg: f32) -> Vec3 {
+        let target = spec.target.unwrap_or_else(|| framing.center_world());
+        let start = orbit_rotation(self.yaw_deg, self.pitch_deg, self.up);
+        let half_extent = lens(spec).half_extent(aspect);
+        let fit = if spec.turns { framing.turning(target, self.up) } else { framing.fit() };
+        // The arm is found for one yaw and then turned, so that nothing wobbles.
+        let arm = match (self.radius_m, spec.ortho_height_m, spec.target) {
+            (Some(radius_m), ..) => start * Vec3::Z * radius_m,
+            (None, Some(_), None) => fit.eye_of_parallel_rays(start) - target,
+            (None, Some(_), Some(_)) => start * Vec3::Z * (framing.far_m(target)),
+            (None, None, None) => fit.eye(start, half_extent) - target,
+            (None, None, Some(_)) => start * Vec3::Z * fit.distance_m(target, start, half_extent),
+        };
+        target + Quat::from_axis_angle(self.up, turn_deg.to_radians()) * arm
     }
-    let half_height = (0.5 * spec.fov_y_rad).tan();
-    let half_extent = Vec2::new(half_height * aspect, half_height);
-    let up = spec.up.normalize_or(Vec3::Y);
-    let distance_m =
-        |yaw_deg: f32| bounds.framing_distance_m(target, orbit_rotation(yaw_deg, pitch_deg, up), half_extent);
-    let turns = if spec.turns { 72 } else { 1 };
-    (0..turns).map(|i| distance_m(yaw_deg + 5.0 * i as f32)).fold(0.0, f32::max)
 }
 
-fn projection(spec: &CameraSpec, bounds: &Aabb, eye: Vec3) -> Projection {
-    let fitted_near_m = bounds.fitted_near_m(eye);
-    let near_m = spec.near_m.unwrap_or(spec.far_m.map_or(fitted_near_m, |far| fitted_near_m.min(0.5 * far)));
+/// How a camera projects that is not of the file, before its planes are fitted.
+fn lens(spec: &CameraSpec) -> Projection {
     match spec.ortho_height_m {
-        Some(height_m) => {
-            let center = bounds.center();
-            let beyond_m = eye.distance(center) + 2.0 * bounds.radius_around_m(center);
-            let far_m = spec.far_m.unwrap_or(beyond_m.max(2.0 * near_m));
+        Some(height_m) => Projection::Orthographic { height_m, near_m: 0.0, far_m: 0.0 },
+        None => {
+            let fov_y_rad = spec.fov_y_rad.unwrap_or(framing::DEFAULT_FOV_Y_RAD);
+            Projection::Perspective { fov_y_rad, near_m: 0.0, far_m: None }
+        }
+    }
+}
+
+fn projection(spec: &CameraSpec, framing: &Framing, eye: Vec3, rotation: Quat) -> Projection {
+    let fitted_near_m = framing.fit().near_m(eye, rotation);
+    let near_m = spec.near_m.unwrap_or(spec.far_m.map_or(fitted_near_m, |far| fitted_near_m.min(0.5 * far)));
+    match lens(spec) {
+        Projection::Orthographic { height_m, .. } => {
+            let far_m = spec.far_m.unwrap_or(framing.far_m(eye).max(2.0 * near_m));
             Projection::Orthographic { height_m, near_m, far_m }
         }
-        None => Projection::Perspective { fov_y_rad: spec.fov_y_rad, near_m, far_m: spec.far_m },
+        Projection::Perspective { fov_y_rad, .. } => Projection::Perspective { fov_y_rad, near_m, far_m: spec.far_m },
     }
 }
 
@@ -164,90 +206,4 @@ fn named(scene: &Scene, name: &str) -> Result<(Mat4, Projection), Failure> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use manypass_scene::{Camera, Mesh, Node, Primitive};
-
-    fn unit_scene() -> Scene {
-        let bounds = Aabb { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) };
-        let mesh = Mesh { primitives: vec![Primitive { bounds, ..Primitive::default() }], ..Mesh::default() };
-        let mut scene = Scene { meshes: vec![mesh], ..Scene::default() };
-        scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
-        scene.update_transforms();
-        scene
-    }
-
-    fn orbit(yaw_deg: f32, pitch_deg: f32) -> (Vec3, Vec3) {
-        let place = Place::Orbit { yaw_deg, pitch_deg, radius_m: Some(5.0) };
-        let spec = CameraSpec { place, ..CameraSpec::default() };
-        let (view, _) = resolve(&spec, &unit_scene(), &unit_scene().bounds_world(), 1.5, 0.0).expect("camera");
-        (view.w_axis.truncate(), -view.z_axis.truncate())
-    }
-
-    #[test]
-    fn orbits_turn_as_the_contract_says() {
-        for (yaw, pitch, eye) in
-            [(0.0, 0.0, Vec3::Z), (90.0, 0.0, Vec3::X), (-90.0, 0.0, -Vec3::X), (0.0, 90.0, Vec3::Y)]
-        {
-            let (position, forward) = orbit(yaw, pitch);
-            assert!(position.abs_diff_eq(5.0 * eye, 1e-4), "{yaw} {pitch}: {position}");
-            assert!(forward.abs_diff_eq(-eye, 1e-5), "{yaw} {pitch}: {forward}");
-        }
-    }
-
-    #[test]
-    fn the_whole_model_fits_into_narrow_and_wide_pictures() {
-        for aspect in [0.25, 1.0, 4.0] {
-            let (view, projection) =
-                resolve(&CameraSpec::default(), &unit_scene(), &unit_scene().bounds_world(), aspect, 0.0)
-                    .expect("camera");
-            let Projection::Perspective { fov_y_rad, near_m, .. } = projection else { panic!("perspective") };
-            let tan_y = (0.5 * fov_y_rad).tan();
-            for corner in unit_scene().bounds_world().corners() {
-                let p = view.inverse().transform_point3(corner);
-                assert!(
-                    -p.z > near_m && p.y.abs() <= -p.z * tan_y && p.x.abs() <= -p.z * tan_y * aspect,
-                    "{aspect}: {p}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn eye_looks_at_the_target_even_straight_down() {
-        for eye in [Vec3::new(3.0, 2.0, 1.0), Vec3::new(0.0, 4.0, 0.0)] {
-            let spec = CameraSpec { place: Place::Eye(eye), ..CameraSpec::default() };
-            let (view, _) = resolve(&spec, &unit_scene(), &unit_scene().bounds_world(), 1.0, 0.0).expect("camera");
-            assert!((-view.z_axis.truncate()).abs_diff_eq(-eye.normalize(), 1e-5));
-            assert!((view.determinant() - 1.0).abs() < 1e-4);
-        }
-        let spec = CameraSpec { place: Place::Eye(Vec3::ZERO), ..CameraSpec::default() };
-        assert_eq!(
-            resolve(&spec, &unit_scene(), &unit_scene().bounds_world(), 1.0, 0.0).expect_err("degenerate").code(),
-            2
-        );
-    }
-
-    #[test]
-    fn the_files_camera_wins_without_flags() {
-        let mut scene = unit_scene();
-        let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
-        scene.cameras.push(Camera { name: "Main".into(), projection });
-        scene.add_node(
-            None,
-            Node { camera: Some(0), translation: Vec3::new(0.0, 0.0, 7.0), scale: Vec3::splat(3.0), ..Node::default() },
-        );
-        scene.update_transforms();
-        for place in [Place::Default, Place::Named("Main".into()), Place::Named("0".into())] {
-            let (view, found) =
-                resolve(&CameraSpec { place, ..CameraSpec::default() }, &scene, &scene.bounds_world(), 1.0, 0.0)
-                    .expect("camera");
-            assert_eq!((view, found), (Mat4::from_translation(Vec3::new(0.0, 0.0, 7.0)), projection));
-        }
-        let unknown = CameraSpec { place: Place::Named("Side".into()), ..CameraSpec::default() };
-        assert_eq!(
-            resolve(&unknown, &scene, &scene.bounds_world(), 1.0, 0.0).expect_err("unknown").hint,
-            "cameras by index or name: 0 `Main`"
-        );
-    }
-}
+mod tests;

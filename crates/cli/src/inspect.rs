@@ -1,14 +1,15 @@
 //! `info`, `graph` and `adapters`: what is in a file, in a frame and on this machine.
 
 use crate::args::GraphFormat;
-use crate::camera::{self, CameraSpec, DEFAULT_ORBIT};
+use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::scenes;
 use crate::session::{self, print, still_failure};
 use manypass::{Environment, FrameRequest, Gpu, GpuError, RenderError, View};
 use manypass_offline::camera::{CameraData, scene_cameras};
 use manypass_offline::manifest;
-use manypass_scene::{LightKind, Primitive, Scene, Topology};
+use manypass_scene::{Framing, LightKind, Primitive, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -19,8 +20,9 @@ const GRAPH_SIZE_PX: (u32, u32) = (1280, 720);
 const CAMERA_SIZE_PX: (u32, u32) = (1280, 720);
 
 /// What `info` says, in the order in which people read it.
-const KEYS: [&str; 16] = [
+const KEYS: [&str; 17] = [
     "input",
+    "scenes",
     "nodes",
     "meshes",
     "primitives",
@@ -69,15 +71,17 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 ///
 /// # Errors
 /// An input that cannot be read, no adapter, or a renderer that fails.
-pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Result<(), Failure> {
+pub fn graph(argument: &str, scene: Option<&str>, format: GraphFormat, adapter: Option<&str>) -> Result<(), Failure> {
     let failed = |error: RenderError| still_failure(&error.into());
-    let (scene, _) = one(argument)?.load()?;
+    let (mut loaded, mut warnings) = one(argument)?.load()?;
+    scenes::show(&mut loaded, scene, &mut warnings)?;
+    let scene = loaded;
     let mut renderer = session::open(adapter)?;
     renderer.load(&scene).map_err(failed)?;
     let (width, height) = GRAPH_SIZE_PX;
     let aspect = width as f32 / height as f32;
     let (world_from_view, projection) =
-        camera::resolve(&CameraSpec::default(), &scene, &scene.framing_bounds_world(), aspect, 0.0)?;
+        camera::resolve(&CameraSpec::default(), &scene, &Framing::of_scene(&scene), aspect, 0.0)?;
     let request = FrameRequest {
         environment: Environment::of_scene(&scene),
         ..FrameRequest::new(width, height, View { world_from_view, projection })
@@ -95,10 +99,11 @@ pub fn graph(argument: &str, format: GraphFormat, adapter: Option<&str>) -> Resu
 ///
 /// # Errors
 /// An input that cannot be read.
-pub fn info(argument: &str, as_json: bool) -> Result<(), Failure> {
+pub fn info(argument: &str, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
-    let (scene, warnings) = input.load()?;
-    let value = describe(&input.name(), &scene, warnings)?;
+    let (mut loaded, mut warnings) = input.load()?;
+    scenes::show(&mut loaded, scene, &mut warnings)?;
+    let value = describe(&input.name(), &loaded, warnings)?;
     print(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
 }
 
@@ -126,6 +131,9 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
     let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
     Ok(json!({
         "input": name,
+        "scenes": scene.scenes.iter().enumerate().map(|(index, roots)| json!({
+            "index": index, "name": roots.name, "is_shown": scene.shown_scene == Some(index),
+        })).collect::<Vec<_>>(),
         "nodes": manifest::nodes(scene),
         "meshes": scene.meshes.len(),
         "primitives": scene.meshes.iter().map(|mesh| mesh.primitives.len()).sum::<usize>(),
@@ -151,12 +159,13 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
     }))
 }
 
-/// The camera of a picture without a camera's flags of a file without cameras.
+/// The camera of a picture without a camera's flags, as if the file had no cameras.
 fn automatic_camera(scene: &Scene) -> Result<CameraData, Failure> {
     let (width, height) = CAMERA_SIZE_PX;
-    let spec = CameraSpec { place: DEFAULT_ORBIT, ..CameraSpec::default() };
+    let place = if scene.placed_cameras().is_empty() { Place::Default } else { DEFAULT_ORBIT };
+    let spec = CameraSpec { place, ..CameraSpec::default() };
     let aspect = width as f32 / height as f32;
-    let (world_from_view, projection) = camera::resolve(&spec, scene, &scene.framing_bounds_world(), aspect, 0.0)?;
+    let (world_from_view, projection) = camera::resolve(&spec, scene, &Framing::of_scene(scene), aspect, 0.0)?;
     Ok(CameraData::new(&View { world_from_view, projection }, width, height))
 }
 

@@ -21,6 +21,7 @@ mod render;
 mod report;
 mod request;
 mod run;
+mod scenes;
 mod session;
 mod settings;
 mod shot;

@@ -15,10 +15,11 @@ use crate::report::{Entry, Outputs, Phases, Report};
 use crate::request::{effect_files, effects, picture_info, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
+use crate::{camera, scenes, shot};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass::{Effect, FrameRequest, PairCounts, RenderError, Renderer, Settings};
 use manypass_offline::still::{accumulate, aov_names};
-use manypass_scene::{Aabb, Scene};
+use manypass_scene::{Framing, Scene};
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -47,7 +48,7 @@ struct Batch<'a> {
 struct LoadedInput {
     scene: Scene,
     /// What an automatic camera shows whole.
-    bounds: Aabb,
+    framing: Framing,
     exposure: Taken,
     warnings: Vec<String>,
     /// The files it was read from; only with a report.
@@ -165,7 +166,7 @@ impl Batch<'_> {
                 let mut phases = Phases { start: std::mem::take(&mut self.start_ms), ..Phases::default() };
                 let loaded = match &mut loaded {
                     Some(loaded) => loaded,
-                    slot => slot.insert(self.load(item, first, &mut phases)?),
+                    slot => slot.insert(self.load(item, &mut phases)?),
                 };
                 self.render_frame(item, loaded, frame, &output, phases)?;
             }
@@ -175,14 +176,13 @@ impl Batch<'_> {
         Ok(())
     }
 
-    fn load(&mut self, item: &Item, first_frame: u32, phases: &mut Phases) -> Result<LoadedInput, Failure> {
+    fn load(&mut self, item: &Item, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
         let (mut scene, mut warnings) = item.input.load()?;
         check_ids(self.job, &scene)?;
         let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
-        // One box for all frames, so that the camera stands still while the model moves.
-        pose(&mut scene, self.args, time_secs(self.args, first_frame))?;
-        let bounds = scene.framing_bounds_world();
+        scenes::show(&mut scene, self.args.scene.as_deref(), &mut warnings)?;
+        let framing = shot::framing(&mut scene, self.args)?;
         phases.load = ms_since(start);
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
@@ -194,32 +194,35 @@ impl Batch<'_> {
             warnings.push("it has no animation; every time shows it as it stands".into());
         }
         self.warn(&item.input.name(), &warnings)?;
+        if let Some(hint) = camera::hint(&self.job.camera, &scene, &framing).filter(|_| !args.quiet) {
+            self.bar.suspend(|| say(format_args!("hint: {}: {hint}", item.input.name())));
+        }
         let start = Instant::now();
-        let exposure = self.meter(&mut scene, &bounds)?;
+        let exposure = self.meter(&mut scene, &framing)?;
         phases.meter = ms_since(start);
-        Ok(LoadedInput { scene, bounds, exposure, warnings, files })
+        Ok(LoadedInput { scene, framing, exposure, warnings, files })
     }
 
     /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.
-    fn meter(&mut self, scene: &mut Scene, bounds: &Aabb) -> Result<Taken, Failure> {
+    fn meter(&mut self, scene: &mut Scene, framing: &Framing) -> Result<Taken, Failure> {
         let (args, job) = (self.args, self.job);
         pose(scene, args, time_secs(args, 0).map(|_| 0.0))?;
-        let camera = view(scene, bounds, args, job, 0.0)?;
+        let camera = view(scene, framing, args, job, 0.0)?;
         Taken::new(&mut self.renderer, scene, job, &request(args, job, &self.settings, camera, scene))
     }
 
     fn render_frame(
         &mut self,
         item: &Item,
-        LoadedInput { scene, bounds, exposure, warnings, files }: &mut LoadedInput,
+        LoadedInput { scene, framing, exposure, warnings, files }: &mut LoadedInput,
         frame: u32,
         output: &str,
         mut phases: Phases,
     ) -> Result<(), Failure> {
         let (args, job, input) = (self.args, self.job, &item.input);
-        let previous = previous_pose(scene, bounds, args, job, frame)?;
+        let previous = previous_pose(scene, framing, args, job, frame)?;
         pose(scene, args, time_secs(args, frame))?;
-        let camera = view(scene, bounds, args, job, frame as f32)?;
+        let camera = view(scene, framing, args, job, frame as f32)?;
         let effects = self.effects.clone();
         let mut request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
         exposure.expose(&mut request);

@@ -13,8 +13,10 @@ use std::time::Instant;
 pub fn run(command: &Command, started: Instant) -> Result<(), Failure> {
     match command {
         Command::Render(args) => render::render(args, started),
-        Command::Info { input, json } => inspect::info(input, *json),
-        Command::Graph { input, format, adapter } => inspect::graph(input, *format, adapter.as_deref()),
+        Command::Info { input, scene, json } => inspect::info(input, scene.as_deref(), *json),
+        Command::Graph { input, scene, format, adapter } => {
+            inspect::graph(input, scene.as_deref(), *format, adapter.as_deref())
+        }
         Command::Bench(args) => bench::bench(args, started),
         Command::Adapters { json } => inspect::adapters(*json),
         Command::Settings { effects, json } => settings::settings(effects, *json),

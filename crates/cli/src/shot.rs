@@ -6,32 +6,45 @@ use crate::failure::Failure;
 use crate::job::Job;
 use crate::listing::choices;
 use manypass::{Aov, Pose, View};
-use manypass_scene::{Aabb, Scene};
+use manypass_scene::{Framing, Scene};
 use std::sync::Arc;
 
-/// The camera at a frame of a turntable; elsewhere all frames have the same.
-pub fn view(scene: &Scene, bounds: &Aabb, args: &RenderArgs, job: &Job, frame: f32) -> Result<View, Failure> {
-    let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * frame / count as f32);
+/// What an automatic camera shows whole in every picture of a scene, whichever are drawn: where a time, frames or an
+/// animation are asked for, everything over the whole animation.
+pub fn framing(scene: &mut Scene, args: &RenderArgs) -> Result<Framing, Failure> {
+    Ok(match animation(scene, args)? {
+        Some(index) => Framing::of_animation(scene, index),
+        None => Framing::of_scene(scene),
+    })
+}
+
+/// The camera at a frame of a turntable, of which a full turn takes as many frames as `--turntable` says; elsewhere all
+/// frames have the same.
+pub fn view(scene: &Scene, framing: &Framing, args: &RenderArgs, job: &Job, frame: f32) -> Result<View, Failure> {
+    // A frame is the same whether it is drawn alone or in a range, and after a full turn as before.
+    let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * (frame.rem_euclid(count as f32) / count as f32));
     let aspect = job.width as f32 / job.height as f32;
-    let (world_from_view, projection) = camera::resolve(&job.camera, scene, bounds, aspect, turn_deg)?;
+    let (world_from_view, projection) = camera::resolve(&job.camera, scene, framing, aspect, turn_deg)?;
     Ok(View { world_from_view, projection })
 }
 
 /// The frame before, if motion is asked for and anything can have moved. It leaves the scene in that pose.
 pub fn previous_pose(
     scene: &mut Scene,
-    bounds: &Aabb,
+    framing: &Framing,
     args: &RenderArgs,
     job: &Job,
     frame: u32,
 ) -> Result<Option<Arc<Pose>>, Failure> {
-    let time_secs = time_secs(args, frame).map(|time_secs| time_secs - 1.0 / args.fps);
+    // A turntable at one time turns the camera, and the time stands still.
+    let step_secs = if args.frames.is_none() && args.turntable.is_some() { 0.0 } else { 1.0 / args.fps };
+    let time_secs = time_secs(args, frame).map(|time_secs| time_secs - step_secs);
     let is_still = time_secs.is_none() && args.turntable.is_none();
     if is_still || !job.aovs.iter().any(|name| name == Aov::Motion.name()) {
         return Ok(None);
     }
     pose(scene, args, time_secs)?;
-    let camera = view(scene, bounds, args, job, frame as f32 - 1.0)?;
+    let camera = view(scene, framing, args, job, frame as f32 - 1.0)?;
     Ok(Some(Arc::new(Pose::capture(scene, camera))))
 }
 
@@ -42,11 +55,21 @@ pub fn time_secs(args: &RenderArgs, frame: u32) -> Option<f32> {
 
 /// Poses the scene where a time, frames or an animation are asked for.
 pub fn pose(scene: &mut Scene, args: &RenderArgs, time_secs: Option<f32>) -> Result<(), Failure> {
+    if let Some(index) = animation(scene, args)? {
+        scene.pose(index, time_secs.unwrap_or(0.0));
+        scene.update_transforms();
+    }
+    Ok(())
+}
+
+/// The animation that is asked for; the first where only a time or frames are.
+fn animation(scene: &Scene, args: &RenderArgs) -> Result<Option<usize>, Failure> {
     let named = |name: &String| scene.animations.iter().position(|a| a.name == *name).or_else(|| name.parse().ok());
+    let is_timed = args.time.is_some() || args.frames.is_some();
     let index = match &args.animation {
         // The caller warns of it: a batch may well hold models that stand still.
-        _ if scene.animations.is_empty() => return Ok(()),
-        None if time_secs.is_none() => return Ok(()),
+        _ if scene.animations.is_empty() => return Ok(None),
+        None if !is_timed => return Ok(None),
         None => Some(0),
         Some(name) => named(name),
     };
@@ -55,7 +78,5 @@ pub fn pose(scene: &mut Scene, args: &RenderArgs, time_secs: Option<f32>) -> Res
         let asked = args.animation.as_deref().unwrap_or_default();
         Failure::usage(format!("there is no animation `{asked}`"), choices("animations", names))
     })?;
-    scene.pose(index, time_secs.unwrap_or(0.0));
-    scene.update_transforms();
-    Ok(())
+    Ok(Some(index))
 }

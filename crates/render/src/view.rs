@@ -1,8 +1,8 @@
 //! A camera's view of the scene, and the uniform that holds it (`view.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
-use manypass_scene::{Aabb, Projection, Scene};
+use glam::{Mat4, Vec2, Vec4};
+use manypass_scene::{Aabb, Framing, Projection, Scene};
 
 /// From where, and how, the scene is seen.
 #[derive(Clone, Copy, Debug)]
@@ -59,27 +59,20 @@ pub struct DepthRange {
 }
 
 impl View {
-    /// The scene's first camera; without one, all of the scene from the right and above, in a picture whose width is
-    /// `aspect` times its height. As of the last [`Scene::update_transforms`].
+    /// The scene's first camera; without one, what [`Framing::automatic`] gives: all of the scene from 30° to the right and
+    /// 20° above, or a room from inside. `aspect` is the picture's width / height. As of the last
+    /// [`Scene::update_transforms`].
     pub fn of_scene(scene: &Scene, aspect: f32) -> Self {
         if let Some((_, world_from_view, projection)) = scene.placed_cameras().first() {
             return Self { world_from_view: *world_from_view, projection: *projection };
         }
-        Self::framing(&scene.framing_bounds_world(), aspect)
+        Self::framing(&Framing::of_scene(scene), aspect)
     }
 
-    /// All of `bounds` from 30° to the right and 20° above, with a vertical field of view of 45°, in a picture whose
-    /// width is `aspect` times its height.
-    pub fn framing(bounds_world: &Aabb, aspect: f32) -> Self {
-        let fov_y_rad = 45f32.to_radians();
-        let half_height = (0.5 * fov_y_rad).tan();
-        let rotation = Quat::from_rotation_y(30f32.to_radians()) * Quat::from_rotation_x(-20f32.to_radians());
-        let center = bounds_world.center();
-        let distance_m =
-            bounds_world.framing_distance_m(center, rotation, Vec2::new(half_height * aspect, half_height));
-        let eye = center + rotation * Vec3::Z * distance_m;
-        let projection = Projection::Perspective { fov_y_rad, near_m: bounds_world.fitted_near_m(eye), far_m: None };
-        Self { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection }
+    /// All that is framed, as [`Framing::automatic`] sees it, in a picture whose width is `aspect` times its height.
+    pub fn framing(framing: &Framing, aspect: f32) -> Self {
+        let (world_from_view, projection) = framing.automatic(aspect);
+        Self { world_from_view, projection }
     }
 
     /// The range of distances fitted to `bounds`, inside the camera's own planes if it has them.
@@ -105,11 +98,7 @@ impl View {
 
     /// Half the extent of the picture in view space: at 1 m for perspective, in metres for parallel rays.
     pub fn half_extent(&self, aspect: f32) -> Vec2 {
-        let half_height = match self.projection {
-            Projection::Perspective { fov_y_rad, .. } => (0.5 * fov_y_rad).tan(),
-            Projection::Orthographic { height_m, .. } => 0.5 * height_m,
-        };
-        Vec2::new(half_height * aspect, half_height)
+        self.projection.half_extent(aspect)
     }
 
     /// Whether the rays are parallel.

@@ -1,5 +1,7 @@
 //! Cameras. A camera looks along −Z of its node, with +Y up, as in glTF 2.0.
 
+use glam::Vec2;
+
 /// How a camera maps space to the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
@@ -21,6 +23,18 @@ pub enum Projection {
         /// The distance of the far plane in metres.
         far_m: f32,
     },
+}
+
+impl Projection {
+    /// Half the extent of a picture whose width is `aspect` times its height, in view space: at a distance of 1 m for a
+    /// pinhole, in metres for parallel rays.
+    pub fn half_extent(&self, aspect: f32) -> Vec2 {
+        let half_height = match self {
+            Self::Perspective { fov_y_rad, .. } => (0.5 * fov_y_rad).tan(),
+            Self::Orthographic { height_m, .. } => 0.5 * height_m,
+        };
+        Vec2::new(half_height * aspect, half_height)
+    }
 }
 
 /// A camera; its place and direction are those of the node that holds it.

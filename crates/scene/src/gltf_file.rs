@@ -15,7 +15,7 @@ mod references;
 
 pub use references::references;
 
-use crate::Scene;
+use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use json::Json;
 use std::path::{Component, Path};
 
@@ -28,10 +28,6 @@ pub const SUPPORTED_EXTENSIONS: [&str; 6] = [
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
-
-/// The most primitives, counted once for every node that shows them, that a scene may draw: a million. A few bytes of
-/// JSON can ask for the product of two long lists.
-const MAX_DRAWN_PRIMITIVES: usize = 1 << 20;
 
 /// The largest file that is read, the model's own or one beside it: 1 GiB.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -235,7 +231,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     node::read_skins(&mut document, &mut scene)?;
     animation::read_animations(&mut document, &mut scene)?;
     scene.update_transforms();
-    match drawn_primitives(&scene) {
+    match scene.drawn_primitives() {
         0 => document.warn("/scene", "the scene draws nothing; it has no node with a mesh"),
         1..=MAX_DRAWN_PRIMITIVES => {}
         count => {
@@ -246,17 +242,6 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
         }
     }
     Ok(Loaded { scene, warnings: document.warnings })
-}
-
-/// How many primitives are drawn, each counted once for every node that shows it.
-fn drawn_primitives(scene: &Scene) -> usize {
-    let drawn_by: Vec<usize> = scene
-        .meshes
-        .iter()
-        .map(|mesh| mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty()).count())
-        .collect();
-    let nodes = scene.visible_nodes().into_iter().map(|id| scene.node(id));
-    nodes.filter_map(|node| drawn_by.get(node.mesh?)).fold(0, |sum, &count| sum.saturating_add(count))
 }
 
 fn check_version(root: &Json) -> Result<(), LoadError> {

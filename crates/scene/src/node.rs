@@ -1,6 +1,6 @@
 //! The arena of nodes.
 
-use crate::{Aabb, Animation, Camera, Image, Light, Material, Mesh, Skin, Texture};
+use crate::{Aabb, Animation, Camera, Image, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
 
 /// A node's place in [`Scene::nodes`].
@@ -115,6 +115,10 @@ pub struct Scene {
     pub nodes: Vec<Node>,
     /// The nodes without a parent that are drawn.
     pub roots: Vec<NodeId>,
+    /// The scenes of the file, of which `roots` are one; empty if it has none.
+    pub scenes: Vec<SceneRoots>,
+    /// Index into `scenes` of the one that is shown; see [`Scene::show_scene`].
+    pub shown_scene: Option<usize>,
     /// Geometry.
     pub meshes: Vec<Mesh>,
     /// Surfaces.

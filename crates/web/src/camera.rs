@@ -1,9 +1,8 @@
 //! Where the camera stands: the same places as `--orbit` and the default of the command line.
 
-use glam::{Mat4, Quat, Vec2, Vec3};
+use glam::{Mat4, Vec3};
+use manypass_scene::framing::{DEFAULT_FOV_Y_RAD, Framing, orbit_rotation};
 use manypass_scene::{Projection, Scene};
-
-const FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
 
 /// A camera that looks at a point from a distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,40 +18,30 @@ pub(crate) struct Orbit {
 }
 
 /// `world_from_view` and the projection for a picture of width / height `aspect`: of `orbit`, or else of the scene's
-/// first camera, or else of the whole model.
-pub(crate) fn resolve(orbit: Option<Orbit>, scene: &Scene, aspect: f32) -> (Mat4, Projection) {
-    let own = file_camera(scene);
-    let orbit = match (orbit, own) {
-        (None, Some(camera)) => return camera,
-        (None, None) => start(scene, aspect),
-        (Some(orbit), _) => orbit,
-    };
-    let rotation = rotation(orbit.yaw_deg, orbit.pitch_deg);
+/// first camera, or else of the whole model, as `framing` sees it.
+pub(crate) fn resolve(orbit: Option<Orbit>, scene: &Scene, framing: &Framing, aspect: f32) -> (Mat4, Projection) {
+    let own = own_camera(scene, framing, aspect);
+    let Some(orbit) = orbit else { return own };
+    let rotation = orbit_rotation(orbit.yaw_deg, orbit.pitch_deg, Vec3::Y);
     let eye = orbit.target_world + rotation * Vec3::Z * orbit.radius_m;
-    let near_m = scene.framing_bounds_world().fitted_near_m(eye);
-    let fov_y_rad = match own {
-        Some((_, Projection::Perspective { fov_y_rad, .. })) => fov_y_rad,
-        _ => FOV_Y_RAD,
+    let near_m = framing.fit().near_m(eye, rotation);
+    let fov_y_rad = match own.1 {
+        Projection::Perspective { fov_y_rad, .. } => fov_y_rad,
+        Projection::Orthographic { .. } => DEFAULT_FOV_Y_RAD,
     };
     (Mat4::from_rotation_translation(rotation, eye), Projection::Perspective { fov_y_rad, near_m, far_m: None })
 }
 
-/// The orbit from which the user sets out: where the scene's first camera stands, so that the picture does not jump, or
-/// else yaw 30, pitch 20 around the whole model.
-pub(crate) fn start(scene: &Scene, aspect: f32) -> Orbit {
-    let bounds = scene.framing_bounds_world();
-    let center = bounds.center();
-    let Some((world_from_view, _)) = file_camera(scene) else {
-        let half_height = (0.5 * FOV_Y_RAD).tan();
-        let half_extent = Vec2::new(half_height * aspect, half_height);
-        let radius_m = bounds.framing_distance_m(center, rotation(30.0, 20.0), half_extent);
-        return Orbit { yaw_deg: 30.0, pitch_deg: 20.0, radius_m, target_world: center };
-    };
+/// The orbit from which the user sets out: where the camera stands that draws without one, so that the picture does not
+/// jump.
+pub(crate) fn start(scene: &Scene, framing: &Framing, aspect: f32) -> Orbit {
+    let (world_from_view, _) = own_camera(scene, framing, aspect);
     let (eye, back) = (world_from_view.w_axis.truncate(), world_from_view.z_axis.truncate());
+    let bounds = framing.bounds_world();
     let is_inside = eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
     // Inside a room a short arm looks around; outside, the point beside the middle of the model stays in place.
-    let least_m = 0.05 * bounds.radius_around_m(center);
-    let radius_m = if is_inside { least_m } else { (eye - center).dot(back).max(least_m) };
+    let least_m = 0.05 * framing.radius_m();
+    let radius_m = if is_inside { least_m } else { (eye - framing.center_world()).dot(back).max(least_m) };
     Orbit {
         yaw_deg: back.x.atan2(back.z).to_degrees(),
         pitch_deg: back.y.clamp(-1.0, 1.0).asin().to_degrees(),
@@ -61,22 +50,20 @@ pub(crate) fn start(scene: &Scene, aspect: f32) -> Orbit {
     }
 }
 
-fn rotation(yaw_deg: f32, pitch_deg: f32) -> Quat {
-    Quat::from_rotation_y(yaw_deg.to_radians()) * Quat::from_rotation_x(-pitch_deg.to_radians())
-}
-
-fn file_camera(scene: &Scene) -> Option<(Mat4, Projection)> {
-    scene.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection))
+fn own_camera(scene: &Scene, framing: &Framing, aspect: f32) -> (Mat4, Projection) {
+    let first = scene.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection));
+    first.unwrap_or_else(|| framing.automatic(aspect))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use manypass_scene::{Aabb, Camera, Mesh, Node, Primitive};
+    use glam::Quat;
+    use manypass_scene::primitives::cube;
+    use manypass_scene::{Camera, Mesh, Node};
 
     fn unit_scene() -> Scene {
-        let bounds = Aabb { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) };
-        let mesh = Mesh { primitives: vec![Primitive { bounds, ..Primitive::default() }], ..Mesh::default() };
+        let mesh = Mesh { primitives: vec![cube(Vec3::splat(2.0))], ..Mesh::default() };
         let mut scene = Scene { meshes: vec![mesh], ..Scene::default() };
         scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
         scene.update_transforms();
@@ -89,7 +76,7 @@ mod tests {
             [(0.0, 0.0, Vec3::Z), (90.0, 0.0, Vec3::X), (-90.0, 0.0, -Vec3::X), (0.0, 90.0, Vec3::Y)]
         {
             let orbit = Orbit { yaw_deg, pitch_deg, radius_m: 5.0, target_world: Vec3::X };
-            let (view, _) = resolve(Some(orbit), &unit_scene(), 1.5);
+            let (view, _) = resolve(Some(orbit), &unit_scene(), &Framing::of_scene(&unit_scene()), 1.5);
             assert!(view.w_axis.truncate().abs_diff_eq(5.0 * eye + Vec3::X, 1e-4), "{yaw_deg} {pitch_deg}: {view}");
             assert!((-view.z_axis.truncate()).abs_diff_eq(-eye, 1e-5), "{yaw_deg} {pitch_deg}: {view}");
         }
@@ -98,8 +85,9 @@ mod tests {
     #[test]
     fn turning_sets_out_from_the_files_camera() {
         let mut scene = unit_scene();
-        let whole = resolve(None, &scene, 1.0);
-        assert!(whole.0.abs_diff_eq(resolve(Some(start(&scene, 1.0)), &scene, 1.0).0, 1e-5));
+        let framing = Framing::of_scene(&scene);
+        let whole = resolve(None, &scene, &framing, 1.0);
+        assert!(whole.0.abs_diff_eq(resolve(Some(start(&scene, &framing, 1.0)), &scene, &framing, 1.0).0, 1e-5));
         let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
         scene.cameras.push(Camera { name: String::new(), projection });
         for place in [Vec3::new(0.3, 1.0, 7.0), Vec3::new(0.2, 0.1, -0.5)] {
@@ -110,8 +98,8 @@ mod tests {
             scene.add_node(None, node);
             scene.update_transforms();
             let own = Mat4::from_rotation_translation(rotation, place);
-            assert!(resolve(None, &scene, 1.0).0.abs_diff_eq(own, 1e-5));
-            let (turned, _) = resolve(Some(start(&scene, 1.0)), &scene, 1.0);
+            assert!(resolve(None, &scene, &framing, 1.0).0.abs_diff_eq(own, 1e-5));
+            let (turned, _) = resolve(Some(start(&scene, &framing, 1.0)), &scene, &framing, 1.0);
             assert!(turned.abs_diff_eq(own, 1e-4), "{turned} against {own}");
         }
     }

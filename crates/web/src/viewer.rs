@@ -7,7 +7,7 @@ use crate::{
 };
 use manypass::{
     Averaging, FrameRequest, Gpu, Metering, Renderer, View,
-    scene::{Scene, demo, gltf_file},
+    scene::{Aabb, Framing, Scene, demo, gltf_file},
 };
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
@@ -82,6 +82,8 @@ pub struct Viewer {
     blit: Blit,
     renderer: Renderer,
     scene: Option<Scene>,
+    /// What an automatic camera shows whole.
+    framing: Framing,
     warnings: Vec<String>,
     /// What the user chose: view, size and background come with each frame.
     options: Options,
@@ -146,6 +148,7 @@ impl Viewer {
             blit,
             renderer,
             scene: None,
+            framing: Framing::of_bounds(&Aabb::EMPTY),
             warnings: Vec::new(),
             options: Options::default(),
             last: None,
@@ -171,6 +174,7 @@ impl Viewer {
         self.renderer.load(&scene)?;
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
+        self.framing = Framing::of_scene(&scene);
         self.scene = Some(scene);
         Ok(())
     }
@@ -242,8 +246,8 @@ impl Viewer {
         let (width, height) = self.size();
         let aspect = self.aspect();
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
-        let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, aspect)));
-        let (world_from_view, projection) = camera::resolve(orbit, scene, aspect);
+        let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, &self.framing, aspect)));
+        let (world_from_view, projection) = camera::resolve(orbit, scene, &self.framing, aspect);
         let mut request = FrameRequest::new(width, height, View { world_from_view, projection });
         self.options.apply(&mut request, scene);
         request.sample_count = REFINED_SAMPLES;
@@ -324,7 +328,7 @@ impl Viewer {
     /// The orbit from which a user sets out: where the model's first camera stands, or else around the whole model.
     #[wasm_bindgen(js_name = startOrbit)]
     pub fn start_orbit(&self) -> Option<OrbitObject> {
-        let orbit = camera::start(self.scene.as_ref()?, self.aspect());
+        let orbit = camera::start(self.scene.as_ref()?, &self.framing, self.aspect());
         let target = js_sys::Float32Array::from(orbit.target_world.to_array().as_slice());
         let entries: [(&str, JsValue); 4] = [
             ("yaw", orbit.yaw_deg.into()),

@@ -26,26 +26,23 @@ pub fn spec(args: &RenderArgs) -> Result<CameraSpec, Failure> {
         }
         value => Ok(value),
     };
-    let shaped = args.target.is_some() || args.up.is_some() || args.fov_y.is_some() || args.ortho_height.is_some();
     spec.place = match (&args.camera, &args.eye, &args.orbit) {
         (Some(name), _, _) => Place::Named(name.clone()),
         (_, Some(eye), _) => Place::Eye(vector(eye, "--eye")?),
         (_, _, Some(orbit)) => orbit_place(orbit)?,
-        _ if shaped || args.near.is_some() || args.far.is_some() || args.turntable.is_some() => DEFAULT_ORBIT,
+        _ if args.turntable.is_some() => DEFAULT_ORBIT,
         _ => Place::Default,
     };
     spec.target = args.target.as_deref().map(|text| vector(text, "--target")).transpose()?;
-    if let Some(up) = &args.up {
-        spec.up = vector(up, "--up")?;
-        if spec.up == Vec3::ZERO {
-            return Err(Failure::usage("--up has no length", "write --up 0,1,0"));
-        }
+    spec.up = args.up.as_deref().map(|text| vector(text, "--up")).transpose()?;
+    if spec.up == Some(Vec3::ZERO) {
+        return Err(Failure::usage("--up has no length", "write --up 0,1,0"));
     }
     if let Some(degrees) = positive(args.fov_y, "--fov-y")? {
         if degrees >= 180.0 {
             return Err(Failure::usage(format!("--fov-y {degrees} is out of range"), "give degrees between 0 and 180"));
         }
-        spec.fov_y_rad = degrees.to_radians();
+        spec.fov_y_rad = Some(degrees.to_radians());
     }
     spec.ortho_height_m = positive(args.ortho_height, "--ortho-height")?;
     spec.near_m = positive(args.near, "--near")?;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::args::{Cli, Command};
-use crate::camera::Place;
+use crate::camera::{DEFAULT_ORBIT, Place};
 use clap::Parser;
 use glam::Vec3;
 
@@ -63,4 +63,26 @@ fn colours_are_srgb_and_folders_become_patterns() {
             assert!(failure.code() == 2 && failure.hint.contains("{frame:04}"), "{failure:?}");
         }
     }
+}
+
+#[test]
+fn flags_of_the_camera_alone_keep_the_files_camera() {
+    let flags: [[&str; 2]; 6] = [
+        ["--near", "0.5"],
+        ["--far", "9"],
+        ["--fov-y", "30"],
+        ["--target", "1,2,3"],
+        ["--up", "1,0,0"],
+        ["--ortho-height", "2"],
+    ];
+    for flags in flags {
+        assert_eq!(job(&flags).expect("job").camera.place, Place::Default, "{flags:?}");
+    }
+    assert_eq!(job(&["--turntable", "4", "--fov-y", "30"]).expect("job").camera.place, DEFAULT_ORBIT);
+}
+
+#[test]
+fn a_turntable_has_frames_of_its_own_or_those_asked_for() {
+    assert_eq!(job(&["--turntable", "36"]).expect("job").frames, Some((0, 35)));
+    assert_eq!(job(&["--turntable", "36", "--frames", "24..48"]).expect("job").frames, Some((24, 48)));
 }

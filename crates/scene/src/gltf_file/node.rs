@@ -2,8 +2,9 @@
 
 use super::accessor::{Component, to_f32};
 use super::{Document, LoadError, json::Json};
-use crate::{Camera, Light, LightKind, Node, NodeId, Projection, Scene, Skin};
+use crate::{Camera, Light, LightKind, Node, NodeId, Projection, Scene, SceneRoots, Skin};
 use glam::{Mat4, Quat, Vec3};
+use std::collections::BTreeSet;
 
 /// Every camera.
 pub(super) fn read_cameras(document: &Document) -> Result<Vec<Camera>, LoadError> {
@@ -80,7 +81,7 @@ fn read_cone(document: &mut Document, spot: &Json) -> Result<LightKind, LoadErro
     Ok(LightKind::Spot { inner_cone_rad, outer_cone_rad })
 }
 
-/// Every node, and the roots of the scene that is shown.
+/// Every node, and the roots of every scene; those of the one that the file names are shown.
 pub(super) fn read_nodes(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
     let nodes = document.root.objects("nodes")?;
     let skin_count = document.root.objects("skins")?.len();
@@ -98,25 +99,42 @@ pub(super) fn read_nodes(document: &mut Document, scene: &mut Scene) -> Result<(
     }
     check_cycles(scene)?;
     let orphans = |scene: &Scene| {
-        (0..scene.nodes.len()).filter(|&i| scene.nodes.get(i).is_some_and(|node| node.parent.is_none())).collect()
+        let parentless = scene.nodes.iter().enumerate().filter(|(_, node)| node.parent.is_none());
+        parentless.map(|(i, _)| NodeId(i as u32)).collect()
     };
     let scenes = document.root.objects("scenes")?;
     let shown = document.root.index("scene", scenes.len(), "scene")?.unwrap_or(0);
-    let roots: Vec<usize> = match scenes.get(shown) {
-        Some(json) => json.indices("nodes", nodes.len(), "node")?,
-        None => orphans(scene),
-    };
-    let pointer = format!("/scenes/{shown}/nodes");
-    let mut is_root = vec![false; nodes.len()];
-    for root in roots {
-        let has_parent = scene.nodes.get(root).is_some_and(|node| node.parent.is_some());
-        let seen = is_root.get_mut(root).is_some_and(|seen| std::mem::replace(seen, true));
-        if has_parent || seen {
-            return Err(LoadError::invalid(&pointer, format!("expected node {root} once and without a parent")));
-        }
-        scene.roots.push(NodeId(root as u32));
+    if scenes.is_empty() {
+        scene.roots = orphans(scene);
+    }
+    for (i, json) in scenes.iter().enumerate() {
+        // A fault in a scene that nobody has asked for yet is no reason to refuse the file.
+        let roots = match read_roots(json, scene) {
+            Err(error) if i != shown => {
+                document.warn(&json.at("nodes"), &format!("the scene cannot be shown: {}", error.into_message()));
+                Vec::new()
+            }
+            roots => roots?,
+        };
+        scene.scenes.push(SceneRoots { name: json.name().unwrap_or_default(), roots });
+    }
+    if let Some(shown_scene) = scene.scenes.get(shown) {
+        (scene.roots, scene.shown_scene) = (shown_scene.roots.clone(), Some(shown));
     }
     Ok(())
+}
+
+/// The nodes of one of the file's scenes.
+fn read_roots(json: &Json, scene: &Scene) -> Result<Vec<NodeId>, LoadError> {
+    let (mut roots, mut seen) = (Vec::new(), BTreeSet::new());
+    for root in json.indices("nodes", scene.nodes.len(), "node")? {
+        let has_parent = scene.nodes.get(root).is_some_and(|node| node.parent.is_some());
+        if has_parent || !seen.insert(root) {
+            return Err(json.error("nodes", format!("expected node {root} once and without a parent")));
+        }
+        roots.push(NodeId(root as u32));
+    }
+    Ok(roots)
 }
 
 /// Every node has one parent at most, so that whatever the parentless do not reach lies on or below a cycle.

@@ -1,0 +1,35 @@
+//! Which scene of a file is shown.
+
+use crate::failure::{Failure, Kind};
+use manypass_scene::{Scene, ShowError};
+
+/// Shows the scene that is asked for by name or index; without one, the scene that the file names stays. What was warned of
+/// the latter goes, and the same is said of the former.
+///
+/// # Errors
+/// If the file has no such scene, or it cannot be drawn.
+pub fn show(scene: &mut Scene, asked: Option<&str>, warnings: &mut Vec<String>) -> Result<(), Failure> {
+    let Some(asked) = asked else { return Ok(()) };
+    let by_name = scene.scenes.iter().position(|roots| roots.name == asked);
+    let index = by_name.or_else(|| asked.parse().ok()).unwrap_or(usize::MAX);
+    scene.show_scene(index).map_err(|error| match error {
+        ShowError::Unknown { .. } => Failure::usage(format!("there is no scene `{asked}`"), hint(scene)),
+        ShowError::TooLarge { .. } => Failure::new(Kind::Failed, error, "join meshes, or show another --scene"),
+    })?;
+    warnings.retain(|warning| !warning.contains("draws nothing"));
+    if !scene.draws_anything() {
+        warnings.push(format!("at \"/scenes/{index}\": the scene draws nothing; it has no node with a mesh"));
+    }
+    Ok(())
+}
+
+/// The scenes of a file: the index, and the name where there is one.
+fn hint(scene: &Scene) -> String {
+    let listed = |(index, name): (usize, &str)| match name {
+        "" => index.to_string(),
+        name => format!("{index} `{name}`"),
+    };
+    let scenes = scene.scenes.iter().map(|roots| roots.name.as_str()).enumerate().map(listed);
+    let scenes: Vec<String> = scenes.collect();
+    if scenes.is_empty() { "the file has no scenes".into() } else { format!("scenes: {}", scenes.join(", ")) }
+}

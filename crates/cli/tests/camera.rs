@@ -1,0 +1,173 @@
+//! From where pictures are seen: the automatic camera, turntables, scenes.
+
+mod common;
+
+use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use image::RgbaImage;
+use std::path::Path;
+
+const SMALL: [&str; 6] = ["--size", "96x64", "--samples", "1", "--background", "transparent"];
+
+fn render(folder: &Path, args: &[&str]) -> Run {
+    run_in(folder, &[&["render"], args, &SMALL].concat())
+}
+
+fn bytes(folder: &Folder, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// How many columns or rows are free at the left, the top, the right and the bottom.
+fn margins(picture: &RgbaImage) -> [u32; 4] {
+    let (width, height) = picture.dimensions();
+    let covered = || picture.enumerate_pixels().filter(|(.., pixel)| pixel.0[3] > 0).map(|(x, y, _)| (x, y));
+    let [left, top] = [covered().map(|p| p.0).min(), covered().map(|p| p.1).min()];
+    let [right, bottom] = [covered().map(|p| width - 1 - p.0).min(), covered().map(|p| height - 1 - p.1).min()];
+    [left, top, right, bottom].map(|margin| margin.expect("a picture of something"))
+}
+
+/// A box of 4 × 3 × 9 m in a file with two scenes: its faces are turned inwards in one, outwards in the other.
+fn two_scenes(folder: &Folder) {
+    let corners = (0..8u8).flat_map(|i| [(i & 1, 4.0), (i >> 1 & 1, 3.0), (i >> 2, 9.0)]);
+    let positions = corners.flat_map(|(is_far, size_m): (u8, f32)| (f32::from(is_far) * size_m).to_le_bytes());
+    let outwards: [u16; 36] =
+        [0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6];
+    let inwards = outwards.as_chunks().0.iter().flat_map(|[a, b, c]| [*a, *c, *b]);
+    let indices = outwards.into_iter().chain(inwards).flat_map(u16::to_le_bytes);
+    folder.write("two.bin", &positions.chain(indices).collect::<Vec<u8>>());
+    folder.write(
+        "two.gltf",
+        br#"{"asset":{"version":"2.0"},"scene":0,
+        "scenes":[{"name":"Room","nodes":[0]},{"nodes":[1]},{"name":"Void"}],
+        "nodes":[{"mesh":0},{"mesh":1}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":2}]},
+            {"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":8,"type":"VEC3","min":[0,0,0],"max":[4,3,9]},
+            {"bufferView":1,"componentType":5123,"count":36,"type":"SCALAR"},
+            {"bufferView":1,"byteOffset":72,"componentType":5123,"count":36,"type":"SCALAR"}],
+        "bufferViews":[{"buffer":0,"byteLength":96},{"buffer":0,"byteOffset":96,"byteLength":144}],
+        "buffers":[{"uri":"two.bin","byteLength":240}]}"#,
+    );
+}
+
+#[test]
+fn a_frame_is_the_same_alone_in_a_range_and_by_its_time_and_nothing_leaves_the_picture() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("camera-frames");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 0.0]));
+    render(&folder, &["tri.glb", "--frames", "0..4", "--fps", "4", "-o", "range{frame}.png"]).expect(0);
+    render(&folder, &["tri.glb", "--frames", "4..4", "--fps", "4", "-o", "alone{frame}.png"]).expect(0);
+    render(&folder, &["tri.glb", "--time", "1", "-o", "time.png"]).expect(0);
+    assert!(bytes(&folder, "range4.png") == bytes(&folder, "alone4.png"));
+    assert!(bytes(&folder, "range4.png") == bytes(&folder, "time.png"));
+    let pictures = (0..5).map(|i| image::open(folder.join(&format!("range{i}.png"))).expect("a picture").to_rgba8());
+    let margins: Vec<[u32; 4]> = pictures.map(|picture| margins(&picture)).collect();
+    // All frames together are in the middle, with 6 % of 64 pixels above and below.
+    let least = |side: usize| margins.iter().map(|margins| margins[side]).min().unwrap_or(0);
+    assert!((3..=5).contains(&least(1)) && (3..=5).contains(&least(3)), "{margins:?}");
+    assert!(least(0).abs_diff(least(2)) <= 2 && margins[0][0] + 20 < margins[4][0], "{margins:?}");
+}
+
+#[test]
+fn what_is_drawn_fills_the_picture_and_lies_in_its_middle() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("camera-margins");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 0.0]));
+    two_scenes(&folder);
+    for input in [&["tri.glb"][..], &["two.gltf", "--scene", "1"]] {
+        for (size, limits) in [("192x48", [1, 3]), ("48x192", [0, 2])] {
+            let size = ["--size", size, "--samples", "1", "--background", "transparent", "-o", "a.png"];
+            run_in(&folder, &[&["render"], input, &size].concat()).expect(0);
+            let margins = margins(&image::open(folder.join("a.png")).expect("a picture").to_rgba8());
+            let [left, top, right, bottom] = margins;
+            assert!(left.abs_diff(right) <= 1 && top.abs_diff(bottom) <= 1, "{input:?}: {margins:?}");
+            // 6 % of 48 pixels, by the rasteriser's rounding.
+            assert!(limits.iter().all(|side| (2..=4).contains(&margins[*side])), "{input:?}: {margins:?}");
+        }
+    }
+}
+
+#[test]
+fn a_turntable_plays_with_frames_and_stands_still_with_a_time() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("camera-turntable");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 0.0]));
+    let turn = ["tri.glb", "--turntable", "4"];
+    render(&folder, &[&turn[..], &["--frames", "0..5", "--fps", "4", "-o", "both{frame}.png"]].concat()).expect(0);
+    render(&folder, &[&turn[..], &["--frames", "2..2", "--fps", "4", "-o", "alone{frame}.png"]].concat()).expect(0);
+    render(&folder, &[&turn[..], &["--time", "0.5", "-o", "time{frame}.png"]].concat()).expect(0);
+    assert!(bytes(&folder, "both2.png") == bytes(&folder, "alone2.png"));
+    // Frame 2 is at 0.5 s, turned by half a turn; a full turn takes four frames, and the animation ends after four.
+    assert!(bytes(&folder, "both2.png") == bytes(&folder, "time2.png"));
+    assert!(bytes(&folder, "both1.png") != bytes(&folder, "time1.png"));
+    assert!(bytes(&folder, "both1.png") != bytes(&folder, "both5.png"));
+    assert!(!folder.join("time4.png").exists());
+
+    // One frame for a full turn: nothing moves but by the animation, whose time stands still.
+    let motion = |args: &[&str]| -> f32 {
+        let common = ["tri.glb", "--turntable", "1", "--fps", "2", "--aov", "motion", "-o", "m{frame}.exr"];
+        render(&folder, &[&common[..], args].concat()).expect(0);
+        let file = folder.names().into_iter().find(|name| name.ends_with(".exr")).expect("a file");
+        let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+        let image = reader.from_file(folder.join(&file)).expect("EXR");
+        std::fs::remove_file(folder.join(&file)).expect("removed");
+        let layers = image.layer_data.iter();
+        let mut named = layers.filter(|l| l.attributes.layer_name.as_ref().is_some_and(|name| name.eq("motion")));
+        let channels = &named.next().expect("motion").channel_data.list;
+        let largest = |samples: &FlatSamples| match samples {
+            FlatSamples::F32(values) => values.iter().fold(0.0f32, |most, value| most.max(value.abs())),
+            other => panic!("{other:?}"),
+        };
+        channels.iter().map(|channel| largest(&channel.sample_data)).fold(0.0, f32::max)
+    };
+    assert!(motion(&["--time", "0.5"]) < 1e-3, "the time moved");
+    assert!(motion(&["--frames", "1..1"]) > 1.0, "the test cannot fail");
+}
+
+#[test]
+fn scenes_are_shown_by_name_or_index_and_listed() {
+    let folder = Folder::new("camera-scenes");
+    two_scenes(&folder);
+    let json = |args: &[&str]| -> serde_json::Value {
+        let run = run_in(&folder, &[&["info", "two.gltf", "--json"], args].concat()).expect(0);
+        serde_json::from_str(&run.text()).expect("JSON")
+    };
+    assert_eq!(json(&[])["scenes"][0], serde_json::json!({ "index": 0, "name": "Room", "is_shown": true }));
+    for asked in ["Void", "2"] {
+        let value = json(&["--scene", asked]);
+        assert_eq!((&value["triangles_drawn"], &value["scenes"][2]["is_shown"]), (&0.into(), &true.into()));
+        assert!(value["warnings"][0].as_str().is_some_and(|warning| warning.contains("draws nothing")), "{value}");
+    }
+    for asked in ["Hall", "3", "-1", "99999999999999999999"] {
+        let asked = format!("--scene={asked}");
+        let run = run_in(&folder, &["info", "two.gltf", &asked]).expect(2);
+        assert!(run.stderr.ends_with("hint: scenes: 0 `Room`, 1, 2 `Void`\n"), "{}", run.stderr);
+    }
+    folder.write("tri.glb", &triangle_glb([1.0; 3]));
+    assert!(run_in(&folder, &["info", "tri.glb", "--scene", "0"]).expect(0).text().contains("triangles: 1"));
+}
+
+#[test]
+fn a_room_is_seen_from_inside_with_a_hint_how_to_leave_it() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("camera-room");
+    two_scenes(&folder);
+    let inside = render(&folder, &["two.gltf", "-o", "inside.png"]).expect(0);
+    assert!(inside.stderr.starts_with("hint: two.gltf: ") && inside.stderr.contains("--orbit"), "{}", inside.stderr);
+    let picture = image::open(folder.join("inside.png")).expect("a picture").to_rgba8();
+    assert!(picture.pixels().all(|pixel| pixel.0[3] == 255), "walls are everywhere");
+    for args in [&["--orbit", "30,20,auto"][..], &["--scene", "1"], &["--quiet"]] {
+        let run = render(&folder, &[&["two.gltf", "-o", "a.png"], args].concat()).expect(0);
+        assert_eq!(run.stderr, "", "{args:?}");
+    }
+    let outside = image::open(folder.join("a.png")).expect("a picture").to_rgba8();
+    assert_eq!(outside, picture, "only the hint is quiet");
+}
