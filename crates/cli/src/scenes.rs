@@ -1,7 +1,7 @@
 //! Which scene of a file is shown.
 
 use crate::failure::{Failure, Kind};
-use manypass_scene::{Scene, ShowError};
+use manypass_scene::Scene;
 
 /// Shows the scene that is asked for by name or index; without one, the scene that the file names stays. What was warned of
 /// the latter goes, and the same is said of the former.
@@ -10,12 +10,11 @@ use manypass_scene::{Scene, ShowError};
 /// If the file has no such scene, or it cannot be drawn.
 pub fn show(scene: &mut Scene, asked: Option<&str>, warnings: &mut Vec<String>) -> Result<(), Failure> {
     let Some(asked) = asked else { return Ok(()) };
-    let by_name = scene.scenes.iter().position(|roots| roots.name == asked);
-    let index = by_name.or_else(|| asked.parse().ok()).unwrap_or(usize::MAX);
-    scene.show_scene(index).map_err(|error| match error {
-        ShowError::Unknown { .. } => Failure::usage(format!("there is no scene `{asked}`"), hint(scene)),
-        ShowError::TooLarge { .. } => Failure::new(Kind::Failed, error, "join meshes, or show another --scene"),
-    })?;
+    let unknown = |scene: &Scene| Failure::usage(format!("there is no scene `{asked}`"), hint(scene));
+    let index = scene.scene_named(asked).ok_or_else(|| unknown(scene))?;
+    scene
+        .show_scene(index)
+        .map_err(|error| Failure::new(Kind::Failed, error, "join its meshes, or show another --scene"))?;
     warnings.retain(|warning| !warning.contains("draws nothing"));
     if !scene.draws_anything() {
         warnings.push(format!("at \"/scenes/{index}\": the scene draws nothing; it has no node with a mesh"));

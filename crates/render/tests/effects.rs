@@ -4,7 +4,7 @@
 
 mod common;
 
-use manypass::{FrameRequest, Path, Renderer, Target, WgslEffect};
+use manypass::{Background, FrameRequest, Path, Renderer, Target, WgslEffect};
 use manypass_testkit::compare::Picture;
 use manypass_testkit::scenes;
 use std::sync::Arc;
@@ -176,6 +176,7 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
     assert!(json["default"] == 3 && json["type"] == "u32" && json["unit"] == "things" && json["max"] == 10.0, "{json}");
 
     let mut request = common::plain_request(&test.scene, (2, 1));
+    request.background = Background::Transparent;
     request.effects = vec![effect.clone()];
     let error = renderer.render(&test.scene, &request).unwrap_err().to_string();
     assert!(error.starts_with("folder/file.wgsl:16:5: error: `last` has neither a default nor a value"), "{error}");

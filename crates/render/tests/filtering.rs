@@ -6,7 +6,7 @@ mod common;
 
 use common::{floats, plain_request, renderer};
 use glam::{Quat, Vec3};
-use manypass::{Aov, Renderer};
+use manypass::{Aov, Averaging, Renderer};
 use manypass_scene::{
     Camera, Image, ImageSource, Material, Mesh, Node, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel,
     Texture, TextureRef, TextureTransform, primitives,
@@ -55,6 +55,7 @@ fn striped_floor() -> Scene {
 fn picture(renderer: &mut Renderer, scene: &Scene, size: (u32, u32), samples: u32) -> Vec<f32> {
     let mut request = plain_request(scene, size);
     request.sample_count = samples;
+    request.averaging = Averaging::Radiance;
     for sample in 0..samples {
         request.sample_index = sample;
         renderer.render(scene, &request).unwrap();

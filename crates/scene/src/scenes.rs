@@ -27,9 +27,7 @@ pub enum ShowError {
         count: usize,
     },
     /// It draws too much.
-    #[error(
-        "the nodes of scene {index} draw {count} primitives together, and {MAX_DRAWN_PRIMITIVES} are possible; join meshes"
-    )]
+    #[error("the nodes of scene {index} draw {count} primitives together, and {MAX_DRAWN_PRIMITIVES} are possible")]
     TooLarge {
         /// What was asked for.
         index: usize,
@@ -55,6 +53,12 @@ impl Scene {
         self.shown_scene = Some(index);
         self.update_transforms();
         Ok(())
+    }
+
+    /// The index in [`Scene::scenes`] of the scene with this name, or else with this index.
+    pub fn scene_named(&self, name_or_index: &str) -> Option<usize> {
+        let by_name = self.scenes.iter().position(|roots| roots.name == name_or_index);
+        by_name.or_else(|| name_or_index.parse().ok().filter(|index| *index < self.scenes.len()))
     }
 
     /// Whether any node that is shown has a mesh with vertices.

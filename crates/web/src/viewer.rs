@@ -237,6 +237,27 @@ impl Viewer {
         self.take(scene, Vec::new())
     }
 
+    /// The names of the file's scenes, in order; those without one are empty.
+    pub fn scenes(&self) -> Vec<String> {
+        let scenes = self.scene.iter().flat_map(|scene| &scene.scenes);
+        scenes.map(|roots| roots.name.clone()).collect()
+    }
+
+    /// Shows another scene of the file, by its name or its index.
+    ///
+    /// # Errors
+    /// When there is no such scene, or it draws too much; the one before stays then.
+    #[wasm_bindgen(js_name = showScene)]
+    pub fn show_scene(&mut self, name_or_index: &str) -> Result<(), JsError> {
+        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("no model is loaded"))?;
+        let index = scene.scene_named(name_or_index);
+        let index = index.ok_or_else(|| JsError::new(&format!("there is no scene `{name_or_index}`")))?;
+        scene.show_scene(index)?;
+        self.framing = Framing::of_scene(scene);
+        self.last = None;
+        Ok(())
+    }
+
     /// Draws one frame at the canvas's size: seen from `orbit`, or else from the model's first camera, or else so that
     /// the whole model is seen. Wait for the promise before you call another method.
     ///

@@ -5,7 +5,7 @@
 //! Sponza's court. A vessel, such as a shoe, is turned inwards too, but it has an outside, and it is smaller than a room.
 
 use super::panorama::{Panorama, Ray};
-use crate::{Aabb, Projection, Scene};
+use crate::{Aabb, Mesh, Primitive, Projection, Scene};
 use glam::{Mat3, Mat4, Vec3};
 
 /// From where a scene is seen that encloses its middle.
@@ -35,11 +35,15 @@ const FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_3;
 /// The directions that are compared.
 const AZIMUTHS: u16 = 32;
 
+/// Above so many indices, four million of triangles, nobody waits to be told.
+const MOST_INDICES: usize = 12_000_000;
+
 impl Interior {
     /// The view from inside, if the scene, as of its last [`Scene::update_transforms`], encloses its middle.
     pub(super) fn find(scene: &Scene) -> Option<Self> {
         let bounds = scene.bounds_world();
-        if bounds.is_empty() || !bounds.radius_m().is_finite() || bounds.min.cmpeq(bounds.max).any() {
+        let is_flat = bounds.is_empty() || bounds.min.cmpeq(bounds.max).any();
+        if is_flat || !bounds.radius_m().is_finite() || indices_drawn(scene) > MOST_INDICES {
             return None;
         }
         let middle = bounds.center();
@@ -76,6 +80,15 @@ impl Interior {
             projection: Projection::Perspective { fov_y_rad: FOV_Y_RAD, near_m, far_m: None },
         }
     }
+}
+
+/// How many indices are drawn, those of a mesh once for every node that shows it.
+fn indices_drawn(scene: &Scene) -> usize {
+    let of_primitive = |primitive: &Primitive| primitive.indices.len().max(primitive.positions.len());
+    let of_mesh = |mesh: &Mesh| mesh.primitives.iter().map(of_primitive).fold(0, usize::saturating_add);
+    let counts: Vec<usize> = scene.meshes.iter().map(of_mesh).collect();
+    let nodes = scene.visible_nodes().into_iter().filter_map(|id| counts.get(scene.node(id).mesh?));
+    nodes.fold(0, |sum, count| sum.saturating_add(*count))
 }
 
 /// Whether rays from the middle of a scene so large are those of a room.

@@ -175,7 +175,7 @@ fn on_face(direction: Vec3, face: usize) -> Vec3 {
         1 => Vec3::new(y, z, x),
         _ => Vec3::new(z, x, y),
     };
-    if face % 2 == 0 { along } else { along * Vec3::new(-1.0, 1.0, 1.0) }
+    if face.is_multiple_of(2) { along } else { along * Vec3::new(-1.0, 1.0, 1.0) }
 }
 
 /// Where on a side of the cube a direction goes through it: from 0.5, whole numbers are the rays, which begin with 1.
@@ -196,7 +196,7 @@ fn direction(index: usize) -> Vec3 {
     let (face, row, column) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
     let middle = |cell: usize| (2.0 * cell as f32 + 1.0) / SIDE as f32 - 1.0;
     let (u, v) = (middle(column), middle(row));
-    let outward = if face % 2 == 0 { 1.0 } else { -1.0 };
+    let outward = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     match face / 2 {
         0 => Vec3::new(outward, u, v),
         1 => Vec3::new(v, outward, u),
