@@ -259,6 +259,11 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
             of_default("// = 1").replace("x: f32", "y: mat4x4f, x: f32"),
             "a.wgsl:2:10: error: a default stands above what",
         ),
+        (
+            of_default("// = 1").replace("x: f32", "x: f32, y: array<vec4f, 99999999>"),
+            "a.wgsl:5:36: error: `u` has 1600000",
+        ),
+        (of_default(&format!("// = 1\n    y: array<vec4f, {}1>,", "1+".repeat(100_000))), "a.wgsl:3:"),
     ] {
         match manypass::EffectFile::parse("a.wgsl", &source) {
             Ok(_) => assert!(expected.is_empty(), "{source}\nshould say {expected}"),

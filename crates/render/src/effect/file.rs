@@ -32,6 +32,9 @@ impl EffectFile {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source { file, text };
         let scan = scan(text);
+        if let Some(place) = &scan.overlong {
+            return Err(source.fault(place.clone(), "the shader is too long or nested too deeply from here on").into());
+        }
         let header = Header::parse(source, &scan)?;
         let (module, info) = locate::parse(file, text)?;
         let slots = program::reflect_bindings(&module, &info, &locate::composed(text));

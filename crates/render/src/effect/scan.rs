@@ -42,12 +42,20 @@ pub(super) struct Scan {
     pub variables: HashMap<String, Declared>,
     /// The bytes of the names of functions.
     pub functions: HashMap<String, Range<usize>>,
+    /// Where an expression becomes longer than the compiler's recursion can bear.
+    pub overlong: Option<Range<usize>>,
 }
+
+/// So many operators in one statement are compiled on a thread's usual stack of 2 MiB; the compiler recurses for each.
+const OPERATORS_MAX: usize = 4000;
+/// And so many declarations, each of which may need the next one, and branches in one chain of `else if`.
+const BLOCKS_MAX: usize = 1000;
 
 /// Scans a text, which need not be valid.
 pub(super) fn scan(text: &str) -> Scan {
     let mut scan = Scan::default();
     let tokens = tokens(text, &mut scan.comments);
+    scan.overlong = overlong(text, &tokens);
     scan.first_token = tokens.first().map_or(text.len(), |token| token.range.start);
     Walk { text, tokens: &tokens, at: 0, scan }.run()
 }
@@ -79,6 +87,28 @@ fn tokens(text: &str, comments: &mut Vec<Comment>) -> Vec<Token> {
         at += length;
     }
     tokens
+}
+
+/// Where there are more than [`OPERATORS_MAX`] operators without an end of a statement, or more than [`BLOCKS_MAX`] branches
+/// or declarations in all.
+fn overlong(text: &str, tokens: &[Token]) -> Option<Range<usize>> {
+    let (mut operators, mut branches, mut declarations) = (0, 0, 0);
+    for (token, next) in tokens.iter().zip(tokens.iter().skip(1).chain([&Token { range: 0..0 }])) {
+        let word = &text[token.range.clone()];
+        match word {
+            ";" | "{" | "}" => operators = 0,
+            "else" => branches += 1,
+            "fn" | "struct" | "const" | "alias" | "override" => declarations += 1,
+            // The point of a number is none.
+            "." => operators += usize::from(!text[next.range.clone()].starts_with(|c: char| c.is_ascii_digit())),
+            "+" | "-" | "*" | "/" | "%" | "&" | "|" | "^" | "<" | ">" | "=" | "!" | "~" | "[" | "(" => operators += 1,
+            _ => {}
+        }
+        if operators > OPERATORS_MAX || branches > BLOCKS_MAX || declarations > BLOCKS_MAX {
+            return Some(token.range.clone());
+        }
+    }
+    None
 }
 
 fn block_comment_length(text: &str) -> usize {

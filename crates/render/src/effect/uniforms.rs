@@ -51,6 +51,8 @@ struct Remarks {
     default: Option<Range<usize>>,
 }
 
+/// The largest uniform that every device has; WebGL 2 promises no more.
+const BLOCK_BYTES_MAX: usize = 16384;
 /// The group of an effect's own uniforms.
 pub(super) const OWN_GROUP: u32 = 2;
 
@@ -72,6 +74,11 @@ impl Uniforms {
                 && global.binding.is_some_and(|binding| binding.group == OWN_GROUP);
             let (true, Some(name)) = (is_own, &global.name) else { continue };
             let size = module.types[global.ty].inner.size(module.to_ctx()) as usize;
+            if size > BLOCK_BYTES_MAX {
+                let place = scan.variables.get(name).map_or(0..0, |declared| declared.name.clone());
+                let message = format!("`{name}` has {size} bytes; a uniform has at most {BLOCK_BYTES_MAX}");
+                return Err(source.fault(place, message));
+            }
             let block = Block { name: name.clone(), bytes: vec![0; size], is_used: used.contains(&name.as_str()) };
             reflection.uniforms.blocks.push(block);
             reflection.path.push(name.clone());

@@ -51,8 +51,27 @@ fn validation_fault(error: &naga::WithSpan<naga::valid::ValidationError>) -> Fau
         message = format!("{message}: {cause}");
         source = cause.source();
     }
-    let labels = error.spans().filter_map(|(span, label)| Some((span.to_range()?, label.clone()))).collect();
-    Fault { message, labels, notes: Vec::new() }
+    let label = |label: &String| if label.starts_with("naga::") { String::new() } else { without_handles(label) };
+    let labels = error.spans().filter_map(|(span, text)| Some((span.to_range()?, label(text)))).collect();
+    Fault { message: without_handles(&message), labels, notes: Vec::new() }
+}
+
+/// Without the compiler's own numbers of things, such as `[3]` and `Some([3])`, which say nothing outside of it.
+fn without_handles(text: &str) -> String {
+    let is_handle = |word: &str| {
+        let inner = word.strip_prefix("Some(").and_then(|rest| rest.strip_suffix(')')).unwrap_or(word);
+        let number = inner.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+        number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    let mut words: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let (name, end) = word.split_at(word.trim_end_matches([':', ',', '.']).len());
+        match words.last_mut() {
+            Some(last) if is_handle(name) => last.push_str(end),
+            _ => words.push(word.into()),
+        }
+    }
+    words.join(" ")
 }
 
 fn located(file: &str, own: &str, fault: Fault) -> Diagnostic {
@@ -104,8 +123,11 @@ mod tests {
     fn errors_have_places_of_the_own_text() {
         for (own, place) in [
             (format!("{MAIN}\n\n    return radianc_at(vec2i(p.xy)); }}"), "a.wgsl:3:12: error: "),
-            (format!("// é\n/* ü */ {MAIN} return radianc_at(vec2i(p.xy)); }}"), "a.wgsl:2:84: error: "),
-            (format!("{MAIN}\n    return vec3f(1.0);\n}}\n"), "a.wgsl:2:5: error: "),
+            (format!("// é\n/* ü */ {MAIN} return radianc_at(vec2i(p.xy)); }}"), "a.wgsl:2:85: error: "),
+            (
+                format!("{MAIN}\n    return vec3f(1.0);\n}}\n"),
+                "a.wgsl:2:12: error: Entry point fs at Fragment is invalid: The `return` expression does not match the declared",
+            ),
             (format!("{MAIN} return vec4f(1.0); }}\n\nfn unfinished() -> f32 {{ retur"), "a.wgsl:3:"),
             ("this is no WGSL".into(), "a.wgsl:1:1: error: "),
             ("\n\nvar<private> radiance: f32;\n".into(), "a.wgsl:3:14: error: "),
