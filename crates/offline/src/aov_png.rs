@@ -98,13 +98,14 @@ fn ranged(data: &[f32], components: usize) -> (Vec<u8>, Option<PngRange>) {
     (bytes, range)
 }
 
-/// From −high…high to 1…65535 with 0 at 32768, where `high` is the largest magnitude; a third channel of zeros.
+/// From −high…high to 1…65535 with 0 at 32768, where `high` is the largest magnitude, or 1 where that is smaller, so that
+/// rounding errors of what stands still are not spread over all numbers; a third channel of zeros.
 fn symmetric(data: &[f32], components: usize) -> (Vec<u8>, Option<PngRange>) {
-    let high = data.iter().filter(|value| value.is_finite()).fold(0.0f32, |high, value| high.max(value.abs()));
+    let high = data.iter().filter(|value| value.is_finite()).fold(1.0f32, |high, value| high.max(value.abs()));
     let mut bytes = Vec::with_capacity(data.len() / components.max(1) * 6);
     for values in data.chunks_exact(components) {
         for value in values {
-            let share = if high > 0.0 && value.is_finite() { f64::from(*value) / f64::from(high) } else { 0.0 };
+            let share = if value.is_finite() { f64::from(*value) / f64::from(high) } else { 0.0 };
             bytes.extend_from_slice(&((32768.0 + (share * 32767.0).round()) as u16).to_be_bytes());
         }
         for _ in components..3 {
@@ -200,7 +201,7 @@ mod tests {
         let (motion, range, _) = words(&float(Aov::Motion, vec![-20.0, 5.0, 0.0, 0.0]), 2);
         assert_eq!(motion, [1, 32768 + 8192, 0, 32768, 32768, 0]);
         assert_eq!(range, Some(PngRange { low: vec![-20.0], high: vec![20.0] }));
-        assert_eq!(words(&float(Aov::Motion, vec![0.0, 0.0]), 1).0, [32768, 32768, 0]);
+        assert_eq!(words(&float(Aov::Motion, vec![1e-6, 0.0]), 1).0, [32768, 32768, 0]);
 
         // Half covered by radiance 8: a quarter of the largest, which is 32.
         let radiance = vec![4.0, 0.0, 0.0, 0.5, 32.0, 0.0, 0.0, 1.0];

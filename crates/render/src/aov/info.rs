@@ -32,7 +32,7 @@ pub enum PngEncoding {
     Signed16,
     /// 16 bits from the smallest to the largest value; 65535 in every channel where there is no surface.
     Range16,
-    /// 16 bits to both sides of 0.
+    /// 16 bits to both sides of 0, as far as the largest magnitude and at least to 1.
     Symmetric16,
     /// 16 bits from 0 to the largest value of all colours.
     Maximum16,
@@ -49,10 +49,10 @@ impl PngEncoding {
         match self {
             Self::Srgb8 => "8-bit RGB, marked as sRGB; value = sRGB to linear of v / 255",
             Self::Unit8 => "8-bit grey; value = v / 255",
-            Self::Signed16 => "16-bit RGB; value = 2 · v / 65535 − 1",
-            Self::Range16 => "16 bits; value = low + v / 65534 · (high − low)",
+            Self::Signed16 => "16-bit RGB; 0, 0, 0 where there is no surface, else value = 2 · v / 65535 − 1",
+            Self::Range16 => "16 bits; 65535 where there is no surface, else value = low + v / 65534 · (high − low)",
             Self::Symmetric16 => "16-bit RGB, blue 0; value = (v − 32768) / 32767 · high",
-            Self::Maximum16 => "16 bits; value = v / 65535 · high",
+            Self::Maximum16 => "16 bits; value = v / 65535 · high; alpha = v / 65535",
             Self::Id16 => "16-bit grey; value = v, at most 65534",
         }
     }
