@@ -120,7 +120,21 @@ impl Renderer {
     /// ```
     #[cfg(not(target_arch = "wasm32"))]
     pub fn expose(&mut self, scene: &Scene, request: &mut FrameRequest, exposure: Exposure) -> Result<(), RenderError> {
-        let metering = request.needs_metering(exposure).then(|| self.meter(scene, request)).transpose()?;
+        pollster::block_on(self.expose_async(scene, request, exposure))
+    }
+
+    /// As [`Self::expose`], where waiting is not possible.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    pub async fn expose_async(
+        &mut self,
+        scene: &Scene,
+        request: &mut FrameRequest,
+        exposure: Exposure,
+    ) -> Result<(), RenderError> {
+        let metering =
+            if request.needs_metering(exposure) { Some(self.meter_async(scene, request).await?) } else { None };
         request.expose(exposure, metering);
         Ok(())
     }
