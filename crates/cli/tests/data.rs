@@ -155,7 +155,7 @@ fn a_report_says_what_was_read_done_and_written() {
     let has = |list: &Value, name: &str| {
         list.as_array().expect("a list").iter().any(|pass| {
             let pass = pass.get("name").unwrap_or(pass).as_str().expect("a name");
-            pass == name || pass.ends_with(&format!(".{name}"))
+            pass == name || pass.ends_with(&format!("/{name}"))
         })
     };
     for name in ["ids", "motion"] {

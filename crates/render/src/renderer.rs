@@ -324,7 +324,8 @@ impl Renderer {
     ) -> Result<Plan, RenderError> {
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
-        if request.sample_index == 0 && self.aovs.take().is_some() {
+        let begins_picture = request.sample_index == 0 && matches!(purpose, Purpose::Picture | Purpose::Target(_));
+        if begins_picture && self.aovs.take().is_some() {
             // Their memory is free again only once the device has noticed.
             self.gpu.wait();
         }
