@@ -33,7 +33,7 @@ const RENDER_EXAMPLES: &str = "Examples:
   cat a.glb | manypass render - -o - --format png > a.png
 
 Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and
---far change; else the whole model from yaw 30, pitch 20, a margin of 6 % around it; a room without a camera from inside.
+--far change; else the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside.
 With --time, --frames or --animation the whole model is all that it covers while the animation plays.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
 Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`.";

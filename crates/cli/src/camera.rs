@@ -87,7 +87,7 @@ pub fn resolve(
 /// What to say about a camera that nobody asked for and nobody would expect.
 pub fn hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<String> {
     let is_inside = spec.place == Place::Default && scene.placed_cameras().is_empty() && framing.interior().is_some();
-    is_inside.then(|| "it encloses its middle and is seen from inside; --orbit 30,20,auto shows it from outside".into())
+    is_inside.then(|| "it encloses its middle and is seen from inside; --orbit 30,28,auto shows it from outside".into())
 }
 
 /// The first camera of the file; of a room without one, the view from inside.

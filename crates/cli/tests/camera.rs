@@ -164,7 +164,7 @@ fn a_room_is_seen_from_inside_with_a_hint_how_to_leave_it() {
     assert!(inside.stderr.starts_with("hint: two.gltf: ") && inside.stderr.contains("--orbit"), "{}", inside.stderr);
     let picture = image::open(folder.join("inside.png")).expect("a picture").to_rgba8();
     assert!(picture.pixels().all(|pixel| pixel.0[3] == 255), "walls are everywhere");
-    for args in [&["--orbit", "30,20,auto"][..], &["--scene", "1"], &["--quiet"]] {
+    for args in [&["--orbit", "30,28,auto"][..], &["--scene", "1"], &["--quiet"]] {
         let run = render(&folder, &[&["two.gltf", "-o", "a.png"], args].concat()).expect(0);
         assert_eq!(run.stderr, "", "{args:?}");
     }

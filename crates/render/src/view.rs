@@ -60,7 +60,7 @@ pub struct DepthRange {
 
 impl View {
     /// The scene's first camera; without one, what [`Framing::automatic`] gives: all of the scene from 30° to the right and
-    /// 20° above, or a room from inside. `aspect` is the picture's width / height. As of the last
+    /// 28° above, or a room from inside. `aspect` is the picture's width / height. As of the last
     /// [`Scene::update_transforms`].
     pub fn of_scene(scene: &Scene, aspect: f32) -> Self {
         if let Some((_, world_from_view, projection)) = scene.placed_cameras().first() {

@@ -28,8 +28,9 @@ pub const DEFAULT_FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
 /// The yaw of a camera that nobody describes, in degrees; see [`orbit_rotation`].
 pub const DEFAULT_YAW_DEG: f32 = 30.0;
 
-/// The pitch of a camera that nobody describes, in degrees; see [`orbit_rotation`].
-pub const DEFAULT_PITCH_DEG: f32 = 20.0;
+/// The pitch of a camera that nobody describes, in degrees; see [`orbit_rotation`]. The eye is shifted until the margins
+/// are equal, which lowers it: from 20 degrees the top of a box would be a sliver.
+pub const DEFAULT_PITCH_DEG: f32 = 28.0;
 
 /// `world_from_view` of a camera that looks at a point from around it. Yaw 0 looks along −Z from +Z and grows
 /// counter-clockwise seen from above, towards +X; positive pitch looks down from above. `up` is of length 1.
@@ -126,7 +127,7 @@ impl Framing {
     }
 
     /// `world_from_view` and the projection of a camera of which nothing is known: inside what encloses its middle, else
-    /// all from yaw 30, pitch 20, with a vertical field of view of 45°. `aspect` is width / height.
+    /// all from yaw 30, pitch 28, with a vertical field of view of 45°. `aspect` is width / height.
     pub fn automatic(&self, aspect: f32) -> (Mat4, Projection) {
         if let Some(interior) = &self.interior {
             return (interior.world_from_view, interior.projection);
