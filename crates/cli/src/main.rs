@@ -7,6 +7,7 @@ mod failure;
 mod input;
 mod inspect;
 mod job;
+mod memory;
 mod output;
 mod pattern;
 mod render;

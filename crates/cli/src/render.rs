@@ -4,6 +4,7 @@ use crate::args::RenderArgs;
 use crate::failure::{Failure, Kind};
 use crate::input::Input;
 use crate::job::Job;
+use crate::memory;
 use crate::output;
 use crate::pattern::expand;
 use crate::report::{Entry, Phases, Report};
@@ -161,6 +162,7 @@ impl Batch<'_> {
         pose(&mut scene, self.args, time_secs(self.args, first_frame))?;
         let bounds = scene.framing_bounds_world();
         phases.load = ms_since(start);
+        memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
         phases.decode = self.renderer.decode_ms();
@@ -189,8 +191,14 @@ impl Batch<'_> {
         let renderer = &mut self.renderer;
         let start = Instant::now();
         let compiled_ms = renderer.compile_ms();
-        accumulate(renderer, scene, &request, args.samples, |_| !STOP.load(Ordering::SeqCst))
-            .map_err(|error| still_failure(&error))?;
+        let shows_passes = args.dump_passes.is_some() || args.contact_sheet.is_some();
+        let budget = memory::budget(job, &request, &renderer.gpu().adapter, shows_passes, self.report.is_some())?;
+        renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
+        accumulate(renderer, scene, &request, args.samples, |_| !STOP.load(Ordering::SeqCst)).map_err(|error| {
+            let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
+            refused.unwrap_or_else(|| still_failure(&error))
+        })?;
+        renderer.set_memory_budget(None);
         renderer.wait();
         phases.compile = renderer.compile_ms() - compiled_ms;
         phases.frames = ms_since(start) - phases.compile;
@@ -205,7 +213,7 @@ impl Batch<'_> {
 
         // The rest is in frames of their own, of one sample, that no phase counts.
         let alone = FrameRequest { sample_count: 1, ..request };
-        if args.dump_passes.is_some() || args.contact_sheet.is_some() {
+        if shows_passes {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
             let named = |path: &PathBuf| expand(&path.to_string_lossy(), &input.stem(), frame, "rgba");
             if let Some(folder) = &args.dump_passes {

@@ -6,6 +6,7 @@
 pub mod atomic;
 pub mod encode;
 pub mod exr_file;
+pub mod memory;
 pub mod sheet;
 pub mod still;
 

@@ -51,5 +51,6 @@ pub use passes::tone_map::Tonemap;
 pub use pose::Pose;
 pub use renderer::Renderer;
 pub use request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
+pub use resources::estimate::upload_bytes;
 pub use settings::{Settings, SettingsError};
 pub use view::View;
