@@ -26,7 +26,11 @@ fn a_limit_below_the_drivers_need_is_said_at_the_start() {
     let folder = Folder::new("memory-floor");
     folder.write("a.glb", &triangle_glb([1.0, 0.0, 0.0]));
     let run = run_limited(&folder, 300_000, &["render", "a.glb", "--size", "16x16"]).expect(3);
-    assert!(run.stderr.starts_with("error: no graphics driver works in 292 MiB of the address space"), "{}", run.stderr);
+    assert!(
+        run.stderr.starts_with("error: no graphics driver works in 292 MiB of the address space"),
+        "{}",
+        run.stderr
+    );
     assert_eq!(folder.names(), ["a.glb"]);
 }
 
@@ -45,8 +49,12 @@ fn pictures_that_do_not_fit_are_refused_and_the_batch_goes_on() {
     let large = ["render", "a.glb", "b.glb", "-o", "{stem}.exr", "--aov", "all", "--samples", "1", "--size"];
     let run = run_limited(&folder, limit_kib, &[&large[..], &["4096x4096"]].concat()).expect(1);
     let errors: Vec<&str> = run.stderr.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert!(matches!(errors[..], [a, b, all] if a.starts_with("error: a.glb: a picture of 4096x4096 with 13 AOVs needs")
-        && b.starts_with("error: b.glb: ") && all.contains("2 of 2 inputs failed")), "{}", run.stderr);
+    assert!(
+        matches!(errors[..], [a, b, all] if a.starts_with("error: a.glb: a picture of 4096x4096 with 13 AOVs needs")
+        && b.starts_with("error: b.glb: ") && all.contains("2 of 2 inputs failed")),
+        "{}",
+        run.stderr
+    );
     let numbers = mebibytes(errors[0]);
     assert!(numbers.len() == 3 && numbers[0] > 4000 && numbers[1] < numbers[2], "{}", errors[0]);
     assert_eq!(numbers[2], floor_mib + 700);

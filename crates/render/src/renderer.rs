@@ -53,6 +53,8 @@ pub struct Renderer {
 #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what the others read"))]
 enum Purpose<'t> {
     Picture,
+    /// A frame that is added to the picture, which nobody looks at yet.
+    Sample,
     Target(&'t Target),
     Pictures(Vec<PassPicture>),
     Pairs(PairCounts),
@@ -147,6 +149,16 @@ impl Renderer {
     /// No scene was loaded, the size does not fit, or the device failed.
     pub async fn render_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
         self.run(scene, request, &mut Purpose::Picture).await.map(drop)
+    }
+
+    /// As [`Self::render`], for all frames of a still but the last: the picture that [`Self::read_display`] gives is that
+    /// of the last frame rendered otherwise.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn accumulate(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
+        pollster::block_on(self.run(scene, request, &mut Purpose::Sample)).map(drop)
     }
 
     /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target` holds.
@@ -410,6 +422,7 @@ impl Renderer {
             tone_map: &buffers.tone_map,
             present: &buffers.present,
             nearest_clamp: &buffers.nearest_clamp,
+            is_shown: !matches!(purpose, Purpose::Sample),
             aov_passes: if has_own_view { AovPasses::default() } else { aov_passes },
             has_previous,
             errors: &errors,
@@ -486,7 +499,7 @@ impl Renderer {
                 *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
             }
             Purpose::Times(times) => *times = run.read(&self.gpu.device).passes,
-            Purpose::Picture | Purpose::Target(_) | Purpose::Pairs(_) => (),
+            Purpose::Picture | Purpose::Sample | Purpose::Target(_) | Purpose::Pairs(_) => (),
         }
         Ok(plan)
     }
