@@ -13,6 +13,7 @@ mod inspect;
 mod interrupt;
 mod job;
 mod listing;
+mod memory;
 mod output;
 mod pattern;
 mod places;

@@ -8,6 +8,7 @@ use crate::failure::{Failure, Kind, say};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
 use crate::job::Job;
+use crate::memory;
 use crate::output;
 use crate::places::Places;
 use crate::provenance::{InputFile, input_files};
@@ -184,6 +185,7 @@ impl Batch<'_> {
         scenes::show(&mut scene, self.args.scene.as_deref(), &mut warnings)?;
         let framing = shot::framing(&mut scene, self.args)?;
         phases.load = ms_since(start);
+        memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
         phases.decode = self.renderer.decode_ms();
@@ -228,6 +230,10 @@ impl Batch<'_> {
         exposure.expose(&mut request);
         let mut warnings = warnings.clone();
         let compiled_ms = self.renderer.compile_ms();
+        let shows_passes = job.dump_passes.is_some() || job.contact_sheet.is_some();
+        let adapter = &self.renderer.gpu().adapter;
+        let budget = memory::budget(job, &request, adapter, shows_passes, self.report.is_some())?;
+        self.renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
             let warning = ["the picture is empty: no surface is in view".to_owned()];
             self.warn(&input.name(), &warning)?;
@@ -236,8 +242,13 @@ impl Batch<'_> {
         let renderer = &mut self.renderer;
         let start = Instant::now();
         let looked_ms = renderer.compile_ms();
-        accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst))
-            .map_err(|error| still_failure(&error))?;
+        accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst)).map_err(
+            |error| {
+                let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
+                refused.unwrap_or_else(|| still_failure(&error))
+            },
+        )?;
+        renderer.set_memory_budget(None);
         renderer.wait();
         phases.compile = renderer.compile_ms() - compiled_ms;
         phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
@@ -256,7 +267,7 @@ impl Batch<'_> {
         // The rest is in frames of their own, of one sample, that no phase counts.
         let alone = FrameRequest { sample_count: 1, ..request };
         let mut outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet: None, passes: Vec::new() };
-        if job.dump_passes.is_some() || job.contact_sheet.is_some() {
+        if shows_passes {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
             if let Some(folder) = &job.dump_passes {
                 outputs.passes = output::write_passes(&folder.expand(&item.names, frame, "rgba"), &pictures)?;

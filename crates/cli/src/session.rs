@@ -2,6 +2,7 @@
 
 use crate::args::{CullingArg, PathArg};
 use crate::failure::{Failure, Kind};
+use crate::memory;
 use manypass::{Gpu, GpuError, LightCulling, Path, RenderError, Renderer};
 use manypass_offline::atomic::{self, WriteError};
 use manypass_offline::still::StillError;
@@ -12,6 +13,7 @@ use std::time::Instant;
 /// # Errors
 /// If there is no such adapter, or it cannot be used.
 pub fn open(adapter: Option<&str>) -> Result<Renderer, Failure> {
+    memory::check_driver()?;
     let gpu = Gpu::headless(adapter).map_err(|error| gpu_failure(&error))?;
     Renderer::new(gpu).map_err(|error| still_failure(&error.into()))
 }

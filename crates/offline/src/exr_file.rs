@@ -17,7 +17,7 @@ use std::ops::Range;
 const BLOCK_ROWS: u32 = 16;
 
 /// A band of rows that is in memory at a time has at most about this many bytes.
-const BAND_BYTES: u64 = if cfg!(test) { 1 << 16 } else { 32 << 20 };
+pub(crate) const BAND_BYTES: u64 = if cfg!(test) { 1 << 16 } else { 32 << 20 };
 
 /// Why a file could not be written; `E` is why there are no pixels.
 #[derive(Debug)]

@@ -12,6 +12,7 @@ pub mod exr_file;
 mod exr_header;
 pub mod lines;
 pub mod manifest;
+pub mod memory;
 pub mod sheet;
 pub mod still;
 

@@ -154,7 +154,11 @@ pub fn accumulate(
     request.sample_count = samples.max(1);
     for sample in 0..request.sample_count {
         request.sample_index = sample;
-        renderer.render(scene, &request)?;
+        if sample + 1 < request.sample_count {
+            renderer.accumulate(scene, &request)?;
+        } else {
+            renderer.render(scene, &request)?;
+        }
         if !progress(sample + 1) {
             return Err(StillError::Stopped);
         }

@@ -110,7 +110,7 @@ impl WgslEffect {
         let triangle = Program::new(&gpu.device, "fullscreen", triangle)?;
         let composed = locate::composed(&text);
         let program = Arc::new(Program::from_parsed(&gpu.device, &name, &composed, &module, slots));
-        let pipeline = FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, RADIANCE, None);
+        let pipeline = FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, RADIANCE, None, None);
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(invalid(format!("{file}: {error}")));

@@ -4,7 +4,7 @@ use crate::aov::AovPasses;
 use crate::draws::DrawList;
 use crate::effect::Effect;
 use crate::environment::EnvironmentUniform;
-use crate::gbuffer::Gbuffer;
+use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::gpu::Gpu;
 use crate::passes::present::Target;
 use crate::passes::{
@@ -86,6 +86,8 @@ pub struct Shared<'f> {
     pub nearest_clamp: &'f wgpu::Sampler,
     /// The passes that variables need.
     pub aov_passes: AovPasses,
+    /// Whether the picture is shown after this frame, or only added to.
+    pub is_shown: bool,
     /// Whether there is a previous pose to compute motion from.
     pub has_previous: bool,
     /// What went wrong while passes were recorded.
@@ -114,14 +116,14 @@ pub struct ViewOutputs {
 pub fn view_passes<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<ViewOutputs, ProgramError> {
     if shared.path == Path::Forward {
         let (radiance, depth) = forward::record_opaque(graph, shared)?;
-        let radiance = background::record(graph, shared, radiance)?;
+        let radiance = background::record(graph, shared, &depth, radiance)?;
         let radiance = forward::record_blended(graph, shared, radiance, &depth)?;
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let (variables, gbuffer, depth) = surface_passes(graph, shared)?;
-    let radiance = indirect::record(graph, shared, &gbuffer, variables.radiance)?;
-    let radiance = direct::record(graph, shared, &gbuffer, radiance)?;
-    let radiance = background::record(graph, shared, radiance)?;
+    let radiance = indirect::record(graph, shared, &gbuffer, &depth, variables.radiance)?;
+    let radiance = direct::record(graph, shared, &gbuffer, &depth, radiance)?;
+    let radiance = background::record(graph, shared, &depth, radiance)?;
     let radiance = forward::record_blended(graph, shared, radiance, &depth)?;
     Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..variables })
 }
@@ -217,8 +219,20 @@ pub fn output_passes<'f>(
     if let Some(target) = target {
         present::record(graph, shared, &display, target)?;
     }
-    graph.export(display);
+    // Otherwise the passes that make it are culled.
+    if shared.is_shown {
+        graph.export(display);
+    }
     Ok(())
+}
+
+/// A part of the picture, told by depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PicturePart {
+    /// Where there is an opaque or masked surface.
+    Surfaces,
+    /// Where there is none.
+    Background,
 }
 
 /// A full-screen pass: its pipeline, and the bind group of the frame.
@@ -250,7 +264,28 @@ impl<'f> Shared<'f> {
         format: wgpu::TextureFormat,
         blend: Option<wgpu::BlendState>,
     ) -> Result<FullscreenStep<'f>, ProgramError> {
-        let pipeline = self.shaders.fullscreen(name, axes_on, format, blend)?;
+        let pipeline = self.shaders.fullscreen(name, axes_on, format, blend, None)?;
+        self.own_fullscreen(&pipeline, None)
+    }
+
+    /// The full-screen pass of the program `name` over the pixels of radiance that `part` means. The pass attaches
+    /// depth, read-only. Pixels of the other part cost nothing, and would be changed by nothing.
+    ///
+    /// # Errors
+    /// A program that does not compile, or declares what nobody binds.
+    pub fn fullscreen_over(
+        &self,
+        part: PicturePart,
+        name: &'static str,
+        blend: wgpu::BlendState,
+    ) -> Result<FullscreenStep<'f>, ProgramError> {
+        // Depth is reversed and cleared to 0, where the triangle lies.
+        let compare = match part {
+            PicturePart::Surfaces => wgpu::CompareFunction::Less,
+            PicturePart::Background => wgpu::CompareFunction::GreaterEqual,
+        };
+        let depth = Some((self.depth_format, compare));
+        let pipeline = self.shaders.fullscreen(name, &[], RADIANCE, Some(blend), depth)?;
         self.own_fullscreen(&pipeline, None)
     }
 

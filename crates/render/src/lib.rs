@@ -56,5 +56,6 @@ pub use passes::tone_map::Tonemap;
 pub use pose::Pose;
 pub use renderer::Renderer;
 pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
+pub use resources::estimate::upload_bytes;
 pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsFile};
 pub use view::View;

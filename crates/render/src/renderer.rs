@@ -57,12 +57,21 @@ pub struct Renderer {
 #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what the others read"))]
 enum Purpose<'t> {
     Picture,
+    /// A frame that is added to the picture, which nobody looks at yet.
+    Sample,
     Target(&'t Target),
     Pictures(Vec<PassPicture>),
     Pairs(PairCounts),
     Times(Vec<PassTime>),
     /// Pre-exposed radiance of the frame.
     Meter(Vec<f32>),
+}
+
+impl Purpose<'_> {
+    /// Whether the frame is one of those that make the picture, whose variables can be read afterwards.
+    fn is_picture(&self) -> bool {
+        matches!(self, Self::Picture | Self::Sample | Self::Target(_))
+    }
 }
 
 impl Renderer {
@@ -156,6 +165,16 @@ impl Renderer {
     /// No scene was loaded, the size does not fit, or the device failed.
     pub async fn render_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
         self.run(scene, request, &mut Purpose::Picture).await.map(drop)
+    }
+
+    /// As [`Self::render`], for all frames of a still but the last: the picture that [`Self::read_display`] gives is that
+    /// of the last frame rendered otherwise.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn accumulate(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
+        pollster::block_on(self.run(scene, request, &mut Purpose::Sample)).map(drop)
     }
 
     /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target` holds.
@@ -324,7 +343,7 @@ impl Renderer {
     ) -> Result<Plan, RenderError> {
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
-        let begins_picture = request.sample_index == 0 && matches!(purpose, Purpose::Picture | Purpose::Target(_));
+        let begins_picture = request.sample_index == 0 && purpose.is_picture();
         if begins_picture && self.aovs.take().is_some() {
             // Their memory is free again only once the device has noticed.
             self.gpu.wait();
@@ -412,6 +431,7 @@ impl Renderer {
             tone_map: &buffers.tone_map,
             present: &buffers.present,
             nearest_clamp: &buffers.nearest_clamp,
+            is_shown: !matches!(purpose, Purpose::Sample),
             aov_passes: if has_own_view { AovPasses::default() } else { aov_passes },
             has_previous,
             errors: &errors,
@@ -474,7 +494,7 @@ impl Renderer {
         self.gpu.check()?;
 
         // What comes back.
-        if wants_aovs && matches!(purpose, Purpose::Picture | Purpose::Target(_)) {
+        if wants_aovs && purpose.is_picture() {
             self.aovs = exports.textures(&run, variables_uniform)?;
             self.executor.release_exports(&run);
         }
@@ -496,7 +516,7 @@ impl Renderer {
                 *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
             }
             Purpose::Times(times) => *times = run.read(&self.gpu.device).passes,
-            Purpose::Picture | Purpose::Target(_) | Purpose::Pairs(_) | Purpose::Meter(_) => (),
+            Purpose::Picture | Purpose::Sample | Purpose::Target(_) | Purpose::Pairs(_) | Purpose::Meter(_) => (),
         }
         Ok(plan)
     }

@@ -142,7 +142,12 @@ impl Gpu {
     /// An adapter that lacks what the frame needs, or gives no device.
     pub async fn from_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let wanted = wgpu::Features::DEPTH32FLOAT_STENCIL8 | wgpu::Features::TIMESTAMP_QUERY;
+        // The memory of a software adapter is the process's own, in which blocks of 256 MiB for a few small buffers are
+        // too much.
+        let is_software = adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let memory_hints = if is_software { wgpu::MemoryHints::MemoryUsage } else { wgpu::MemoryHints::Performance };
         let descriptor = wgpu::DeviceDescriptor {
+            memory_hints,
             label: Some("manypass"),
             required_features: adapter.features() & wanted,
             required_limits: adapter.limits(),

@@ -1,5 +1,6 @@
 //! A scene on the device: geometry, materials, textures, and the tables that animation changes.
 
+pub mod estimate;
 pub mod filtering;
 pub mod geometry;
 pub mod textures;

@@ -91,7 +91,7 @@ impl Textures {
 }
 
 /// The images that materials use, as colour or as data, in the order of the file.
-fn wanted_images(scene: &Scene) -> Vec<(usize, bool)> {
+pub(super) fn wanted_images(scene: &Scene) -> Vec<(usize, bool)> {
     let mut wanted = std::collections::BTreeSet::new();
     for material in &scene.materials {
         let slots = [

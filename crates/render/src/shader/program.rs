@@ -375,6 +375,7 @@ impl FullscreenPipeline {
         triangle: &Program,
         format: wgpu::TextureFormat,
         blend: Option<wgpu::BlendState>,
+        depth: Option<DepthTest>,
     ) -> Self {
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&program.name),
@@ -386,7 +387,13 @@ impl FullscreenPipeline {
                 buffers: &[],
             },
             primitive: Default::default(),
-            depth_stencil: None,
+            depth_stencil: depth.map(|(format, compare)| wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(compare),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &program.module,
@@ -402,7 +409,10 @@ impl FullscreenPipeline {
 }
 
 type ProgramKey = (&'static str, Vec<&'static str>);
-type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>);
+type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>, Option<DepthTest>);
+
+/// The format of the depth buffer, and how depth 0, where the triangle lies, compares with what is there.
+pub type DepthTest = (wgpu::TextureFormat, wgpu::CompareFunction);
 
 /// Every program and full-screen pipeline made so far.
 #[derive(Debug)]
@@ -453,7 +463,7 @@ impl Shaders {
         Ok(program)
     }
 
-    /// The pipeline that draws the program `name` over a whole target of `format`.
+    /// The pipeline that draws the program `name` over a whole target of `format`, where depth passes the test.
     ///
     /// # Errors
     /// The program does not compile or does not exist.
@@ -463,14 +473,15 @@ impl Shaders {
         axes_on: &[&'static str],
         format: wgpu::TextureFormat,
         blend: Option<wgpu::BlendState>,
+        depth: Option<DepthTest>,
     ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
-        let key = ((name, axes_on.to_vec()), format, blend);
+        let key = ((name, axes_on.to_vec()), format, blend, depth);
         if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
             return Ok(pipeline.clone());
         }
         let program = self.program(name, axes_on)?;
         let triangle = self.program("fullscreen", &[])?;
-        let create = || FullscreenPipeline::new(&self.device, program, &triangle, format, blend);
+        let create = || FullscreenPipeline::new(&self.device, program, &triangle, format, blend, depth);
         let pipeline = Arc::new(self.compiling(create));
         self.fullscreen.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)

@@ -105,10 +105,10 @@ fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     @if(textured) {
         let rough_metal_uv = material_uv(in.uv, 1u);
         let rough_metal =
-            textureSampleBias(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, bias);
+            textureSampleBias(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, -view.mip_gain);
         roughness *= rough_metal.g;
         metallic *= rough_metal.b;
-        let occluded = textureSampleBias(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), bias).r;
+        let occluded = textureSampleBias(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), -view.mip_gain).r;
         occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
         emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
     }
@@ -117,7 +117,7 @@ fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     out.emission = select(emission, base_color.rgb, unlit);
     out.surface.base_color = clamp(base_color.rgb, vec3f(0.0), vec3f(1.0));
     out.surface.occlusion = occlusion;
-    out.surface.normal_world = shading_normal(in, bias, front_facing);
+    out.surface.normal_world = shading_normal(in, -view.mip_gain, front_facing);
     out.surface.metallic = clamp(metallic, 0.0, 1.0);
     out.surface.roughness_perceptual = clamp(roughness, 0.0, 1.0);
     out.surface.f0_dielectric = 0.04;

@@ -1,10 +1,9 @@
 //! background: the backdrop of the environment behind all surfaces, blended under `radiance` by its coverage.
 //!
-//! Source: the operator "under" of Porter & Duff 1984. Reads: the environment. Writes: radiance. A background colour is
-//! none of radiance: `tone_map` lays the picture over it.
+//! Source: the operator "under" of Porter & Duff 1984. Reads: the environment, depth. Writes: radiance. A background
+//! colour is none of radiance: `tone_map` lays the picture over it.
 
-use crate::frame::Shared;
-use crate::gbuffer::RADIANCE;
+use crate::frame::{PicturePart, Shared};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Graph, Handle};
 
@@ -21,13 +20,19 @@ const UNDER: wgpu::BlendState = {
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>, radiance: Handle) -> Result<Handle, ProgramError> {
+pub fn record<'f>(
+    graph: &mut Graph<'f>,
+    shared: &'f Shared<'f>,
+    depth: &Handle,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
     if !shared.shows_environment {
         return Ok(radiance);
     }
-    let step = shared.fullscreen("background", &[], RADIANCE, Some(UNDER))?;
+    let step = shared.fullscreen_over(PicturePart::Background, "background", UNDER)?;
     let mut pass = graph.pass("background");
     let radiance = pass.color(radiance, ColorLoad::Keep);
+    pass.depth_stencil_read_only(depth);
     pass.draw(move |context| step.draw(context, &[], &[]));
     Ok(radiance)
 }

@@ -1,10 +1,10 @@
 //! direct: every light that reaches a pixel, added to `radiance`.
 //!
-//! Source: clustered shading (Olsson et al. 2012), lists in data textures. Reads: G-buffer, lists of lights. Writes:
+//! Source: clustered shading (Olsson et al. 2012), lists in data textures. Reads: G-buffer, depth, lists of lights. Writes:
 //! radiance; or, for the report, the numbers of pairs of pixel and light.
 
-use crate::frame::{ADD, Shared};
-use crate::gbuffer::{Gbuffer, RADIANCE};
+use crate::frame::{ADD, PicturePart, Shared};
+use crate::gbuffer::Gbuffer;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
 
@@ -19,15 +19,17 @@ pub fn record<'f>(
     graph: &mut Graph<'f>,
     shared: &'f Shared<'f>,
     gbuffer: &Gbuffer,
+    depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     if shared.light_count == 0 {
         return Ok(radiance);
     }
-    let step = shared.fullscreen("direct", &[], RADIANCE, Some(ADD))?;
+    let step = shared.fullscreen_over(PicturePart::Surfaces, "direct", ADD)?;
     let mut pass = graph.pass("direct");
     let reads = gbuffer.read(&mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);
+    pass.depth_stencil_read_only(depth);
     pass.draw(move |context| step.draw(context, &reads.named(), &[]));
     Ok(radiance)
 }

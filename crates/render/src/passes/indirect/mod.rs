@@ -1,9 +1,9 @@
 //! indirect: light from the environment, added to `radiance`.
 //!
-//! Source: split sum (Karis 2013) over spherical Gaussians (Wang et al. 2009). Reads: G-buffer. Writes: radiance.
+//! Source: split sum (Karis 2013) over spherical Gaussians (Wang et al. 2009). Reads: G-buffer, depth. Writes: radiance.
 
-use crate::frame::{ADD, Shared};
-use crate::gbuffer::{Gbuffer, RADIANCE};
+use crate::frame::{ADD, PicturePart, Shared};
+use crate::gbuffer::Gbuffer;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Graph, Handle};
 
@@ -15,15 +15,17 @@ pub fn record<'f>(
     graph: &mut Graph<'f>,
     shared: &'f Shared<'f>,
     gbuffer: &Gbuffer,
+    depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     if shared.environment.is_dark() {
         return Ok(radiance);
     }
-    let step = shared.fullscreen("indirect", &[], RADIANCE, Some(ADD))?;
+    let step = shared.fullscreen_over(PicturePart::Surfaces, "indirect", ADD)?;
     let mut pass = graph.pass("indirect");
     let reads = gbuffer.read(&mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);
+    pass.depth_stencil_read_only(depth);
     pass.draw(move |context| step.draw(context, &reads.named(), &[]));
     Ok(radiance)
 }
