@@ -7,11 +7,12 @@ use manypass_scene::{Aabb, Projection, Scene};
 /// What is as large as this in the picture covers the middle of a pixel.
 const CERTAIN_PX: f32 = 4.0;
 
-/// The longer side of the first, small picture in which surfaces are looked for.
-const SMALL_PX: u32 = 128;
+/// The longer sides of the pictures in which surfaces are looked for, where the picture is no smaller: the second, which
+/// is drawn if nothing is seen in the first, is bounded because nobody has asked for the memory that it takes.
+const PROBES_PX: [f32; 2] = [128.0, 2048.0];
 
 /// Whether no pixel of what `request` asks for will show a surface, although the scene has some. Most pictures need no
-/// look at the device for it; where the camera sees no model whole, a small frame is drawn, and a large one where that is
+/// look at the device for it; where the camera sees no model whole, a small frame is drawn, and a larger one where that is
 /// empty. It is for a time at which nothing that was rendered waits to be read.
 ///
 /// # Errors
@@ -28,8 +29,8 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
     if !has_surfaces {
         return Ok(false);
     }
-    let small = (SMALL_PX as f32 / size_px.max_element()).min(1.0);
-    for scale in [small, 1.0] {
+    for probe_px in PROBES_PX {
+        let scale = (probe_px / size_px.max_element()).min(1.0);
         let probe = FrameRequest {
             width: ((size_px.x * scale) as u32).max(1),
             height: ((size_px.y * scale) as u32).max(1),

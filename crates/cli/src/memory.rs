@@ -163,7 +163,7 @@ fn refusal(what: &str, need_bytes: u64, limit: &Limit, hint: &str) -> Failure {
     let (need, left, total, name) = (mib(need_bytes), limit.left_bytes >> 20, limit.total_bytes >> 20, limit.name);
     Failure::new(
         Kind::Failed,
-        format!("{what} needs about {need} MiB of memory, but {left} MiB of the {total} MiB of {name} are left"),
+        format!("{what} needs at least {need} MiB of memory, but {left} MiB of the {total} MiB of {name} are left"),
         hint,
     )
 }
@@ -259,8 +259,12 @@ pub fn budget(
         .plus(if shares_memory(adapter) { DRAW } else { Need::default() });
     let Some((limit, left)) = tightest(&limits, need) else { return Ok(None) };
     let host_bytes = need.of(limit);
-    let texture_bytes = u64::try_from(left).map_err(|_| refusal(&named(job), host_bytes, limit, PICTURE_HINT))?;
-    let texture_bytes = shares_memory(adapter).then_some(texture_bytes);
+    let texture_bytes = u64::try_from(left).ok();
+    if !shares_memory(adapter) && texture_bytes.is_none() {
+        return Err(refusal(&named(job), host_bytes, limit, PICTURE_HINT));
+    }
+    // If nothing is left for textures, the renderer says how much they take, so that the message has the whole number.
+    let texture_bytes = shares_memory(adapter).then_some(texture_bytes.unwrap_or(0));
     Ok(Some(Budget { limit: limit.clone(), host_bytes, texture_bytes }))
 }
 

@@ -230,16 +230,15 @@ impl Batch<'_> {
         exposure.expose(&mut request);
         let mut warnings = warnings.clone();
         let compiled_ms = self.renderer.compile_ms();
-        let shows_passes = job.dump_passes.is_some() || job.contact_sheet.is_some();
-        let adapter = &self.renderer.gpu().adapter;
-        let budget = memory::budget(job, &request, adapter, shows_passes, self.report.is_some())?;
-        self.renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
             let warning = ["the picture is empty: no surface is in view".to_owned()];
             self.warn(&input.name(), &warning)?;
             warnings.extend(warning);
         }
         let renderer = &mut self.renderer;
+        let shows_passes = job.dump_passes.is_some() || job.contact_sheet.is_some();
+        let budget = memory::budget(job, &request, &renderer.gpu().adapter, shows_passes, self.report.is_some())?;
+        renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
         let start = Instant::now();
         let looked_ms = renderer.compile_ms();
         accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst)).map_err(
