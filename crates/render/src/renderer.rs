@@ -353,7 +353,7 @@ impl Renderer {
             let camera = &request.camera;
             let uniform =
                 camera.uniform_shaded(range, output_size, size, jitter, self.pre_exposure, request.sample_index);
-            ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.anisotropy.into(), ..uniform }
+            ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.sampling.anisotropy.into(), ..uniform }
         };
         let uniform = uniform_at(size);
         let mut deformation = Deformation::default();
@@ -409,7 +409,7 @@ impl Renderer {
             surface_pipelines: &self.surface_pipelines,
             resources,
             draws: &draws,
-            anisotropy: filtering.anisotropy,
+            sampling: filtering.sampling,
             instances: &buffers.instances,
             size,
             depth_format: self.gpu.capabilities.depth_format,
