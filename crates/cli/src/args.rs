@@ -23,7 +23,9 @@ const EXAMPLES: &str = "Examples:
   manypass settings                                       every key of --set, with its range
   manypass adapters                                       what can render on this machine
 
-Exit codes: 0 done, 1 an input or output failed, 2 wrong usage, 3 no usable adapter, 4 device lost, 130 interrupted.";
+Exit codes: 0 done, 1 an input or output failed, 2 wrong usage, 3 no usable adapter, 4 device lost, 130 interrupted.
+A picture that does not fit into memory (`ulimit -v`, a container's limit, what is free) is refused with 1, a limit
+below what a driver needs with 3.";
 
 const RENDER_EXAMPLES: &str = "Examples:
   manypass render a.glb --orbit -30,10,auto --size 1920x1080

@@ -11,6 +11,7 @@ use crate::passes::{
     accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, present, tone_map,
 };
 use crate::resources::SceneResources;
+use crate::resources::filtering::Sampling;
 use crate::shader::program::{FullscreenPipeline, ProgramError};
 use crate::shader::{Program, Shaders};
 use crate::surfaces::SurfacePipelines;
@@ -54,8 +55,8 @@ pub struct Shared<'f> {
     pub resources: &'f SceneResources,
     /// What the view draws.
     pub draws: &'f DrawList,
-    /// The most samples of a texture along the long side of a pixel's footprint.
-    pub anisotropy: u16,
+    /// How samplers of textures filter.
+    pub sampling: Sampling,
     /// The instances of the draws.
     pub instances: &'f wgpu::Buffer,
     /// Width and height at which the view is shaded.

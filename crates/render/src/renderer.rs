@@ -364,7 +364,7 @@ impl Renderer {
         let uniform_at = |size: (u32, u32)| {
             let camera = &request.camera;
             let uniform = camera.uniform_shaded(range, output_size, size, jitter, pre_exposure, request.sample_index);
-            ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.anisotropy.into(), ..uniform }
+            ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.sampling.anisotropy.into(), ..uniform }
         };
         let uniform = uniform_at(size);
         let mut deformation = Deformation::default();
@@ -416,7 +416,7 @@ impl Renderer {
             surface_pipelines: &self.surface_pipelines,
             resources,
             draws: &draws,
-            anisotropy: filtering.anisotropy,
+            sampling: filtering.sampling,
             instances: &buffers.instances,
             size,
             depth_format: self.gpu.capabilities.depth_format,

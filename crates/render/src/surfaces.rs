@@ -235,13 +235,13 @@ fn material_bind_group(
     address: usize,
 ) -> Result<wgpu::BindGroup, ProgramError> {
     let material = &shared.resources.materials[index];
-    let anisotropy = shared.anisotropy;
-    if let Some(group) = material.bind_groups.borrow().get(&(address, anisotropy)) {
+    let sampling = shared.sampling;
+    if let Some(group) = material.bind_groups.borrow().get(&(address, sampling)) {
         return Ok(group.clone());
     }
     let textures = &shared.resources.textures;
     let view = |slot: usize| wgpu::BindingResource::TextureView(textures.view(material.textures[slot]));
-    let samplers = material.textures.map(|texture| textures.sampler(texture, anisotropy));
+    let samplers = material.textures.map(|texture| textures.sampler(texture, sampling));
     let sampler = |slot: usize| wgpu::BindingResource::Sampler(&samplers[slot]);
     let group = program.bind(
         shared.device,
@@ -260,7 +260,7 @@ fn material_bind_group(
             ("emissive_sampler", sampler(4)),
         ],
     )?;
-    material.bind_groups.borrow_mut().insert((address, anisotropy), group.clone());
+    material.bind_groups.borrow_mut().insert((address, sampling), group.clone());
     Ok(group)
 }
 

@@ -83,7 +83,7 @@ fn the_tightest_limit_is_that_which_leaves_least() {
     let failure = refusal("a picture", 3 * GIB, &limits[1], "raise it");
     assert_eq!(
         failure.message,
-        "a picture needs about 3072 MiB of memory, but 1024 MiB of the 2048 MiB of group are left"
+        "a picture needs at least 3072 MiB of memory, but 1024 MiB of the 2048 MiB of group are left"
     );
 }
 

@@ -8,11 +8,20 @@ const ANISOTROPY_MAX: f32 = 16.0;
 /// The most levels by which mips are finer: those for 16 samples. More samples fill a pixel no more evenly to the eye.
 const MIP_GAIN_MAX: f32 = 2.0;
 
+/// How the samplers of textures filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Sampling {
+    /// The most samples along the long side of a pixel's footprint; 1 is none but the one.
+    pub anisotropy: u16,
+    /// Whether texels are blended between two mips where the scene asks for it, not taken from the nearer one.
+    pub blends_mips: bool,
+}
+
 /// How textures are filtered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureFiltering {
-    /// The most samples along the long side of a pixel's footprint; 1 is none but the one.
-    pub anisotropy: u16,
+    /// Of the samplers.
+    pub sampling: Sampling,
     /// By how many levels mips are finer than for a single sample.
     pub mip_gain: f32,
 }
@@ -27,6 +36,10 @@ impl TextureFiltering {
     pub fn new(sample_index: u32, sample_count: u32, capabilities: &Capabilities) -> Self {
         let count = if sample_index == 0 { 1.0 } else { sample_count.max(1) as f32 };
         let anisotropy = if capabilities.anisotropy { (ANISOTROPY_MAX / count.sqrt()).max(1.0) } else { 1.0 };
-        Self { anisotropy: anisotropy.round() as u16, mip_gain: (0.5 * count.log2()).min(MIP_GAIN_MAX) }
+        let mip_gain = (0.5 * count.log2()).min(MIP_GAIN_MAX);
+        // Where texels are four times as fine as pixels, the average of the samples hides which of two mips they are
+        // from; the second one would double the price of a texture. WebGPU wants it for anisotropy.
+        let blends_mips = mip_gain < MIP_GAIN_MAX || anisotropy > 1.0;
+        Self { sampling: Sampling { anisotropy: anisotropy.round() as u16, blends_mips }, mip_gain }
     }
 }

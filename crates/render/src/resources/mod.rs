@@ -62,8 +62,8 @@ pub struct GpuMaterial {
     pub double_sided: bool,
     /// The textures: base colour, metallic-roughness, normal, occlusion, emissive; indices into [`Textures`].
     pub textures: [usize; 5],
-    /// Bind groups by the address of the program that they were made for, and the anisotropy of their samplers.
-    pub bind_groups: RefCell<HashMap<(usize, u16), wgpu::BindGroup>>,
+    /// Bind groups by the address of the program that they were made for, and how their samplers filter.
+    pub bind_groups: RefCell<HashMap<(usize, filtering::Sampling), wgpu::BindGroup>>,
 }
 
 /// A scene on the device.

@@ -1,5 +1,6 @@
 //! Textures: images are decoded, given their mips and uploaded one after the other, few at a time in memory.
 
+use super::filtering::Sampling;
 use crate::gpu::Gpu;
 use manypass_scene::{Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
@@ -11,8 +12,8 @@ pub struct Textures {
     views: Vec<wgpu::TextureView>,
     /// The ways of sampling that the scene's textures ask for.
     kinds: Vec<Sampler>,
-    /// Samplers by index of their kind and anisotropy.
-    samplers: RefCell<BTreeMap<(usize, u16), wgpu::Sampler>>,
+    /// Samplers by index of their kind and how they filter.
+    samplers: RefCell<BTreeMap<(usize, Sampling), wgpu::Sampler>>,
     device: wgpu::Device,
     /// For every texture of the scene: the index of its view as data and as colour, and of its sampler.
     entries: Vec<[usize; 2]>,
@@ -80,12 +81,12 @@ impl Textures {
     }
 
     /// The sampler behind a key.
-    pub fn sampler(&self, key: usize, anisotropy: u16) -> wgpu::Sampler {
+    pub fn sampler(&self, key: usize, sampling: Sampling) -> wgpu::Sampler {
         let kind = self.sampler_of[key / 2];
         let mut samplers = self.samplers.borrow_mut();
         samplers
-            .entry((kind, anisotropy))
-            .or_insert_with(|| create_sampler(&self.device, &self.kinds[kind], anisotropy))
+            .entry((kind, sampling))
+            .or_insert_with(|| create_sampler(&self.device, &self.kinds[kind], sampling))
             .clone()
     }
 }
@@ -241,7 +242,7 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool) -> wgpu::Text
     texture.create_view(&Default::default())
 }
 
-fn create_sampler(device: &wgpu::Device, sampler: &Sampler, anisotropy: u16) -> wgpu::Sampler {
+fn create_sampler(device: &wgpu::Device, sampler: &Sampler, sampling: Sampling) -> wgpu::Sampler {
     let wrap = |wrap| match wrap {
         Wrap::Repeat => wgpu::AddressMode::Repeat,
         Wrap::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
@@ -257,12 +258,12 @@ fn create_sampler(device: &wgpu::Device, sampler: &Sampler, anisotropy: u16) -> 
         mag_filter: filter(sampler.mag_linear),
         min_filter: filter(sampler.min_linear),
         mipmap_filter: match sampler.mip_linear {
-            Some(true) => wgpu::MipmapFilterMode::Linear,
+            Some(true) if sampling.blends_mips => wgpu::MipmapFilterMode::Linear,
             _ => wgpu::MipmapFilterMode::Nearest,
         },
         // Without mips only the first level is there to sample.
         lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.0 },
-        anisotropy_clamp: if is_linear { anisotropy } else { 1 },
+        anisotropy_clamp: if is_linear { sampling.anisotropy } else { 1 },
         ..Default::default()
     })
 }
