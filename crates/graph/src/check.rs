@@ -145,7 +145,7 @@ impl Checker<'_, '_> {
     fn layers(&self, pass: &PassNode<'_>, used: &Use) -> Result<(), PlanError> {
         let UseKind::Sampled { dimension, .. } = used.kind else { return Ok(()) };
         let desc = &self.graph.textures[used.texture as usize].desc;
-        let is_cube = desc.width == desc.height && desc.layers % 6 == 0;
+        let is_cube = desc.width == desc.height && desc.layers.is_multiple_of(6);
         let fault = match dimension {
             Some(Dimension::D2Array) if desc.layers == 1 => Some(("as an array of one layer", "sample it as `D2`")),
             _ if desc.layers == 1 => None,

@@ -196,7 +196,7 @@ impl Executor {
         }
         written.sort_unstable();
         written.dedup();
-        written.iter().for_each(|index| self.histories.written(&histories[*index as usize].name));
+        written.iter().for_each(|index| self.histories.written(&histories[*index as usize]));
         run.timestamps = self.times.end(encoder, options.time, timed, &run.passes);
         self.pool.end_run();
         self.histories.end_run();

@@ -233,7 +233,7 @@ impl Histories {
     }
 
     /// What this frame wrote is what the next one finds.
-    pub(crate) fn written(&mut self, name: &Cow<'static, str>) {
+    pub(crate) fn written(&mut self, HistoryNode { name, .. }: &HistoryNode) {
         let Some(pair) = self.pairs.get_mut(name) else { return };
         pair.newest = 1 - pair.newest;
         if self.book.get(name) != Some(&pair.desc) {
