@@ -14,12 +14,7 @@ const BAND_COPIES: u64 = 5;
 
 /// Values a pixel of an AOV.
 fn component_count(aov: Aov) -> u64 {
-    match aov {
-        Aov::BaseColor | Aov::Normal | Aov::NormalView | Aov::Position | Aov::Emission => 3,
-        Aov::Motion => 2,
-        Aov::Radiance => 4,
-        Aov::Occlusion | Aov::Depth | Aov::Metallic | Aov::Roughness | Aov::ObjectId | Aov::MaterialId => 1,
-    }
+    aov.info().channels.len() as u64
 }
 
 /// Bytes of the targets that AOVs are decoded from. They stay on the device while further samples are drawn, so that the

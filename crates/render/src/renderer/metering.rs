@@ -7,7 +7,7 @@ use crate::request::{FrameRequest, RenderError};
 use manypass_scene::Scene;
 
 /// The longer side of the frame that is metered, whatever the size of the picture.
-const LONGER_SIDE_PX: u32 = 256;
+const LONGER_SIDE_PX: u32 = 128;
 
 /// Radiance from this on was clamped; `RADIANCE_MAX` of `colour.wgsl`, less the rounding of half floats.
 const CLAMPED: f64 = 20_970.0;
