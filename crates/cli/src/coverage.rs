@@ -1,8 +1,8 @@
 //! Whether a picture shows anything of its scene.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use manypass::{Background, FrameRequest, RenderError, Renderer, View};
-use manypass_scene::{Aabb, Projection, Scene};
+use manypass_scene::{Aabb, Material, Projection, Scene, ShadingModel};
 
 /// What is as large as this in the picture covers the middle of a pixel.
 const CERTAIN_PX: f32 = 4.0;
@@ -20,9 +20,9 @@ const PROBES_PX: [f32; 2] = [128.0, 2048.0];
 pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Result<bool, RenderError> {
     let size_px = Vec2::new(request.width as f32, request.height as f32);
     let mut has_surfaces = false;
-    for bounds_world in boxes_world(scene) {
+    for (bounds_world, is_solid) in boxes_world(scene) {
         has_surfaces = true;
-        if is_certainly_seen(&request.camera, &bounds_world, size_px) {
+        if is_solid && is_certainly_seen(&request.camera, &bounds_world, size_px) {
             return Ok(false);
         }
     }
@@ -36,6 +36,11 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
             height: ((size_px.y * scale) as u32).max(1),
             sample_index: 0,
             sample_count: 1,
+            settings: {
+                let mut settings = request.settings.clone();
+                settings.render.scale = 1.0;
+                settings
+            },
             background: Background::Transparent,
             want_aovs: Vec::new(),
             previous: None,
@@ -50,17 +55,33 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
     Ok(true)
 }
 
-/// The boxes of what is drawn: of each primitive, or of the whole mesh where that is deformed.
-fn boxes_world(scene: &Scene) -> impl Iterator<Item = Aabb> + '_ {
+/// Whether nothing of a scene shows without an environment: no light is in it, and no surface glows or is unlit.
+pub fn is_dark(scene: &Scene) -> bool {
+    let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
+    let glows =
+        |material: &Material| material.shading_model == ShadingModel::Unlit || material.emissive_factor != Vec3::ZERO;
+    !is_lit && !scene.materials.iter().any(glows)
+}
+
+/// The boxes of what is drawn, of each primitive, or of the whole mesh where that is deformed; and whether it has volume in
+/// its own space: a plane has none however it is turned, and from behind it may not show.
+fn boxes_world(scene: &Scene) -> impl Iterator<Item = (Aabb, bool)> + '_ {
     let of_node = |id| {
         let node = scene.node(id);
         let primitives = node.mesh.and_then(|mesh| scene.meshes.get(mesh)).map_or(&[][..], |mesh| &mesh.primitives);
         let is_deformed = node.skin.is_some() || primitives.iter().any(|part| !part.morph_targets.is_empty());
-        let whole = is_deformed.then_some(node.bounds_world);
+        let whole = is_deformed.then_some((node.bounds_world, true));
         let parts = primitives.iter().filter(move |_| !is_deformed).filter(|part| !part.bounds.is_empty());
-        whole.into_iter().chain(parts.map(|part| part.bounds.transformed(&node.world_from_object)))
+        whole
+            .into_iter()
+            .chain(parts.map(|part| (part.bounds.transformed(&node.world_from_object), !is_thin(&part.bounds))))
     };
-    scene.visible_nodes().into_iter().flat_map(of_node).filter(|bounds| !bounds.is_empty())
+    scene.visible_nodes().into_iter().flat_map(of_node).filter(|(bounds, _)| !bounds.is_empty())
+}
+
+fn is_thin(bounds: &Aabb) -> bool {
+    let extent = bounds.max - bounds.min;
+    extent.min_element() <= 0.01 * extent.max_element()
 }
 
 fn is_transparent(rgba8: &[u8]) -> bool {
@@ -69,8 +90,7 @@ fn is_transparent(rgba8: &[u8]) -> bool {
 
 /// Whether a solid with this box shows in any case: all of it lies within the picture, and it is neither thin nor tiny.
 fn is_certainly_seen(camera: &View, bounds: &Aabb, size_px: Vec2) -> bool {
-    let extent = bounds.max - bounds.min;
-    if extent.min_element() <= 0.01 * extent.max_element() {
+    if is_thin(bounds) {
         return false;
     }
     let (near_m, far_m) = match camera.projection {
@@ -97,7 +117,7 @@ fn is_certainly_seen(camera: &View, bounds: &Aabb, size_px: Vec2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Vec3};
+    use glam::Mat4;
 
     #[test]
     fn only_solids_that_lie_whole_in_the_picture_are_certain() {

@@ -32,6 +32,8 @@ pub struct Job {
     pub format: Format,
     /// Where it goes.
     pub output: Output,
+    /// Whether it is standard output, a device or a pipe, in which nothing can go back.
+    pub is_one_stream: bool,
     /// The folder of the pictures of all passes.
     pub dump_passes: Option<Pattern>,
     /// The file of the pictures of all passes.
@@ -108,6 +110,7 @@ impl Job {
             exposure,
             format,
             output,
+            is_one_stream,
             dump_passes,
             contact_sheet,
             aovs,

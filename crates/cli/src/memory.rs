@@ -4,7 +4,6 @@
 
 use crate::failure::{Failure, Kind};
 use crate::job::Job;
-use crate::pattern::Output;
 use manypass::{AdapterSummary, FrameRequest, RenderError};
 use manypass_offline::memory;
 use manypass_offline::still::StillError;
@@ -293,8 +292,7 @@ fn host_bytes(job: &Job, request: &FrameRequest, shows_passes: bool, reports: bo
     let shaded_pixels = (f64::from(width) * f64::from(height) * scale * scale) as u64;
     let passes = if shows_passes { shaded_pixels * PASSES_BYTES_PER_PIXEL } else { 0 };
     let pairs = if reports { shaded_pixels * PAIRS_BYTES_PER_PIXEL } else { 0 };
-    let is_gathered = job.output == Output::Stdout;
-    let delivery = memory::delivery_bytes(job.format, width, height, aovs, is_gathered);
+    let delivery = memory::delivery_bytes(job.format, width, height, aovs, job.is_one_stream);
     memory::kept_bytes(width, height, aovs) + [delivery, passes, pairs].into_iter().max().unwrap_or(0)
 }
 

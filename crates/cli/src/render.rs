@@ -7,13 +7,13 @@ use crate::exposure::{self, Taken};
 use crate::failure::{Failure, Kind, say};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
-use crate::job::Job;
+use crate::job::{Backdrop, Job};
 use crate::memory;
 use crate::output;
 use crate::places::Places;
 use crate::provenance::{InputFile, input_files};
 use crate::report::{Entry, Outputs, Phases, Report};
-use crate::request::{effect_files, effects, picture_info, request, settings};
+use crate::request::{effect_files, effect_values, effects, picture_info, request, settings};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use crate::{camera, scenes, shot};
@@ -33,6 +33,8 @@ struct Batch<'a> {
     settings: Settings,
     renderer: Renderer,
     effects: Vec<Arc<dyn Effect>>,
+    /// What the report says of them.
+    effect_values: Vec<serde_json::Value>,
     report: Option<Report>,
     bar: ProgressBar,
     /// What is read and written.
@@ -70,6 +72,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
     interrupt::heed();
     let renderer = session::open(args.adapter.as_deref())?;
+    let effect_values = effect_files.iter().map(effect_values).collect();
     let effects = effects(&renderer, effect_files)?;
     let is_lines = inputs.is_batch || job.frames.is_some();
     let mut batch = Batch {
@@ -78,6 +81,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         settings,
         renderer,
         effects,
+        effect_values,
         report: args.report.as_ref().map(|path| Report::create(path, is_lines)).transpose()?,
         bar: progress_bar(count, args.quiet),
         places,
@@ -179,13 +183,15 @@ impl Batch<'_> {
 
     fn load(&mut self, item: &Item, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
+        // Two scenes at once need not fit into memory.
+        self.renderer.unload();
         let (mut scene, mut warnings) = item.input.load()?;
         check_ids(self.job, &scene)?;
         let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
         scenes::show(&mut scene, self.args.scene.as_deref(), &mut warnings)?;
+        memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
         phases.load = ms_since(start);
-        memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
         phases.decode = self.renderer.decode_ms();
@@ -194,6 +200,9 @@ impl Batch<'_> {
         let args = self.args;
         if scene.animations.is_empty() && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {
             warnings.push("it has no animation; every time shows it as it stands".into());
+        }
+        if self.job.environment == Some(Backdrop::Nothing) && coverage::is_dark(&scene) {
+            warnings.push("nothing lights it: the file has no lights, and --environment is none".into());
         }
         self.warn(&item.input.name(), &warnings)?;
         if let Some(hint) = camera::hint(&self.job.camera, &scene, &framing).filter(|_| !args.quiet) {
@@ -241,13 +250,13 @@ impl Batch<'_> {
         renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
         let start = Instant::now();
         let looked_ms = renderer.compile_ms();
-        accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst)).map_err(
-            |error| {
-                let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
-                refused.unwrap_or_else(|| still_failure(&error))
-            },
-        )?;
+        let drawn = accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst));
+        // The budget is this picture's alone, whether it was drawn or not.
         renderer.set_memory_budget(None);
+        drawn.map_err(|error| {
+            let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
+            refused.unwrap_or_else(|| still_failure(&error))
+        })?;
         renderer.wait();
         phases.compile = renderer.compile_ms() - compiled_ms;
         phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
@@ -261,6 +270,8 @@ impl Batch<'_> {
         }
         delivery.finish()?;
         let renderer = &mut self.renderer;
+        // Their memory is the next picture's.
+        renderer.forget_variables();
         (phases.readback, phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
         // The rest is in frames of their own, of one sample, that no phase counts.
@@ -290,7 +301,7 @@ impl Batch<'_> {
                 input_files: files,
                 outputs,
                 info: &info,
-                effects: &args.effects,
+                effects: &self.effect_values,
                 settings: &self.settings,
                 size: (job.width, job.height),
                 samples: args.samples,

@@ -12,7 +12,7 @@ use manypass_offline::{PictureInfo, PngRange};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Where it is written.
 #[derive(Debug)]
@@ -78,8 +78,8 @@ pub struct Entry<'a> {
     pub outputs: Outputs<'a>,
     /// Its frame, time and camera.
     pub info: &'a PictureInfo,
-    /// The files of its effects.
-    pub effects: &'a [PathBuf],
+    /// The files of its effects, their names and settings.
+    pub effects: &'a [Value],
     /// Its settings, those that have their defaults included.
     pub settings: &'a Settings,
     /// Width and height in pixels.
@@ -149,7 +149,7 @@ impl Report {
             "time_secs": entry.info.time_secs,
             "frames_per_second": entry.info.frames_per_second,
             "camera": entry.info.camera,
-            "effects": entry.effects.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
+            "effects": entry.effects,
             "settings": entry.settings,
             "width": entry.size.0,
             "height": entry.size.1,

@@ -47,6 +47,12 @@ pub fn effects(renderer: &Renderer, files: Vec<EffectFile>) -> Result<Vec<Arc<dy
     effects.map_err(|error| program_failure(&error, "correct the WGSL file"))
 }
 
+/// What the report says of an effect.
+pub fn effect_values(file: &EffectFile) -> serde_json::Value {
+    let settings: std::collections::BTreeMap<_, _> = file.values().into_iter().collect();
+    serde_json::json!({ "path": file.file(), "name": file.name(), "settings": settings })
+}
+
 /// The settings of the file and of `--set`, the latter last; those of `effects` go to them.
 ///
 /// # Errors
@@ -146,7 +152,9 @@ pub fn picture_info(
     scene: &Scene,
     frame: Option<u32>,
 ) -> PictureInfo {
-    let time_secs = time_secs(args, frame.unwrap_or(0));
+    // An animation that is asked for without a time stands at its beginning.
+    let stands = args.animation.as_ref().filter(|_| !scene.animations.is_empty()).map(|_| 0.0);
+    let time_secs = time_secs(args, frame.unwrap_or(0)).or(stands);
     let wants = |name: &str| job.format == Format::Exr && job.aovs.iter().any(|aov| aov == name);
     PictureInfo {
         camera: Some(CameraData::new(&request.camera, request.width, request.height)),

@@ -158,10 +158,12 @@ fn compressed(blocks: impl Iterator<Item = UncompressedBlock>, headers: &[Header
         }
     };
     let mut chunks: Vec<(usize, Result<Chunk, Error>)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (1..threads.min(count)).map(|_| scope.spawn(work)).collect();
+        // Where no further thread can be had, the others do its work.
+        let spawn = |_| std::thread::Builder::new().spawn_scoped(scope, work).ok();
+        let workers: Vec<_> = (1..threads.min(count)).filter_map(spawn).collect();
         let mut chunks = work();
         for worker in workers {
-            chunks.extend(worker.join().unwrap_or_default());
+            chunks.extend(worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
         chunks
     });

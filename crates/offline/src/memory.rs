@@ -21,9 +21,8 @@ fn component_count(aov: Aov) -> u64 {
 /// frame's own are made again.
 pub fn kept_bytes(width: u32, height: u32, aovs: &[Aov]) -> u64 {
     let per_pixel = |bytes: u64, is_there: bool| if is_there { bytes } else { 0 };
-    let has_targets = aovs.iter().any(|aov| *aov != Aov::Radiance);
     // Base colour, normal, material and depth; then emission, ids and motion.
-    let kept = per_pixel(16, has_targets)
+    let kept = per_pixel(16, !aovs.is_empty())
         + per_pixel(8, aovs.contains(&Aov::Emission))
         + per_pixel(8, aovs.contains(&Aov::ObjectId) || aovs.contains(&Aov::MaterialId))
         + per_pixel(8, aovs.contains(&Aov::Motion));

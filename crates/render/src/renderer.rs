@@ -119,6 +119,22 @@ impl Renderer {
         Ok(self.gpu.check()?)
     }
 
+    /// Gives back what [`Self::load`] took, for whoever has to read the next scene first.
+    pub fn unload(&mut self) {
+        self.forget_variables();
+        if self.resources.take().is_some() {
+            // The memory is free only once the device has noticed.
+            self.gpu.wait();
+        }
+    }
+
+    /// Gives back what the variables of the last picture were read from; they cannot be read any more.
+    pub fn forget_variables(&mut self) {
+        if self.aovs.take().is_some() {
+            self.gpu.wait();
+        }
+    }
+
     /// What was left out, or replaced, when the scene was uploaded.
     pub fn warnings(&self) -> Vec<String> {
         self.resources.as_ref().map(|resources| resources.warnings.clone()).unwrap_or_default()
@@ -344,9 +360,8 @@ impl Renderer {
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
         let begins_picture = request.sample_index == 0 && purpose.is_picture();
-        if begins_picture && self.aovs.take().is_some() {
-            // Their memory is free again only once the device has noticed.
-            self.gpu.wait();
+        if begins_picture {
+            self.forget_variables();
         }
         let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
         let radiance_mean = RadianceMean::of(request);

@@ -255,6 +255,7 @@ impl Viewer {
         scene.show_scene(index)?;
         self.framing = Framing::of_scene(scene);
         self.last = None;
+        self.metering = None;
         Ok(())
     }
 
@@ -276,7 +277,7 @@ impl Viewer {
         self.last = None;
         let exposure = self.options.exposure(scene);
         if self.metering.is_none() && request.needs_metering(exposure) {
-            let (world_from_view, projection) = camera::resolve(None, scene, aspect);
+            let (world_from_view, projection) = camera::resolve(None, scene, &self.framing, aspect);
             let first = FrameRequest { camera: View { world_from_view, projection }, ..request.clone() };
             self.metering = Some(self.renderer.meter_async(scene, &first).await?);
         }

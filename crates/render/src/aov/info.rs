@@ -52,7 +52,7 @@ impl PngEncoding {
             Self::Signed16 => "16-bit RGB; 0, 0, 0 where there is no surface, else value = 2 · v / 65535 − 1",
             Self::Range16 => "16 bits; 65535 where there is no surface, else value = low + v / 65534 · (high − low)",
             Self::Symmetric16 => "16-bit RGB, blue 0; value = (v − 32768) / 32767 · high",
-            Self::Maximum16 => "16 bits; value = v / 65535 · high; alpha = v / 65535",
+            Self::Maximum16 => "16 bits; value = v / 65535 · high; alpha, where there is one, = v / 65535",
             Self::Id16 => "16-bit grey; value = v, at most 65534",
         }
     }

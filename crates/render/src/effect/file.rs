@@ -4,7 +4,7 @@ use super::header::{Header, Source};
 use super::scan::{Scan, scan};
 use super::uniforms::{OWN_GROUP, Uniforms};
 use crate::diagnostic::Diagnostic;
-use crate::settings::{SettingInfo, SettingsError};
+use crate::settings::{SettingInfo, SettingValue, SettingsError};
 use crate::shader::locate;
 use crate::shader::program::{self, ProgramError, Slot};
 
@@ -55,6 +55,11 @@ impl EffectFile {
     /// The file, as [`Self::parse`] was told.
     pub fn file(&self) -> &str {
         &self.file
+    }
+
+    /// The values of its settings, by their keys.
+    pub fn values(&self) -> Vec<(String, SettingValue)> {
+        self.uniforms.values()
     }
 
     /// The effect's name, with which the keys of its settings begin.

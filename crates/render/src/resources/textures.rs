@@ -143,9 +143,10 @@ fn decode_all(scene: &Scene, wanted: &[(usize, bool)], limit: u32, take: &mut dy
     let workers = std::thread::available_parallelism().map_or(1, usize::from).clamp(1, 4).min(wanted.len().max(1));
     let (sender, receiver) = std::sync::mpsc::sync_channel(2);
     std::thread::scope(|scope| {
+        let mut has_worker = false;
         for _ in 0..workers {
             let (sender, next) = (sender.clone(), &next);
-            scope.spawn(move || {
+            let work = move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(key) = wanted.get(index) else { return };
@@ -153,9 +154,14 @@ fn decode_all(scene: &Scene, wanted: &[(usize, bool)], limit: u32, take: &mut dy
                         return;
                     }
                 }
-            });
+            };
+            has_worker |= std::thread::Builder::new().spawn_scoped(scope, work).is_ok();
         }
         drop(sender);
+        // A process that may have no more threads decodes on this one.
+        for key in wanted.iter().filter(|_| !has_worker) {
+            take(*key, decode(scene, *key, limit));
+        }
         for (key, result) in receiver {
             take(key, result);
         }
