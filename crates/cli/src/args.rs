@@ -273,7 +273,8 @@ pub struct RenderArgs {
     #[arg(long, default_value_t = 24.0, requires = "times")]
     pub fps: f32,
     /// Turn around the target, once in N frames: frames 0 to N - 1, or those of `--frames`, which play meanwhile. With
-    /// `--time` the animation stands still.
+    /// `--time` the animation stands still. It goes around the whole model from outside, whether the file has a camera or
+    /// is a room, unless --orbit says how far.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
     /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
