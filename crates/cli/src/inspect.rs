@@ -4,6 +4,7 @@ use crate::args::GraphFormat;
 use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::memory;
 use crate::scenes;
 use crate::session::{self, print, still_failure};
 use manypass::{Environment, FrameRequest, Gpu, GpuError, RenderError, View};
@@ -53,6 +54,7 @@ fn one(argument: &str) -> Result<Input, Failure> {
 /// # Errors
 /// If there is none, or standard output is closed.
 pub fn adapters(as_json: bool) -> Result<(), Failure> {
+    memory::check_driver()?;
     let adapters = Gpu::adapters();
     if adapters.is_empty() {
         return Err(session::gpu_failure(&GpuError::NoAdapter));

@@ -1,6 +1,7 @@
 //! Which scene of a file is shown.
 
 use crate::failure::{Failure, Kind};
+use crate::listing::choices;
 use manypass_scene::Scene;
 
 /// Shows the scene that is asked for by name or index; without one, the scene that the file names stays. What was warned of
@@ -10,7 +11,12 @@ use manypass_scene::Scene;
 /// If the file has no such scene, or it cannot be drawn.
 pub fn show(scene: &mut Scene, asked: Option<&str>, warnings: &mut Vec<String>) -> Result<(), Failure> {
     let Some(asked) = asked else { return Ok(()) };
-    let unknown = |scene: &Scene| Failure::usage(format!("there is no scene `{asked}`"), hint(scene));
+    let unknown = |scene: &Scene| {
+        Failure::usage(
+            format!("there is no scene `{asked}`"),
+            choices("scenes", scene.scenes.iter().map(|roots| roots.name.as_str()).enumerate()),
+        )
+    };
     let index = scene.scene_named(asked).ok_or_else(|| unknown(scene))?;
     scene
         .show_scene(index)
@@ -20,15 +26,4 @@ pub fn show(scene: &mut Scene, asked: Option<&str>, warnings: &mut Vec<String>) 
         warnings.push(format!("at \"/scenes/{index}\": the scene draws nothing; it has no node with a mesh"));
     }
     Ok(())
-}
-
-/// The scenes of a file: the index, and the name where there is one.
-fn hint(scene: &Scene) -> String {
-    let listed = |(index, name): (usize, &str)| match name {
-        "" => index.to_string(),
-        name => format!("{index} `{name}`"),
-    };
-    let scenes = scene.scenes.iter().map(|roots| roots.name.as_str()).enumerate().map(listed);
-    let scenes: Vec<String> = scenes.collect();
-    if scenes.is_empty() { "the file has no scenes".into() } else { format!("scenes: {}", scenes.join(", ")) }
 }
