@@ -121,9 +121,9 @@ impl Places {
         match input {
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));
-                // What is wrong with the model is said when it is read.
-                for file in gltf_file::references(path).unwrap_or_default() {
-                    self.read(&file, format!("a file that {} reads", path.display()));
+                // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not read.
+                for file in gltf_file::mentions(path).unwrap_or_default() {
+                    self.read(&file, format!("a file that {} names", path.display()));
                 }
             }
             Input::Stdin if cfg!(unix) => self.read(Path::new("/dev/stdin"), "the model on standard input".into()),

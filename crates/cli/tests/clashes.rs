@@ -62,7 +62,7 @@ fn an_output_that_is_read_is_refused() {
         std::os::unix::fs::symlink("in/m.png", folder.join("soft.png")).expect("linked");
         std::os::unix::fs::symlink("../in/m.png", folder.join("dump/03-direct.png")).expect("linked");
         for args in [["-o", "hard.png"], ["-o", "soft.png"], ["--dump-passes", "dump"], ["--report", "soft.png"]] {
-            refused(&folder, &[&["render", model], &args[..]].concat(), "in/m.gltf reads");
+            refused(&folder, &[&["render", model], &args[..]].concat(), "in/m.gltf names");
         }
     }
     for (flag, path) in [
@@ -93,6 +93,22 @@ fn a_variable_that_is_read_as_an_image_is_refused() {
     std::fs::rename(folder.join("in/m.png"), folder.join("in/m.depth.png")).expect("renamed");
     refused(&folder, &["render", "in/m.gltf", "-o", "in/m.png", "--aov", "depth"], "in/m.depth.png would replace");
     refused(&folder, &["render", "in/m.gltf", "-o", "in/m.{aov}.png", "--aov", "depth"], "would replace");
+}
+
+#[test]
+fn what_a_model_names_is_safe_even_where_it_may_not_be_read() {
+    let folder = textured("clash-named");
+    let text = std::fs::read_to_string(folder.join("in/m.gltf")).expect("read");
+    std::fs::create_dir(folder.join("tex")).expect("a folder");
+    std::fs::rename(folder.join("in/m.png"), folder.join("tex/a.png")).expect("renamed");
+    let absolute = folder.join("tex/a.png").display().to_string();
+    let file = format!("file://{absolute}");
+    for uri in ["../tex/a.png", "./gone/../../tex/a.png", r"..\\tex\\a.png", &absolute, &file] {
+        folder.write("in/m.gltf", text.replace("m.png", uri).as_bytes());
+        for args in [["-o", "tex/a.png"], ["--report", "tex/../tex/a.png"], ["-o", &absolute]] {
+            refused(&folder, &[&["render", "in/m.gltf"], &args[..]].concat(), "in/m.gltf names");
+        }
+    }
 }
 
 #[test]
