@@ -111,6 +111,34 @@ fn what_a_model_names_is_safe_even_where_it_may_not_be_read() {
     }
 }
 
+/// Open files are compared by what they are, and only where they are regular files.
+#[cfg(unix)]
+#[test]
+fn an_open_file_that_is_read_or_written_otherwise_is_refused() {
+    let folder = textured("clash-open");
+    folder.write("in/other.glb", &triangle_glb([1.0, 1.0, 1.0]));
+    for (script, part) in [
+        ("in/other.glb -o - --format png >> in/other.glb", "would replace the model in/other.glb"),
+        ("in/m.gltf -o - --format png 1<>in/m.png", "would replace a file that in/m.gltf names"),
+        ("in/m.gltf -o /dev/fd/3 --format png 3>>in/m.bin", "would replace a file that in/m.gltf names"),
+        ("in/m.gltf -o /dev/stdout --format png >>in/m.bin", "would replace a file that in/m.gltf names"),
+        ("in/m.gltf -o x.png --report - >> in/m.gltf", "would replace the model"),
+        ("in/m.gltf -o x.png --report /dev/stdout >> in/m.gltf", "would replace the model"),
+        ("in/m.gltf -o x.png --report /dev/fd/3 3>> in/m.png", "would replace a file"),
+        ("- -o - --format png < in/other.glb 1<>in/other.glb", "would replace the model on standard input"),
+        ("in/m.gltf -o x.png --report - > x.png", "two outputs"),
+        ("in/m.gltf -o /dev/fd/3 --format png --report /dev/fd/3 3> x.png", "two outputs"),
+        ("in/m.gltf -o /dev/fd/3 --format png --report r 3> r", "two outputs"),
+    ] {
+        let before = contents(&folder.join("in"));
+        let mut command = std::process::Command::new("bash");
+        command.args(["-c", &format!("\"$0\" render {script}"), env!("CARGO_BIN_EXE_manypass")]);
+        let run = common::Run::from(command.current_dir(&*folder).output().expect("bash runs")).expect(2);
+        assert!(run.stderr.contains(part), "{script}: {}", run.stderr);
+        assert!(contents(&folder.join("in")) == before, "{script}");
+    }
+}
+
 #[test]
 fn two_outputs_of_one_call_are_two_files() {
     let folder = textured("clash-written");

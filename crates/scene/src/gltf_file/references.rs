@@ -191,7 +191,8 @@ mod tests {
             "file:../tex/a%20b.png".into(),
         ] {
             let model = folder.join("in/m.gltf");
-            std::fs::write(&model, format!(r#"{{"images":[{{"uri":"data:,x"}},{{"uri":"{uri}"}}]}}"#)).expect("written");
+            std::fs::write(&model, format!(r#"{{"images":[{{"uri":"data:,x"}},{{"uri":"{uri}"}}]}}"#))
+                .expect("written");
             let found = mentions(&model).expect("read");
             assert!(found.contains(&elsewhere), "{uri}: {found:?}");
             assert!(references(&model).expect("read").is_empty(), "{uri}");
