@@ -151,6 +151,25 @@ fn an_interrupt_leaves_no_partial_file() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_the_report_of_an_earlier_call() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("interrupt-report");
+    folder.write("report.json", b"{}");
+    let args = ["render", "demo:hall", "-o", "out/a.png", "--size", "64x36", "--samples", "65536", "--quiet"];
+    let child = start(&folder, &[&args[..], &["--report", "report.json"]].concat());
+    wait_until_it_renders(&folder);
+    std::thread::sleep(Duration::from_millis(200));
+    send("-INT", child.id());
+    let run = wait(child, Duration::from_secs(60)).run.expect(130);
+    assert!(run.stderr.starts_with("error: interrupted\n"), "{}", run.stderr);
+    assert_eq!(std::fs::read(folder.join("report.json")).expect("read"), b"{}");
+    assert_eq!(folder.names(), ["report.json"]);
+}
+
 /// Runs a command line of the shell in `folder`, with the program as `$0`.
 #[cfg(unix)]
 fn shell(folder: &Folder, script: &str) -> Run {

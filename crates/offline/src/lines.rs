@@ -22,12 +22,7 @@ impl LineFile {
     /// # Errors
     /// If the folder cannot be made, or the file cannot be opened.
     pub fn create(path: &Path) -> Result<Self, WriteError> {
-        let mut file = Self::open(path)?;
-        if let Some(length_bytes) = &mut file.length_bytes {
-            *length_bytes = 0;
-            file.file.set_len(0).and_then(|()| file.file.rewind()).map_err(|source| WriteError::new(path, source))?;
-        }
-        Ok(file)
+        Self::open_as(path, false)
     }
 
     /// Opens `path` as [`Self::create`] does, but keeps the lines that are there, and goes on after them. A last line
@@ -36,6 +31,10 @@ impl LineFile {
     /// # Errors
     /// As [`Self::create`].
     pub fn open(path: &Path) -> Result<Self, WriteError> {
+        Self::open_as(path, true)
+    }
+
+    fn open_as(path: &Path, keeps_lines: bool) -> Result<Self, WriteError> {
         make_folder_of(path)?;
         let failed = |source| WriteError::new(path, source);
         if is_in_place(path) {
@@ -44,7 +43,8 @@ impl LineFile {
             return Ok(Self { path: path.to_owned(), file, length_bytes: None });
         }
         let mut options = OpenOptions::new();
-        let mut file = options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        let mut file =
+            options.read(keeps_lines).write(true).create(true).truncate(!keeps_lines).open(path).map_err(failed)?;
         let mut length_bytes = file.seek(SeekFrom::End(0)).map_err(failed)?;
         if length_bytes > 0 {
             let mut last = [0];
