@@ -297,10 +297,11 @@ pub struct RenderArgs {
     /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
     ///
     /// Several pictures: more than one input, a folder or a pattern, --frames or --turntable. Each line is there as soon
-    /// as its picture is done.
+    /// as its picture is done. With --skip-existing lines are added to those that are there, and a report of one picture
+    /// that is left alone stays as it is.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
-    /// Leave pictures alone that exist.
+    /// Leave pictures alone that exist, with their contact sheet and passes where those are asked for.
     #[arg(long)]
     pub skip_existing: bool,
     /// Fail where there would be a warning; the picture is not written.

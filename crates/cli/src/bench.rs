@@ -5,13 +5,15 @@ use crate::camera::{self, CameraSpec};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::job;
+use crate::pattern::is_stdout;
 use crate::places::Places;
 use crate::scenes;
-use crate::session::{self, ms_since, output_failure, print, still_failure};
+use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use manypass::{Background, Environment, FrameRequest, RenderError, Settings, Tonemap, View};
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
 use serde_json::json;
+use std::path::Path;
 use std::time::Instant;
 
 /// The frames between the first and the counted ones.
@@ -30,6 +32,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         return Err(Failure::usage("bench takes one file", "name a .glb or .gltf file"));
     };
     if let Some(path) = &args.png {
+        check_png(path)?;
         Places::of_input(input).write(path)?;
     }
     let failed = |error: RenderError| still_failure(&error.into());
@@ -81,7 +84,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     if let Some(path) = &args.png {
         let pixels = renderer.read_display().map_err(failed)?;
         let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
-        atomic::write_file(path, &bytes).map_err(output_failure)?;
+        atomic::write_file(path, &bytes).map_err(write_failure)?;
     }
     let pass_times = renderer.pass_times(&scene, &request).map_err(failed)?;
     let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
@@ -125,6 +128,19 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     }
     let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });
     print(&format!("{line}\n"))
+}
+
+/// `--png` takes the name of a .png file, or a device.
+fn check_png(path: &Path) -> Result<(), Failure> {
+    if is_stdout(path) {
+        let hint = "standard output takes the measurements; write --png FILE.png";
+        return Err(Failure::usage("--png cannot go to standard output", hint));
+    }
+    let is_png = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("png")) || atomic::is_in_place(path);
+    if is_png {
+        return Ok(());
+    }
+    Err(Failure::usage(format!("--png {} does not end in .png", path.display()), "write --png FILE.png"))
 }
 
 /// Median, smallest and largest.

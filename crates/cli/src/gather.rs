@@ -4,7 +4,7 @@ use crate::failure::{Failure, Kind};
 use crate::input::Input;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// What stands for an input in the names of its outputs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -94,15 +94,15 @@ pub fn in_folder(folder: &Path, recursive: bool, warnings: &mut Vec<String>) -> 
 
 /// The glTF files that a pattern matches, by name; never none.
 fn matching(pattern: &str, warnings: &mut Vec<String>) -> Result<Vec<PathBuf>, Failure> {
-    let mut parts: Vec<&str> = pattern.split('/').filter(|part| !part.is_empty()).collect();
+    let (start, below) = start(pattern);
+    let mut parts: Vec<&str> = below.split(std::path::is_separator).filter(|part| !part.is_empty()).collect();
     // `a/**/**/b` is `a/**/b`, and `a/**` is every file below.
     parts.dedup_by(|a, b| a == b && *a == "**");
     if parts.last() == Some(&"**") {
         parts.push("*");
     }
-    let start = if pattern.starts_with('/') { Path::new("/") } else { Path::new("") };
     let mut files = Vec::new();
-    collect(start, &parts, &mut files, warnings);
+    collect(&start, &parts, &mut files, warnings);
     files.sort();
     files.dedup();
     if files.is_empty() {
@@ -110,6 +110,14 @@ fn matching(pattern: &str, warnings: &mut Vec<String>) -> Result<Vec<PathBuf>, F
         return Err(Failure::new(Kind::Failed, message, "* and ? stand for letters of a name, ** for any folders"));
     }
     Ok(files)
+}
+
+/// The drive and the root that a pattern begins with, such as `C:\`, `\\server\share\` or `/`, and what follows them.
+fn start(pattern: &str) -> (PathBuf, &str) {
+    let is_start = |part: &Component<'_>| matches!(part, Component::Prefix(_) | Component::RootDir);
+    let start: PathBuf = Path::new(pattern).components().take_while(is_start).collect();
+    let below = start.to_str().and_then(|start| pattern.get(start.len()..));
+    (start, below.unwrap_or(pattern))
 }
 
 /// Adds the glTF files below `folder` whose path matches `parts`.
@@ -225,6 +233,18 @@ mod tests {
         }
         for (pattern, name) in [("*", ".a.glb"), ("?a", ".a"), ("a?", "a"), ("*b", "abc"), ("a", "")] {
             assert!(!matches(pattern, name), "{pattern} {name}");
+        }
+    }
+
+    #[test]
+    fn patterns_keep_their_drive_and_root() {
+        assert_eq!(start("/a/*.glb"), (PathBuf::from("/"), "a/*.glb"));
+        assert_eq!(start("a/*.glb"), (PathBuf::new(), "a/*.glb"));
+        assert_eq!(start("./*.glb"), (PathBuf::new(), "./*.glb"));
+        if cfg!(windows) {
+            assert_eq!(start(r"C:\a\*.glb"), (PathBuf::from(r"C:\"), r"a\*.glb"));
+            assert_eq!(start(r"C:a\*.glb"), (PathBuf::from("C:"), r"a\*.glb"));
+            assert_eq!(start(r"\\s\t\a\*.glb"), (PathBuf::from(r"\\s\t\"), r"a\*.glb"));
         }
     }
 

@@ -46,6 +46,9 @@ impl Input {
     /// # Errors
     /// If a folder cannot be read or holds no glTF file.
     pub fn parse(argument: &str) -> Result<Vec<Self>, Failure> {
+        if argument.is_empty() {
+            return Err(Failure::usage("the name of an input is empty", "name a .glb or .gltf file, or a folder"));
+        }
         if argument == "-" {
             return Ok(vec![Self::Stdin]);
         }
@@ -96,6 +99,9 @@ impl Input {
         // What the reader of glTF says names its file already.
         let unread = |error: &LoadError| Failure::new(Kind::Failed, error, hint(error));
         let loaded = match self {
+            Self::File(path) if std::fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0) => {
+                return Err(failed(&"the file is empty", "export the model again, or name another file"));
+            }
             Self::File(path) => gltf_file::load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
                 let mut bytes = Vec::new();
@@ -104,6 +110,9 @@ impl Input {
                 stdin.read_to_end(&mut bytes).map_err(|error| failed(&error, "pipe a .glb file in"))?;
                 if bytes.len() as u64 > gltf_file::MAX_FILE_BYTES {
                     return Err(failed(&"it is larger than 1 GiB", "pipe a smaller .glb file in"));
+                }
+                if bytes.is_empty() {
+                    return Err(failed(&"it is empty", "pipe a .glb file in"));
                 }
                 let mut refuse = |uri: &str| Err(format!("standard input has no folder to find `{uri}` in"));
                 gltf_file::load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| unread(&error))?

@@ -1,6 +1,6 @@
 //! Signals: the user says stop, and limits that must become errors.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::session::still_failure;
 use manypass_offline::atomic;
 use manypass_offline::still::StillError;
@@ -18,16 +18,20 @@ pub fn check() -> Result<(), Failure> {
 }
 
 /// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the program
-/// up, ends it at once.
-pub fn heed() {
+/// up, ends it at once. What is being drawn ends with its sample, which a large picture makes long: unless `quiet`, that is
+/// said.
+pub fn heed(quiet: bool) {
     // Without a handler an interrupt ends the program as the system does it.
-    let _ = ctrlc::set_handler(|| {
+    let _ = ctrlc::set_handler(move || {
         let was_stopped = STOP.swap(true, Ordering::SeqCst);
         if was_stopped || atomic::is_waiting() {
             atomic::remove_unfinished();
             let failure = still_failure(&StillError::Stopped);
             failure.print();
             std::process::exit(i32::from(failure.code()));
+        }
+        if !quiet {
+            say(format_args!("interrupting after this sample; once more stops at once"));
         }
     });
 }

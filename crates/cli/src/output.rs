@@ -4,12 +4,14 @@ use crate::failure::Failure;
 use crate::gather::Names;
 use crate::interrupt;
 use crate::job::Job;
-use crate::pattern::Output;
+use crate::pattern::{Output, Pattern};
+use crate::places::is_pass_picture;
 use crate::session::{output_failure, write_failure};
 use manypass::PassPicture;
 use manypass_offline::atomic::AtomicFile;
 use manypass_offline::sheet::{self, contact_sheet};
 use manypass_offline::{Format, encode};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The file of a picture, and of its AOVs where they have files of their own; none on standard output.
@@ -22,6 +24,19 @@ pub fn files(job: &Job, names: &Names, frame: u32) -> Option<(PathBuf, Vec<PathB
     };
     let aovs = if job.format == Format::Png { job.aovs.iter().map(aov_file).collect() } else { Vec::new() };
     Some((target, aovs))
+}
+
+/// Whether every file that is asked for of a picture is there. Of the pictures of its passes one is enough, since their
+/// names are known only when they are drawn. A device is always there, and never done.
+pub fn are_there(job: &Job, names: &Names, frame: u32) -> bool {
+    let has_passes = |folder: PathBuf| {
+        let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.any(|entry| is_pass_picture(&entry.file_name()))
+    };
+    let place = |pattern: &Pattern| pattern.expand(names, frame, "rgba");
+    files(job, names, frame).is_some_and(|(target, aovs)| target.is_file() && aovs.iter().all(|path| path.is_file()))
+        && job.contact_sheet.as_ref().map(place).is_none_or(|sheet| sheet.is_file())
+        && job.dump_passes.as_ref().map(place).is_none_or(has_passes)
 }
 
 /// Begins a file, unless the user has said stop. If the user says so before it is in its place, nothing of it stays.

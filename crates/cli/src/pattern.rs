@@ -91,8 +91,12 @@ impl Pattern {
         let pattern = Self::new(&text)?;
         if has_frames && !pattern.parts.iter().any(|part| matches!(part, Part::Frame { .. })) {
             return Err(Failure::usage(
-                format!("{flag} {text} is one file for all frames"),
-                "write {frame:04} into the name, or name a folder: DIR/",
+                format!("{flag} {text} is one place for all frames"),
+                if flag == "-o" {
+                    "write {frame:04} into the name, or name a folder: DIR/"
+                } else {
+                    "write {frame:04} into the name"
+                },
             ));
         }
         Ok(pattern)
@@ -119,6 +123,13 @@ impl Pattern {
     }
 }
 
+/// Whether any placeholder stands in `path`, beside what may.
+fn has_placeholders(path: &Path) -> bool {
+    let text = path.to_string_lossy();
+    let mut names = text.split('{').skip(1).filter_map(|rest| rest.split_once('}'));
+    names.any(|(name, _)| Part::placeholder(name).is_some())
+}
+
 /// Whether a path is another name of standard output.
 pub fn is_stdout(path: &Path) -> bool {
     [Path::new("-"), Path::new("/dev/stdout"), Path::new("/dev/fd/1"), Path::new("/proc/self/fd/1")].contains(&path)
@@ -133,6 +144,10 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
     let unknown = |text: &str| Failure::usage(format!("unknown format `{text}`"), "formats: png, jpg, webp, exr");
     let asked =
         args.format.as_deref().map(|text| Format::from_extension(text).ok_or_else(|| unknown(text))).transpose()?;
+    if let Some(report) = args.report.as_deref().filter(|path| has_placeholders(path)) {
+        let message = format!("--report {} has a placeholder, but is one file for the whole call", report.display());
+        return Err(Failure::usage(message, "name one file, for example report.jsonl; every picture is a line of it"));
+    }
     let default_name = if frame_count.is_some() { "{stem}_{frame:04}" } else { "{stem}" };
     let format = asked.unwrap_or(Format::Png);
     let Some(out) = args.output.as_deref() else {

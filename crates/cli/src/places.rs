@@ -83,11 +83,12 @@ impl Places {
         items.iter().for_each(|item| places.read_input(&item.input));
         args.effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
         args.settings.iter().for_each(|path| places.read(path, format!("the settings {}", path.display())));
-        if job.output == Output::Stdout {
-            places.write_open_stdout();
+        let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
+        if job.output == Output::Stdout || reports_to_stdout {
+            places.write_open_stdout()?;
         }
-        if let Some(report) = args.report.as_deref().filter(|path| !is_stdout(path)) {
-            places.write(report)?;
+        if let Some(report) = args.report.as_deref().filter(|_| !reports_to_stdout) {
+            places.write_as(report, "the report")?;
         }
         let (first, last) = job.frames.unwrap_or((0, 0));
         'pictures: for item in items {
@@ -109,11 +110,14 @@ impl Places {
         places
     }
 
-    /// Checks the files of the picture with this index, unless that was done at the start.
+    /// Checks the files of a picture, unless that was done at the start. `item_index` is that of its input among all.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn check(&mut self, index: u64, job: &Job, item: &Item, frame: u32) -> Result<(), Failure> {
+    pub fn check(&mut self, item_index: u64, job: &Job, item: &Item, frame: u32) -> Result<(), Failure> {
+        let (first, last) = job.frames.unwrap_or((0, 0));
+        let frame_count = u64::from(last.saturating_sub(first)) + 1;
+        let index = item_index.saturating_mul(frame_count).saturating_add(u64::from(frame.saturating_sub(first)));
         if index < self.checked_pictures { Ok(()) } else { self.write_picture(job, item, frame) }
     }
 
@@ -121,9 +125,9 @@ impl Places {
         match input {
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));
-                // What is wrong with the model is said when it is read.
-                for file in gltf_file::references(path).unwrap_or_default() {
-                    self.read(&file, format!("a file that {} reads", path.display()));
+                // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not read.
+                for file in gltf_file::mentions(path).unwrap_or_default() {
+                    self.read(&file, format!("a file that {} names", path.display()));
                 }
             }
             Input::Stdin if cfg!(unix) => self.read(Path::new("/dev/stdin"), "the model on standard input".into()),
@@ -132,19 +136,19 @@ impl Places {
     }
 
     fn read(&mut self, path: &Path, what: String) {
-        if fs::metadata(path).is_ok_and(|metadata| metadata.is_file()) {
+        if is_file(path) {
             let place = self.place(path);
             self.reads.insert(place, what);
         }
     }
 
     /// Standard output, where it goes to a file.
-    fn write_open_stdout(&mut self) {
+    ///
+    /// # Errors
+    /// Wrong usage, if that file is read.
+    fn write_open_stdout(&mut self) -> Result<(), Failure> {
         let open = Path::new("/dev/stdout");
-        if cfg!(unix) && fs::metadata(open).is_ok_and(|metadata| metadata.is_file()) {
-            let place = self.place(open);
-            self.writes.insert(place, "standard output".into());
-        }
+        if cfg!(unix) && is_file(open) { self.write_as(open, "standard output") } else { Ok(()) }
     }
 
     fn write_picture(&mut self, job: &Job, item: &Item, frame: u32) -> Result<(), Failure> {
@@ -154,7 +158,7 @@ impl Places {
             self.write(&target)?;
             aovs.iter().try_for_each(|path| self.write(path))?;
         }
-        sheet.map_or(Ok(()), |path| self.write(&path))?;
+        sheet.map_or(Ok(()), |path| self.write_as(&path, "a contact sheet"))?;
         dump.map_or(Ok(()), |folder| self.write_dump(&folder))
     }
 
@@ -163,16 +167,26 @@ impl Places {
     /// # Errors
     /// Wrong usage, if it would replace something that is read, or another output.
     pub fn write(&mut self, path: &Path) -> Result<(), Failure> {
-        // Devices and pipes take what comes and keep nothing that could be lost.
+        self.write_as(path, "a picture")
+    }
+
+    fn write_as(&mut self, path: &Path, what: &str) -> Result<(), Failure> {
+        let is_open = atomic::is_in_place(path);
         let place = match fs::symlink_metadata(path) {
-            Ok(_) if atomic::is_in_place(path) => return Ok(()),
+            // Devices and pipes take what comes and keep nothing that could be lost.
+            Ok(_) if is_open && !is_file(path) => return Ok(()),
             Ok(_) => self.place(path),
             // Most outputs are not there yet, and long sequences have many.
             Err(_) => Place { path: self.path_without_link(path), id: None },
         };
         let shown = path.display();
         self.refuse_read(&place, path)?;
-        if self.writes.get(&place).is_some() {
+        // A file that is open already takes all pictures, one after the other.
+        let written = if is_open { format!("{what} to the open file {shown}") } else { what.to_owned() };
+        if let Some(other) = self.writes.get(&place) {
+            if is_open && other == written {
+                return Ok(());
+            }
             let message = format!("two outputs would be written to {shown}");
             return Err(Failure::usage(message, "use {parent}, {stem} and {frame:04} in the names, and other folders"));
         }
@@ -181,7 +195,7 @@ impl Places {
             self.refuse_dump_beside(self.dumps.contains(&folder), path)?;
             self.numbered.insert(folder);
         }
-        self.writes.insert(place, String::new());
+        self.writes.insert(place, written);
         Ok(())
     }
 
@@ -231,6 +245,11 @@ impl Places {
     }
 }
 
+/// Whether a regular file is there, also where an open descriptor is named.
+fn is_file(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|metadata| metadata.is_file())
+}
+
 /// Upper and lower case name the same file on these systems, unless somebody changed that.
 fn same_case(path: PathBuf) -> PathBuf {
     if cfg!(any(windows, target_os = "macos")) { path.to_string_lossy().to_lowercase().into() } else { path }
@@ -257,7 +276,7 @@ fn resolve(path: &Path) -> PathBuf {
 }
 
 /// Whether a name is one that `--dump-passes` may give: `NN-NAME.png`.
-fn is_pass_picture(name: &OsStr) -> bool {
+pub fn is_pass_picture(name: &OsStr) -> bool {
     let name = name.to_string_lossy();
     let (number, rest) = name.split_once('-').unwrap_or_default();
     number.len() >= 2 && number.bytes().all(|digit| digit.is_ascii_digit()) && rest.ends_with(".png")
@@ -294,6 +313,23 @@ mod tests {
         places.write_dump(&root.join("in")).expect("a dump");
         assert!(places.write(&root.join("door/01-a.png")).is_err() && places.write_dump(&root.join("door")).is_err());
         let _ = fs::remove_dir_all(root);
+    }
+
+    #[test]
+    fn pictures_after_one_that_failed_are_checked_in_their_turn() {
+        use crate::args::{Cli, Command};
+        use clap::Parser as _;
+        let words = ["manypass", "render", "a.glb", "b.glb", "--frames", "5..7", "-o", "out/gone_{frame}.png"];
+        let Command::Render(args) = Cli::try_parse_from(words).expect("arguments").command else { return };
+        let job = Job::new(&args, true, &[]).expect("a job");
+        let item = Item { input: Input::Demo("hall".into()), names: crate::gather::Names::default() };
+        let mut places = Places { checked_pictures: 4, ..Places::default() };
+        // The first input failed at its first frame; the second has the indices 3 to 5 all the same.
+        for (frame, is_checked_now) in [(5, false), (6, true), (7, true)] {
+            places.check(1, &job, &item, frame).expect("free");
+            let written = places.write(&PathBuf::from(format!("out/gone_{frame}.png")));
+            assert_eq!(written.is_err(), is_checked_now, "{frame}");
+        }
     }
 
     #[test]

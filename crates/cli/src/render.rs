@@ -39,8 +39,6 @@ struct Batch<'a> {
     bar: ProgressBar,
     /// What is read and written.
     places: Places,
-    /// How many pictures were begun.
-    picture_index: u64,
     /// Whether messages name their input.
     has_several_inputs: bool,
     /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.
@@ -70,7 +68,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let places = Places::new(args, &job, &inputs.items)?;
     let (first, last) = job.frames.unwrap_or((0, 0));
     let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
-    interrupt::heed();
+    interrupt::heed(args.quiet);
     let renderer = session::open(args.adapter.as_deref())?;
     let effect_values = effect_files.iter().map(effect_values).collect();
     let effects = effects(&renderer, effect_files)?;
@@ -82,10 +80,9 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         renderer,
         effects,
         effect_values,
-        report: args.report.as_ref().map(|path| Report::create(path, is_lines)).transpose()?,
+        report: args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose()?,
         bar: progress_bar(count, args.quiet),
         places,
-        picture_index: 0,
         has_several_inputs: inputs.items.len() > 1,
         start_ms: ms_since(started),
     };
@@ -111,11 +108,11 @@ impl Batch<'_> {
     fn render_all(&mut self, items: &[Item]) -> Result<(), Failure> {
         let mut first_kind = None;
         let mut failed_count = 0;
-        for item in items {
-            let input = &item.input;
-            let Err(mut failure) = self.render_input(item) else { continue };
+        for (item_index, item) in (0..).zip(items) {
+            let (input, mut frame) = (&item.input, None);
+            let Err(mut failure) = self.render_input(item_index, item, &mut frame) else { continue };
             if let Some(report) = &mut self.report {
-                report.failed(&input.name(), &failure)?;
+                report.failed(&input.name(), frame, &failure)?;
             }
             if !self.has_several_inputs || matches!(failure.kind, Kind::DeviceLost | Kind::Interrupted) {
                 return Err(failure);
@@ -149,21 +146,19 @@ impl Batch<'_> {
         Ok(())
     }
 
-    fn render_input(&mut self, item: &Item) -> Result<(), Failure> {
+    /// `failing` is the frame that failed, if it is one of a sequence and there is an error.
+    fn render_input(&mut self, item_index: u64, item: &Item, failing: &mut Option<u32>) -> Result<(), Failure> {
         let input = &item.input;
         let (first, last) = self.job.frames.unwrap_or((0, 0));
         let mut loaded: Option<LoadedInput> = None;
         for frame in first..=last {
             let shown = self.job.frames.map(|_| frame);
             self.bar.set_message(input.stem());
-            self.places.check(self.picture_index, self.job, item, frame)?;
-            self.picture_index += 1;
+            *failing = shown;
+            self.places.check(item_index, self.job, item, frame)?;
             let files = output::files(self.job, &item.names, frame);
             let output = files.as_ref().map_or("-".into(), |(target, _)| target.display().to_string());
-            // A device is always there, and never done.
-            let is_there =
-                files.is_some_and(|(target, aovs)| target.is_file() && aovs.iter().all(|path| path.is_file()));
-            if self.args.skip_existing && is_there {
+            if self.args.skip_existing && output::are_there(self.job, &item.names, frame) {
                 if let Some(report) = &mut self.report {
                     report.skipped(&input.name(), &output, shown)?;
                 }

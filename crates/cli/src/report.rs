@@ -1,12 +1,12 @@
 //! `--report`: what was done, one JSON value a picture.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 use crate::pattern::is_stdout;
 use crate::provenance::InputFile;
 use crate::session::{print, write_failure};
 use manypass::graph::PassTime;
 use manypass::{AdapterSummary, FrameStats, PairCounts, Plan, Settings};
-use manypass_offline::atomic::AtomicFile;
+use manypass_offline::atomic::{AtomicFile, is_in_place};
 use manypass_offline::lines::LineFile;
 use manypass_offline::{PictureInfo, PngRange};
 use serde::Serialize;
@@ -20,6 +20,8 @@ pub struct Report {
     sink: Sink,
     /// JSON Lines, against one indented value.
     is_lines: bool,
+    /// Whether what an earlier call reported stays: nothing that is worth more was done since.
+    keeps_earlier: bool,
 }
 
 #[derive(Debug)]
@@ -114,17 +116,20 @@ fn arguments() -> Vec<String> {
 }
 
 impl Report {
-    /// Opens the file, or takes standard output; `is_lines` wherever there may be several pictures.
+    /// Opens the file, or takes standard output; `is_lines` wherever there may be several pictures. With `goes_on` lines
+    /// are added to those that an earlier call left.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn create(path: &Path, is_lines: bool) -> Result<Self, Failure> {
+    pub fn create(path: &Path, is_lines: bool, goes_on: bool) -> Result<Self, Failure> {
         let sink = match path {
             path if is_stdout(path) => Sink::Stdout,
+            path if is_lines && goes_on => Sink::Lines(LineFile::open(path).map_err(write_failure)?),
             path if is_lines => Sink::Lines(LineFile::create(path).map_err(write_failure)?),
             path => Sink::Whole(AtomicFile::create(path).map_err(write_failure)?),
         };
-        Ok(Self { sink, is_lines })
+        let keeps_earlier = matches!(sink, Sink::Whole(_)) && path.is_file() && !is_in_place(path);
+        Ok(Self { sink, is_lines, keeps_earlier })
     }
 
     /// Adds a picture.
@@ -193,23 +198,37 @@ impl Report {
         }))
     }
 
-    /// Adds a picture that was there already.
+    /// Adds a picture that was there already. One report of one picture stays as an earlier call left it.
     ///
     /// # Errors
     /// If it cannot be written.
     pub fn skipped(&mut self, input: &str, output: &str, frame: Option<u32>) -> Result<(), Failure> {
+        if self.keeps_earlier {
+            return Ok(());
+        }
         self.add(&json!({ "input": input, "output": output, "frame": frame, "skipped": true }))
     }
 
-    /// Adds an input that failed.
+    /// Adds an input that failed, and at which frame of a sequence. One report of one picture stays as an earlier call
+    /// left it if the user said stop.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn failed(&mut self, input: &str, failure: &Failure) -> Result<(), Failure> {
-        self.add(&json!({ "input": input, "error": failure.message, "hint": failure.hint }))
+    pub fn failed(&mut self, input: &str, frame: Option<u32>, failure: &Failure) -> Result<(), Failure> {
+        if self.keeps_earlier && failure.kind == Kind::Interrupted {
+            return Ok(());
+        }
+        self.add(&json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "input": input,
+            "frame": frame,
+            "error": failure.message,
+            "hint": failure.hint,
+        }))
     }
 
     fn add(&mut self, value: &Value) -> Result<(), Failure> {
+        self.keeps_earlier = false;
         let text = if self.is_lines { value.to_string() } else { format!("{value:#}") };
         match &mut self.sink {
             Sink::Whole(file) => file.write(format!("{text}\n").as_bytes()).map_err(write_failure),
@@ -224,6 +243,7 @@ impl Report {
     /// If that fails.
     pub fn finish(self) -> Result<(), Failure> {
         match self.sink {
+            Sink::Whole(_) if self.keeps_earlier => Ok(()),
             Sink::Whole(file) => file.commit().map_err(write_failure),
             Sink::Lines(_) | Sink::Stdout => Ok(()),
         }

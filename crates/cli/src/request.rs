@@ -5,14 +5,19 @@ use crate::failure::{Failure, Kind};
 use crate::job::{Backdrop, Job};
 use crate::session;
 use crate::shot::time_secs;
+use manypass::settings::SETTINGS;
 use manypass::shader::ProgramError;
 use manypass::{Averaging, Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View};
 use manypass::{EffectFile, SettingsFile, WgslEffect, effect};
 use manypass_offline::still::aov_named;
 use manypass_offline::{CameraData, Format, PictureInfo, manifest};
 use manypass_scene::Scene;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// The largest file of settings, and the largest effect: 4 MiB.
+const MOST_TEXT_BYTES: u64 = 4 << 20;
 
 /// The effects in files, checked without a device.
 ///
@@ -60,15 +65,23 @@ pub fn effect_values(file: &EffectFile) -> serde_json::Value {
 pub fn settings(args: &RenderArgs, job: &Job, effects: &mut [EffectFile]) -> Result<Settings, Failure> {
     let mut settings = Settings::default();
     let lists = list_hint(&args.effects);
+    // The frame's own groups are known; what is in no file that was named cannot be.
+    let of_effects = |key: &str| {
+        let group = |key: &str| key.split_once('.').map(|(group, _)| group.to_owned());
+        let is_known = SETTINGS.iter().any(|info| group(&info.key) == group(key));
+        let is_given = effects.iter().any(|effect| group(key).is_some_and(|group| group == effect.name()));
+        if is_known || is_given { "" } else { "; settings of effects need --effect FILE" }
+    };
+    let of_effects: Vec<&str> = job.set.iter().map(|(key, _)| of_effects(key)).collect();
     if let Some(path) = &args.settings {
         let text = read_text(path, "name a TOML file")?;
         SettingsFile::parse(&path.display().to_string(), &text)
             .and_then(|file| file.apply(|key, value| effect::set(&mut settings, effects, key, value)))
             .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}")))?;
     }
-    for (key, value) in &job.set {
+    for ((key, value), of_effects) in job.set.iter().zip(of_effects) {
         effect::set(&mut settings, effects, key, value)
-            .map_err(|error| Failure::usage(error, format!("write --set KEY=VALUE; {lists}")))?;
+            .map_err(|error| Failure::usage(error, format!("write --set KEY=VALUE; {lists}{of_effects}")))?;
     }
     match effects.iter().find_map(EffectFile::missing) {
         None => Ok(settings),
@@ -89,9 +102,17 @@ fn list_hint(effects: &[PathBuf]) -> String {
     format!("`manypass settings{flags}` lists the keys")
 }
 
+/// The text of a file that somebody wrote; a device may have no end.
 fn read_text(path: &Path, hint: &str) -> Result<String, Failure> {
-    std::fs::read_to_string(path)
-        .map_err(|error| Failure::new(Kind::Failed, format!("{}: {error}", path.display()), hint))
+    let failed =
+        |error: &dyn std::fmt::Display| Failure::new(Kind::Failed, format!("{}: {error}", path.display()), hint);
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(|error| failed(&error))?;
+    file.take(MOST_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(|error| failed(&error))?;
+    if bytes.len() as u64 > MOST_TEXT_BYTES {
+        return Err(failed(&"it is larger than 4 MiB"));
+    }
+    String::from_utf8(bytes).map_err(|_| failed(&"it is no text in UTF-8"))
 }
 
 /// What a wrong shader means to the user.

@@ -92,6 +92,35 @@ fn reports_are_lines_wherever_there_may_be_several_pictures() {
     assert!(text.contains("\"output\": \"x/tri.png\"") && !folder.join("r").exists(), "{text}");
 }
 
+#[test]
+fn skipping_keeps_what_was_reported_and_looks_for_every_file() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("skipping");
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 0.0]));
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect("report");
+    let single = ["tri.glb", "-o", "a.png", "--skip-existing", "--report", "r.json"];
+    render(&folder, &single).expect(0);
+    let first = read("r.json");
+    render(&folder, &single).expect(0);
+    assert!(first.contains("\"samples\"") && read("r.json") == first);
+    for extra in [["--contact-sheet", "s.png"], ["--dump-passes", "d"]] {
+        render(&folder, &[&single[..], &extra].concat()).expect(0);
+        let again = read("r.json");
+        assert!(again != first && folder.join(extra[1]).exists(), "{extra:?}");
+        render(&folder, &[&single[..], &extra].concat()).expect(0);
+        assert_eq!(read("r.json"), again, "{extra:?}");
+    }
+    let frames = ["tri.glb", "gone.glb", "-o", "out/", "--frames", "3..4", "--skip-existing", "--report", "r.jsonl"];
+    render(&folder, &frames).expect(1);
+    render(&folder, &frames).expect(1);
+    let report = lines(&read("r.jsonl"));
+    assert_eq!(report.len(), 6);
+    assert!(report[0]["samples"] == 1 && report[4]["skipped"] == true, "{report:?}");
+    assert!(report[5]["frame"] == 3 && report[5]["version"].is_string() && report[5]["error"].is_string());
+}
+
 #[cfg(unix)]
 #[test]
 fn a_killed_batch_leaves_the_lines_of_what_is_done() {

@@ -147,7 +147,11 @@ fn scenes_are_shown_by_name_or_index_and_listed() {
     for asked in ["Hall", "3", "-1", "99999999999999999999"] {
         let asked = format!("--scene={asked}");
         let run = run_in(&folder, &["info", "two.gltf", &asked]).expect(2);
-        assert!(run.stderr.ends_with("hint: scenes by index or name: 0 `Room`, 1 (no name), 2 `Void`\n"), "{}", run.stderr);
+        assert!(
+            run.stderr.ends_with("hint: scenes by index or name: 0 `Room`, 1 (no name), 2 `Void`\n"),
+            "{}",
+            run.stderr
+        );
     }
     folder.write("tri.glb", &triangle_glb([1.0; 3]));
     assert!(run_in(&folder, &["info", "tri.glb", "--scene", "0"]).expect(0).text().contains("triangles: 1"));

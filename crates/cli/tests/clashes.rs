@@ -62,7 +62,7 @@ fn an_output_that_is_read_is_refused() {
         std::os::unix::fs::symlink("in/m.png", folder.join("soft.png")).expect("linked");
         std::os::unix::fs::symlink("../in/m.png", folder.join("dump/03-direct.png")).expect("linked");
         for args in [["-o", "hard.png"], ["-o", "soft.png"], ["--dump-passes", "dump"], ["--report", "soft.png"]] {
-            refused(&folder, &[&["render", model], &args[..]].concat(), "in/m.gltf reads");
+            refused(&folder, &[&["render", model], &args[..]].concat(), "in/m.gltf names");
         }
     }
     for (flag, path) in [
@@ -93,6 +93,50 @@ fn a_variable_that_is_read_as_an_image_is_refused() {
     std::fs::rename(folder.join("in/m.png"), folder.join("in/m.depth.png")).expect("renamed");
     refused(&folder, &["render", "in/m.gltf", "-o", "in/m.png", "--aov", "depth"], "in/m.depth.png would replace");
     refused(&folder, &["render", "in/m.gltf", "-o", "in/m.{aov}.png", "--aov", "depth"], "would replace");
+}
+
+#[test]
+fn what_a_model_names_is_safe_even_where_it_may_not_be_read() {
+    let folder = textured("clash-named");
+    let text = std::fs::read_to_string(folder.join("in/m.gltf")).expect("read");
+    std::fs::create_dir(folder.join("tex")).expect("a folder");
+    std::fs::rename(folder.join("in/m.png"), folder.join("tex/a.png")).expect("renamed");
+    let absolute = folder.join("tex/a.png").display().to_string();
+    let file = format!("file://{absolute}");
+    for uri in ["../tex/a.png", "./gone/../../tex/a.png", r"..\\tex\\a.png", &absolute, &file] {
+        folder.write("in/m.gltf", text.replace("m.png", uri).as_bytes());
+        for args in [["-o", "tex/a.png"], ["--report", "tex/../tex/a.png"], ["-o", &absolute]] {
+            refused(&folder, &[&["render", "in/m.gltf"], &args[..]].concat(), "in/m.gltf names");
+        }
+    }
+}
+
+/// Open files are compared by what they are, and only where they are regular files.
+#[cfg(unix)]
+#[test]
+fn an_open_file_that_is_read_or_written_otherwise_is_refused() {
+    let folder = textured("clash-open");
+    folder.write("in/other.glb", &triangle_glb([1.0, 1.0, 1.0]));
+    for (script, part) in [
+        ("in/other.glb -o - --format png >> in/other.glb", "would replace the model in/other.glb"),
+        ("in/m.gltf -o - --format png 1<>in/m.png", "would replace a file that in/m.gltf names"),
+        ("in/m.gltf -o /dev/fd/3 --format png 3>>in/m.bin", "would replace a file that in/m.gltf names"),
+        ("in/m.gltf -o /dev/stdout --format png >>in/m.bin", "would replace a file that in/m.gltf names"),
+        ("in/m.gltf -o x.png --report - >> in/m.gltf", "would replace the model"),
+        ("in/m.gltf -o x.png --report /dev/stdout >> in/m.gltf", "would replace the model"),
+        ("in/m.gltf -o x.png --report /dev/fd/3 3>> in/m.png", "would replace a file"),
+        ("- -o - --format png < in/other.glb 1<>in/other.glb", "would replace the model on standard input"),
+        ("in/m.gltf -o x.png --report - > x.png", "two outputs"),
+        ("in/m.gltf -o /dev/fd/3 --format png --report /dev/fd/3 3> x.png", "two outputs"),
+        ("in/m.gltf -o /dev/fd/3 --format png --report r 3> r", "two outputs"),
+    ] {
+        let before = contents(&folder.join("in"));
+        let mut command = std::process::Command::new("bash");
+        command.args(["-c", &format!("\"$0\" render {script}"), env!("CARGO_BIN_EXE_manypass")]);
+        let run = common::Run::from(command.current_dir(&*folder).output().expect("bash runs")).expect(2);
+        assert!(run.stderr.contains(part), "{script}: {}", run.stderr);
+        assert!(contents(&folder.join("in")) == before, "{script}");
+    }
 }
 
 #[test]

@@ -109,6 +109,9 @@ fn a_full_disk_is_named_and_its_device_stays() {
     assert!(run.code == 1 && run.stderr.starts_with("error: no space left to write standard output"), "{run:?}");
 }
 
+/// What an interrupted call says.
+const INTERRUPTED: &str = "interrupting after this sample; once more stops at once\nerror: interrupted\nhint: ";
+
 /// Waits until the report's temporary file is there: from then on the program has its renderer and heeds signals.
 fn wait_until_it_renders(folder: &Folder) {
     let start = Instant::now();
@@ -138,13 +141,33 @@ fn an_interrupt_leaves_no_partial_file() {
         std::thread::sleep(Duration::from_millis(200));
         send(signal, child.id());
         let run = wait(child, Duration::from_secs(60)).run.expect(130);
-        assert!(run.stderr.starts_with("error: interrupted\nhint: "), "{}", run.stderr);
+        assert!(run.stderr.starts_with(INTERRUPTED), "{}", run.stderr);
         // The report is whole: it says that the picture was interrupted.
         assert_eq!(folder.names(), ["report.json"]);
         let report = std::fs::read_to_string(folder.join("report.json")).expect("report");
         let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
         assert_eq!(report["error"], "interrupted");
+        assert!(report["frame"].is_null() && report["version"].is_string(), "{report}");
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_the_report_of_an_earlier_call() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("interrupt-report");
+    folder.write("report.json", b"{}");
+    let args = ["render", "demo:hall", "-o", "out/a.png", "--size", "64x36", "--samples", "65536", "--quiet"];
+    let child = start(&folder, &[&args[..], &["--report", "report.json"]].concat());
+    wait_until_it_renders(&folder);
+    std::thread::sleep(Duration::from_millis(200));
+    send("-INT", child.id());
+    let run = wait(child, Duration::from_secs(60)).run.expect(130);
+    assert!(run.stderr.starts_with("error: interrupted\n"), "{}", run.stderr);
+    assert_eq!(std::fs::read(folder.join("report.json")).expect("read"), b"{}");
+    assert_eq!(folder.names(), ["report.json"]);
 }
 
 /// Runs a command line of the shell in `folder`, with the program as `$0`.
@@ -243,7 +266,7 @@ fn an_interrupt_while_a_file_is_encoded_leaves_nothing() {
         }
         send(signal, child.id());
         let run = wait(child, Duration::from_secs(60)).run.expect(130);
-        assert!(run.stderr.starts_with("error: interrupted\nhint: "), "{}", run.stderr);
+        assert!(run.stderr.starts_with(INTERRUPTED), "{}", run.stderr);
         assert_eq!(std::fs::read_dir(folder.join("out")).expect("listed").count(), 0);
     }
 }

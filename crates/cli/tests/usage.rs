@@ -50,6 +50,17 @@ fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
         (&["render", "a.glb", "--turntable", "-1"], "'-1' for '--turntable"),
         (&["render", "a.glb", "--background", "-1"], "`-1` is no value of --background"),
         (&["render", "demo:hell"], "hall"),
+        (&["render", ""], "the name of an input is empty"),
+        (&["render", "a.glb", "--eye", "1e38,1e38,1e38"], "--eye 1e38,1e38,1e38 is out of range"),
+        (&["render", "a.glb", "--target", "0,1e99,0"], "--target 0,1e99,0 is out of range"),
+        (&["render", "a.glb", "--orbit", "0,0,0"], "RADIUS must be above 0"),
+        (&["render", "a.glb", "--orbit", "0,0,-2"], "RADIUS must be above 0"),
+        (&["render", "a.glb", "--orbit", "1e38,0,auto"], "out of range"),
+        (&["render", "a.glb", "--set", "fx.strength=0.1"], "settings of effects need --effect FILE"),
+        (&["render", "a.glb", "--report", "r_{stem}.json"], "one file for the whole call"),
+        (&["render", "a.glb", "--frames", "0..1", "--dump-passes", "d/"], "d/ is one place for all frames"),
+        (&["bench", "a.glb", "--png", "x.jpg"], "does not end in .png"),
+        (&["bench", "a.glb", "--png", "-"], "--png FILE.png"),
         (&["bench", "a.glb", "--count", "0"], "--count"),
         (&["bench", "a.glb", "--budget-ms", "0"], "--budget-ms"),
         (&["graph", "a.glb", "--format", "dot"], "mermaid"),
@@ -64,6 +75,23 @@ fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
         assert!(run.stdout.is_empty());
     }
     assert!(folder.names().is_empty());
+}
+
+#[test]
+fn empty_and_endless_files_are_refused() {
+    let folder = Folder::new("empty");
+    folder.write("e.glb", b"");
+    let run = run_in(&folder, &["info", "e.glb"]).expect(1);
+    assert!(run.stderr.contains("e.glb: the file is empty"), "{}", run.stderr);
+    let run = run_in(&folder, &["info", "-"]).expect(1);
+    assert!(run.stderr.contains("standard input: it is empty"), "{}", run.stderr);
+    #[cfg(unix)]
+    for flag in ["--settings", "--effect"] {
+        let run = run_in(&folder, &["render", "e.glb", flag, "/dev/zero"]).expect(1);
+        assert!(run.stderr.contains("/dev/zero: it is larger than 4 MiB"), "{}", run.stderr);
+    }
+    let run = run_in(&folder, &["render", "e.glb", "--frames", "0..1", "--dump-passes", "d/"]).expect(2);
+    assert!(run.stderr.ends_with("hint: write {frame:04} into the name\n"), "{}", run.stderr);
 }
 
 #[test]

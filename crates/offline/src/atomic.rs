@@ -104,6 +104,21 @@ pub fn is_in_place(path: &Path) -> bool {
     metadata.is_ok_and(|metadata| !metadata.is_dir() && (is_descriptor || !metadata.is_file()))
 }
 
+/// Makes the folder that holds `target`, and those that hold it, where they are missing.
+///
+/// # Errors
+/// If one cannot be made; a file in the place of one is named.
+pub(crate) fn make_folder_of(target: &Path) -> Result<(), WriteError> {
+    let Some(folder) = target.parent().filter(|folder| !folder.as_os_str().is_empty()) else { return Ok(()) };
+    fs::create_dir_all(folder).map_err(|source| {
+        let file = folder.ancestors().find(|path| path.is_file());
+        let is_file = |file: &Path| {
+            io::Error::new(io::ErrorKind::NotADirectory, format!("{} is a file, not a folder", file.display()))
+        };
+        WriteError::Folder { path: folder.to_owned(), source: file.map_or(source, is_file) }
+    })
+}
+
 /// A file on its way: dropped without [`AtomicFile::commit`], it leaves nothing.
 #[derive(Debug)]
 pub struct AtomicFile {
@@ -121,11 +136,7 @@ impl AtomicFile {
     /// # Errors
     /// If the folder cannot be made, or the file cannot be opened.
     pub fn create(target: &Path) -> Result<Self, WriteError> {
-        let folder = match target.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        fs::create_dir_all(folder).map_err(|source| WriteError::Folder { path: folder.to_owned(), source })?;
+        make_folder_of(target)?;
         if target.is_dir() {
             let source = io::Error::new(io::ErrorKind::IsADirectory, "it is a folder");
             return Err(WriteError::new(target, source));
@@ -311,7 +322,11 @@ mod tests {
     fn a_file_as_folder_and_a_folder_as_file_are_refused() {
         let folder = folder("refused");
         write_file(&folder.join("file"), b"").expect("written");
-        assert!(matches!(write_file(&folder.join("file/a.png"), b""), Err(WriteError::Folder { .. })));
+        for name in ["file/a.png", "file/deep/a.png"] {
+            let error = write_file(&folder.join(name), b"").expect_err(name);
+            let expected = format!("{} is a file, not a folder", folder.join("file").display());
+            assert!(matches!(error, WriteError::Folder { .. }) && error.to_string().ends_with(&expected), "{error}");
+        }
         assert!(write_file(&folder, b"").is_err());
         let _ = fs::remove_dir_all(folder);
     }

@@ -1,9 +1,9 @@
 //! Files that grow by whole lines, so that whoever reads one, even while it grows or after its writer was killed, finds
 //! every line that is done.
 
-use crate::atomic::{WriteError, is_in_place};
-use std::fs::{self, File, OpenOptions};
-use std::io::{Seek, SeekFrom, Write};
+use crate::atomic::{Waiting, WriteError, is_in_place, make_folder_of};
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// A file that grows by whole lines.
@@ -22,14 +22,39 @@ impl LineFile {
     /// # Errors
     /// If the folder cannot be made, or the file cannot be opened.
     pub fn create(path: &Path) -> Result<Self, WriteError> {
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(|source| WriteError::Folder { path: folder.to_owned(), source })?;
+        Self::open_as(path, false)
+    }
+
+    /// Opens `path` as [`Self::create`] does, but keeps the lines that are there, and goes on after them. A last line
+    /// without an end gets one.
+    ///
+    /// # Errors
+    /// As [`Self::create`].
+    pub fn open(path: &Path) -> Result<Self, WriteError> {
+        Self::open_as(path, true)
+    }
+
+    fn open_as(path: &Path, keeps_lines: bool) -> Result<Self, WriteError> {
+        make_folder_of(path)?;
+        let failed = |source| WriteError::new(path, source);
+        if is_in_place(path) {
+            let _waiting = Waiting::begin();
+            let file = OpenOptions::new().append(true).open(path).map_err(failed)?;
+            return Ok(Self { path: path.to_owned(), file, length_bytes: None });
         }
-        let is_in_place = is_in_place(path);
         let mut options = OpenOptions::new();
-        let options = if is_in_place { options.append(true) } else { options.write(true).create(true).truncate(true) };
-        let file = options.open(path).map_err(|source| WriteError::new(path, source))?;
-        Ok(Self { path: path.to_owned(), file, length_bytes: (!is_in_place).then_some(0) })
+        let mut file =
+            options.read(keeps_lines).write(true).create(true).truncate(!keeps_lines).open(path).map_err(failed)?;
+        let mut length_bytes = file.seek(SeekFrom::End(0)).map_err(failed)?;
+        if length_bytes > 0 {
+            let mut last = [0];
+            file.seek(SeekFrom::End(-1)).and_then(|_| file.read_exact(&mut last)).map_err(failed)?;
+            if last != *b"\n" {
+                file.write_all(b"\n").map_err(failed)?;
+                length_bytes += 1;
+            }
+        }
+        Ok(Self { path: path.to_owned(), file, length_bytes: Some(length_bytes) })
     }
 
     /// Appends `line` and a line break. Where that fails, no part of the line stays.
@@ -38,7 +63,9 @@ impl LineFile {
     /// If the disk is full or fails.
     pub fn append(&mut self, line: &str) -> Result<(), WriteError> {
         let bytes = format!("{line}\n").into_bytes();
+        let waiting = self.length_bytes.is_none().then(Waiting::begin);
         let written = self.file.write_all(&bytes);
+        drop(waiting);
         if let Some(length_bytes) = &mut self.length_bytes {
             match &written {
                 Ok(()) => *length_bytes += bytes.len() as u64,
@@ -64,12 +91,32 @@ mod tests {
         for _ in 0..2 {
             let mut file = LineFile::create(&path).expect("created");
             file.append("{}").expect("written");
-            assert_eq!(fs::read_to_string(&path).expect("read"), "{}\n");
+            assert_eq!(std::fs::read_to_string(&path).expect("read"), "{}\n");
             file.append("[]").expect("written");
-            assert_eq!(fs::read_to_string(&path).expect("read"), "{}\n[]\n");
+            assert_eq!(std::fs::read_to_string(&path).expect("read"), "{}\n[]\n");
         }
+        std::fs::write(&path, "{}\n[").expect("written");
+        LineFile::open(&path).expect("opened").append("2").expect("written");
+        assert_eq!(std::fs::read_to_string(&path).expect("read"), "{}\n[\n2\n");
         assert!(LineFile::create(&folder).is_err());
-        let _ = fs::remove_dir_all(folder);
+        let _ = std::fs::remove_dir_all(folder);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn opening_a_pipe_is_waiting_for_its_reader() {
+        let pipe = std::env::temp_dir().join(format!("manypass-lines-pipe-{}", std::process::id()));
+        let _ = std::fs::remove_file(&pipe);
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()));
+        let path = pipe.clone();
+        let writer = std::thread::spawn(move || LineFile::create(&path).and_then(|mut file| file.append("{}")));
+        while !crate::atomic::is_waiting() && !writer.is_finished() {
+            std::thread::yield_now();
+        }
+        assert!(!writer.is_finished());
+        assert_eq!(std::fs::read_to_string(&pipe).expect("read"), "{}\n");
+        writer.join().expect("no panic").expect("written");
+        let _ = std::fs::remove_file(pipe);
     }
 
     #[cfg(target_os = "linux")]

@@ -13,7 +13,7 @@ mod mesh;
 mod node;
 mod references;
 
-pub use references::references;
+pub use references::{mentions, references};
 
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use json::Json;

@@ -5,10 +5,22 @@ use crate::camera::{CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
 use glam::Vec3;
 
+/// The largest coordinate and distance: their squares, and sums of those, can still be computed.
+const LARGEST: f32 = 1e15;
+
+/// Numbers too large to be stored are read as infinity, and are out of range; no number is none.
+fn is_number(number: &f32) -> bool {
+    !number.is_nan()
+}
+
+fn out_of_range(flag: &str, text: &str) -> Failure {
+    Failure::usage(format!("{flag} {text} is out of range"), "give numbers from -1e15 to 1e15")
+}
+
 fn vector(text: &str, flag: &str) -> Result<Vec3, Failure> {
-    let numbers: Option<Vec<f32>> =
-        text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f32| n.is_finite())).collect();
+    let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok().filter(is_number)).collect();
     match numbers.as_deref() {
+        Some([x, y, z]) if [x, y, z].iter().any(|n| n.abs() > LARGEST) => Err(out_of_range(flag, text)),
         Some([x, y, z]) => Ok(Vec3::new(*x, *y, *z)),
         _ => Err(Failure::usage(format!("`{text}` is not three numbers"), format!("write {flag} X,Y,Z"))),
     }
@@ -56,7 +68,17 @@ pub fn spec(args: &RenderArgs) -> Result<CameraSpec, Failure> {
 
 fn orbit_place(text: &str) -> Result<Place, Failure> {
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-    let number = |text: &str| text.parse::<f32>().ok().filter(|n| n.is_finite());
+    let number = |text: &str| text.parse::<f32>().ok().filter(is_number);
+    let values: Vec<f32> = parts.iter().filter_map(|part| number(part)).collect();
+    if values.len() + usize::from(parts.get(2) == Some(&"auto")) == 3 && parts.len() == 3 {
+        if values.iter().any(|value| value.abs() > LARGEST) {
+            return Err(out_of_range("--orbit", text));
+        }
+        if values.get(2).is_some_and(|radius_m| *radius_m <= 0.0) {
+            let hint = "RADIUS must be above 0, or auto: --orbit YAW,PITCH,RADIUS";
+            return Err(Failure::usage(format!("--orbit {text} is out of range"), hint));
+        }
+    }
     let parsed = match parts[..] {
         [yaw, pitch, "auto"] => number(yaw).zip(number(pitch)).map(|(yaw, pitch)| (yaw, pitch, None)),
         [yaw, pitch, radius] => number(yaw)

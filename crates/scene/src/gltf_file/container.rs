@@ -83,7 +83,7 @@ pub(super) fn decoded_uri(uri: &str) -> Result<String, String> {
     decoded.ok_or_else(|| format!("\"{uri}\" is not a percent-encoded URI"))
 }
 
-fn percent_decode(text: &str) -> Option<Vec<u8>> {
+pub(super) fn percent_decode(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.bytes();
     while let Some(byte) = rest.next() {

@@ -1,11 +1,11 @@
 //! Which files a model names, without reading them.
 
-use super::container::{self, decoded_uri};
+use super::container::{self, decoded_uri, percent_decode};
 use super::{LoadError, MAX_FILE_BYTES, checked_relative_path, read_file};
 use serde_json::Value;
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The header of a GLB and that of its first chunk, in bytes.
 const GLB_HEADERS_BYTES: usize = 20;
@@ -17,6 +17,80 @@ const GLB_HEADERS_BYTES: usize = 20;
 /// # Errors
 /// If the model cannot be read or is no JSON. What else may be wrong with it is not looked at.
 pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let uris = uris(path)?;
+    let files = uris.iter().filter_map(|uri| {
+        let decoded = decoded_uri(uri).ok()?;
+        checked_relative_path(&decoded).ok().map(|file| folder.join(file))
+    });
+    Ok(files.collect())
+}
+
+/// Every path that a buffer or an image of the model at `path` could mean, also where [`super::load_path`] refuses to read
+/// it: outside the model's folder, absolute, a `file:` URI, with backslashes or with `..` through a folder that is not
+/// there. For whoever must not write to any of them. A URI gives one or more paths, whether they are there or not.
+///
+/// # Errors
+/// As [`references`].
+pub fn mentions(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut paths = Vec::new();
+    for uri in uris(path)? {
+        for meaning in meanings(&uri) {
+            let file = folder.join(meaning);
+            paths.extend([without_dots(&file), file]);
+        }
+    }
+    // Models may name one file often.
+    paths.sort();
+    paths.dedup();
+    Ok(paths)
+}
+
+/// What a URI may mean as a path: as it is written, and without percent signs, scheme, query and fragment, each with
+/// backslashes and with slashes. Data URIs and those of other schemes mean none.
+fn meanings(uri: &str) -> Vec<String> {
+    let prefix = |prefix: &str| uri.get(..prefix.len()).is_some_and(|start| start.eq_ignore_ascii_case(prefix));
+    if prefix("data:") {
+        return Vec::new();
+    }
+    let mut found = vec![uri.to_owned()];
+    if prefix("file:") {
+        let rest = uri.get(5..).unwrap_or_default();
+        found.push(rest.to_owned());
+        if let Some(rest) = rest.strip_prefix("//") {
+            // What stands before the path is the machine; `file://name` is also written for `file:name`.
+            found.push(rest.to_owned());
+            found.extend(rest.find('/').and_then(|at| rest.get(at..)).map(str::to_owned));
+        }
+    }
+    let cut = |text: &String| text.find(['?', '#']).and_then(|at| text.get(..at)).map(str::to_owned);
+    found.extend(found.iter().filter_map(cut).collect::<Vec<_>>());
+    let decoded = |text: &String| percent_decode(text).and_then(|bytes| String::from_utf8(bytes).ok());
+    found.extend(found.iter().filter(|text| text.contains('%')).filter_map(decoded).collect::<Vec<_>>());
+    let slashed = |text: &String| text.contains('\\').then(|| text.replace('\\', "/"));
+    found.extend(found.iter().filter_map(slashed).collect::<Vec<_>>());
+    found.retain(|text| !text.is_empty() && !text.contains('\0'));
+    found
+}
+
+/// The path with `..` taken from the names before it, whether those are there or not.
+fn without_dots(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(plain.components().next_back(), Some(Component::Normal(_))) => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+    }
+    plain
+}
+
+/// The URIs of the buffers, then those of the images.
+fn uris(path: &Path) -> Result<Vec<String>, LoadError> {
     let name = path.display().to_string();
     let json = read_json(path).map_err(|message| LoadError::Io { file: name.clone(), message })?;
     if !may_name_files(&json) {
@@ -27,14 +101,8 @@ pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
         pointer: String::new(),
         message: format!("not a glTF file: its JSON does not parse: {error}"),
     })?;
-    let folder = path.parent().unwrap_or(Path::new(""));
     let objects = ["buffers", "images"].into_iter().filter_map(|key| root.get(key)?.as_array()).flatten();
-    let uris = objects.filter_map(|object| object.get("uri")?.as_str());
-    let files = uris.filter_map(|uri| {
-        let decoded = decoded_uri(uri).ok()?;
-        checked_relative_path(&decoded).ok().map(|file| folder.join(file))
-    });
-    Ok(files.collect())
+    Ok(objects.filter_map(|object| object.get("uri")?.as_str().map(str::to_owned)).collect())
 }
 
 /// The JSON of a model, or the whole file if that is not a GLB.
@@ -101,6 +169,35 @@ mod tests {
         std::fs::write(folder.join("broken.gltf"), b"{\"uri\":").expect("written");
         assert!(references(&folder.join("broken.gltf")).is_err());
         assert!(references(&folder.join("gone.gltf")).is_err() && references(&folder).is_err());
+        let _ = std::fs::remove_dir_all(folder);
+    }
+
+    #[test]
+    fn every_path_that_a_uri_could_mean_is_mentioned() {
+        let folder = std::env::temp_dir().join(format!("manypass-mentions-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join("in")).expect("a folder");
+        let elsewhere = folder.join("tex/a b.png");
+        let absolute = elsewhere.display().to_string();
+        let encoded = absolute.replace(' ', "%20");
+        for uri in [
+            "../tex/a b.png".into(),
+            "../tex/a%20b.png?v=1#x".into(),
+            "./gone/../../tex/a b.png".into(),
+            "..\\\\tex\\\\a b.png".into(),
+            absolute,
+            format!("file://{encoded}"),
+            format!("FILE:{encoded}"),
+            format!("file://localhost{encoded}"),
+            "file:../tex/a%20b.png".into(),
+        ] {
+            let model = folder.join("in/m.gltf");
+            std::fs::write(&model, format!(r#"{{"images":[{{"uri":"data:,x"}},{{"uri":"{uri}"}}]}}"#))
+                .expect("written");
+            let found = mentions(&model).expect("read");
+            assert!(found.contains(&elsewhere), "{uri}: {found:?}");
+            assert!(references(&model).expect("read").is_empty(), "{uri}");
+        }
+        assert!(meanings("data:,x").is_empty() && meanings("DATA:,x").is_empty());
         let _ = std::fs::remove_dir_all(folder);
     }
 }
