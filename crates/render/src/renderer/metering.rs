@@ -243,7 +243,7 @@ mod tests {
             let small = metered(&request);
             (small.width, small.height)
         };
-        assert_eq!([size(1280, 720), size(64, 36)], [(256, 144); 2]);
-        assert_eq!([size(100, 1), size(1, 1)], [(256, 3), (256, 256)]);
+        assert_eq!([size(1280, 720), size(64, 36)], [(128, 72); 2]);
+        assert_eq!([size(100, 1), size(1, 1)], [(128, 1), (128, 128)]);
     }
 }
