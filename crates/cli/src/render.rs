@@ -312,6 +312,8 @@ impl Batch<'_> {
                 warnings: &warnings,
             })?;
         }
+        // The frames of the report had variables, too.
+        self.renderer.forget_variables();
         Ok(())
     }
 }
