@@ -5,6 +5,7 @@ use crate::camera::CameraSpec;
 use crate::failure::Failure;
 use crate::pattern::{self, Output, Pattern};
 use manypass::Exposure;
+use manypass::colour::linear_from_srgb;
 use manypass_offline::{Format, atomic};
 use std::path::PathBuf;
 
@@ -194,10 +195,7 @@ fn backdrop(text: &str, named: &str, nothing: &str, flag: &str) -> Result<Backdr
             format!("write {named}, {nothing} or a colour such as ff8800"),
         )
     })?;
-    let linear = |byte: u32| {
-        let c = (byte & 255) as f32 / 255.0;
-        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-    };
+    let linear = |byte: u32| linear_from_srgb((byte & 255) as f32 / 255.0);
     Ok(Backdrop::Color([linear(value >> 16), linear(value >> 8), linear(value)]))
 }
 

@@ -250,6 +250,7 @@ impl Executor {
                 view(read.use_index, read.texture, read.view, self);
             }
         }
+        // Each has a slot, or comes from a view or a history that a pass of the plan uses, so none is left out.
         Resources { textures: textures.into_iter().flatten().collect(), views }
     }
 }

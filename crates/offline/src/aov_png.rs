@@ -3,6 +3,7 @@
 use crate::encode::{EncodeError, check_length, png_bytes};
 use crate::still::{AovLayer, Samples};
 use manypass::PngEncoding;
+use manypass::colour::srgb_from_linear;
 use serde::Serialize;
 
 /// The smallest and the largest value that the numbers of a PNG stand for: one for every channel, or one for all.
@@ -146,11 +147,6 @@ fn up_to_maximum(data: &[f32], components: usize) -> (Vec<u8>, Option<PngRange>)
 /// 0 to 1 as 0 to `largest`; a NaN is 0.
 fn word_of(share: f64, largest: f64) -> u16 {
     (share.clamp(0.0, 1.0) * largest).round() as u16
-}
-
-/// The sRGB transfer function (IEC 61966-2-1).
-fn srgb_from_linear(value: f32) -> f32 {
-    if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use crate::aov::AovPasses;
 use crate::draws::DrawList;
 use crate::effect::Effect;
-use crate::environment::EnvironmentUniform;
+use crate::environment::{Background, EnvironmentUniform};
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::gpu::Gpu;
 use crate::passes::present::Target;
@@ -63,10 +63,8 @@ pub struct Shared<'f> {
     pub size: (u32, u32),
     /// The format of depth and stencil.
     pub depth_format: wgpu::TextureFormat,
-    /// Whether the environment is seen behind the surfaces; else nothing is there.
-    pub shows_environment: bool,
-    /// Whether the picture is laid over a background colour.
-    pub over_color: bool,
+    /// What is seen behind the surfaces.
+    pub background: Background,
     /// The curve from radiance to display colours.
     pub tonemap: Tonemap,
     /// Where shading happens.

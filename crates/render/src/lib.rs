@@ -20,6 +20,7 @@
 //! both.
 
 pub mod aov;
+pub mod colour;
 mod diagnostic;
 pub mod draws;
 pub mod effect;

@@ -3,9 +3,8 @@
 mod metering;
 mod output;
 
-use crate::aov::{Aov, AovExports, AovPasses, AovPixels, AovTextures};
+use crate::aov::{AovExports, AovPasses, AovTextures};
 use crate::draws::{Deformation, DrawList};
-use crate::environment::Background;
 use crate::frame::{self, Shared};
 use crate::frame_buffers::{FrameBuffers, LIST_WIDTH};
 use crate::gpu::{Gpu, readback};
@@ -23,7 +22,6 @@ use manypass_graph::{Executor, Limits, PassTime, Plan, RunOptions, Taps, Timing}
 use manypass_scene::Scene;
 use output::{Output, RadianceMean};
 use std::cell::RefCell;
-use std::ops::Range;
 use std::sync::atomic::AtomicU64;
 
 /// The format of the finished picture: display colours, encoded in the shader.
@@ -196,7 +194,7 @@ impl Renderer {
     /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target` holds.
     ///
     /// It submits to the device's queue: what the caller submitted before is done before, and what it submits afterwards
-    /// sees the picture. With [`Background::Transparent`] the target shows through where there is no surface.
+    /// sees the picture. With [`crate::Background::Transparent`] the target shows through where there is no surface.
     ///
     /// # Errors
     /// As [`Self::render_async`], and if the target cannot be drawn to.
@@ -273,68 +271,6 @@ impl Renderer {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn plan(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Plan, RenderError> {
         pollster::block_on(self.run(scene, request, &mut Purpose::Picture))
-    }
-
-    /// As [`Self::read_radiance_async`], waiting.
-    ///
-    /// # Errors
-    /// Nothing was rendered yet, or the device was lost.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
-        pollster::block_on(self.read_radiance_async())
-    }
-
-    /// A variable of the first frame, one value for every pixel of the picture; the request must have wanted it.
-    ///
-    /// # Errors
-    /// Nothing was rendered yet, on the forward path, or without wanting the variable; or the device was lost.
-    pub async fn read_aov_async(&self, aov: Aov) -> Result<AovPixels, RenderError> {
-        self.read_aov_rows_async(aov, 0..u32::MAX).await
-    }
-
-    /// As [`Self::read_aov_async`], some rows alone; those below the picture are left out. So that a large picture need
-    /// not be in memory as a whole.
-    ///
-    /// # Errors
-    /// As [`Self::read_aov_async`].
-    pub async fn read_aov_rows_async(&self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
-        let missing = RenderError::Missing(
-            "there is no such AOV: only the deferred path has them, and the request must name them",
-        );
-        match (&self.aovs, aov) {
-            (None, _) => Err(missing),
-            (Some(_), Aov::Radiance) => {
-                Ok(AovPixels::Float { components: 4, data: self.read_radiance_rows_async(rows).await? })
-            }
-            (Some(textures), aov) => textures.read(&self.gpu, aov, rows).await?.ok_or(missing),
-        }
-    }
-
-    /// As [`Self::read_aov_async`], waiting.
-    ///
-    /// # Errors
-    /// As [`Self::read_aov_async`].
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
-        pollster::block_on(self.read_aov_async(aov))
-    }
-
-    /// As [`Self::read_aov_rows_async`], waiting.
-    ///
-    /// # Errors
-    /// As [`Self::read_aov_async`].
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_aov_rows(&mut self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
-        pollster::block_on(self.read_aov_rows_async(aov, rows))
-    }
-
-    /// As [`Self::read_radiance_rows_async`], waiting.
-    ///
-    /// # Errors
-    /// As [`Self::read_radiance_async`].
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn read_radiance_rows(&mut self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
-        pollster::block_on(self.read_radiance_rows_async(rows))
     }
 
     /// The size at which the view is shaded; the picture itself is as large as the request says.
@@ -435,8 +371,7 @@ impl Renderer {
             instances: &buffers.instances,
             size,
             depth_format: self.gpu.capabilities.depth_format,
-            shows_environment: request.background == Background::Environment,
-            over_color: matches!(request.background, Background::Color(_)),
+            background: request.background,
             tonemap: request.tonemap,
             path: request.path,
             light_count: table.len(),

@@ -1,6 +1,7 @@
 //! The G-buffer in memory, and the variables that are decoded from it.
 
 use super::{Aov, AovPixels};
+use crate::colour::linear_from_srgb;
 use crate::gpu::{GpuError, readback};
 use crate::view::ViewUniform;
 use glam::{Vec2, Vec3};
@@ -52,9 +53,9 @@ impl GbufferPixels {
     pub fn read(&self, aov: Aov) -> Result<Option<AovPixels>, GpuError> {
         let unit = |bytes: &[u8], at: usize| [f32::from(bytes[at]) / 255.0];
         let values = match aov {
-            Aov::BaseColor => {
-                self.floats(|i| [0, 1, 2].map(|channel| linear_from_srgb(self.base_color[i * 4 + channel])))
-            }
+            Aov::BaseColor => self.floats(|i| {
+                [0, 1, 2].map(|channel| linear_from_srgb(f32::from(self.base_color[i * 4 + channel]) / 255.0))
+            }),
             Aov::Occlusion => self.floats(|i| unit(&self.base_color, i * 4 + 3)),
             Aov::Metallic => self.floats(|i| unit(&self.material, i * 4)),
             Aov::Roughness => self.floats(|i| unit(&self.material, i * 4 + 1)),
@@ -141,11 +142,6 @@ pub(super) fn direction_from_octahedral(v: Vec2) -> Vec3 {
     let wrap = |a: f32, b: f32| (1.0 - b.abs()) * if a >= 0.0 { 1.0 } else { -1.0 };
     let xy = if z >= 0.0 { v } else { Vec2::new(wrap(v.x, v.y), wrap(v.y, v.x)) };
     xy.extend(z).normalize()
-}
-
-fn linear_from_srgb(byte: u8) -> f32 {
-    let s = f32::from(byte) / 255.0;
-    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The value of a half float; NaNs count as infinity.

@@ -1,6 +1,7 @@
 //! Targets of passes as something to look at.
 
 use super::pixels::{DISTANCE_BACKGROUND_M, direction_from_octahedral, f32_from_half};
+use crate::colour::srgb_from_linear;
 use glam::Vec2;
 
 /// A tapped target as something to look at: colours as they are, radiance clipped and encoded, depth as near = bright.
@@ -22,10 +23,7 @@ pub(crate) fn tap_picture(tap: &manypass_graph::TapPixels) -> Option<crate::Pass
             })
             .collect::<Vec<u8>>()
     };
-    let encode = |linear: f32| {
-        let l = linear.clamp(0.0, 1.0);
-        ((if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 }) * 255.0).round() as u8
-    };
+    let encode = |linear: f32| (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8;
     let rgba8 = match tap.format {
         wgpu::TextureFormat::Rgba8Unorm | wgpu::TextureFormat::Rgba8UnormSrgb => {
             tap.data.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2], 255]).collect()

@@ -1,6 +1,7 @@
 //! What is kept from sample to sample: the means and the picture; and reading them.
 
 use super::{DISPLAY, Renderer};
+use crate::aov::{Aov, AovPixels};
 use crate::frame::Means;
 use crate::gpu::{Gpu, readback};
 use crate::passes::accumulate::SUM;
@@ -192,5 +193,67 @@ impl Renderer {
     /// hold at the pre-exposure.
     pub fn clamped_pixels(&self) -> u64 {
         self.clamped_pixels.load(Ordering::Relaxed)
+    }
+
+    /// As [`Self::read_radiance_async`], waiting.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
+        pollster::block_on(self.read_radiance_async())
+    }
+
+    /// A variable of the first frame, one value for every pixel of the picture; the request must have wanted it.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, on the forward path, or without wanting the variable; or the device was lost.
+    pub async fn read_aov_async(&self, aov: Aov) -> Result<AovPixels, RenderError> {
+        self.read_aov_rows_async(aov, 0..u32::MAX).await
+    }
+
+    /// As [`Self::read_aov_async`], some rows alone; those below the picture are left out. So that a large picture need
+    /// not be in memory as a whole.
+    ///
+    /// # Errors
+    /// As [`Self::read_aov_async`].
+    pub async fn read_aov_rows_async(&self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
+        let missing = RenderError::Missing(
+            "there is no such AOV: only the deferred path has them, and the request must name them",
+        );
+        match (&self.aovs, aov) {
+            (None, _) => Err(missing),
+            (Some(_), Aov::Radiance) => {
+                Ok(AovPixels::Float { components: 4, data: self.read_radiance_rows_async(rows).await? })
+            }
+            (Some(textures), aov) => textures.read(&self.gpu, aov, rows).await?.ok_or(missing),
+        }
+    }
+
+    /// As [`Self::read_aov_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_aov_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_aov(&mut self, aov: Aov) -> Result<AovPixels, RenderError> {
+        pollster::block_on(self.read_aov_async(aov))
+    }
+
+    /// As [`Self::read_aov_rows_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_aov_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_aov_rows(&mut self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
+        pollster::block_on(self.read_aov_rows_async(aov, rows))
+    }
+
+    /// As [`Self::read_radiance_rows_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_radiance_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_radiance_rows(&mut self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
+        pollster::block_on(self.read_radiance_rows_async(rows))
     }
 }

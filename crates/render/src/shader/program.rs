@@ -152,11 +152,6 @@ impl Program {
         self.groups.get(group as usize).map_or(&[], |(_, slots)| slots)
     }
 
-    /// The number of bind groups, empty ones included.
-    pub fn group_count(&self) -> u32 {
-        self.groups.len() as u32
-    }
-
     /// Whether the module binds anything in `group`.
     pub fn uses_group(&self, group: u32) -> bool {
         self.groups.get(group as usize).is_some_and(|(_, slots)| !slots.is_empty())

@@ -3,6 +3,7 @@
 //! Source: the operator "under" of Porter & Duff 1984. Reads: the environment, depth. Writes: radiance. A background
 //! colour is none of radiance: `tone_map` lays the picture over it.
 
+use crate::environment::Background;
 use crate::frame::{PicturePart, Shared};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Graph, Handle};
@@ -26,7 +27,7 @@ pub fn record<'f>(
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    if !shared.shows_environment {
+    if shared.background != Background::Environment {
         return Ok(radiance);
     }
     let step = shared.fullscreen_over(PicturePart::Background, "background", UNDER)?;

@@ -5,6 +5,7 @@
 //! radiance or of display colours. Writes: the output, in display colours. A background colour comes after the curve, so
 //! that it is that colour under every curve and at every exposure.
 
+use crate::colour::srgb_from_linear;
 use crate::environment::Background;
 use crate::frame::Shared;
 use crate::shader::program::ProgramError;
@@ -44,14 +45,10 @@ impl ToneMapUniform {
     /// For a picture before `background`.
     pub fn new(background: Background, dither: f32, exposure: f32) -> Self {
         let background_linear = if let Background::Color(color) = background { color } else { [0.0; 3] };
-        Self { background_linear, dither, background_srgb: background_linear.map(srgb_from_linear), exposure }
+        // The shader's own encoding may be off by more than a byte's rounding allows on some adapters.
+        let background_srgb = background_linear.map(|linear: f32| srgb_from_linear(linear.clamp(0.0, 1.0)));
+        Self { background_linear, dither, background_srgb, exposure }
     }
-}
-
-/// IEC 61966-2-1. The shader's own may be off by more than a byte's rounding allows on some adapters.
-fn srgb_from_linear(linear: f32) -> f32 {
-    let linear = linear.clamp(0.0, 1.0);
-    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// Records the pass; `curve` is that which the samples did not go through yet.
@@ -66,7 +63,7 @@ pub fn record<'f>(
     output: Handle,
 ) -> Result<Handle, ProgramError> {
     let mut axes = curve.axes().to_vec();
-    if shared.over_color {
+    if matches!(shared.background, Background::Color(_)) {
         axes.push("over_color");
     }
     let step = shared.fullscreen("tone_map", &axes, output.desc().format, None)?;
