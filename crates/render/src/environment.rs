@@ -54,18 +54,49 @@ pub enum Background {
     Color([f32; 3]),
 }
 
+/// A soft box of `environment.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct SoftBox {
+    /// Axis and sharpness.
+    pub axis: Vec4,
+    /// Scale and bias of the irradiance, and the part of its curve that depends on sharpness alone.
+    pub irradiance_fit: Vec4,
+    /// Radiance times the integral of the Gaussian over the sphere.
+    pub power: Vec3,
+    /// Zero.
+    pub padding: f32,
+}
+
+impl SoftBox {
+    /// A spherical Gaussian about `axis`, with `radiance` on it; its irradiance is the fit of Hill 2016, "SG Series".
+    fn new(axis: Vec3, sharpness: f32, radiance: Vec3) -> Self {
+        let c0 = 0.36;
+        let em = (-sharpness).exp();
+        let em2 = em * em;
+        let r = 1.0 / sharpness;
+        let scale = 1.0 + 2.0 * em2 - r;
+        let bias = (em - em2) * r - em2;
+        let x = (1.0 - scale).max(0.0).sqrt();
+        Self {
+            axis: axis.normalize().extend(sharpness),
+            irradiance_fit: Vec4::new(scale, bias, x / (4.0 * c0), 1.0 / x.max(1e-6)),
+            power: radiance * (std::f32::consts::TAU * (1.0 - em2) * r),
+            padding: 0.0,
+        }
+    }
+}
+
 /// The uniform of `environment.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct EnvironmentUniform {
     /// Constant radiance.
     pub constant: Vec3,
-    /// The number of soft boxes.
-    pub box_count: u32,
-    /// Axis and sharpness.
-    pub axes: [Vec4; 6],
-    /// Radiance on the axis.
-    pub amplitudes: [Vec4; 6],
+    /// Zero.
+    pub padding: f32,
+    /// The soft boxes.
+    pub boxes: [SoftBox; STUDIO.len()],
     /// What the camera sees straight down; w is 0.
     pub backdrop_below: Vec4,
     /// What the camera sees straight up; w is 0.
@@ -92,7 +123,8 @@ impl EnvironmentUniform {
     pub fn new(environment: Environment, scale: f32, backdrop_scale: f32) -> Self {
         // However strong, it stays a number: infinity times the 0 of a shader is none.
         let [scale, backdrop_scale] = [scale, backdrop_scale].map(|scale| scale.clamp(0.0, 1e30));
-        let mut uniform = Self::zeroed();
+        // A box without power has an axis and a sharpness all the same: 0 / 0 is no number.
+        let mut uniform = Self { boxes: [SoftBox::new(Vec3::Y, 1.0, Vec3::ZERO); STUDIO.len()], ..Self::zeroed() };
         match environment {
             Environment::None => {}
             Environment::Color(color) => {
@@ -102,11 +134,9 @@ impl EnvironmentUniform {
             }
             Environment::Studio | Environment::Fill => {
                 uniform.constant = STUDIO_CONSTANT * scale;
-                uniform.box_count = STUDIO.len() as u32;
-                for (i, (axis, sharpness, radiance)) in STUDIO.iter().enumerate() {
-                    uniform.axes[i] = Vec3::from(*axis).normalize().extend(*sharpness);
-                    uniform.amplitudes[i] = (Vec3::from(*radiance) * scale).extend(0.0);
-                }
+                uniform.boxes = STUDIO.map(|(axis, sharpness, radiance)| {
+                    SoftBox::new(Vec3::from(axis), sharpness, Vec3::from(radiance) * scale)
+                });
                 let [below, above] = STUDIO_BACKDROP.map(|radiance| (radiance * backdrop_scale).extend(0.0));
                 (uniform.backdrop_below, uniform.backdrop_above) = (below, above);
             }
@@ -116,6 +146,6 @@ impl EnvironmentUniform {
 
     /// Whether no light comes from it.
     pub fn is_dark(&self) -> bool {
-        self.constant == Vec3::ZERO && self.box_count == 0
+        self.constant == Vec3::ZERO && self.boxes.iter().all(|soft_box| soft_box.power == Vec3::ZERO)
     }
 }

@@ -276,7 +276,7 @@ impl<'f> Shared<'f> {
         &self,
         part: PicturePart,
         name: &'static str,
-        blend: wgpu::BlendState,
+        blend: Option<wgpu::BlendState>,
     ) -> Result<FullscreenStep<'f>, ProgramError> {
         // Depth is reversed and cleared to 0, where the triangle lies.
         let compare = match part {
@@ -284,7 +284,7 @@ impl<'f> Shared<'f> {
             PicturePart::Background => wgpu::CompareFunction::GreaterEqual,
         };
         let depth = Some((self.depth_format, compare));
-        let pipeline = self.shaders.fullscreen(name, &[], RADIANCE, Some(blend), depth)?;
+        let pipeline = self.shaders.fullscreen(name, &[], RADIANCE, blend, depth)?;
         self.own_fullscreen(&pipeline, None)
     }
 

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Which targets a program draws into, and how.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Targets {
-    /// The colour targets.
+    /// The colour targets; without one no fragment is shaded.
     pub colors: Vec<wgpu::TextureFormat>,
     /// The same blend state for all, because the floor has one.
     pub blend: Option<wgpu::BlendState>,
@@ -131,7 +131,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             bias: Default::default(),
         }),
         multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
+        fragment: (!targets.is_empty()).then(|| wgpu::FragmentState {
             module: &program.module,
             entry_point: None,
             compilation_options: Default::default(),
@@ -140,6 +140,25 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
         multiview_mask: None,
         cache: None,
     }))
+}
+
+/// As [`prepare`], without draws whose fragments may be dropped.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_hiding(
+    shared: &Shared<'_>,
+    program: &'static str,
+    targets: &Targets,
+    draws: &[Draw],
+) -> Result<Vec<PreparedDraw>, ProgramError> {
+    let resources = shared.resources;
+    let hides = |draw: &&Draw| {
+        let topology = resources.geometry.meshes[draw.mesh][draw.primitive].topology;
+        !resources.materials[draw.material].masked && topology == Topology::Triangles
+    };
+    let hiding: Vec<Draw> = draws.iter().filter(hides).cloned().collect();
+    prepare(shared, program, targets, &hiding)
 }
 
 /// Finds the pipeline and the bind groups of every draw of a list.

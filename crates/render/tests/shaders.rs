@@ -90,7 +90,7 @@ macro_rules! same_layout {
 
 #[test]
 fn uniforms_have_one_layout() {
-    use manypass::environment::EnvironmentUniform;
+    use manypass::environment::{EnvironmentUniform, SoftBox};
     use manypass::passes::accumulate::AccumulationUniform;
     use manypass::passes::lights::ClusterUniform;
     use manypass::passes::motion::MotionUniform;
@@ -126,11 +126,12 @@ fn uniforms_have_one_layout() {
         ClusterUniform,
         [size, slice_from_log_distance, directional_count, global_count]
     );
+    same_layout!("forward", "SoftBox", SoftBox, [axis, irradiance_fit, power, padding]);
     same_layout!(
         "forward",
         "Environment",
         EnvironmentUniform,
-        [constant, box_count, axes, amplitudes, backdrop_below, backdrop_above]
+        [constant, padding, boxes, backdrop_below, backdrop_above]
     );
     same_layout!(
         "motion",

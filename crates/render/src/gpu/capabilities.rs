@@ -12,6 +12,9 @@ pub struct Capabilities {
     /// Whether textures are filtered along the long side of a pixel's footprint at a bearable price. Software adapters
     /// can do it, but then drawing surfaces takes 4 to 12 times as long (Mesa 22.3.6 at an anisotropy of 4).
     pub anisotropy: bool,
+    /// Whether shading costs so much beside drawing triangles that few of them are drawn twice, once for depth alone: so
+    /// on software adapters, which shade whole blocks of pixels for the edge of a triangle.
+    pub depth_first: bool,
     /// Whether passes can be timed on the GPU.
     pub timestamps: bool,
     /// The limits of the device.
@@ -41,11 +44,13 @@ impl Capabilities {
         } else {
             wgpu::TextureFormat::Depth24PlusStencil8
         };
+        let is_software = adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         Ok(Self {
             depth_format,
             max_texture_size: limits.max_texture_dimension_2d,
-            anisotropy: adapter.get_info().device_type != wgpu::DeviceType::Cpu
+            anisotropy: !is_software
                 && adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::ANISOTROPIC_FILTERING),
+            depth_first: is_software,
             timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
             limits,
         })

@@ -15,6 +15,8 @@ struct Shading {
     roughness_alpha: f32,
     albedo: vec3f,
     f0: vec3f,
+    // Scale and bias of f0 in the directional albedo.
+    dfg: vec2f,
     // 1 + f0 (1 / directional albedo - 1).
     energy_compensation: vec3f,
 }

@@ -4,27 +4,33 @@
 
 import package::shaders::brdf::PI;
 
+// c0 of Hill's fit.
+const IRRADIANCE_C0: f32 = 0.36;
+
+// A soft box. What its integrals over a lobe or a hemisphere have in common for all pixels is computed once, by
+// `environment.rs`.
+struct SoftBox {
+    // Axis and sharpness s.
+    axis: vec4f,
+    // The factors of Hill's fit that depend on s alone: scale, bias, x / (4 c0), 1 / x.
+    irradiance_fit: vec4f,
+    // Radiance on the axis times the Gaussian's integral over the sphere, 2 pi (1 - exp(-2 s)) / s, pre-exposed.
+    power: vec3f,
+    padding: f32,
+}
+
 struct Environment {
     // Constant radiance, pre-exposed.
     constant: vec3f,
-    box_count: u32,
-    // Axis and sharpness.
-    axes: array<vec4f, 6>,
-    // Radiance on the axis, pre-exposed.
-    amplitudes: array<vec4f, 6>,
+    padding: f32,
+    // Where there are fewer, the others have no power.
+    boxes: array<SoftBox, 4>,
     // What the camera sees of the environment: radiance, pre-exposed, straight down and straight up.
     backdrop_below: vec4f,
     backdrop_above: vec4f,
 }
 
 @group(0) @binding(7) var<uniform> environment: Environment;
-
-// The number of boxes; 0 for a direction that is none. Mesa 22's software adapter copies a shader for every draw, and
-// keeps the copies, where a branch depends on uniforms alone. In a condition of two parts the other one comes first:
-// the adapter gives up at the first that is no uniform, and crashes where it has met a uniform before.
-fn box_count_for(direction: vec3f) -> u32 {
-    return select(0u, environment.box_count, dot(direction, direction) > 0.0);
-}
 
 // What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends on
 // no other angle, so that it stays while the camera turns around the model.
@@ -33,44 +39,38 @@ fn environment_backdrop(elevation_sin: f32) -> vec3f {
     return mix(environment.backdrop_below.rgb, environment.backdrop_above.rgb, share);
 }
 
-// Radiance averaged over the lobe of GGX about `direction`; the lobe is the Gaussian of sharpness 2 / alpha².
+fn box_reflection(box: SoftBox, direction: vec3f, lobe_sharpness: f32) -> vec3f {
+    let sharpness = box.axis.w * lobe_sharpness / (box.axis.w + lobe_sharpness);
+    // The integral over the sphere is kept.
+    let peak = sharpness / (1.0 - exp(-2.0 * sharpness));
+    return box.power * (peak * exp(sharpness * (dot(direction, box.axis.xyz) - 1.0)));
+}
+
+fn box_irradiance(box: SoftBox, normal: vec3f) -> vec3f {
+    let fit = box.irradiance_fit;
+    let mu = dot(box.axis.xyz, normal);
+    let x0 = IRRADIANCE_C0 * mu;
+    let n = x0 + fit.z;
+    let y = select(clamp(mu, 0.0, 1.0), n * n * fit.w, abs(x0) <= fit.z);
+    return box.power * max(fit.x * y + fit.y, 0.0);
+}
+
+// Radiance averaged over the lobe of GGX about `direction`; the lobe is the Gaussian of sharpness 2 / alpha². Boxes are
+// named one by one: an index that is no constant costs software adapters a load for every pixel.
 fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
-    let box_count = box_count_for(direction);
     // Warped from the half vector to the reflected direction at normal incidence: a quarter of 2 / alpha².
     let lobe_sharpness = 0.5 / max(roughness_alpha * roughness_alpha, 1e-6);
-    var radiance = environment.constant;
-    for (var i = 0u; i < box_count; i++) {
-        let lobe = environment.axes[i];
-        let sharpness = lobe.w * lobe_sharpness / (lobe.w + lobe_sharpness);
-        // The integral over the sphere is kept: 2 pi a / s (1 - exp(-2 s)).
-        let before = (1.0 - exp(-2.0 * lobe.w)) / lobe.w;
-        let after = (1.0 - exp(-2.0 * sharpness)) / sharpness;
-        radiance += environment.amplitudes[i].rgb * (before / after)
-            * exp(sharpness * (dot(direction, lobe.xyz) - 1.0));
-    }
-    return radiance;
+    let sum = box_reflection(environment.boxes[0], direction, lobe_sharpness)
+        + box_reflection(environment.boxes[1], direction, lobe_sharpness)
+        + box_reflection(environment.boxes[2], direction, lobe_sharpness)
+        + box_reflection(environment.boxes[3], direction, lobe_sharpness);
+    return environment.constant + sum * (0.5 / PI);
 }
 
 fn environment_irradiance(normal: vec3f) -> vec3f {
-    let box_count = box_count_for(normal);
-    var irradiance = environment.constant * PI;
-    for (var i = 0u; i < box_count; i++) {
-        let lobe = environment.axes[i];
-        let mu = dot(lobe.xyz, normal);
-        let c0 = 0.36;
-        let c1 = 1.0 / (4.0 * c0);
-        let em = exp(-lobe.w);
-        let em2 = em * em;
-        let r = 1.0 / lobe.w;
-        let scale = 1.0 + 2.0 * em2 - r;
-        let bias = (em - em2) * r - em2;
-        let x = sqrt(max(1.0 - scale, 0.0));
-        let x0 = c0 * mu;
-        let x1 = c1 * x;
-        let n = x0 + x1;
-        let y = select(clamp(mu, 0.0, 1.0), n * n / max(x, 1e-6), abs(x0) <= x1);
-        let integral = 2.0 * PI * (1.0 - em2) * r;
-        irradiance += environment.amplitudes[i].rgb * max(scale * y + bias, 0.0) * integral;
-    }
-    return irradiance;
+    return environment.constant * PI
+        + box_irradiance(environment.boxes[0], normal)
+        + box_irradiance(environment.boxes[1], normal)
+        + box_irradiance(environment.boxes[2], normal)
+        + box_irradiance(environment.boxes[3], normal);
 }

@@ -24,7 +24,7 @@ fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
     shading.roughness_alpha = roughness * roughness;
     shading.albedo = surface.base_color * (1.0 - surface.metallic);
     shading.f0 = mix(vec3f(surface.f0_dielectric), surface.base_color, surface.metallic);
-    let dfg = dfg_at(shading.n_dot_v, roughness);
-    shading.energy_compensation = 1.0 + shading.f0 * (1.0 / max(dfg.x + dfg.y, 1e-3) - 1.0);
+    shading.dfg = dfg_at(shading.n_dot_v, roughness);
+    shading.energy_compensation = 1.0 + shading.f0 * (1.0 / max(shading.dfg.x + shading.dfg.y, 1e-3) - 1.0);
     return shading;
 }

@@ -41,7 +41,7 @@ fn radiance_at(position_px: vec2f) -> vec4f {
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let sample = radiance_at(position.xy);
     var before = vec4f(0.0);
-    // What was never written may be a NaN. As `box_count_for` explains, the branch depends on more than uniforms.
+    // What was never written may be a NaN. The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (position.x >= 0.0) & (accumulation.keep > 0.0) {
         before = textureLoad(previous, vec2i(position.xy), 0) * accumulation.keep;
     }

@@ -1,4 +1,4 @@
-// background: the backdrop of the environment behind all surfaces, blended under `radiance` by its coverage.
+// background: the backdrop of the environment, where there is no opaque surface.
 // Reads: the environment. Writes: radiance.
 
 import package::view::{view, ray_direction_world_from_pixel};

@@ -1,21 +1,12 @@
-//! background: the backdrop of the environment behind all surfaces, blended under `radiance` by its coverage.
+//! background: the backdrop of the environment, where there is no opaque surface; blended ones are drawn over it later.
 //!
-//! Source: the operator "under" of Porter & Duff 1984. Reads: the environment, depth. Writes: radiance. A background
-//! colour is none of radiance: `tone_map` lays the picture over it.
+//! Reads: the environment, depth. Writes: radiance. A background colour is none of radiance: `tone_map` lays the picture
+//! over it.
 
 use crate::environment::Background;
 use crate::frame::{PicturePart, Shared};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Graph, Handle};
-
-const UNDER: wgpu::BlendState = {
-    let component = wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::OneMinusDstAlpha,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    };
-    wgpu::BlendState { color: component, alpha: component }
-};
 
 /// Records the pass; only the environment as background needs it.
 ///
@@ -30,7 +21,7 @@ pub fn record<'f>(
     if shared.background != Background::Environment {
         return Ok(radiance);
     }
-    let step = shared.fullscreen_over(PicturePart::Background, "background", UNDER)?;
+    let step = shared.fullscreen_over(PicturePart::Background, "background", None)?;
     let mut pass = graph.pass("background");
     let radiance = pass.color(radiance, ColorLoad::Keep);
     pass.depth_stencil_read_only(depth);

@@ -25,7 +25,7 @@ pub fn record<'f>(
     if shared.light_count == 0 {
         return Ok(radiance);
     }
-    let step = shared.fullscreen_over(PicturePart::Surfaces, "direct", ADD)?;
+    let step = shared.fullscreen_over(PicturePart::Surfaces, "direct", Some(ADD))?;
     let mut pass = graph.pass("direct");
     let reads = gbuffer.read(&mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);

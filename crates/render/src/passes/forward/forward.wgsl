@@ -30,7 +30,7 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         }
     }
     var radiance = sample.emission * view.pre_exposure;
-    // As `box_count_for` explains, the branch depends on more than uniforms.
+    // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
         let shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
         let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;

@@ -24,7 +24,32 @@ pub struct Outputs {
     pub depth: Handle,
 }
 
-/// Records the pass.
+const CLEAR: DepthLoad = DepthLoad::Clear { depth: 0.0, stencil: 0 };
+
+/// A triangle costs as much as shading so many pixels: measured on a software adapter with a model of 15,000 triangles.
+const PIXELS_PER_TRIANGLE: u64 = 32;
+
+/// Draws what hides others into `depth` alone, if that pays; and how depth is loaded afterwards. The positions of
+/// surfaces are `@invariant`, and the same depth again passes the depth test: the picture is the same.
+fn record_depth<'f>(
+    graph: &mut Graph<'f>,
+    shared: &'f Shared<'f>,
+    depth: Handle,
+) -> Result<(Handle, DepthLoad), ProgramError> {
+    let (width, height) = shared.size;
+    let pays = shared.draws.triangles * PIXELS_PER_TRIANGLE <= u64::from(width) * u64::from(height);
+    if !(shared.gpu.capabilities.depth_first && pays) {
+        return Ok((depth, CLEAR));
+    }
+    let targets = Targets { colors: Vec::new(), blend: None, depth: shared.depth_format, depth_write: true };
+    let draws = surfaces::prepare_hiding(shared, "geometry", &targets, &shared.draws.opaque)?;
+    let mut pass = graph.pass("geometry.depth");
+    let depth = pass.depth_stencil(depth, CLEAR);
+    pass.draw(move |context| surfaces::draw(context, shared.resources, shared.instances, &draws));
+    Ok((depth, DepthLoad::Keep))
+}
+
+/// Records the passes.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -37,12 +62,13 @@ pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<Outpu
         depth_write: true,
     };
     let draws = surfaces::prepare(shared, "geometry", &targets, &shared.draws.opaque)?;
+    let depth = graph.texture("geometry.depth", TextureDesc::new_2d(width, height, shared.depth_format));
+    let (depth, depth_load) = record_depth(graph, shared, depth)?;
     let texture = |graph: &mut Graph<'f>, name, format| graph.texture(name, TextureDesc::new_2d(width, height, format));
     let base_color = texture(graph, "geometry.base_color", BASE_COLOR);
     let normal = texture(graph, "geometry.normal", NORMAL);
     let material = texture(graph, "geometry.material", MATERIAL);
     let radiance = texture(graph, "radiance", RADIANCE);
-    let depth = texture(graph, "geometry.depth", shared.depth_format);
     let mut pass = graph.pass("geometry");
     let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
     let outputs = Outputs {
@@ -50,7 +76,7 @@ pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>) -> Result<Outpu
         normal: pass.color(normal, clear),
         material: pass.color(material, clear),
         radiance: pass.color(radiance, clear),
-        depth: pass.depth_stencil(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 }),
+        depth: pass.depth_stencil(depth, depth_load),
     };
     pass.draw(move |context| surfaces::draw(context, shared.resources, shared.instances, &draws));
     Ok(outputs)

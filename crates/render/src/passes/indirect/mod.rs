@@ -21,7 +21,7 @@ pub fn record<'f>(
     if shared.environment.is_dark() {
         return Ok(radiance);
     }
-    let step = shared.fullscreen_over(PicturePart::Surfaces, "indirect", ADD)?;
+    let step = shared.fullscreen_over(PicturePart::Surfaces, "indirect", Some(ADD))?;
     let mut pass = graph.pass("indirect");
     let reads = gbuffer.read(&mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);

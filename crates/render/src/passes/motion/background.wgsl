@@ -7,7 +7,7 @@ import package::passes::motion::spaces::{motion, motion_px};
 @fragment
 fn fs_motion_background(@builtin(position) position: vec4f) -> @location(0) vec2f {
     // Parallel rays all end in one point at infinity; nothing there moves.
-    // As `box_count_for` of `environment.wgsl` explains, the branch depends on more than uniforms.
+    // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (position.x >= 0.0) & (view.orthographic > 0.5) {
         return vec2f(0.0);
     }
