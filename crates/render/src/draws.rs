@@ -156,9 +156,15 @@ fn collect<'a>(
 /// Materials of the same program lie together.
 fn program_key(resources: &SceneResources, material: usize, is_deformed: bool) -> u32 {
     let material = &resources.materials[material];
-    [material.masked, material.double_sided, material.textured, material.normal_map, is_deformed]
-        .iter()
-        .fold(0, |key, bit| key * 2 + u32::from(*bit))
+    let axes = [
+        material.masked,
+        material.double_sided,
+        material.textured,
+        material.normal_map,
+        is_deformed,
+        material.occlusion_apart,
+    ];
+    axes.iter().fold(0, |key, bit| key * 2 + u32::from(*bit))
 }
 
 fn append_joints(scene: &Scene, skin: usize, deformation: &mut Deformation) -> u32 {

@@ -181,6 +181,7 @@ pub fn prepare(
         let is_deformed = primitive.skin.is_some();
         let axes = [
             ("textured", material.textured),
+            ("occlusion_apart", material.occlusion_apart),
             ("normal_map", material.normal_map),
             ("masked", material.masked),
             ("deformed", is_deformed),

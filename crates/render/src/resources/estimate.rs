@@ -1,6 +1,6 @@
 //! How much memory a scene takes when it is uploaded, from the headers of its images and the lengths of its lists.
 
-use super::textures;
+use super::packing::{ImageSource, wanted};
 use manypass_scene::Scene;
 
 /// Images that are decoded, given mips or on their way to the device at one time.
@@ -13,7 +13,10 @@ const MORPH_BYTES: u64 = 48;
 
 /// Bytes that [`crate::Renderer::load`] takes at its peak, on a device whose memory is the process's.
 pub fn upload_bytes(scene: &Scene) -> u64 {
-    let sizes = textures::wanted_images(scene).into_iter().filter_map(|(image, _)| {
+    let sizes = wanted(scene).into_iter().filter_map(|source| {
+        let image = match source {
+            ImageSource::Image { image, .. } | ImageSource::Packed { metallic_roughness: image, .. } => image,
+        };
         let (width, height) = scene.images.get(image)?.dimensions().ok()?;
         // Mips add a third.
         Some(u64::from(width) * u64::from(height) * 4 * 4 / 3)

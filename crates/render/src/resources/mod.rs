@@ -3,6 +3,7 @@
 pub mod estimate;
 pub mod filtering;
 pub mod geometry;
+mod packing;
 pub mod textures;
 
 use crate::gpu::Gpu;
@@ -52,6 +53,8 @@ pub struct GpuMaterial {
     pub uniform: wgpu::Buffer,
     /// Whether any texture but the normal map is used.
     pub textured: bool,
+    /// Whether occlusion has a texture of its own, beside that of metallic-roughness.
+    pub occlusion_apart: bool,
     /// Whether there is a normal map.
     pub normal_map: bool,
     /// Whether fragments are dropped by alpha.
@@ -101,7 +104,7 @@ impl SceneResources {
             .iter()
             .chain([&default])
             .enumerate()
-            .map(|(index, material)| upload_material(gpu, material, index as u32, &textures))
+            .map(|(index, material)| upload_material(gpu, scene, material, index as u32, &textures))
             .collect();
         Self {
             geometry,
@@ -123,7 +126,7 @@ impl SceneResources {
     }
 }
 
-fn upload_material(gpu: &Gpu, material: &Material, index: u32, textures: &Textures) -> GpuMaterial {
+fn upload_material(gpu: &Gpu, scene: &Scene, material: &Material, index: u32, textures: &Textures) -> GpuMaterial {
     let slots = [
         material.base_color_texture,
         material.metallic_roughness_texture,
@@ -145,7 +148,8 @@ fn upload_material(gpu: &Gpu, material: &Material, index: u32, textures: &Textur
         metallic: material.metallic_factor,
         roughness: material.roughness_factor,
         normal_scale: material.normal_scale,
-        occlusion_strength: material.occlusion_strength,
+        // Red of metallic-roughness alone means nothing.
+        occlusion_strength: material.occlusion_texture.map_or(0.0, |_| material.occlusion_strength),
         alpha_cutoff: match material.alpha_mode {
             AlphaMode::Mask { cutoff } => cutoff,
             _ => 0.0,
@@ -166,18 +170,20 @@ fn upload_material(gpu: &Gpu, material: &Material, index: u32, textures: &Textur
     let index_of = |reference: Option<TextureRef>, is_srgb: bool| {
         reference.map_or(Textures::WHITE, |reference| textures.index_of(reference.texture, is_srgb))
     };
+    let (rough_metal, occlusion) = textures.rough_metal_occlusion(scene, material);
     GpuMaterial {
         uniform,
         textured: [0, 1, 3, 4].iter().any(|slot| slots[*slot].is_some()),
+        occlusion_apart: occlusion.is_some(),
         normal_map: material.normal_texture.is_some(),
         masked,
         blended,
         double_sided: material.double_sided,
         textures: [
             index_of(slots[0], true),
-            index_of(slots[1], false),
+            rough_metal,
             index_of(slots[2], false),
-            index_of(slots[3], false),
+            occlusion.unwrap_or(Textures::WHITE),
             index_of(slots[4], true),
         ],
         bind_groups: RefCell::default(),

@@ -1,12 +1,13 @@
 //! Textures: images are decoded, given their mips and uploaded one after the other, few at a time in memory.
 
 use super::filtering::Sampling;
+use super::packing::{ImageSource, shared_texel, wanted};
 use crate::gpu::Gpu;
-use manypass_scene::{Pixels, Sampler, Scene, Wrap};
+use manypass_scene::{Material, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-/// The textures of a scene. An image used both as colour and as data is there twice.
+/// The textures of a scene.
 #[derive(Debug)]
 pub struct Textures {
     views: Vec<wgpu::TextureView>,
@@ -18,6 +19,8 @@ pub struct Textures {
     /// For every texture of the scene: the index of its view as data and as colour, and of its sampler.
     entries: Vec<[usize; 2]>,
     sampler_of: Vec<usize>,
+    /// Indices of the entries of packed textures, by the textures of occlusion and of metallic-roughness.
+    packed: BTreeMap<(usize, usize), usize>,
     /// Milliseconds in which decoding, which runs beside the uploads, held them up.
     pub decode_ms: f64,
 }
@@ -35,24 +38,21 @@ impl Textures {
     pub fn new(gpu: &Gpu, scene: &Scene, warnings: &mut Vec<String>) -> Self {
         let white = Pixels { width: 1, height: 1, format: manypass_scene::PixelFormat::Rgba8, data: vec![255; 4] };
         let mut views = vec![create(gpu, "white", &MipChain { levels: vec![white] }, false)];
-        let wanted = wanted_images(scene);
-        let mut uploaded: BTreeMap<(usize, bool), usize> = BTreeMap::new();
+        let mut uploaded: BTreeMap<ImageSource, usize> = BTreeMap::new();
         let limit = gpu.capabilities.max_texture_size;
         let started = web_time::Instant::now();
         let mut upload_ms = 0.0;
-        decode_all(scene, &wanted, limit, &mut |(image, is_srgb), result| match result {
-            Ok((chain, shrunk)) => {
-                let started = web_time::Instant::now();
-                let name = &scene.images[image].name;
-                if shrunk {
-                    warnings
-                        .push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
-                }
-                uploaded.insert((image, is_srgb), views.len());
-                views.push(create(gpu, name, &chain, is_srgb));
-                upload_ms += started.elapsed().as_secs_f64() * 1e3;
-            }
-            Err(message) => warnings.push(message),
+        decode_all(scene, &wanted(scene), limit, &mut |source, decoded| {
+            warnings.extend(decoded.warnings);
+            let Some(chain) = decoded.chain else { return };
+            let started = web_time::Instant::now();
+            let (image, is_srgb) = match source {
+                ImageSource::Image { image, is_srgb } => (image, is_srgb),
+                ImageSource::Packed { metallic_roughness, .. } => (metallic_roughness, false),
+            };
+            uploaded.insert(source, views.len());
+            views.push(create(gpu, &scene.images[image].name, &chain, is_srgb));
+            upload_ms += started.elapsed().as_secs_f64() * 1e3;
         });
         let decode_ms = (started.elapsed().as_secs_f64() * 1e3 - upload_ms).max(0.0);
         let mut kinds: Vec<Sampler> = vec![Sampler::default()];
@@ -64,10 +64,45 @@ impl Textures {
                 kinds.len() - 1
             });
             sampler_of.push(sampler);
-            let view = |is_srgb| uploaded.get(&(texture.image, is_srgb)).copied().unwrap_or(Self::WHITE);
+            let view = |is_srgb| {
+                let source = ImageSource::Image { image: texture.image, is_srgb };
+                uploaded.get(&source).copied().unwrap_or(Self::WHITE)
+            };
             entries.push([view(false), view(true)]);
         }
-        Self { views, kinds, samplers: RefCell::default(), device: gpu.device.clone(), entries, sampler_of, decode_ms }
+        let mut packed = BTreeMap::new();
+        for material in &scene.materials {
+            let (Some(occlusion), Some(rough_metal), Some((occlusion_image, metallic_roughness))) = (
+                material.occlusion_texture,
+                material.metallic_roughness_texture,
+                shared_texel(scene, material).filter(|(first, second)| first != second),
+            ) else {
+                continue;
+            };
+            packed.entry((occlusion.texture, rough_metal.texture)).or_insert_with(|| {
+                let source = ImageSource::Packed { occlusion: occlusion_image, metallic_roughness };
+                entries.push([uploaded.get(&source).copied().unwrap_or(Self::WHITE); 2]);
+                sampler_of.push(sampler_of[rough_metal.texture + 1]);
+                entries.len() - 1
+            });
+        }
+        let (samplers, device) = (RefCell::default(), gpu.device.clone());
+        Self { views, kinds, samplers, device, entries, sampler_of, packed, decode_ms }
+    }
+
+    /// The keys of a material's metallic-roughness and occlusion. Where one sample gives both, occlusion has none of its
+    /// own.
+    pub fn rough_metal_occlusion(&self, scene: &Scene, material: &Material) -> (usize, Option<usize>) {
+        let [rough_metal, occlusion] = [material.metallic_roughness_texture, material.occlusion_texture];
+        let key = |texture: usize| self.index_of(texture, false);
+        let rough_metal_key = rough_metal.map_or(Self::WHITE, |reference| key(reference.texture));
+        match (rough_metal, occlusion, shared_texel(scene, material)) {
+            (Some(rough_metal), Some(occlusion), Some(_)) => {
+                let packed = self.packed.get(&(occlusion.texture, rough_metal.texture));
+                (packed.map_or(rough_metal_key, |entry| entry * 2), None)
+            }
+            _ => (rough_metal_key, occlusion.map(|reference| key(reference.texture))),
+        }
     }
 
     /// A key for [`Self::view`] and [`Self::sampler`]: the texture of the scene, as colour or as data.
@@ -91,53 +126,79 @@ impl Textures {
     }
 }
 
-/// The images that materials use, as colour or as data, in the order of the file.
-pub(super) fn wanted_images(scene: &Scene) -> Vec<(usize, bool)> {
-    let mut wanted = std::collections::BTreeSet::new();
-    for material in &scene.materials {
-        let slots = [
-            (material.base_color_texture, true),
-            (material.metallic_roughness_texture, false),
-            (material.normal_texture, false),
-            (material.occlusion_texture, false),
-            (material.emissive_texture, true),
-        ];
-        for (reference, is_srgb) in slots {
-            if let Some(texture) = reference.and_then(|reference| scene.textures.get(reference.texture))
-                && texture.image < scene.images.len()
-            {
-                wanted.insert((texture.image, is_srgb));
-            }
-        }
-    }
-    wanted.into_iter().collect()
+/// An image for the device, with what there is to say about it.
+struct Decoded {
+    chain: Option<MipChain>,
+    warnings: Vec<String>,
 }
 
-type Decoded = Result<(MipChain, bool), String>;
+fn decode(scene: &Scene, source: ImageSource, limit: u32) -> Decoded {
+    let mut warnings = Vec::new();
+    let (base, is_srgb) = match source {
+        ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limit, &mut warnings), is_srgb),
+        ImageSource::Packed { occlusion, metallic_roughness } => {
+            let mut decode = |image| decode_base(scene, image, false, limit, &mut warnings);
+            let (occlusion, rough_metal) = (decode(occlusion), decode(metallic_roughness));
+            (pack(occlusion, rough_metal), false)
+        }
+    };
+    let chain = base.map(|base| {
+        let mut levels = vec![base];
+        while let Some(last) = levels.last()
+            && (last.width > 1 || last.height > 1)
+        {
+            let next = half(last, is_srgb);
+            levels.push(next);
+        }
+        MipChain { levels }
+    });
+    Decoded { chain, warnings }
+}
 
-fn decode(scene: &Scene, (image, is_srgb): (usize, bool), limit: u32) -> Decoded {
+/// An image no larger than `limit` texels; none, with a warning, if it cannot be decoded.
+fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings: &mut Vec<String>) -> Option<Pixels> {
     let source = &scene.images[image];
-    let mut pixels = source
-        .decode()
-        .map_err(|error| format!("image {image} `{}` cannot be decoded and is white: {error}", source.name))?;
-    let mut shrunk = false;
-    while pixels.width > limit || pixels.height > limit {
+    let name = &source.name;
+    let mut pixels = match source.decode() {
+        Ok(pixels) => pixels,
+        Err(error) => {
+            warnings.push(format!("image {image} `{name}` cannot be decoded and is white: {error}"));
+            return None;
+        }
+    };
+    if pixels.width.max(pixels.height) > limit {
+        warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
+    }
+    while pixels.width.max(pixels.height) > limit {
         pixels = half(&pixels, is_srgb);
-        shrunk = true;
     }
-    let mut levels = vec![pixels];
-    while let Some(last) = levels.last()
-        && (last.width > 1 || last.height > 1)
-    {
-        let next = half(last, is_srgb);
-        levels.push(next);
+    Some(pixels)
+}
+
+/// Occlusion in the red channel of metallic-roughness; what is missing is white.
+fn pack(occlusion: Option<Pixels>, rough_metal: Option<Pixels>) -> Option<Pixels> {
+    match (occlusion, rough_metal) {
+        (Some(occlusion), Some(mut rough_metal)) => {
+            for (texel, occlusion) in rough_metal.data.chunks_exact_mut(4).zip(occlusion.data.chunks_exact(4)) {
+                texel[0] = occlusion[0];
+            }
+            Some(rough_metal)
+        }
+        (Some(mut occlusion), None) => {
+            occlusion.data.chunks_exact_mut(4).for_each(|texel| texel[1..].fill(255));
+            Some(occlusion)
+        }
+        (None, Some(mut rough_metal)) => {
+            rough_metal.data.chunks_exact_mut(4).for_each(|texel| texel[0] = 255);
+            Some(rough_metal)
+        }
+        (None, None) => None,
     }
-    Ok((MipChain { levels }, shrunk))
 }
 
 /// Decodes on two threads, and hands over in order as results come; at most four images wait in memory.
 #[cfg(not(target_arch = "wasm32"))]
-fn decode_all(scene: &Scene, wanted: &[(usize, bool)], limit: u32, take: &mut dyn FnMut((usize, bool), Decoded)) {
+fn decode_all(scene: &Scene, wanted: &[ImageSource], limit: u32, take: &mut dyn FnMut(ImageSource, Decoded)) {
     use std::sync::atomic::{AtomicUsize, Ordering};
     let next = AtomicUsize::new(0);
     let workers = std::thread::available_parallelism().map_or(1, usize::from).clamp(1, 4).min(wanted.len().max(1));
@@ -169,7 +230,7 @@ fn decode_all(scene: &Scene, wanted: &[(usize, bool)], limit: u32, take: &mut dy
 }
 
 #[cfg(target_arch = "wasm32")]
-fn decode_all(scene: &Scene, wanted: &[(usize, bool)], limit: u32, take: &mut dyn FnMut((usize, bool), Decoded)) {
+fn decode_all(scene: &Scene, wanted: &[ImageSource], limit: u32, take: &mut dyn FnMut(ImageSource, Decoded)) {
     for key in wanted {
         take(*key, decode(scene, *key, limit));
     }

@@ -36,8 +36,8 @@ struct SurfaceSample {
 @if(textured) @group(2) @binding(2) var base_color_sampler: sampler;
 @if(textured) @group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
 @if(textured) @group(2) @binding(4) var metallic_roughness_sampler: sampler;
-@if(textured) @group(2) @binding(5) var occlusion_texture: texture_2d<f32>;
-@if(textured) @group(2) @binding(6) var occlusion_sampler: sampler;
+@if(occlusion_apart) @group(2) @binding(5) var occlusion_texture: texture_2d<f32>;
+@if(occlusion_apart) @group(2) @binding(6) var occlusion_sampler: sampler;
 @if(textured) @group(2) @binding(7) var emissive_texture: texture_2d<f32>;
 @if(textured) @group(2) @binding(8) var emissive_sampler: sampler;
 @if(normal_map) @group(2) @binding(9) var normal_texture: texture_2d<f32>;
@@ -108,7 +108,10 @@ fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
             textureSampleBias(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, -view.mip_gain);
         roughness *= rough_metal.g;
         metallic *= rough_metal.b;
-        let occluded = textureSampleBias(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), -view.mip_gain).r;
+        var occluded = rough_metal.r;
+        @if(occlusion_apart) {
+            occluded = textureSampleBias(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), -view.mip_gain).r;
+        }
         occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
         emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
     }
