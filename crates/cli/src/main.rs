@@ -1,5 +1,6 @@
 //! The program `manypass`: args (raw) → job (validated) → run.
 
+mod ahead;
 mod args;
 mod bench;
 mod camera;

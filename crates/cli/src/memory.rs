@@ -175,6 +175,13 @@ pub fn check_driver() -> Result<(), Failure> {
     driver_fits(&System::this().limits(), cores())
 }
 
+/// Whether the process has a limit of its own, below what the machine has.
+pub fn is_limited() -> bool {
+    let system = System::this();
+    let of_machine = system.free().map_or(0, |free| free.total_bytes);
+    system.limits().iter().any(|limit| limit.total_bytes < of_machine)
+}
+
 fn cores() -> u64 {
     std::thread::available_parallelism().map_or(1, usize::from) as u64
 }

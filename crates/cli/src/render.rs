@@ -1,5 +1,6 @@
 //! `render`: pictures of one or more inputs.
 
+use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
 use crate::coverage;
 use crate::deliver::{Delivery, check_ids};
@@ -32,6 +33,8 @@ struct Batch<'a> {
     job: &'a Job,
     settings: Settings,
     renderer: Renderer,
+    /// The first input, if it is being read already.
+    ahead: Option<ReadAhead>,
     effects: Vec<Arc<dyn Effect>>,
     /// What the report says of them.
     effect_values: Vec<serde_json::Value>,
@@ -69,6 +72,9 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let (first, last) = job.frames.unwrap_or((0, 0));
     let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
     interrupt::heed(args.quiet);
+    // Where memory is scarce, reading and the driver's start shall not meet at their peaks.
+    let ahead = inputs.items.first().filter(|_| !args.skip_existing && !memory::is_limited());
+    let ahead = ahead.and_then(|item| ReadAhead::start(&item.input));
     let renderer = session::open(args.adapter.as_deref())?;
     let effect_values = effect_files.iter().map(effect_values).collect();
     let effects = effects(&renderer, effect_files)?;
@@ -78,6 +84,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         job: &job,
         settings,
         renderer,
+        ahead,
         effects,
         effect_values,
         report: args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose()?,
@@ -180,7 +187,7 @@ impl Batch<'_> {
         let start = Instant::now();
         // Two scenes at once need not fit into memory.
         self.renderer.unload();
-        let (mut scene, mut warnings) = item.input.load()?;
+        let (mut scene, mut warnings) = ReadAhead::take(&mut self.ahead, &item.input)?;
         check_ids(self.job, &scene)?;
         let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
         scenes::show(&mut scene, self.args.scene.as_deref(), &mut warnings)?;
