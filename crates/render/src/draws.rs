@@ -2,6 +2,7 @@
 
 use crate::resources::SceneResources;
 use crate::resources::geometry::{GpuPrimitive, Instance};
+use crate::view::ViewUniform;
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
 use manypass_scene::{Aabb, NodeId, Scene, Topology};
@@ -58,16 +59,11 @@ struct Candidate<'a> {
 }
 
 impl DrawList {
-    /// Everything of `scene` that `clip_from_world` may show.
-    pub fn new(
-        scene: &Scene,
-        resources: &SceneResources,
-        clip_from_world: &Mat4,
-        deformation: &mut Deformation,
-    ) -> Self {
+    /// Everything of `scene` that `view` may show.
+    pub fn new(scene: &Scene, resources: &SceneResources, view: &ViewUniform, deformation: &mut Deformation) -> Self {
         let mut candidates = Vec::new();
         for id in scene.visible_nodes() {
-            collect(scene, resources, clip_from_world, id, deformation, &mut candidates);
+            collect(scene, resources, view, id, deformation, &mut candidates);
         }
         let (mut blended, mut opaque): (Vec<_>, Vec<_>) =
             candidates.into_iter().partition(|candidate| candidate.blended);
@@ -107,7 +103,7 @@ impl DrawList {
 fn collect<'a>(
     scene: &Scene,
     resources: &'a SceneResources,
-    clip_from_world: &Mat4,
+    view: &ViewUniform,
     id: NodeId,
     deformation: &mut Deformation,
     candidates: &mut Vec<Candidate<'a>>,
@@ -122,7 +118,7 @@ fn collect<'a>(
     for (index, primitive) in primitives.iter().enumerate() {
         let is_skinned = node.skin.is_some() && primitive.skin.is_some();
         let is_deformed = is_skinned || primitive.morph_count > 0;
-        if !is_deformed && !may_be_visible(&primitive.bounds, &(*clip_from_world * node.world_from_object)) {
+        if !is_deformed && !may_be_visible(&primitive.bounds, &(view.clip_from_world * node.world_from_object)) {
             continue;
         }
         let matrix = node.world_from_object;
@@ -140,8 +136,13 @@ fn collect<'a>(
                 *first_weight.get_or_insert_with(|| append_weights(weights, primitive.morph_count, deformation));
         }
         let (material, properties) = resources.material_of(primitive);
-        let center = node.world_from_object.transform_point3(primitive.bounds.center());
-        let distance_m = (*clip_from_world * center.extend(1.0)).w;
+        // A skin's joints place the mesh; the node's own transform does not.
+        let center = if is_skinned {
+            node.bounds_world.center()
+        } else {
+            node.world_from_object.transform_point3(primitive.bounds.center())
+        };
+        let distance_m = -view.view_from_world.transform_point3(center).z;
         let mirrored = !is_skinned && matrix.determinant() < 0.0;
         candidates.push(Candidate {
             draw: Draw { mesh, primitive: index, material, mirrored, instances: 0..0, distance_m },

@@ -1,0 +1,117 @@
+//! How surfaces are drawn: their order where they are blended, which side of them is the front, and what lights them.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{floats, ids, plain_request, renderer};
+use glam::{Mat4, Quat, Vec3};
+use manypass::{Aov, Environment, FrameRequest, Path, Renderer};
+use manypass_scene::{
+    Aabb, AlphaMode, Camera, Light, LightKind, Material, Mesh, Node, NodeId, Primitive, Projection, Scene,
+    ShadingModel, Skin, Topology, primitives,
+};
+
+const SIZE: (u32, u32) = (16, 16);
+
+const PARALLEL: Projection = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 20.0 };
+const PERSPECTIVE: Projection = Projection::Perspective { fov_y_rad: 0.4, near_m: 0.1, far_m: None };
+
+/// A scene with a camera at +Z that looks along −Z from 5 m.
+fn scene(projection: Projection) -> Scene {
+    let mut scene = Scene::default();
+    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
+    scene
+}
+
+fn put(scene: &mut Scene, mut primitive: Primitive, material: Material, node: Node) -> NodeId {
+    primitive.material = Some(scene.materials.len());
+    primitive.bounds = Aabb::from_points(primitive.positions.iter().copied().map(Vec3::from));
+    scene.materials.push(material);
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+    scene.add_node(None, Node { mesh: Some(scene.meshes.len() - 1), ..node })
+}
+
+fn unlit() -> Material {
+    Material { shading_model: ShadingModel::Unlit, ..Material::default() }
+}
+
+/// A square of 1 m across the view axis at a height z, of one colour, that faces +Z or −Z.
+fn square(z: f32, color: [f32; 3], faces_eye: bool) -> Primitive {
+    let corner = |x: f32, y: f32| [x, y, z];
+    let [r, g, b] = color;
+    Primitive {
+        positions: vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)],
+        normals: vec![[0.0, 0.0, if faces_eye { 1.0 } else { -1.0 }]; 4],
+        colors: vec![[r, g, b, 0.5]; 4],
+        indices: if faces_eye { vec![0, 1, 2, 0, 2, 3] } else { vec![0, 2, 1, 0, 3, 2] },
+        ..Primitive::default()
+    }
+}
+
+fn joined(mut first: Primitive, second: Primitive) -> Primitive {
+    let offset = first.positions.len() as u32;
+    first.positions.extend(second.positions);
+    first.normals.extend(second.normals);
+    first.colors.extend(second.colors);
+    first.indices.extend(second.indices.into_iter().map(|index| index + offset));
+    first
+}
+
+/// Radiance of one pixel.
+fn pixel(renderer: &mut Renderer, x: u32, y: u32) -> [f32; 4] {
+    let at = ((y * SIZE.0 + x) * 4) as usize;
+    renderer.read_radiance().unwrap()[at..at + 4].try_into().unwrap()
+}
+
+fn middle(scene: &mut Scene, change: impl Fn(&mut FrameRequest)) -> [f32; 4] {
+    scene.update_transforms();
+    let mut renderer = renderer();
+    renderer.load(scene).unwrap();
+    let mut request = plain_request(scene, SIZE);
+    change(&mut request);
+    renderer.render(scene, &request).unwrap();
+    pixel(&mut renderer, SIZE.0 / 2, SIZE.1 / 2)
+}
+
+fn assert_near(found: [f32; 4], expected: [f32; 3]) {
+    let is_near = (0..3).all(|c| (found[c] - expected[c]).abs() < 0.004);
+    assert!(is_near, "{found:?}, expected {expected:?}");
+}
+
+const RED: [f32; 3] = [1.0, 0.0, 0.0];
+const GREEN: [f32; 3] = [0.0, 1.0, 0.0];
+/// Half red over half green over black.
+const RED_OVER_GREEN: [f32; 3] = [0.5, 0.25, 0.0];
+
+fn blended() -> Material {
+    Material { alpha_mode: AlphaMode::Blend, ..unlit() }
+}
+
+#[test]
+fn blended_surfaces_are_sorted_under_parallel_rays_too() {
+    for projection in [PERSPECTIVE, PARALLEL] {
+        let panes = [square(1.0, RED, true), square(-1.0, GREEN, true)];
+        for order in [[0, 1], [1, 0]] {
+            let mut scene = scene(projection);
+            for index in order {
+                put(&mut scene, panes[index].clone(), blended(), Node::default());
+            }
+            assert_near(middle(&mut scene, |_| ()), RED_OVER_GREEN);
+        }
+    }
+}
+
+#[test]
+fn skinned_surfaces_are_blended_in_the_order_of_their_poses() {
+    // The node of a skinned mesh places nothing, nor does the place of its vertices before the pose.
+    let mut scene = scene(PERSPECTIVE);
+    let mut pane = square(-3.0, RED, true);
+    (pane.joints, pane.weights) = (vec![[0; 4]; 4], vec![[1.0, 0.0, 0.0, 0.0]; 4]);
+    let joint = scene.add_node(None, Node { translation: Vec3::Z * 4.0, ..Node::default() });
+    scene.skins.push(Skin { joints: vec![joint], inverse_bind_matrices: vec![Mat4::IDENTITY] });
+    put(&mut scene, pane, blended(), Node { skin: Some(0), ..Node::default() });
+    put(&mut scene, square(-1.0, GREEN, true), blended(), Node::default());
+    assert_near(middle(&mut scene, |_| ()), RED_OVER_GREEN);
+}
