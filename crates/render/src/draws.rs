@@ -113,7 +113,7 @@ fn collect<'a>(
     let (Some(primitives), Some(source)) = (resources.geometry.meshes.get(mesh), scene.meshes.get(mesh)) else {
         return;
     };
-    let mut first_joint = None;
+    let mut joints = None;
     let mut first_weight = None;
     for (index, primitive) in primitives.iter().enumerate() {
         let is_skinned = node.skin.is_some() && primitive.skin.is_some();
@@ -126,8 +126,10 @@ fn collect<'a>(
         instance.world_from_object = [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array());
         instance.ids = [id.0 + 1, u32::MAX, 0, primitive.morph_count];
         instance.morph = [primitive.morph_first, primitive.vertex_count];
+        let mut mirrored = matrix.determinant() < 0.0;
         if let (true, Some(skin)) = (is_skinned, node.skin) {
-            instance.ids[1] = *first_joint.get_or_insert_with(|| append_joints(scene, skin, deformation));
+            let joints = joints.get_or_insert_with(|| Joints::append(scene, skin, deformation));
+            (instance.ids[1], mirrored) = (joints.first, joints.mirrored);
         }
         if primitive.morph_count > 0 {
             let weights =
@@ -143,7 +145,6 @@ fn collect<'a>(
             node.world_from_object.transform_point3(primitive.bounds.center())
         };
         let distance_m = -view.view_from_world.transform_point3(center).z;
-        let mirrored = !is_skinned && matrix.determinant() < 0.0;
         candidates.push(Candidate {
             draw: Draw { mesh, primitive: index, material, mirrored, instances: 0..0, distance_m },
             instance,
@@ -162,12 +163,24 @@ fn program_key(resources: &SceneResources, material: usize, is_deformed: bool) -
         .fold(0, |key, bit| key * 2 + u32::from(*bit))
 }
 
-fn append_joints(scene: &Scene, skin: usize, deformation: &mut Deformation) -> u32 {
-    let first = (deformation.joint_rows.len() / 3) as u32;
-    for matrix in scene.joint_matrices(skin) {
-        deformation.joint_rows.extend([0, 1, 2].map(|row| matrix.row(row).to_array()));
+/// The joints of a skin in the table.
+struct Joints {
+    first: u32,
+    /// Whether most of them turn triangles around; a mesh has one winding, so the others have to do with it.
+    mirrored: bool,
+}
+
+impl Joints {
+    fn append(scene: &Scene, skin: usize, deformation: &mut Deformation) -> Self {
+        let first = (deformation.joint_rows.len() / 3) as u32;
+        let mut balance = 0;
+        for matrix in scene.joint_matrices(skin) {
+            deformation.joint_rows.extend([0, 1, 2].map(|row| matrix.row(row).to_array()));
+            let determinant = matrix.determinant();
+            balance += i32::from(determinant > 0.0) - i32::from(determinant < 0.0);
+        }
+        Self { first, mirrored: balance < 0 }
     }
-    first
 }
 
 fn append_weights(weights: &[f32], count: u32, deformation: &mut Deformation) -> u32 {

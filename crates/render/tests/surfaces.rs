@@ -115,3 +115,48 @@ fn skinned_surfaces_are_blended_in_the_order_of_their_poses() {
     put(&mut scene, square(-1.0, GREEN, true), blended(), Node::default());
     assert_near(middle(&mut scene, |_| ()), RED_OVER_GREEN);
 }
+
+#[test]
+fn mirrored_joints_turn_no_skin_inside_out() {
+    let mut renderer = renderer();
+    let mut normals_of = |node_scale: Vec3, joint_scale: Vec3, is_skinned: bool| {
+        let mut scene = scene(PERSPECTIVE);
+        let joint = scene.add_node(None, Node { scale: joint_scale, ..Node::default() });
+        scene.skins.push(Skin { joints: vec![joint], inverse_bind_matrices: vec![Mat4::IDENTITY] });
+        let mut ball = primitives::uv_sphere(0.6, 24, 12);
+        let count = ball.positions.len();
+        (ball.joints, ball.weights) = (vec![[0; 4]; count], vec![[1.0, 0.0, 0.0, 0.0]; count]);
+        let node = Node { skin: is_skinned.then_some(0), scale: node_scale, ..Node::default() };
+        put(&mut scene, ball, Material::default(), node);
+        scene.update_transforms();
+        renderer.load(&scene).unwrap();
+        let mut request = plain_request(&scene, SIZE);
+        request.want_aovs = vec![Aov::Normal, Aov::Depth];
+        renderer.render(&scene, &request).unwrap();
+        let at = (SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) as usize;
+        let depth_m = floats(renderer.read_aov(Aov::Depth).unwrap())[at];
+        (depth_m, floats(renderer.read_aov(Aov::Normal).unwrap())[at * 3 + 2])
+    };
+    let mirror = Vec3::new(-1.0, 1.0, 1.0);
+    for (node_scale, joint_scale, is_skinned) in
+        [(Vec3::ONE, Vec3::ONE, true), (mirror, Vec3::ONE, false), (Vec3::ONE, mirror, true), (mirror, Vec3::ONE, true)]
+    {
+        let (depth_m, normal_z) = normals_of(node_scale, joint_scale, is_skinned);
+        // The near side of the ball, 4.4 m away; inside out it would be the far side, at 5.6 m.
+        assert!((depth_m - 4.4).abs() < 0.05, "node {node_scale}, joint {joint_scale}, skinned {is_skinned}: {depth_m}");
+        assert!(normal_z > 0.9, "node {node_scale}, joint {joint_scale}, skinned {is_skinned}: {normal_z}");
+    }
+}
+
+/// A bundle of lines, or a cloud of points, that covers the middle of the picture, at a distance of 5 m.
+fn bundle(topology: Topology) -> Primitive {
+    let step = 2.0 / SIZE.1 as f32;
+    let rows = (0..SIZE.1).map(|row| (row as f32 + 0.5) * step - 1.0);
+    let positions = match topology {
+        Topology::Points => {
+            rows.flat_map(|y| (0..SIZE.0).map(move |column| [(column as f32 + 0.5) * step - 1.0, y, 0.0])).collect()
+        }
+        _ => rows.flat_map(|y| [[-1.0, y, 0.0], [1.0, y, 0.0]]).collect(),
+    };
+    Primitive { topology, positions, ..Primitive::default() }
+}
