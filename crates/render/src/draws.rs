@@ -1,7 +1,7 @@
 //! What one view draws: instances of primitives, culled by the frustum, grouped and sorted.
 
 use crate::resources::SceneResources;
-use crate::resources::geometry::{GpuPrimitive, Instance};
+use crate::resources::geometry::{GpuPrimitive, Instance, WITHOUT_NORMALS};
 use crate::view::ViewUniform;
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
@@ -124,7 +124,8 @@ fn collect<'a>(
         let matrix = node.world_from_object;
         let mut instance = Instance::zeroed();
         instance.world_from_object = [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array());
-        instance.ids = [id.0 + 1, u32::MAX, 0, primitive.morph_count];
+        let without_normals = if primitive.without_normals { WITHOUT_NORMALS } else { 0 };
+        instance.ids = [(id.0 + 1) | without_normals, u32::MAX, 0, primitive.morph_count];
         instance.morph = [primitive.morph_first, primitive.vertex_count];
         let mut mirrored = matrix.determinant() < 0.0;
         if let (true, Some(skin)) = (is_skinned, node.skin) {

@@ -160,3 +160,54 @@ fn bundle(topology: Topology) -> Primitive {
     };
     Primitive { topology, positions, ..Primitive::default() }
 }
+
+#[test]
+fn points_and_lines_without_normals_show_base_color_and_emission_and_take_no_light() {
+    let base_color = Vec3::new(0.5, 0.25, 0.125);
+    let emissive_factor = Vec3::new(0.0, 0.25, 0.5);
+    for topology in [Topology::Points, Topology::Lines] {
+        for path in [Path::Deferred, Path::Forward] {
+            for has_normals in [false, true] {
+                let mut bundle = bundle(topology);
+                if has_normals {
+                    bundle.normals = vec![[0.0, 0.0, 1.0]; bundle.positions.len()];
+                }
+                let material = Material { base_color_factor: base_color.extend(1.0), emissive_factor, ..unlit() };
+                let lit = Material { shading_model: ShadingModel::Standard, metallic_factor: 0.0, ..material };
+                let mut scene = scene(PARALLEL);
+                put(&mut scene, bundle, lit, Node::default());
+                let kind = LightKind::Directional;
+                scene.lights.push(Light {
+                    name: String::new(),
+                    color_linear: Vec3::ONE,
+                    intensity: 9.0,
+                    range_m: None,
+                    kind,
+                });
+                scene.add_node(None, Node { light: Some(0), ..Node::default() });
+                let found = middle(&mut scene, |request| {
+                    request.path = path;
+                    request.environment = Environment::Studio;
+                });
+                if has_normals {
+                    assert!(found[0] > 1.0, "{topology:?}, {path:?}: with normals light falls on it: {found:?}");
+                } else {
+                    println!("{topology:?}, {path:?}");
+                    assert_near(found, (base_color + emissive_factor).to_array());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_has_no_normals_is_known_by_its_ids() {
+    let mut scene = scene(PARALLEL);
+    put(&mut scene, bundle(Topology::Lines), Material::default(), Node::default());
+    scene.update_transforms();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let request = FrameRequest { want_aovs: vec![Aov::ObjectId], ..plain_request(&scene, SIZE) };
+    renderer.render(&scene, &request).unwrap();
+    assert_eq!(ids(renderer.read_aov(Aov::ObjectId).unwrap())[(SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) as usize], 2);
+}
