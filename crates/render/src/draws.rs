@@ -11,6 +11,17 @@ use std::ops::Range;
 /// The corners of the square around the disc of a point.
 const DISC_CORNERS: usize = 4;
 
+/// Which sides of triangles are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Faces {
+    /// Both, in the order of the indices.
+    Both,
+    /// Those that turn their front to the eye.
+    Front,
+    /// Those that turn their back to the eye.
+    Back,
+}
+
 /// One draw call: a primitive, and which of the view's instances.
 #[derive(Clone, Debug)]
 pub struct Draw {
@@ -22,6 +33,8 @@ pub struct Draw {
     pub material: usize,
     /// Whether the transform turns the triangles around.
     pub mirrored: bool,
+    /// Which sides of its triangles.
+    pub faces: Faces,
     /// Which instances; of points, one for every corner of a disc.
     pub instances: Range<u32>,
     distance_m: f32,
@@ -32,7 +45,7 @@ pub struct Draw {
 pub struct DrawList {
     /// Opaque and masked surfaces, by program and material, nearer ones first.
     pub opaque: Vec<Draw>,
-    /// Blended surfaces, farther ones first.
+    /// Blended surfaces, farther ones first; of those with two sides the back faces before the front faces.
     pub blended: Vec<Draw>,
     /// The instances that the draws refer to.
     pub instances: Vec<Instance>,
@@ -85,15 +98,21 @@ impl DrawList {
             self.instances.resize(at, Instance::zeroed());
             self.instances.extend(std::iter::repeat_n(candidate.instance, copies));
             let range = at as u32..(at + copies) as u32;
-            if candidate.primitive.topology == Topology::Triangles {
+            let is_triangles = candidate.primitive.topology == Topology::Triangles;
+            if is_triangles {
                 self.triangles += u64::from(candidate.primitive.count) / 3;
             }
             let draws = if is_opaque { &mut self.opaque } else { &mut self.blended };
+            let draw = Draw { instances: range, ..candidate.draw };
             match draws.last_mut() {
-                Some(draw) if is_opaque && !is_points && last_key == Some(candidate.key) => {
-                    draw.instances.end = range.end;
+                Some(last) if is_opaque && !is_points && last_key == Some(candidate.key) => {
+                    last.instances.end = draw.instances.end;
                 }
-                _ => draws.push(Draw { instances: range, ..candidate.draw }),
+                _ if !is_opaque && draw.faces == Faces::Both && is_triangles => {
+                    // What a solid's back faces let through lies behind what its front faces let through.
+                    draws.extend([Faces::Back, Faces::Front].map(|faces| Draw { faces, ..draw.clone() }));
+                }
+                _ => draws.push(draw),
             }
             last_key = Some(candidate.key);
         }
@@ -146,8 +165,10 @@ fn collect<'a>(
             node.world_from_object.transform_point3(primitive.bounds.center())
         };
         let distance_m = -view.view_from_world.transform_point3(center).z;
+        let has_sides = primitive.topology == Topology::Triangles && !properties.double_sided;
+        let faces = if has_sides { Faces::Front } else { Faces::Both };
         candidates.push(Candidate {
-            draw: Draw { mesh, primitive: index, material, mirrored, instances: 0..0, distance_m },
+            draw: Draw { mesh, primitive: index, material, mirrored, faces, instances: 0..0, distance_m },
             instance,
             primitive,
             blended: properties.blended,

@@ -117,6 +117,23 @@ fn skinned_surfaces_are_blended_in_the_order_of_their_poses() {
 }
 
 #[test]
+fn back_faces_of_double_sided_blended_surfaces_lie_behind_front_faces() {
+    let double_sided = Material { double_sided: true, ..blended() };
+    for scale in [Vec3::ONE, Vec3::new(-1.0, 1.0, 1.0)] {
+        // The nearer square comes first in the order of indices. A solid's front faces are those nearer to the eye.
+        let solid = joined(square(0.4, RED, true), square(-0.4, GREEN, false));
+        let mut scene = scene(PARALLEL);
+        put(&mut scene, solid.clone(), double_sided.clone(), Node { scale, ..Node::default() });
+        assert_near(middle(&mut scene, |_| ()), RED_OVER_GREEN);
+        // Seen from behind the faces change their places.
+        let rotation = Quat::from_rotation_y(std::f32::consts::PI);
+        let node = scene.roots[1];
+        scene.node_mut(node).rotation = rotation;
+        assert_near(middle(&mut scene, |_| ()), [0.25, 0.5, 0.0]);
+    }
+}
+
+#[test]
 fn mirrored_joints_turn_no_skin_inside_out() {
     let mut renderer = renderer();
     let mut normals_of = |node_scale: Vec3, joint_scale: Vec3, is_skinned: bool| {
