@@ -267,8 +267,9 @@ fn create_sampler(device: &wgpu::Device, sampler: &Sampler, sampling: Sampling) 
             Some(true) if sampling.blends_mips => wgpu::MipmapFilterMode::Linear,
             _ => wgpu::MipmapFilterMode::Nearest,
         },
-        // Without mips only the first level is there to sample.
-        lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.0 },
+        // Without mips only the first level is there to sample: what is nearest to 0.25. At 0 itself Vulkan takes the filter
+        // of magnification for every size (its specification, on `VkSamplerCreateInfo` and filters of OpenGL).
+        lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.25 },
         anisotropy_clamp: if is_linear { sampling.anisotropy } else { 1 },
         ..Default::default()
     })
