@@ -190,8 +190,11 @@ static SRGB: std::sync::LazyLock<SrgbTables> = std::sync::LazyLock::new(|| {
     }
 });
 
-/// Half the width and height by a box filter, in linear light for colours. Odd sizes repeat their last row or column.
+/// Half the width and height by a box filter, in linear light for colours; where a size is 1 it stays.
 fn half(pixels: &Pixels, is_srgb: bool) -> Pixels {
+    if [pixels.width, pixels.height].iter().any(|size| *size > 1 && size % 2 == 1) {
+        return half_of_odd(pixels, is_srgb);
+    }
     let (width, height) = ((pixels.width / 2).max(1), (pixels.height / 2).max(1));
     let tables = &*SRGB;
     let mut data = Vec::with_capacity((width * height * 4) as usize);
@@ -216,6 +219,57 @@ fn half(pixels: &Pixels, is_srgb: bool) -> Pixels {
         }
     }
     Pixels { width, height, format: pixels.format, data }
+}
+
+/// What a texel of the next mip covers along one side of `size` texels: the first texel and the weights from there on. An
+/// odd size 2 m + 1 becomes m, each of them as wide as 2 + 1/m texels, so that every texel counts for the same (polyphase
+/// box filter; Guthe & Heckbert 2005, "Non-power-of-two mipmap creation").
+fn footprint(size: usize, index: usize) -> (usize, [u64; 3]) {
+    let half = size / 2;
+    let weights = match size {
+        1 => [1, 0, 0],
+        _ if size % 2 == 0 => [1, 1, 0],
+        _ => [half - index, half, index + 1].map(|weight| weight as u64),
+    };
+    (2 * index, weights)
+}
+
+/// [`half`] for any size.
+fn half_of_odd(pixels: &Pixels, is_srgb: bool) -> Pixels {
+    let (from_width, from_height) = (pixels.width as usize, pixels.height as usize);
+    let (width, height) = ((from_width / 2).max(1), (from_height / 2).max(1));
+    let tables = &*SRGB;
+    let weight_sum = |size| footprint(size, 0).1.iter().sum::<u64>();
+    let total = weight_sum(from_width) * weight_sum(from_height);
+    let stride = from_width * 4;
+    let mut data = Vec::with_capacity(width * height * 4);
+    // Weighted sums of the rows that a row of the result covers.
+    let mut sums = vec![0u64; stride];
+    for y in 0..height {
+        sums.fill(0);
+        let (first, weights) = footprint(from_height, y);
+        for (row, weight) in pixels.data.chunks_exact(stride).skip(first).zip(weights) {
+            for (at, (byte, sum)) in row.iter().zip(&mut sums).enumerate() {
+                let is_color = is_srgb && at % 4 < 3;
+                let value = if is_color { tables.linear[usize::from(*byte)] } else { u16::from(*byte) };
+                *sum += weight * u64::from(value);
+            }
+        }
+        for x in 0..width {
+            let (first, weights) = footprint(from_width, x);
+            for channel in 0..4 {
+                let columns = sums[channel..].iter().step_by(4).skip(first).zip(weights);
+                let sum: u64 = columns.map(|(sum, weight)| sum * weight).sum();
+                data.push(if is_srgb && channel < 3 {
+                    // The mean of 16-bit values, rounded to 12 bits.
+                    tables.srgb[((sum + 8 * total) / (16 * total)).min(4095) as usize]
+                } else {
+                    ((sum + total / 2) / total) as u8
+                });
+            }
+        }
+    }
+    Pixels { width: width as u32, height: height as u32, format: pixels.format, data }
 }
 
 fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool) -> wgpu::TextureView {
@@ -273,4 +327,57 @@ fn create_sampler(device: &wgpu::Device, sampler: &Sampler, sampling: Sampling) 
         anisotropy_clamp: if is_linear { sampling.anisotropy } else { 1 },
         ..Default::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(width: u32, height: u32, level: impl Fn(u32, u32) -> u8) -> Pixels {
+        let texel = |i: u32| [[level(i % width, i / width); 3].as_slice(), &[255]].concat();
+        Pixels {
+            width,
+            height,
+            format: manypass_scene::PixelFormat::Rgba8,
+            data: (0..width * height).flat_map(texel).collect(),
+        }
+    }
+
+    fn levels(pixels: &Pixels) -> Vec<u8> {
+        pixels.data.chunks_exact(4).map(|texel| texel[0]).collect()
+    }
+
+    #[test]
+    fn every_texel_counts_for_the_same_in_the_next_mip() {
+        // A row of three becomes one texel, a row of five two: 2/5, 2/5, 1/5 and the other way round.
+        assert_eq!(levels(&half(&grey(3, 1, |x, _| [0, 0, 255][x as usize]), false)), [85]);
+        assert_eq!(levels(&half(&grey(1, 3, |_, y| [0, 0, 255][y as usize]), false)), [85]);
+        assert_eq!(levels(&half(&grey(5, 1, |x, _| [0, 0, 250, 0, 0][x as usize]), false)), [50, 50]);
+        assert_eq!(levels(&half(&grey(5, 1, |x, _| [250, 0, 0, 0, 0][x as usize]), false)), [100, 0]);
+        // In linear light a third of white is 0.333, which is 156 in sRGB.
+        assert_eq!(levels(&half(&grey(3, 1, |x, _| [0, 0, 255][x as usize]), true)), [156]);
+        for (width, height) in [(7, 5), (9, 4), (4, 9), (37, 1), (1, 37), (641, 3)] {
+            // Whatever stands in a corner, and a pattern, leave the mean as it is but for rounding.
+            for pattern in [|x: u32, y: u32| ((x * 89 + y * 57) % 256) as u8, |x, y| if x + y == 0 { 240 } else { 9 }] {
+                let image = grey(width, height, pattern);
+                let mean = |pixels: &Pixels| {
+                    let levels = levels(pixels);
+                    levels.iter().map(|level| f64::from(*level)).sum::<f64>() / levels.len() as f64
+                };
+                let (before, after) = (mean(&image), mean(&half(&image, false)));
+                assert!((before - after).abs() <= 0.5, "{width}x{height}: {before} becomes {after}");
+            }
+        }
+    }
+
+    #[test]
+    fn mips_of_even_sizes_are_means_of_four_texels() {
+        let image = grey(4, 2, |x, y| [[10, 20, 255, 255], [30, 41, 255, 0]][y as usize][x as usize]);
+        assert_eq!(levels(&half(&image, false)), [25, 191]);
+        assert_eq!(levels(&half(&image, true)), [27, 225]);
+        assert_eq!(levels(&half(&grey(2, 1, |x, _| [10, 21][x as usize]), false)), [16]);
+        for is_srgb in [false, true] {
+            assert_eq!(half(&image, is_srgb), half_of_odd(&image, is_srgb));
+        }
+    }
 }
