@@ -186,3 +186,38 @@ fn without_mips_smaller_textures_are_filtered_as_the_sampler_says() {
         assert_eq!(gray, expected, "magnified linearly: {mag_linear}, minified linearly: {min_linear}");
     }
 }
+
+#[test]
+fn a_texture_that_cannot_be_decoded_is_as_if_the_material_had_none() {
+    let mut renderer = renderer();
+    let mut variables_of = |material: Material, warns: bool| {
+        let mut scene = square(material);
+        scene.images.push(Image { name: "broken".into(), source: ImageSource::Encoded(b"no picture".as_slice().into()) });
+        scene.textures = vec![Texture { image: 0, sampler: Sampler::default() }];
+        renderer.load(&scene).unwrap();
+        assert_eq!(renderer.warnings().iter().any(|warning| warning.contains("`broken`")), warns);
+        let mut request = plain_request(&scene, (8, 8));
+        let variables = [Aov::BaseColor, Aov::Normal, Aov::Roughness, Aov::Metallic, Aov::Occlusion, Aov::Emission];
+        request.want_aovs = variables.to_vec();
+        renderer.render(&scene, &request).unwrap();
+        variables.map(|aov| floats(renderer.read_aov(aov).unwrap()))
+    };
+    let plain = Material {
+        base_color_factor: glam::Vec4::new(0.5, 0.25, 0.125, 1.0),
+        metallic_factor: 0.5,
+        roughness_factor: 0.25,
+        emissive_factor: Vec3::new(0.5, 0.0, 2.0),
+        ..Material::default()
+    };
+    let broken = Material {
+        base_color_texture: first_texture(),
+        metallic_roughness_texture: first_texture(),
+        normal_texture: first_texture(),
+        occlusion_texture: first_texture(),
+        emissive_texture: first_texture(),
+        ..plain.clone()
+    };
+    let expected = variables_of(plain, false);
+    assert!(expected[1][1] > 0.9999, "a flat square");
+    assert_eq!(variables_of(broken, true), expected);
+}

@@ -124,13 +124,15 @@ impl SceneResources {
 }
 
 fn upload_material(gpu: &Gpu, material: &Material, index: u32, textures: &Textures) -> GpuMaterial {
+    // What a texture multiplies stays as it is without one, and a normal map without one is flat (glTF 2.0).
     let slots = [
-        material.base_color_texture,
-        material.metallic_roughness_texture,
-        material.normal_texture,
-        material.occlusion_texture,
-        material.emissive_texture,
-    ];
+        (material.base_color_texture, true),
+        (material.metallic_roughness_texture, false),
+        (material.normal_texture, false),
+        (material.occlusion_texture, false),
+        (material.emissive_texture, true),
+    ]
+    .map(|(slot, is_srgb)| slot.filter(|slot| textures.is_there(slot.texture, is_srgb)));
     let mut uv_rows = [Vec4::ZERO; 10];
     for (slot, reference) in slots.iter().enumerate() {
         let (matrix, set) = reference.map_or((glam::Mat3::IDENTITY, 0), |r| (r.transform.matrix(), r.uv_set));
@@ -169,7 +171,7 @@ fn upload_material(gpu: &Gpu, material: &Material, index: u32, textures: &Textur
     GpuMaterial {
         uniform,
         textured: [0, 1, 3, 4].iter().any(|slot| slots[*slot].is_some()),
-        normal_map: material.normal_texture.is_some(),
+        normal_map: slots[2].is_some(),
         masked,
         blended,
         double_sided: material.double_sided,

@@ -70,6 +70,11 @@ impl Textures {
         Self { views, kinds, samplers: RefCell::default(), device: gpu.device.clone(), entries, sampler_of, decode_ms }
     }
 
+    /// Whether the texture of the scene has an image; materials do without one that has none, as if they did not name it.
+    pub fn is_there(&self, texture: usize, is_srgb: bool) -> bool {
+        self.entries.get(texture + 1).is_some_and(|views| views[usize::from(is_srgb)] != Self::WHITE)
+    }
+
     /// A key for [`Self::view`] and [`Self::sampler`]: the texture of the scene, as colour or as data.
     pub fn index_of(&self, texture: usize, is_srgb: bool) -> usize {
         if texture + 1 < self.entries.len() { (texture + 1) * 2 + usize::from(is_srgb) } else { Self::WHITE }
@@ -119,7 +124,7 @@ fn decode(scene: &Scene, (image, is_srgb): (usize, bool), limit: u32) -> Decoded
     let source = &scene.images[image];
     let mut pixels = source
         .decode()
-        .map_err(|error| format!("image {image} `{}` cannot be decoded and is white: {error}", source.name))?;
+        .map_err(|error| format!("image {image} `{}` cannot be decoded, and materials do without it: {error}", source.name))?;
     let mut shrunk = false;
     while pixels.width > limit || pixels.height > limit {
         pixels = half(&pixels, is_srgb);
