@@ -6,7 +6,11 @@ use wesl::{CompileOptions, ManglerKind, Wesl};
 /// Name, module and variant axes of every program. A variant's index has bit `i` set if axis `i` is on.
 const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("fullscreen", "package::shaders::fullscreen", &[]),
-    ("geometry", "package::passes::geometry::geometry", &["textured", "occlusion_apart", "normal_map", "masked", "deformed"]),
+    (
+        "geometry",
+        "package::passes::geometry::geometry",
+        &["textured", "occlusion_apart", "normal_map", "masked", "deformed"],
+    ),
     ("emission", "package::passes::emission::emission", &[]),
     ("ids", "package::passes::ids::ids", &["textured", "masked", "deformed"]),
     ("motion", "package::passes::motion::motion", &["textured", "masked", "deformed"]),
@@ -15,7 +19,11 @@ const PROGRAMS: &[(&str, &str, &[&str])] = &[
     ("indirect", "package::passes::indirect::indirect", &[]),
     ("direct", "package::passes::direct::direct", &["counting"]),
     ("background", "package::passes::background::background", &[]),
-    ("forward", "package::passes::forward::forward", &["textured", "occlusion_apart", "normal_map", "masked", "deformed"]),
+    (
+        "forward",
+        "package::passes::forward::forward",
+        &["textured", "occlusion_apart", "normal_map", "masked", "deformed"],
+    ),
     ("accumulate", "package::passes::accumulate::accumulate", &["curve_0", "curve_1", "curve_2", "scaled"]),
     ("tone_map", "package::passes::tone_map::tone_map", &["curve_0", "curve_1", "curve_2", "over_color"]),
     ("meter", "package::passes::meter::meter", &[]),

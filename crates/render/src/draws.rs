@@ -1,7 +1,8 @@
 //! What one view draws: instances of primitives, culled by the frustum, grouped and sorted.
 
 use crate::resources::SceneResources;
-use crate::resources::geometry::{GpuPrimitive, Instance};
+use crate::resources::geometry::{GpuPrimitive, Instance, WITHOUT_NORMALS};
+use crate::view::ViewUniform;
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
 use manypass_scene::{Aabb, NodeId, Scene, Topology};
@@ -9,6 +10,17 @@ use std::ops::Range;
 
 /// The corners of the square around the disc of a point.
 const DISC_CORNERS: usize = 4;
+
+/// Which sides of triangles are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Faces {
+    /// Both, in the order of the indices.
+    Both,
+    /// Those that turn their front to the eye.
+    Front,
+    /// Those that turn their back to the eye.
+    Back,
+}
 
 /// One draw call: a primitive, and which of the view's instances.
 #[derive(Clone, Debug)]
@@ -21,6 +33,8 @@ pub struct Draw {
     pub material: usize,
     /// Whether the transform turns the triangles around.
     pub mirrored: bool,
+    /// Which sides of its triangles.
+    pub faces: Faces,
     /// Which instances; of points, one for every corner of a disc.
     pub instances: Range<u32>,
     distance_m: f32,
@@ -31,7 +45,7 @@ pub struct Draw {
 pub struct DrawList {
     /// Opaque and masked surfaces, by program and material, nearer ones first.
     pub opaque: Vec<Draw>,
-    /// Blended surfaces, farther ones first.
+    /// Blended surfaces, farther ones first; of those with two sides the back faces before the front faces.
     pub blended: Vec<Draw>,
     /// The instances that the draws refer to.
     pub instances: Vec<Instance>,
@@ -58,16 +72,11 @@ struct Candidate<'a> {
 }
 
 impl DrawList {
-    /// Everything of `scene` that `clip_from_world` may show.
-    pub fn new(
-        scene: &Scene,
-        resources: &SceneResources,
-        clip_from_world: &Mat4,
-        deformation: &mut Deformation,
-    ) -> Self {
+    /// Everything of `scene` that `view` may show.
+    pub fn new(scene: &Scene, resources: &SceneResources, view: &ViewUniform, deformation: &mut Deformation) -> Self {
         let mut candidates = Vec::new();
         for id in scene.visible_nodes() {
-            collect(scene, resources, clip_from_world, id, deformation, &mut candidates);
+            collect(scene, resources, view, id, deformation, &mut candidates);
         }
         let (mut blended, mut opaque): (Vec<_>, Vec<_>) =
             candidates.into_iter().partition(|candidate| candidate.blended);
@@ -89,15 +98,21 @@ impl DrawList {
             self.instances.resize(at, Instance::zeroed());
             self.instances.extend(std::iter::repeat_n(candidate.instance, copies));
             let range = at as u32..(at + copies) as u32;
-            if candidate.primitive.topology == Topology::Triangles {
+            let is_triangles = candidate.primitive.topology == Topology::Triangles;
+            if is_triangles {
                 self.triangles += u64::from(candidate.primitive.count) / 3;
             }
             let draws = if is_opaque { &mut self.opaque } else { &mut self.blended };
+            let draw = Draw { instances: range, ..candidate.draw };
             match draws.last_mut() {
-                Some(draw) if is_opaque && !is_points && last_key == Some(candidate.key) => {
-                    draw.instances.end = range.end;
+                Some(last) if is_opaque && !is_points && last_key == Some(candidate.key) => {
+                    last.instances.end = draw.instances.end;
                 }
-                _ => draws.push(Draw { instances: range, ..candidate.draw }),
+                _ if !is_opaque && draw.faces == Faces::Both && is_triangles => {
+                    // What a solid's back faces let through lies behind what its front faces let through.
+                    draws.extend([Faces::Back, Faces::Front].map(|faces| Draw { faces, ..draw.clone() }));
+                }
+                _ => draws.push(draw),
             }
             last_key = Some(candidate.key);
         }
@@ -107,7 +122,7 @@ impl DrawList {
 fn collect<'a>(
     scene: &Scene,
     resources: &'a SceneResources,
-    clip_from_world: &Mat4,
+    view: &ViewUniform,
     id: NodeId,
     deformation: &mut Deformation,
     candidates: &mut Vec<Candidate<'a>>,
@@ -117,21 +132,24 @@ fn collect<'a>(
     let (Some(primitives), Some(source)) = (resources.geometry.meshes.get(mesh), scene.meshes.get(mesh)) else {
         return;
     };
-    let mut first_joint = None;
+    let mut joints = None;
     let mut first_weight = None;
     for (index, primitive) in primitives.iter().enumerate() {
         let is_skinned = node.skin.is_some() && primitive.skin.is_some();
         let is_deformed = is_skinned || primitive.morph_count > 0;
-        if !is_deformed && !may_be_visible(&primitive.bounds, &(*clip_from_world * node.world_from_object)) {
+        if !is_deformed && !may_be_visible(&primitive.bounds, &(view.clip_from_world * node.world_from_object)) {
             continue;
         }
         let matrix = node.world_from_object;
         let mut instance = Instance::zeroed();
         instance.world_from_object = [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array());
-        instance.ids = [id.0 + 1, u32::MAX, 0, primitive.morph_count];
+        let without_normals = if primitive.without_normals { WITHOUT_NORMALS } else { 0 };
+        instance.ids = [(id.0 + 1) | without_normals, u32::MAX, 0, primitive.morph_count];
         instance.morph = [primitive.morph_first, primitive.vertex_count];
+        let mut mirrored = matrix.determinant() < 0.0;
         if let (true, Some(skin)) = (is_skinned, node.skin) {
-            instance.ids[1] = *first_joint.get_or_insert_with(|| append_joints(scene, skin, deformation));
+            let joints = joints.get_or_insert_with(|| Joints::append(scene, skin, deformation));
+            (instance.ids[1], mirrored) = (joints.first, joints.mirrored);
         }
         if primitive.morph_count > 0 {
             let weights =
@@ -140,11 +158,17 @@ fn collect<'a>(
                 *first_weight.get_or_insert_with(|| append_weights(weights, primitive.morph_count, deformation));
         }
         let (material, properties) = resources.material_of(primitive);
-        let center = node.world_from_object.transform_point3(primitive.bounds.center());
-        let distance_m = (*clip_from_world * center.extend(1.0)).w;
-        let mirrored = !is_skinned && matrix.determinant() < 0.0;
+        // A skin's joints place the mesh; the node's own transform does not.
+        let center = if is_skinned {
+            node.bounds_world.center()
+        } else {
+            node.world_from_object.transform_point3(primitive.bounds.center())
+        };
+        let distance_m = -view.view_from_world.transform_point3(center).z;
+        let has_sides = primitive.topology == Topology::Triangles && !properties.double_sided;
+        let faces = if has_sides { Faces::Front } else { Faces::Both };
         candidates.push(Candidate {
-            draw: Draw { mesh, primitive: index, material, mirrored, instances: 0..0, distance_m },
+            draw: Draw { mesh, primitive: index, material, mirrored, faces, instances: 0..0, distance_m },
             instance,
             primitive,
             blended: properties.blended,
@@ -167,12 +191,24 @@ fn program_key(resources: &SceneResources, material: usize, is_deformed: bool) -
     axes.iter().fold(0, |key, bit| key * 2 + u32::from(*bit))
 }
 
-fn append_joints(scene: &Scene, skin: usize, deformation: &mut Deformation) -> u32 {
-    let first = (deformation.joint_rows.len() / 3) as u32;
-    for matrix in scene.joint_matrices(skin) {
-        deformation.joint_rows.extend([0, 1, 2].map(|row| matrix.row(row).to_array()));
+/// The joints of a skin in the table.
+struct Joints {
+    first: u32,
+    /// Whether most of them turn triangles around; a mesh has one winding, so the others have to do with it.
+    mirrored: bool,
+}
+
+impl Joints {
+    fn append(scene: &Scene, skin: usize, deformation: &mut Deformation) -> Self {
+        let first = (deformation.joint_rows.len() / 3) as u32;
+        let mut balance = 0;
+        for matrix in scene.joint_matrices(skin) {
+            deformation.joint_rows.extend([0, 1, 2].map(|row| matrix.row(row).to_array()));
+            let determinant = matrix.determinant();
+            balance += i32::from(determinant > 0.0) - i32::from(determinant < 0.0);
+        }
+        Self { first, mirrored: balance < 0 }
     }
-    first
 }
 
 fn append_weights(weights: &[f32], count: u32, deformation: &mut Deformation) -> u32 {

@@ -319,7 +319,7 @@ impl Renderer {
         };
         let uniform = uniform_at(size);
         let mut deformation = Deformation::default();
-        let draws = DrawList::new(scene, resources, &uniform.clip_from_world, &mut deformation);
+        let draws = DrawList::new(scene, resources, &uniform, &mut deformation);
         let started = web_time::Instant::now();
         let table = LightTable::new(scene, pre_exposure, request.light_subset);
         let aspect = output_size.0 as f32 / output_size.1 as f32;

@@ -1,6 +1,6 @@
 //! Drawing surfaces: the pipelines of a program that draws the scene's geometry, and the loop that draws a list.
 
-use crate::draws::Draw;
+use crate::draws::{Draw, Faces};
 use crate::frame::Shared;
 use crate::resources::SceneResources;
 use crate::resources::geometry::{ATTRIBUTES, STRIDES};
@@ -31,7 +31,7 @@ struct Key {
     axes: Vec<&'static str>,
     targets: Targets,
     topology: Topology,
-    double_sided: bool,
+    faces: Faces,
     mirrored: bool,
 }
 
@@ -119,7 +119,11 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
                 Topology::Triangles => wgpu::PrimitiveTopology::TriangleList,
             },
             front_face: if key.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
-            cull_mode: (!key.double_sided && key.topology == Topology::Triangles).then_some(wgpu::Face::Back),
+            cull_mode: match key.faces {
+                Faces::Both => None,
+                Faces::Front => Some(wgpu::Face::Back),
+                Faces::Back => Some(wgpu::Face::Front),
+            },
             ..Default::default()
         },
         depth_stencil: Some(wgpu::DepthStencilState {
@@ -196,7 +200,7 @@ pub fn prepare(
                 .collect(),
             targets: targets.clone(),
             topology: primitive.topology,
-            double_sided: material.double_sided,
+            faces: draw.faces,
             // Discs face the eye however their object is mirrored.
             mirrored: draw.mirrored && primitive.topology != Topology::Points,
         };

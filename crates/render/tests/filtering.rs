@@ -15,15 +15,18 @@ use std::sync::Arc;
 
 const SIZE: (u32, u32) = (96, 64);
 
+fn image(side: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
+    let data = (0..side * side).flat_map(|i| texel(i % side, i / side)).collect();
+    let pixels = Pixels { width: side, height: side, format: PixelFormat::Rgba8, data };
+    Image { name: "made".into(), source: ImageSource::Pixels(Arc::new(pixels)) }
+}
+
 /// A floor of 40 m by 40 m with light and dark stripes of 12.5 cm that run away from the camera, which stands half a
 /// metre above it. Neither light nor environment: the floor is unlit.
 fn striped_floor() -> Scene {
     let mut scene = Scene::default();
-    let side = 64u32;
-    let texel = |i: u32| if (i % side) % 8 < 4 { [230, 230, 230, 255] } else { [20, 20, 20, 255] };
-    let data = (0..side * side).flat_map(texel).collect();
-    let pixels = Pixels { width: side, height: side, format: PixelFormat::Rgba8, data };
-    scene.images.push(Image { name: "stripes".into(), source: ImageSource::Pixels(Arc::new(pixels)) });
+    let stripe = |x: u32, _| if x % 8 < 4 { [230, 230, 230, 255] } else { [20, 20, 20, 255] };
+    scene.images.push(image(64, stripe));
     scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
     let transform = TextureTransform { scale: glam::Vec2::splat(20.0), ..TextureTransform::default() };
     scene.materials.push(Material {
@@ -141,4 +144,82 @@ fn variables_do_not_depend_on_the_number_of_samples() {
         floats(renderer.read_aov(Aov::BaseColor).unwrap())
     };
     assert!(base_color_of(1) == base_color_of(16));
+}
+
+/// A square of 1 m seen from above with parallel rays, which fills the picture.
+fn square(material: Material) -> Scene {
+    let mut scene = Scene::default();
+    let mut square = primitives::plane(1.0);
+    square.material = Some(0);
+    scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() });
+    scene.materials.push(material);
+    scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
+    let projection = Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 10.0 };
+    scene.cameras.push(Camera { name: "eye".into(), projection });
+    let rotation = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    scene.add_node(None, Node { camera: Some(0), translation: Vec3::Y, rotation, ..Node::default() });
+    scene.update_transforms();
+    scene
+}
+
+/// A use of the first texture.
+fn first_texture() -> Option<TextureRef> {
+    Some(TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() })
+}
+
+#[test]
+fn without_mips_smaller_textures_are_filtered_as_the_sampler_says() {
+    let unlit =
+        Material { shading_model: ShadingModel::Unlit, base_color_texture: first_texture(), ..Material::default() };
+    let mut scene = square(unlit);
+    // Two texels a pixel, whose middle is the corner of four: two white, two black.
+    scene.images.push(image(64, |x, y| if (x + y) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }));
+    let mut renderer = renderer();
+    for (mag_linear, min_linear) in [(false, true), (true, false), (true, true), (false, false)] {
+        let sampler = Sampler { mag_linear, min_linear, mip_linear: None, ..Sampler::default() };
+        scene.textures = vec![Texture { image: 0, sampler }];
+        renderer.load(&scene).unwrap();
+        let values = picture(&mut renderer, &scene, (32, 32), 1);
+        let is_gray = |value: &f32| (value - 0.5).abs() < 0.02;
+        let gray = values.iter().filter(|value| is_gray(value)).count();
+        let expected = if min_linear { values.len() } else { 0 };
+        assert_eq!(gray, expected, "magnified linearly: {mag_linear}, minified linearly: {min_linear}");
+    }
+}
+
+#[test]
+fn a_texture_that_cannot_be_decoded_is_as_if_the_material_had_none() {
+    let mut renderer = renderer();
+    let mut variables_of = |material: Material, warns: bool| {
+        let mut scene = square(material);
+        scene
+            .images
+            .push(Image { name: "broken".into(), source: ImageSource::Encoded(b"no picture".as_slice().into()) });
+        scene.textures = vec![Texture { image: 0, sampler: Sampler::default() }];
+        renderer.load(&scene).unwrap();
+        assert_eq!(renderer.warnings().iter().any(|warning| warning.contains("`broken`")), warns);
+        let mut request = plain_request(&scene, (8, 8));
+        let variables = [Aov::BaseColor, Aov::Normal, Aov::Roughness, Aov::Metallic, Aov::Occlusion, Aov::Emission];
+        request.want_aovs = variables.to_vec();
+        renderer.render(&scene, &request).unwrap();
+        variables.map(|aov| floats(renderer.read_aov(aov).unwrap()))
+    };
+    let plain = Material {
+        base_color_factor: glam::Vec4::new(0.5, 0.25, 0.125, 1.0),
+        metallic_factor: 0.5,
+        roughness_factor: 0.25,
+        emissive_factor: Vec3::new(0.5, 0.0, 2.0),
+        ..Material::default()
+    };
+    let broken = Material {
+        base_color_texture: first_texture(),
+        metallic_roughness_texture: first_texture(),
+        normal_texture: first_texture(),
+        occlusion_texture: first_texture(),
+        emissive_texture: first_texture(),
+        ..plain.clone()
+    };
+    let expected = variables_of(plain, false);
+    assert!(expected[1][1] > 0.9999, "a flat square");
+    assert_eq!(variables_of(broken, true), expected);
 }

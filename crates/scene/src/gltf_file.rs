@@ -222,9 +222,9 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
 
     let mut images = material::read_images(&mut document, resolve)?;
     let textures = material::read_textures(&mut document, &mut images)?;
-    let materials = material::read_materials(&mut document, textures.len())?;
+    let materials = material::read_materials(&mut document, &textures, &images)?;
     let meshes = mesh::read_meshes(&mut document, &materials)?;
-    let mut scene = Scene { images, textures, materials, meshes, ..Scene::default() };
+    let mut scene = Scene { images: images.images, textures, materials, meshes, ..Scene::default() };
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;

@@ -101,6 +101,24 @@ fn images_that_claim_too_much_are_white_with_a_warning() {
 }
 
 #[test]
+fn materials_do_without_an_image_that_cannot_be_read() {
+    // White is no flat normal: the map would tilt every surface by 55°.
+    let there = data_uri("image/png", &encoded(ColorType::Rgba8, ImageFormat::Png));
+    let mut model = Model::triangle();
+    model.json["images"] = json!([{ "uri": "data:image/png;base64,AAAA" }, { "uri": there }]);
+    model.json["textures"] = json!([{ "source": 0 }, { "source": 1 }, { "source": 1, "extensions": { "EXT_texture_webp": { "source": 0 } } }]);
+    model.json["materials"] = json!([{
+        "normalTexture": { "index": 0 }, "occlusionTexture": { "index": 1 }, "emissiveTexture": { "index": 2 },
+    }]);
+    let loaded = model.try_load().unwrap();
+    let material = &loaded.scene.materials[0];
+    assert_eq!((material.normal_texture, material.emissive_texture), (None, None));
+    assert!(material.occlusion_texture.is_some());
+    assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
+    assert!(loaded.warnings[0].contains("materials do without it"), "{:?}", loaded.warnings);
+}
+
+#[test]
 fn an_image_outside_the_folder_is_not_read() {
     let folder = std::env::temp_dir().join(format!("manypass-image-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("in")).unwrap();

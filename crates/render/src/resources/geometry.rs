@@ -33,11 +33,14 @@ struct SkinVertex {
 pub struct Instance {
     /// The first three rows of `world_from_object`.
     pub world_from_object: [[f32; 4]; 3],
-    /// Object id, first joint (all ones: not skinned), first morph weight, number of morph targets.
+    /// Object id and [`WITHOUT_NORMALS`], first joint (all ones: not skinned), first morph weight, number of morph targets.
     pub ids: [u32; 4],
     /// First displacement texel of the primitive, number of vertices.
     pub morph: [u32; 2],
 }
+
+/// Set beside an object id where no light falls on the primitive; a constant of `surface_vertex.wgsl`.
+pub const WITHOUT_NORMALS: u32 = 1 << 31;
 
 /// The stride of each stream: vertices, skins, instances.
 pub const STRIDES: [u64; 3] =
@@ -85,6 +88,9 @@ pub struct GpuPrimitive {
     pub morph_first: u32,
     /// The number of its morph targets.
     pub morph_count: u32,
+    /// Whether it takes no light: points and lines whose file gives no normals show base colour and emission (glTF 2.0, on the
+    /// materials of points and lines).
+    pub without_normals: bool,
     /// The box in object space.
     pub bounds: Aabb,
 }
@@ -195,6 +201,7 @@ fn append(
         material: primitive.material,
         morph_first,
         morph_count: primitive.morph_targets.len() as u32,
+        without_normals: primitive.topology != Topology::Triangles && primitive.normals.is_empty(),
         bounds: primitive.bounds,
     }
 }

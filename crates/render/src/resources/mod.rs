@@ -127,13 +127,16 @@ impl SceneResources {
 }
 
 fn upload_material(gpu: &Gpu, scene: &Scene, material: &Material, index: u32, textures: &Textures) -> GpuMaterial {
+    // What a texture multiplies stays as it is without one, and a normal map without one is flat (glTF 2.0).
+    let is_packed = textures.is_packed(material);
     let slots = [
-        material.base_color_texture,
-        material.metallic_roughness_texture,
-        material.normal_texture,
-        material.occlusion_texture,
-        material.emissive_texture,
-    ];
+        (material.base_color_texture, true, false),
+        (material.metallic_roughness_texture, false, is_packed),
+        (material.normal_texture, false, false),
+        (material.occlusion_texture, false, is_packed),
+        (material.emissive_texture, true, false),
+    ]
+    .map(|(slot, is_srgb, is_packed)| slot.filter(|slot| is_packed || textures.is_there(slot.texture, is_srgb)));
     let mut uv_rows = [Vec4::ZERO; 10];
     for (slot, reference) in slots.iter().enumerate() {
         let (matrix, set) = reference.map_or((glam::Mat3::IDENTITY, 0), |r| (r.transform.matrix(), r.uv_set));
@@ -149,7 +152,7 @@ fn upload_material(gpu: &Gpu, scene: &Scene, material: &Material, index: u32, te
         roughness: material.roughness_factor,
         normal_scale: material.normal_scale,
         // Red of metallic-roughness alone means nothing.
-        occlusion_strength: material.occlusion_texture.map_or(0.0, |_| material.occlusion_strength),
+        occlusion_strength: slots[3].map_or(0.0, |_| material.occlusion_strength),
         alpha_cutoff: match material.alpha_mode {
             AlphaMode::Mask { cutoff } => cutoff,
             _ => 0.0,
@@ -174,8 +177,8 @@ fn upload_material(gpu: &Gpu, scene: &Scene, material: &Material, index: u32, te
     GpuMaterial {
         uniform,
         textured: [0, 1, 3, 4].iter().any(|slot| slots[*slot].is_some()),
-        occlusion_apart: occlusion.is_some(),
-        normal_map: material.normal_texture.is_some(),
+        occlusion_apart: slots[3].is_some() && occlusion.is_some(),
+        normal_map: slots[2].is_some(),
         masked,
         blended,
         double_sided: material.double_sided,

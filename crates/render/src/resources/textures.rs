@@ -19,6 +19,8 @@ pub struct Textures {
     /// For every texture of the scene: the index of its view as data and as colour, and of its sampler.
     entries: Vec<[usize; 2]>,
     sampler_of: Vec<usize>,
+    /// How many of the entries, after the first, are the scene's; the others are packed.
+    texture_count: usize,
     /// Indices of the entries of packed textures, by the textures of occlusion and of metallic-roughness.
     packed: BTreeMap<(usize, usize), usize>,
     /// Milliseconds in which decoding, which runs beside the uploads, held them up.
@@ -79,15 +81,17 @@ impl Textures {
             ) else {
                 continue;
             };
+            let source = ImageSource::Packed { occlusion: occlusion_image, metallic_roughness };
+            let Some(view) = uploaded.get(&source) else { continue };
             packed.entry((occlusion.texture, rough_metal.texture)).or_insert_with(|| {
-                let source = ImageSource::Packed { occlusion: occlusion_image, metallic_roughness };
-                entries.push([uploaded.get(&source).copied().unwrap_or(Self::WHITE); 2]);
+                entries.push([*view; 2]);
                 sampler_of.push(sampler_of[rough_metal.texture + 1]);
                 entries.len() - 1
             });
         }
         let (samplers, device) = (RefCell::default(), gpu.device.clone());
-        Self { views, kinds, samplers, device, entries, sampler_of, packed, decode_ms }
+        let texture_count = scene.textures.len();
+        Self { views, kinds, samplers, device, entries, sampler_of, texture_count, packed, decode_ms }
     }
 
     /// The keys of a material's metallic-roughness and occlusion. Where one sample gives both, occlusion has none of its
@@ -105,9 +109,21 @@ impl Textures {
         }
     }
 
+    /// Whether occlusion and metallic-roughness of a material are one texture that is neither of the two images.
+    pub fn is_packed(&self, material: &Material) -> bool {
+        let [rough_metal, occlusion] = [material.metallic_roughness_texture, material.occlusion_texture];
+        let textures = occlusion.zip(rough_metal).map(|(first, second)| (first.texture, second.texture));
+        textures.is_some_and(|textures| self.packed.contains_key(&textures))
+    }
+
+    /// Whether the texture of the scene has an image; materials do without one that has none, as if they did not name it.
+    pub fn is_there(&self, texture: usize, is_srgb: bool) -> bool {
+        self.entries[self.index_of(texture, is_srgb) / 2][usize::from(is_srgb)] != Self::WHITE
+    }
+
     /// A key for [`Self::view`] and [`Self::sampler`]: the texture of the scene, as colour or as data.
     pub fn index_of(&self, texture: usize, is_srgb: bool) -> usize {
-        if texture + 1 < self.entries.len() { (texture + 1) * 2 + usize::from(is_srgb) } else { Self::WHITE }
+        if texture < self.texture_count { (texture + 1) * 2 + usize::from(is_srgb) } else { Self::WHITE }
     }
 
     /// The view behind a key.
@@ -162,7 +178,7 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
     let mut pixels = match source.decode() {
         Ok(pixels) => pixels,
         Err(error) => {
-            warnings.push(format!("image {image} `{name}` cannot be decoded and is white: {error}"));
+            warnings.push(format!("image {image} `{name}` cannot be decoded, and materials do without it: {error}"));
             return None;
         }
     };
@@ -251,32 +267,87 @@ static SRGB: std::sync::LazyLock<SrgbTables> = std::sync::LazyLock::new(|| {
     }
 });
 
-/// Half the width and height by a box filter, in linear light for colours. Odd sizes repeat their last row or column.
+/// Half the width and height by a box filter, in linear light for colours; where a size is 1 it stays.
 fn half(pixels: &Pixels, is_srgb: bool) -> Pixels {
+    if [pixels.width, pixels.height].iter().any(|size| *size > 1 && size % 2 == 1) {
+        return half_of_odd(pixels, is_srgb);
+    }
     let (width, height) = ((pixels.width / 2).max(1), (pixels.height / 2).max(1));
     let tables = &*SRGB;
-    let mut data = Vec::with_capacity((width * height * 4) as usize);
+    let linear_sum = |texels: [u8; 4]| texels.iter().map(|t| u32::from(tables.linear[usize::from(*t)])).sum::<u32>();
+    // The mean of four 16-bit values, rounded to 12 bits.
+    let color = |texels: [u8; 4]| tables.srgb[(((linear_sum(texels) + 32) >> 6) as usize).min(4095)];
+    let value = |texels: [u8; 4]| ((texels.iter().map(|t| u32::from(*t)).sum::<u32>() + 2) / 4) as u8;
+    let mut data = vec![0; (width * height * 4) as usize];
     let stride = pixels.width as usize * 4;
-    for y in 0..height as usize {
-        let y0 = (2 * y).min(pixels.height as usize - 1);
-        let y1 = (2 * y + 1).min(pixels.height as usize - 1);
-        let (row0, row1) = (&pixels.data[y0 * stride..][..stride], &pixels.data[y1 * stride..][..stride]);
-        for x in 0..width as usize {
-            let x0 = (2 * x).min(pixels.width as usize - 1) * 4;
-            let x1 = (2 * x + 1).min(pixels.width as usize - 1) * 4;
-            for channel in 0..4 {
-                let texels = [row0[x0 + channel], row0[x1 + channel], row1[x0 + channel], row1[x1 + channel]];
-                data.push(if is_srgb && channel < 3 {
-                    let sum: u32 = texels.iter().map(|t| u32::from(tables.linear[usize::from(*t)])).sum();
-                    // The mean of four 16-bit values, rounded to 12 bits.
-                    tables.srgb[(((sum + 32) >> 6) as usize).min(4095)]
-                } else {
-                    ((texels.iter().map(|t| u32::from(*t)).sum::<u32>() + 2) / 4) as u8
-                });
+    for (y, row) in data.chunks_exact_mut(width as usize * 4).enumerate() {
+        let row_of = |y: usize| &pixels.data[y.min(pixels.height as usize - 1) * stride..][..stride];
+        let (row0, row1) = (row_of(2 * y), row_of(2 * y + 1));
+        // Two texels become one; where the width is 1, the one is both.
+        let step = if pixels.width == 1 { 4 } else { 8 };
+        let right = step - 4;
+        for ((texel, above), below) in row.chunks_exact_mut(4).zip(row0.chunks_exact(step)).zip(row1.chunks_exact(step))
+        {
+            let four = |c: usize| [above[c], above[right + c], below[c], below[right + c]];
+            if is_srgb {
+                texel.copy_from_slice(&[color(four(0)), color(four(1)), color(four(2)), value(four(3))]);
+            } else {
+                texel.copy_from_slice(&[value(four(0)), value(four(1)), value(four(2)), value(four(3))]);
             }
         }
     }
     Pixels { width, height, format: pixels.format, data }
+}
+
+/// What a texel of the next mip covers along one side of `size` texels: the first texel and the weights from there on. An
+/// odd size 2 m + 1 becomes m, each of them as wide as 2 + 1/m texels, so that every texel counts for the same (polyphase
+/// box filter; Guthe & Heckbert 2005, "Non-power-of-two mipmap creation").
+fn footprint(size: usize, index: usize) -> (usize, [u64; 3]) {
+    let half = size / 2;
+    let weights = match size {
+        1 => [1, 0, 0],
+        _ if size % 2 == 0 => [1, 1, 0],
+        _ => [half - index, half, index + 1].map(|weight| weight as u64),
+    };
+    (2 * index, weights)
+}
+
+/// [`half`] for any size.
+fn half_of_odd(pixels: &Pixels, is_srgb: bool) -> Pixels {
+    let (from_width, from_height) = (pixels.width as usize, pixels.height as usize);
+    let (width, height) = ((from_width / 2).max(1), (from_height / 2).max(1));
+    let tables = &*SRGB;
+    let weight_sum = |size| footprint(size, 0).1.iter().sum::<u64>();
+    let total = weight_sum(from_width) * weight_sum(from_height);
+    let stride = from_width * 4;
+    let mut data = Vec::with_capacity(width * height * 4);
+    // Weighted sums of the rows that a row of the result covers.
+    let mut sums = vec![0u64; stride];
+    for y in 0..height {
+        sums.fill(0);
+        let (first, weights) = footprint(from_height, y);
+        for (row, weight) in pixels.data.chunks_exact(stride).skip(first).zip(weights) {
+            for (at, (byte, sum)) in row.iter().zip(&mut sums).enumerate() {
+                let is_color = is_srgb && at % 4 < 3;
+                let value = if is_color { tables.linear[usize::from(*byte)] } else { u16::from(*byte) };
+                *sum += weight * u64::from(value);
+            }
+        }
+        for x in 0..width {
+            let (first, weights) = footprint(from_width, x);
+            for channel in 0..4 {
+                let columns = sums[channel..].iter().step_by(4).skip(first).zip(weights);
+                let sum: u64 = columns.map(|(sum, weight)| sum * weight).sum();
+                data.push(if is_srgb && channel < 3 {
+                    // The mean of 16-bit values, rounded to 12 bits.
+                    tables.srgb[((sum + 8 * total) / (16 * total)).min(4095) as usize]
+                } else {
+                    ((sum + total / 2) / total) as u8
+                });
+            }
+        }
+    }
+    Pixels { width: width as u32, height: height as u32, format: pixels.format, data }
 }
 
 fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool) -> wgpu::TextureView {
@@ -328,9 +399,63 @@ fn create_sampler(device: &wgpu::Device, sampler: &Sampler, sampling: Sampling) 
             Some(true) if sampling.blends_mips => wgpu::MipmapFilterMode::Linear,
             _ => wgpu::MipmapFilterMode::Nearest,
         },
-        // Without mips only the first level is there to sample.
-        lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.0 },
+        // Without mips only the first level is there to sample: what is nearest to 0.25. At 0 itself Vulkan takes the filter
+        // of magnification for every size (its specification, on `VkSamplerCreateInfo` and filters of OpenGL).
+        lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.25 },
         anisotropy_clamp: if is_linear { sampling.anisotropy } else { 1 },
         ..Default::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(width: u32, height: u32, level: impl Fn(u32, u32) -> u8) -> Pixels {
+        let texel = |i: u32| [[level(i % width, i / width); 3].as_slice(), &[255]].concat();
+        Pixels {
+            width,
+            height,
+            format: manypass_scene::PixelFormat::Rgba8,
+            data: (0..width * height).flat_map(texel).collect(),
+        }
+    }
+
+    fn levels(pixels: &Pixels) -> Vec<u8> {
+        pixels.data.chunks_exact(4).map(|texel| texel[0]).collect()
+    }
+
+    #[test]
+    fn every_texel_counts_for_the_same_in_the_next_mip() {
+        // A row of three becomes one texel, a row of five two: 2/5, 2/5, 1/5 and the other way round.
+        assert_eq!(levels(&half(&grey(3, 1, |x, _| [0, 0, 255][x as usize]), false)), [85]);
+        assert_eq!(levels(&half(&grey(1, 3, |_, y| [0, 0, 255][y as usize]), false)), [85]);
+        assert_eq!(levels(&half(&grey(5, 1, |x, _| [0, 0, 250, 0, 0][x as usize]), false)), [50, 50]);
+        assert_eq!(levels(&half(&grey(5, 1, |x, _| [250, 0, 0, 0, 0][x as usize]), false)), [100, 0]);
+        // In linear light a third of white is 0.333, which is 156 in sRGB.
+        assert_eq!(levels(&half(&grey(3, 1, |x, _| [0, 0, 255][x as usize]), true)), [156]);
+        for (width, height) in [(7, 5), (9, 4), (4, 9), (37, 1), (1, 37), (641, 3)] {
+            // Whatever stands in a corner, and a pattern, leave the mean as it is but for rounding.
+            for pattern in [|x: u32, y: u32| ((x * 89 + y * 57) % 256) as u8, |x, y| if x + y == 0 { 240 } else { 9 }] {
+                let image = grey(width, height, pattern);
+                let mean = |pixels: &Pixels| {
+                    let levels = levels(pixels);
+                    levels.iter().map(|level| f64::from(*level)).sum::<f64>() / levels.len() as f64
+                };
+                let (before, after) = (mean(&image), mean(&half(&image, false)));
+                assert!((before - after).abs() <= 0.5, "{width}x{height}: {before} becomes {after}");
+            }
+        }
+    }
+
+    #[test]
+    fn mips_of_even_sizes_are_means_of_four_texels() {
+        let image = grey(4, 2, |x, y| [[10, 20, 255, 255], [30, 41, 255, 0]][y as usize][x as usize]);
+        assert_eq!(levels(&half(&image, false)), [25, 191]);
+        assert_eq!(levels(&half(&image, true)), [27, 225]);
+        assert_eq!(levels(&half(&grey(2, 1, |x, _| [10, 21][x as usize]), false)), [16]);
+        for is_srgb in [false, true] {
+            assert_eq!(half(&image, is_srgb), half_of_odd(&image, is_srgb));
+        }
+    }
 }

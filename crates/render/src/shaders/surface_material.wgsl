@@ -2,7 +2,7 @@
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
-import package::shaders::surface_vertex::SurfaceVarying;
+import package::shaders::surface_vertex::{SurfaceVarying, is_without_normals};
 
 struct MaterialFactors {
     base_color: vec4f,
@@ -115,9 +115,12 @@ fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
         occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
         emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
     }
-    let unlit = material_factors.unlit > 0.5;
+    let is_unlit_material = material_factors.unlit > 0.5;
+    // What only lacks normals glows as well.
+    let unlit = is_unlit_material | is_without_normals(in.object);
+    let unlit_radiance = base_color.rgb + select(emission, vec3f(0.0), is_unlit_material);
     out.alpha = base_color.a;
-    out.emission = select(emission, base_color.rgb, unlit);
+    out.emission = select(emission, unlit_radiance, unlit);
     out.surface.base_color = clamp(base_color.rgb, vec3f(0.0), vec3f(1.0));
     out.surface.occlusion = occlusion;
     out.surface.normal_world = shading_normal(in, -view.mip_gain, front_facing);

@@ -13,7 +13,7 @@ struct SurfaceInput {
     @location(6) world_from_object_row0: vec4f,
     @location(7) world_from_object_row1: vec4f,
     @location(8) world_from_object_row2: vec4f,
-    // Object id, first joint (all ones: not skinned), first morph weight, number of morph targets.
+    // Object id and WITHOUT_NORMALS, first joint (all ones: not skinned), first morph weight, number of morph targets.
     @location(9) instance: vec4u,
     // First displacement texel of the primitive, number of vertices.
     @location(10) morph: vec2u,
@@ -31,11 +31,25 @@ struct SurfaceVarying {
     @location(2) tangent_world: vec4f,
     @location(3) uv: vec4f,
     @location(4) color: vec4f,
-    @location(5) @interpolate(flat, either) object_id: u32,
+    // Object id and WITHOUT_NORMALS.
+    @location(5) @interpolate(flat, either) object: u32,
     // From the middle of the disc, which ends at 1.
     @if(points) @location(6) corner: vec2f,
     // From the middle of the disc to this corner; `motion` moves it along.
     @if(points) @location(7) disc_offset_world: vec3f,
+}
+
+// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of points and
+// lines).
+const WITHOUT_NORMALS: u32 = 0x80000000u;
+
+// The index of a node, plus 1.
+fn object_id(object: u32) -> u32 {
+    return object & ~WITHOUT_NORMALS;
+}
+
+fn is_without_normals(object: u32) -> bool {
+    return (object & WITHOUT_NORMALS) != 0u;
 }
 
 @if(deformed) @group(3) @binding(0) var joint_matrices: texture_2d<f32>;
@@ -176,6 +190,6 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     );
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
-    out.object_id = in.instance.x;
+    out.object = in.instance.x;
     return out;
 }

@@ -19,9 +19,24 @@ fn texel_budget_bytes(encoded_bytes: u64) -> u64 {
     (1 << 30) + encoded_bytes.saturating_mul(64)
 }
 
+/// The images of a file.
+#[derive(Default)]
+pub(super) struct Images {
+    pub(super) images: Vec<Image>,
+    /// Whether each could be read; materials do without those that are white instead.
+    is_there: Vec<bool>,
+}
+
+impl Images {
+    fn push(&mut self, name: String, source: Option<ImageSource>) {
+        self.is_there.push(source.is_some());
+        self.images.push(Image { name, source: source.unwrap_or_else(white) });
+    }
+}
+
 /// Every image, still encoded. One that cannot be read becomes white and a warning.
-pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Result<Vec<Image>, LoadError> {
-    let mut images = Vec::new();
+pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Result<Images, LoadError> {
+    let mut images = Images::default();
     let (mut encoded_bytes, mut texel_bytes) = (0_u64, 0_u64);
     for json in document.root.objects("images")? {
         let uri = json.string("uri")?;
@@ -57,11 +72,10 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
             texel_bytes += image_bytes;
             Ok(image.source)
         });
-        let source = source.unwrap_or_else(|message| {
-            document.warn(&json.pointer, &format!("{message}; the image is white instead"));
-            white()
-        });
-        images.push(Image { name, source });
+        if let Err(message) = &source {
+            document.warn(&json.pointer, &format!("{message}; materials do without it"));
+        }
+        images.push(name, source.ok());
     }
     Ok(images)
 }
@@ -96,9 +110,9 @@ fn read_sampler(json: &Json) -> Result<Sampler, LoadError> {
 }
 
 /// Every texture. One without an image that is supported gets a white one, and materials do without it.
-pub(super) fn read_textures(document: &mut Document, images: &mut Vec<Image>) -> Result<Vec<Texture>, LoadError> {
+pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Result<Vec<Texture>, LoadError> {
     let samplers = document.root.objects("samplers")?.iter().map(read_sampler).collect::<Result<Vec<_>, _>>()?;
-    let (image_count, mut textures) = (images.len(), Vec::new());
+    let (image_count, mut textures) = (images.images.len(), Vec::new());
     for json in document.root.objects("textures")? {
         let sampler = json.index("sampler", samplers.len(), "sampler")?;
         let webp = match json.extension("EXT_texture_webp")? {
@@ -108,10 +122,10 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Vec<Image>) ->
         let image = webp.or(json.index("source", image_count, "image")?);
         if image.is_none() {
             document.warn(&json.pointer, "the texture has no image that is supported; materials do without it");
-            images.push(Image { name: String::new(), source: white() });
+            images.push(String::new(), None);
         }
         textures.push(Texture {
-            image: image.unwrap_or(images.len().saturating_sub(1)),
+            image: image.unwrap_or(images.images.len().saturating_sub(1)),
             sampler: sampler.and_then(|i| samplers.get(i).copied()).unwrap_or_default(),
         });
     }
@@ -147,14 +161,14 @@ impl Slots<'_, '_> {
     }
 }
 
-/// Every material.
-pub(super) fn read_materials(document: &mut Document, texture_count: usize) -> Result<Vec<Material>, LoadError> {
-    let image_count = document.root.objects("images")?.len();
-    let mut has_image = Vec::with_capacity(texture_count);
-    for json in document.root.objects("textures")? {
-        let webp = json.extension("EXT_texture_webp")?.map(|webp| webp.integer("source")).transpose()?.flatten();
-        has_image.push(webp.or(json.integer("source")?).is_some_and(|image| image < image_count));
-    }
+/// Every material. Where the image of a texture could not be read, it has no texture: a material without one is defined.
+pub(super) fn read_materials(
+    document: &mut Document,
+    textures: &[Texture],
+    images: &Images,
+) -> Result<Vec<Material>, LoadError> {
+    let is_there = |texture: &Texture| images.is_there.get(texture.image).copied().unwrap_or(false);
+    let has_image = textures.iter().map(is_there).collect();
     let materials = document.root.objects("materials")?;
     let mut slots = Slots { document, has_image };
     materials.iter().map(|json| read_material(json, &mut slots)).collect()

@@ -1,7 +1,7 @@
 // ids: which node and which material every pixel shows: their indices plus 1; 0 where there is no surface.
 // Reads: depth, whose surfaces it draws again. Writes: ids (rg32uint).
 
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, object_id, surface_varying};
 import package::shaders::surface_material::{material_factors, surface_base_color};
 
 @vertex
@@ -21,5 +21,5 @@ fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
             discard;
         }
     }
-    return vec2u(in.object_id, material_factors.material_id + 1u);
+    return vec2u(object_id(in.object), material_factors.material_id + 1u);
 }

@@ -3,7 +3,7 @@
 
 import package::passes::motion::spaces::{motion, motion_px};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};
-import package::shaders::surface_vertex::{data_texel, skinned_rows, morph_displacement};
+import package::shaders::surface_vertex::{data_texel, object_id, skinned_rows, morph_displacement};
 import package::shaders::surface_material::{material_factors, surface_base_color};
 
 // Four texels a node: three rows of its previous `world_from_object`; its previous first joint and morph weight, which
@@ -21,7 +21,7 @@ struct MotionVarying {
 }
 
 fn previous_position_world(in: SurfaceInput) -> vec3f {
-    let first = (in.instance.x - 1u) * 4u;
+    let first = (object_id(in.instance.x) - 1u) * 4u;
     var rows = Rows(
         textureLoad(previous_nodes, data_texel(first), 0),
         textureLoad(previous_nodes, data_texel(first + 1u), 0),
