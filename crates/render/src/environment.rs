@@ -1,6 +1,7 @@
 //! Light from everywhere: a constant, or the built-in studio; and what the camera sees of it. The uniform of
 //! `environment.wgsl`.
 
+use crate::exposure::finite_product;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use manypass_scene::Scene;
@@ -90,24 +91,23 @@ impl EnvironmentUniform {
     /// The environment with its light times `scale` (its intensity and the pre-exposure, and what makes the studio a fill)
     /// and its backdrop times `backdrop_scale`.
     pub fn new(environment: Environment, scale: f32, backdrop_scale: f32) -> Self {
-        // However strong, it stays a number: infinity times the 0 of a shader is none.
-        let [scale, backdrop_scale] = [scale, backdrop_scale].map(|scale| scale.clamp(0.0, 1e30));
+        let scaled = |color: Vec3, scale: f32| color.map(|color| finite_product(color, scale).max(0.0));
         let mut uniform = Self::zeroed();
         match environment {
             Environment::None => {}
             Environment::Color(color) => {
-                uniform.constant = Vec3::from(color) * scale;
-                uniform.backdrop_below = (Vec3::from(color) * backdrop_scale).extend(0.0);
+                uniform.constant = scaled(Vec3::from(color), scale);
+                uniform.backdrop_below = scaled(Vec3::from(color), backdrop_scale).extend(0.0);
                 uniform.backdrop_above = uniform.backdrop_below;
             }
             Environment::Studio | Environment::Fill => {
-                uniform.constant = STUDIO_CONSTANT * scale;
+                uniform.constant = scaled(STUDIO_CONSTANT, scale);
                 uniform.box_count = STUDIO.len() as u32;
                 for (i, (axis, sharpness, radiance)) in STUDIO.iter().enumerate() {
                     uniform.axes[i] = Vec3::from(*axis).normalize().extend(*sharpness);
-                    uniform.amplitudes[i] = (Vec3::from(*radiance) * scale).extend(0.0);
+                    uniform.amplitudes[i] = scaled(Vec3::from(*radiance), scale).extend(0.0);
                 }
-                let [below, above] = STUDIO_BACKDROP.map(|radiance| (radiance * backdrop_scale).extend(0.0));
+                let [below, above] = STUDIO_BACKDROP.map(|radiance| scaled(radiance, backdrop_scale).extend(0.0));
                 (uniform.backdrop_below, uniform.backdrop_above) = (below, above);
             }
         }
