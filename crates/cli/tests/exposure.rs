@@ -109,6 +109,31 @@ fn exr_holds_a_million_candela() {
 }
 
 #[test]
+fn exr_holds_numbers_whatever_the_intensity() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-extremes");
+    let lamps = [("strongest", 3.4e38), ("weakest", 1e-44), ("strong", 1e20)];
+    for (name, intensity) in lamps {
+        folder.write(&format!("{name}.gltf"), lamp(intensity).as_bytes());
+    }
+    // Without metering, and with the exposure that multiplies most.
+    let args = "render strongest.gltf weakest.gltf strong.gltf -o out/ --format exr --size 16x16 --samples 2 --quiet";
+    let more = "--exposure 64 --eye 0,4,0.5 --target 0,0,0.5 --fov-y 20 --environment studio";
+    run_in(&folder, &args.split(' ').chain(more.split(' ')).collect::<Vec<_>>()).expect(0);
+    for (name, _) in lamps {
+        let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+        let path = folder.join("out").join(format!("{name}.exr"));
+        let image: FlatImage = reader.non_parallel().from_file(path).expect("an EXR");
+        for channel in &image.layer_data[0].channel_data.list {
+            let FlatSamples::F32(values) = &channel.sample_data else { panic!("floats") };
+            assert!(values.iter().all(|value| value.is_finite() && *value >= 0.0), "{name} {}", channel.name);
+        }
+    }
+}
+
+#[test]
 fn the_demo_states_its_exposure() {
     if !has_adapter() {
         return;

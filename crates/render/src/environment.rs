@@ -1,6 +1,7 @@
 //! Light from everywhere: a constant, or the built-in studio; and what the camera sees of it. The uniform of
 //! `environment.wgsl`.
 
+use crate::exposure::finite_product;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use manypass_scene::Scene;
@@ -81,7 +82,7 @@ impl SoftBox {
         Self {
             axis: axis.normalize().extend(sharpness),
             irradiance_fit: Vec4::new(scale, bias, x / (4.0 * c0), 1.0 / x.max(1e-6)),
-            power: radiance * (std::f32::consts::TAU * (1.0 - em2) * r),
+            power: radiance.map(|radiance| finite_product(radiance, std::f32::consts::TAU * (1.0 - em2) * r)),
             padding: 0.0,
         }
     }
@@ -121,23 +122,22 @@ impl EnvironmentUniform {
     /// The environment with its light times `scale` (its intensity and the pre-exposure, and what makes the studio a fill)
     /// and its backdrop times `backdrop_scale`.
     pub fn new(environment: Environment, scale: f32, backdrop_scale: f32) -> Self {
-        // However strong, it stays a number: infinity times the 0 of a shader is none.
-        let [scale, backdrop_scale] = [scale, backdrop_scale].map(|scale| scale.clamp(0.0, 1e30));
+        let scaled = |color: Vec3, scale: f32| color.map(|color| finite_product(color, scale).max(0.0));
         // A box without power has an axis and a sharpness all the same: 0 / 0 is no number.
         let mut uniform = Self { boxes: [SoftBox::new(Vec3::Y, 1.0, Vec3::ZERO); STUDIO.len()], ..Self::zeroed() };
         match environment {
             Environment::None => {}
             Environment::Color(color) => {
-                uniform.constant = Vec3::from(color) * scale;
-                uniform.backdrop_below = (Vec3::from(color) * backdrop_scale).extend(0.0);
+                uniform.constant = scaled(Vec3::from(color), scale);
+                uniform.backdrop_below = scaled(Vec3::from(color), backdrop_scale).extend(0.0);
                 uniform.backdrop_above = uniform.backdrop_below;
             }
             Environment::Studio | Environment::Fill => {
-                uniform.constant = STUDIO_CONSTANT * scale;
+                uniform.constant = scaled(STUDIO_CONSTANT, scale);
                 uniform.boxes = STUDIO.map(|(axis, sharpness, radiance)| {
-                    SoftBox::new(Vec3::from(axis), sharpness, Vec3::from(radiance) * scale)
+                    SoftBox::new(Vec3::from(axis), sharpness, scaled(Vec3::from(radiance), scale))
                 });
-                let [below, above] = STUDIO_BACKDROP.map(|radiance| (radiance * backdrop_scale).extend(0.0));
+                let [below, above] = STUDIO_BACKDROP.map(|radiance| scaled(radiance, backdrop_scale).extend(0.0));
                 (uniform.backdrop_below, uniform.backdrop_above) = (below, above);
             }
         }

@@ -106,7 +106,14 @@ impl View {
         matches!(self.projection, Projection::Orthographic { .. })
     }
 
-    /// The projection with reversed depth: 1 at the near plane, 0 at the far plane.
+    /// Whether the camera's own far plane lies before the end of `range`'s scene, so that it cuts something off.
+    fn cuts_at_far(&self, range: DepthRange) -> bool {
+        matches!(self.projection, Projection::Perspective { far_m: Some(limit_m), .. } if range.far_m >= limit_m)
+    }
+
+    /// The projection with reversed depth: 1 at the near plane, 0 infinitely far away, where nothing is; at the far plane
+    /// where the camera's own one cuts something off, and with parallel rays, whose range ends behind the scene. Surfaces
+    /// near a plane of depth 0 would be background where depth has 24 bits or is remapped (WebGL 2).
     pub fn clip_from_view(&self, range: DepthRange, aspect: f32, jitter_ndc: Vec2) -> Mat4 {
         let scale = self.half_extent(aspect).recip();
         let DepthRange { near_m: n, far_m: f } = range;
@@ -118,11 +125,12 @@ impl View {
                 Vec4::new(jitter_ndc.x, jitter_ndc.y, f / (f - n), 1.0),
             )
         } else {
+            let (z, w) = if self.cuts_at_far(range) { (n / (f - n), n * f / (f - n)) } else { (0.0, n) };
             Mat4::from_cols(
                 Vec4::new(scale.x, 0.0, 0.0, 0.0),
                 Vec4::new(0.0, scale.y, 0.0, 0.0),
-                Vec4::new(-jitter_ndc.x, -jitter_ndc.y, n / (f - n), -1.0),
-                Vec4::new(0.0, 0.0, n * f / (f - n), 0.0),
+                Vec4::new(-jitter_ndc.x, -jitter_ndc.y, z, -1.0),
+                Vec4::new(0.0, 0.0, w, 0.0),
             )
         }
     }
@@ -212,6 +220,42 @@ mod tests {
         // Half a shaded pixel to the right is 1/24 of the picture's width in the units of ndc.
         let jittered = view.uniform_shaded(range, (97, 73), (24, 18), Vec2::new(0.5, 0.0), 1.0, 0);
         assert!((jittered.jitter_ndc.x - 1.0 / 24.0).abs() < 1e-6, "{}", jittered.jitter_ndc);
+    }
+
+    /// The depth that WebGL 2 stores in 24 bits for a point at a distance: z goes from 0 … w to −w … w and back.
+    fn depth_on_webgl2(clip_from_view: &Mat4, distance_m: f32) -> f32 {
+        let clip = *clip_from_view * Vec4::new(0.0, 0.0, -distance_m, 1.0);
+        let depth = ((2.0 * clip.z - clip.w) / clip.w) * 0.5 + 0.5;
+        const STEPS: f32 = 16_777_215.0;
+        (depth * STEPS).round() / STEPS
+    }
+
+    #[test]
+    fn the_farthest_surface_is_no_background() {
+        for near_m in [0.01, 0.1] {
+            let projection = Projection::Perspective { fov_y_rad: 0.8, near_m, far_m: None };
+            let view = View { world_from_view: Mat4::IDENTITY, projection };
+            for far_m in [20.0f32, 1e3, 1e4] {
+                let bounds = Aabb { min: Vec3::new(-far_m, -1.0, -far_m), max: Vec3::new(far_m, 1.0, 2.0) };
+                let clip_from_view = view.clip_from_view(view.depth_range(&bounds), 1.5, Vec2::ZERO);
+                let depth = depth_on_webgl2(&clip_from_view, far_m);
+                assert!(depth > 0.0, "near {near_m}, at {far_m}: the depth of the background");
+            }
+        }
+    }
+
+    #[test]
+    fn a_far_plane_that_cuts_the_scene_clips() {
+        let bounds = Aabb { min: Vec3::splat(-100.0), max: Vec3::splat(100.0) };
+        for projection in [
+            Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: Some(50.0) },
+            Projection::Orthographic { height_m: 4.0, near_m: 0.1, far_m: 50.0 },
+        ] {
+            let view = View { world_from_view: Mat4::IDENTITY, projection };
+            let clip_from_view = view.clip_from_view(view.depth_range(&bounds), 1.5, Vec2::ZERO);
+            let depth = |distance_m: f32| (clip_from_view * Vec4::new(0.0, 0.0, -distance_m, 1.0)).z;
+            assert!(depth(49.9) > 0.0 && depth(50.1) < 0.0, "{projection:?}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use glam::Vec3;
 use manypass::exposure::{MID_GREY, picture_level_stops};
 use manypass::scene::primitives::cube;
 use manypass::scene::{Light, LightKind, Material, Mesh, Node, Scene};
-use manypass::{Aov, Averaging, Background, Environment, Exposure, FrameRequest, Metering, Renderer, Tonemap};
+use manypass::{Aov, Averaging, Background, Environment, Exposure, FrameRequest, Metering, Path, Renderer, Tonemap};
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes;
 
@@ -212,6 +212,38 @@ fn whatever_the_strength_every_number_is_finite() {
             if averaging == Averaging::Radiance {
                 let radiance = renderer.read_radiance().unwrap();
                 assert!(radiance.iter().all(|value| value.is_finite() && *value >= 0.0), "{intensity} {emissive}");
+            }
+        }
+    }
+}
+
+#[test]
+fn whatever_the_environment_every_number_is_finite() {
+    let mut renderer = renderer();
+    let test = scenes::rows_of_spheres();
+    renderer.load(&test.scene).unwrap();
+    let (max, inf, nan) = (f32::MAX, f32::INFINITY, f32::NAN);
+    for (environment, intensity) in [
+        (Environment::Color([1.0, 0.0, 0.5]), inf),
+        (Environment::Color([max, 0.0, 1.0]), max),
+        (Environment::Color([inf, 0.0, -inf]), 0.0),
+        (Environment::Color([nan, 0.0, 1.0]), 1.0),
+        (Environment::Studio, inf),
+        (Environment::Studio, nan),
+    ] {
+        for path in [Path::Deferred, Path::Forward] {
+            for metering in [None, Some(Metering { pre_exposure_stops: 100, ..Metering::default() })] {
+                let mut request = plain_request(&test.scene, (32, 24));
+                (request.environment, request.environment_intensity) = (environment, intensity);
+                (request.background, request.averaging) = (Background::Environment, Averaging::Radiance);
+                (request.path, request.metering) = (path, metering);
+                let uniform = manypass::environment::EnvironmentUniform::new(environment, intensity, intensity);
+                let numbers: &[f32] = bytemuck::cast_slice(bytemuck::bytes_of(&uniform));
+                assert!(numbers.iter().all(|number| number.is_finite()), "{environment:?} {intensity}: {uniform:?}");
+                renderer.render(&test.scene, &request).unwrap();
+                let radiance = renderer.read_radiance().unwrap();
+                let is_number = |value: &f32| value.is_finite() && *value >= 0.0;
+                assert!(radiance.iter().all(is_number), "{environment:?} {intensity} {metering:?}");
             }
         }
     }

@@ -223,3 +223,18 @@ fn a_texture_that_cannot_be_decoded_is_as_if_the_material_had_none() {
     assert!(expected[1][1] > 0.9999, "a flat square");
     assert_eq!(variables_of(broken, true), expected);
 }
+
+#[test]
+fn infinite_emission_is_black_where_its_texture_is() {
+    let emissive_factor = Vec3::new(f32::INFINITY, f32::MAX, f32::NAN);
+    let mut scene = square(Material { emissive_factor, emissive_texture: first_texture(), ..Material::default() });
+    scene.images.push(image(4, |_, _| [0, 0, 0, 255]));
+    scene.textures = vec![Texture { image: 0, sampler: Sampler::default() }];
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let mut request = plain_request(&scene, (8, 8));
+    request.want_aovs = vec![Aov::Emission];
+    renderer.render(&scene, &request).unwrap();
+    assert!(floats(renderer.read_aov(Aov::Emission).unwrap()).iter().all(|value| *value == 0.0));
+    assert!(renderer.read_radiance().unwrap().chunks_exact(4).all(|pixel| pixel == [0.0, 0.0, 0.0, 1.0]));
+}

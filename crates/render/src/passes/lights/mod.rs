@@ -10,6 +10,7 @@ mod clusters;
 
 pub use clusters::{ClusterLists, ClusterUniform, Target};
 
+use crate::exposure::finite_product;
 use crate::view::{DepthRange, View};
 use glam::Vec3;
 use manypass_scene::{LightKind, Scene};
@@ -49,12 +50,6 @@ pub enum LightCulling {
     None,
 }
 
-/// The product, within what a shader can go on multiplying with: infinity times 0 is none, and a NaN stays one.
-fn product(a: f32, b: f32) -> f32 {
-    let product = a * b;
-    if product.is_nan() { 0.0 } else { product.clamp(-1e30, 1e30) }
-}
-
 /// The lights of a scene, those that no list holds first.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
@@ -87,7 +82,7 @@ impl LightTable {
             }
             let position = node.world_from_object.w_axis.truncate();
             let direction = (-node.world_from_object.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
-            let intensity = (light.color_linear * pre_exposure).map(|color| product(color, light.intensity));
+            let intensity = (light.color_linear * pre_exposure).map(|color| finite_product(color, light.intensity));
             // cos·scale + offset goes from 0 at the outer cone to 1 at the inner one (glTF, KHR_lights_punctual).
             let (scale, offset) = match light.kind {
                 LightKind::Spot { inner_cone_rad, outer_cone_rad } => {
