@@ -120,7 +120,7 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         let clustered = display(&mut renderer, &test.scene, &request);
         let brute_force = FrameRequest { light_culling: LightCulling::None, ..request.clone() };
         let brute_force = display(&mut renderer, &test.scene, &brute_force);
-        let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01 };
+        let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01, ..Tolerance::default() };
         assert_same(&clustered, &brute_force, exact);
         // The lit plane is its own mirror image, and grey.
         if test.name != "one_light_on_one_plane" {
@@ -130,7 +130,11 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         let forward = display(&mut renderer, &test.scene, &forward);
         // Base colour and roughness in 8 bits: half a step of base colour is up to 0.5/255 of a lit surface, and
         // roughness moves the sharpest highlights by more than 2/255.
-        assert_same(&clustered, &forward, Tolerance { within: 2, share: 0.99, share_between: 0.99, mean: 0.5 });
+        assert_same(
+            &clustered,
+            &forward,
+            Tolerance { within: 2, share: 0.99, share_between: 0.99, mean: 0.5, ..Tolerance::default() },
+        );
     }
 }
 
