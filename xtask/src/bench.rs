@@ -1,9 +1,10 @@
 //! What the frame costs, as ratios within one run: every row names its counters, and counts only if its picture is the
 //! one that brute force draws.
 
-use crate::step::{assets, cargo, check, open_picture, output_of, root};
+use crate::step::{cargo, check, open_picture, output_of, root};
 use anyhow::{Context, Result, ensure};
 use manypass_testkit::compare::{self, Tolerance};
+use manypass_testkit::needs;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -49,7 +50,7 @@ pub(crate) fn run() -> Result<()> {
 /// The demo, and the fields of lights where they are.
 fn rows() -> Vec<Row> {
     let mut rows = vec![Row { name: "demo:hall".into(), input: "demo:hall".into(), size: "960x540" }];
-    let folder = assets().join("lightfield");
+    let folder = needs::assets_folder().join("lightfield");
     let fields = [16, 64, 256, 1024, 4096, 10_000].map(|count| (format!("lightfield_{count}"), "960x540"));
     for (name, size) in fields.into_iter().chain([("overdraw".to_owned(), "480x270")]) {
         let file = folder.join(format!("{name}.glb"));

@@ -2,10 +2,13 @@
 
 use crate::{
     setup,
-    step::{self, cargo, check, open_picture, root},
+    step::{Tally, cargo, check, open_picture, root},
 };
 use anyhow::{Context, Result, ensure};
-use manypass_testkit::compare::{self, Difference, Picture, Tolerance};
+use manypass_testkit::{
+    compare::{self, Difference, Picture, Tolerance},
+    needs,
+};
 use std::{
     path::{Path, PathBuf},
     process::Command,
@@ -58,20 +61,19 @@ impl Case {
 }
 
 /// The same frames natively, through WebGPU and through WebGL 2. `run.mjs` fails on driver errors in the console.
-pub(crate) fn test() -> Result<()> {
+/// Models that are not on this machine are skipped.
+pub(crate) fn test() -> Result<Tally> {
     let chromium = setup::chromium().context("no Chromium; run `cargo xtask setup`")?;
-    let assets = step::assets();
+    let assets = needs::assets_folder();
     let wanted = std::env::var("MANYPASS_BROWSER_CASES").ok();
     let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.split(',').any(|word| word == name));
-    let found: Vec<(&Case, String)> = CASES
-        .iter()
-        .filter(|case| is_wanted(case.name))
-        .filter_map(|case| Some((case, case.input(&assets)?)))
-        .collect();
-    let missing = CASES.len() - found.len();
+    let cases: Vec<&Case> = CASES.iter().filter(|case| is_wanted(case.name)).collect();
+    let found: Vec<(&Case, String)> = cases.iter().filter_map(|case| Some((*case, case.input(&assets)?))).collect();
+    let missing = cases.len() - found.len();
     if missing > 0 {
-        println!("    {missing} of {} models are not on this machine and are left out", CASES.len());
+        println!("    {missing} of {} models are not on this machine and are skipped", cases.len());
     }
+    ensure!(!found.is_empty(), "no model to draw");
 
     for (case, input) in &found {
         let size = format!("{}x{}", case.size.0, case.size.1);
@@ -102,7 +104,8 @@ pub(crate) fn test() -> Result<()> {
         }
     }
     ensure!(failures.is_empty(), "{}", failures.join("\n       "));
-    browser
+    browser?;
+    Ok(Tally::step_without(missing as i64))
 }
 
 fn picture(case: &Case, what: &str) -> PathBuf {

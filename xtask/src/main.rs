@@ -79,7 +79,7 @@ fn web_package(steps: &mut Steps, size: web::Size) {
 
 fn browser_tests(steps: &mut Steps) {
     steps.run("browser", "1 s; 2 min to install", setup::browser);
-    steps.run("browser tests", "3 min", browser::test);
+    steps.run_counted("browser tests", "3 min", browser::test);
 }
 
 fn test(steps: &mut Steps, with_browser: bool) {
@@ -97,6 +97,9 @@ fn test(steps: &mut Steps, with_browser: bool) {
         web_package(steps, web::Size::Small);
         browser_tests(steps);
     } else {
+        // The web package and the browser tests.
+        steps.leave_out();
+        steps.leave_out();
         println!(
             "\n*** SKIPPED: the web build and the browser tests (--no-browser). Run `cargo xtask test` before you land. ***"
         );

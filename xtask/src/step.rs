@@ -1,7 +1,7 @@
 //! Steps with a name, an estimate and a time; and running programs.
 
 use anyhow::{Context, Result, bail, ensure};
-use manypass_testkit::compare::Picture;
+use manypass_testkit::{compare::Picture, needs};
 use std::{
     ffi::OsStr,
     io::{BufRead, BufReader},
@@ -10,56 +10,86 @@ use std::{
     time::Instant,
 };
 
-/// Counts what passed and what failed.
+/// What became of tests and steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Tally {
+    pub passed: i64,
+    pub failed: i64,
+    pub skipped: i64,
+}
+
+impl Tally {
+    /// A step that did its work, but had to leave out so many of its cases.
+    pub const fn step_without(skipped: i64) -> Self {
+        Self { passed: 1, failed: 0, skipped }
+    }
+
+    /// Adds what a line of `cargo test` says: a result line, or that a test is skipped. The harness counts that test as
+    /// passed, and one that is ignored as neither.
+    fn read(&mut self, line: &str) {
+        if let Some((_, rest)) = line.split_once("test result: ") {
+            let number_before = |word| {
+                let mut words = rest.split_whitespace().rev().skip_while(|w| w.trim_end_matches(';') != word);
+                words.nth(1).and_then(|number| number.parse().ok()).unwrap_or(0)
+            };
+            self.passed += number_before("passed");
+            self.failed += number_before("failed");
+            self.skipped += number_before("ignored");
+        } else if line.contains(needs::SKIPPED) {
+            self.passed -= 1;
+            self.skipped += 1;
+        }
+    }
+}
+
+/// Counts what passed, what failed and what was skipped.
 #[derive(Default)]
 pub(crate) struct Steps {
-    passed: u64,
-    failed: u64,
-    skipped: u64,
+    sum: Tally,
     failures: Vec<String>,
 }
 
 impl Steps {
     pub fn run(&mut self, name: &str, estimate: &str, action: impl FnOnce() -> Result<()>) {
-        self.timed(name, estimate, || action().map(|()| (1, 0)));
+        self.run_counted(name, estimate, || action().map(|()| Tally::step_without(0)));
     }
 
-    /// Runs `cargo test`, shows its output, adds up its `test result:` lines, and counts the lines of tests that say they
-    /// were skipped.
+    /// Runs `cargo test`, shows its output, and counts its tests.
     pub fn run_tests(&mut self, name: &str, estimate: &str, mut command: Command) {
-        let mut skipped = 0;
-        self.timed(name, estimate, || {
+        self.run_counted(name, estimate, || {
             let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {command:?}"))?;
-            let mut sum = (0, 0);
+            let mut tally = Tally::default();
             for line in BufReader::new(child.stdout.take().context("no output to read")?).lines() {
                 let line = line?;
                 println!("{line}");
-                skipped += u64::from(line.contains("SKIPPED"));
-                let (passed, failed) = counts(&line);
-                sum = (sum.0 + passed, sum.1 + failed);
+                tally.read(&line);
             }
             let status = child.wait()?;
-            ensure!(status.success() || sum.1 > 0, "{command:?} ended with {status}");
-            Ok(sum)
+            ensure!(status.success() || tally.failed > 0, "{command:?} ended with {status}");
+            Ok(tally)
         });
-        // A test that says so counts as passed where it runs.
-        self.passed = self.passed.saturating_sub(skipped);
-        self.skipped += skipped;
     }
 
-    fn timed(&mut self, name: &str, estimate: &str, action: impl FnOnce() -> Result<(u64, u64)>) {
+    /// A step that is left out because nobody wants it now.
+    pub fn leave_out(&mut self) {
+        self.sum.skipped += 1;
+    }
+
+    /// Runs a step that says itself what passed, failed and was skipped.
+    pub fn run_counted(&mut self, name: &str, estimate: &str, action: impl FnOnce() -> Result<Tally>) {
         println!("\n==> {name} (about {estimate})");
         let start = Instant::now();
-        let (passed, failed) = action().unwrap_or_else(|error| {
+        let tally = action().unwrap_or_else(|error| {
             eprintln!("error: {name}: {error:#}");
-            (0, 1)
+            Tally { failed: 1, ..Tally::default() }
         });
-        if failed > 0 {
+        if tally.failed > 0 {
             self.failures.push(name.to_owned());
         }
-        self.passed += passed;
-        self.failed += failed;
-        let verdict = if failed == 0 { "done" } else { "FAILED" };
+        self.sum.passed += tally.passed;
+        self.sum.failed += tally.failed;
+        self.sum.skipped += tally.skipped;
+        let verdict = if tally.failed == 0 { "done" } else { "FAILED" };
         println!("<== {name}: {verdict} in {:.1} s", start.elapsed().as_secs_f64());
     }
 
@@ -68,33 +98,18 @@ impl Steps {
         if !self.failures.is_empty() {
             println!("\nfailed: {}", self.failures.join(", "));
         }
-        println!("\n{} passed, {} failed, {} skipped", self.passed, self.failed, self.skipped);
-        if self.failed > 0 {
+        let Tally { passed, failed, skipped } = self.sum;
+        println!("\n{passed} passed, {failed} failed, {skipped} skipped");
+        if failed > 0 {
             std::process::exit(1);
         }
         Ok(())
     }
 }
 
-/// Passed and failed of one line of `cargo test`.
-fn counts(line: &str) -> (u64, u64) {
-    let Some((_, rest)) = line.split_once("test result: ") else { return (0, 0) };
-    let number_before = |word| {
-        let mut words = rest.split_whitespace().rev().skip_while(|w| w.trim_end_matches(';') != word);
-        words.nth(1).and_then(|number| number.parse().ok()).unwrap_or(0)
-    };
-    (number_before("passed"), number_before("failed"))
-}
-
 /// The repository's root.
 pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_owned).unwrap_or_default()
-}
-
-/// Models that are not in the repository: `MANYPASS_ASSETS`, or else the folder beside it.
-pub(crate) fn assets() -> PathBuf {
-    let named = std::env::var_os("MANYPASS_ASSETS").map(PathBuf::from);
-    named.unwrap_or_else(|| root().parent().map(|parent| parent.join("shared/assets")).unwrap_or_default())
 }
 
 /// A picture file in memory.
@@ -127,10 +142,21 @@ pub(crate) fn output_of(command: &mut Command) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::Tally;
+
     #[test]
-    fn a_result_line_is_counted() {
-        let line = "test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.02s";
-        assert_eq!(super::counts(line), (12, 3));
-        assert_eq!(super::counts("running 12 tests"), (0, 0));
+    fn skipped_tests_do_not_count_as_passed() {
+        let mut tally = Tally::default();
+        for line in [
+            "running 16 tests",
+            "SKIPPED every_model_loads: there is no folder shared/assets",
+            "test every_model_loads ... ok",
+            "test every_model_draws ... SKIPPED every_model_draws: no adapter",
+            "ok",
+            "test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.02s",
+        ] {
+            tally.read(line);
+        }
+        assert_eq!(tally, Tally { passed: 10, failed: 3, skipped: 3 });
     }
 }

@@ -7,7 +7,7 @@ use std::process::Command;
 /// Every crate with the crates of this repository that it may depend on, and those that its tests may use besides.
 const ARROWS: &[(&str, &[&str], &[&str])] = &[
     ("manypass-graph", &[], &[]),
-    ("manypass-scene", &[], &[]),
+    ("manypass-scene", &[], &["manypass-testkit"]),
     ("manypass", &["manypass-graph", "manypass-scene"], &["manypass-testkit"]),
     ("manypass-offline", &["manypass", "manypass-scene"], &["manypass-testkit"]),
     ("manypass-cli", &["manypass", "manypass-offline", "manypass-scene", "manypass-viewer"], &["manypass-testkit"]),
@@ -49,7 +49,9 @@ fn metadata(target: &str) -> Option<Value> {
         .output()
         .expect("cargo runs");
     if !output.status.success() {
-        eprintln!("SKIPPED: {target}: {}", String::from_utf8_lossy(&output.stderr));
+        let error = String::from_utf8_lossy(&output.stderr);
+        let first = error.lines().next().unwrap_or_default();
+        manypass_testkit::needs::skip(format_args!("the crates for {target} are not on this machine: {first}"));
         return None;
     }
     Some(serde_json::from_slice(&output.stdout).expect("cargo writes JSON"))

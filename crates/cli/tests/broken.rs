@@ -73,19 +73,15 @@ fn models(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn every_file_of_the_broken_sets_is_drawn_or_refused_as_the_reader_says() {
-    let assets = std::env::var_os("MANYPASS_ASSETS")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets"), std::path::PathBuf::from);
-    if !assets.is_dir() {
-        eprintln!("SKIPPED: there are no shared assets");
-        return;
-    }
+    let folders = ["khronos-validator", "assimp"].map(manypass_testkit::needs::assets);
+    let [Some(validator), Some(assimp)] = folders else { return };
     if !has_adapter() {
         return;
     }
     // Of the files with one stem each goes into another batch, as their pictures would have the same name.
     let mut batches: Vec<Vec<PathBuf>> = Vec::new();
     let mut seen: BTreeMap<PathBuf, usize> = BTreeMap::new();
-    for path in models(&assets.join("khronos-validator")).into_iter().chain(models(&assets.join("assimp"))) {
+    for path in models(&validator).into_iter().chain(models(&assimp)) {
         let batch = seen.entry(path.file_stem().expect("a stem").into()).or_default();
         batches.resize(batches.len().max(*batch + 1), Vec::new());
         batches[*batch].push(path);

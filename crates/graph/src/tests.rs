@@ -1,10 +1,11 @@
 //! Plans without a GPU: snapshots, every error, properties.
 
-use proptest::prelude::*;
 use wgpu::TextureFormat as F;
 
 use crate::graph::Source;
 use crate::*;
+
+mod properties;
 
 const CLEAR: ColorLoad = ColorLoad::Clear(wgpu::Color::BLACK);
 const CLEAR_DEPTH: DepthLoad = DepthLoad::Clear { depth: 0.0, stencil: 0 };
@@ -340,155 +341,4 @@ fn a_history_is_asked_for_once_a_frame() {
     assert!(graph.plan().is_ok());
     graph.history("fog", desc(4, F::R32Float));
     assert_eq!(graph.plan(), Err(PlanError::HistoryTwice { history: "mirror/fog".into() }));
-}
-
-/// One step of a random frame: which pool texture it draws to, how, and what it reads.
-#[derive(Clone, Copy, Debug)]
-struct Action {
-    target: usize,
-    mip: u32,
-    keeps: bool,
-    with_depth: bool,
-    reads: [Option<(usize, bool)>; 2],
-}
-
-fn action() -> impl Strategy<Value = Action> {
-    let read = || prop::option::of((0..4usize, any::<bool>()));
-    (0..4usize, 0..3u32, any::<bool>(), any::<bool>(), read(), read())
-        .prop_map(|(target, mip, keeps, with_depth, a, b)| Action { target, mip, keeps, with_depth, reads: [a, b] })
-}
-
-proptest! {
-    /// Frames of textures with mips, depth, kept contents, imports and views: a plan that is accepted never reads what is
-    /// not there, drops nothing that is read later, and gives no memory to two textures at once.
-    #[test]
-    fn plans_of_any_frame_are_sound(actions in prop::collection::vec(action(), 1..24), export in 0..4usize) {
-        let mut graph = graph();
-        let shape = TextureDesc { mips: 3, ..desc(8, F::R32Float) };
-        let mut handles: Vec<Handle> = (0..4)
-            .map(|index| {
-                let source = if index == 0 { Source::Fake } else { Source::Transient };
-                graph.add_texture(["a", "b", "c", "d"][index].into(), shape, source)
-            })
-            .collect();
-        // What nobody has written is not read and not kept, so that nearly every frame is accepted.
-        let mut written = [[true; 3], [false; 3], [false; 3], [false; 3]];
-        for action in &actions {
-            let target = graph.subview(&handles[action.target], action.mip, 0);
-            let mips = |is_whole| if is_whole { 0..3 } else { (action.mip + 1) % 3..(action.mip + 1) % 3 + 1 };
-            let can_read = |&&(texture, is_whole): &&(usize, bool)| {
-                let is_there = mips(is_whole).all(|mip: u32| written[texture][mip as usize]);
-                is_there && !(texture == action.target && is_whole)
-            };
-            let wanted: Vec<(usize, bool)> = action.reads.iter().flatten().filter(can_read).copied().collect();
-            let reads: Vec<Handle> = wanted
-                .iter()
-                .map(|&(texture, is_whole)| graph.subresources(&handles[texture], mips(is_whole), 0..1))
-                .collect();
-            let has_contents = std::mem::replace(&mut written[action.target][action.mip as usize], true);
-            let side = 8 >> action.mip;
-            let depth = graph.texture("depth", desc(side, F::Depth32Float));
-            let mut pass = graph.pass("step");
-            pass.color(target, if action.keeps && has_contents { ColorLoad::Keep } else { CLEAR });
-            if action.with_depth {
-                pass.depth_stencil(depth, CLEAR_DEPTH);
-            }
-            for read in &reads {
-                pass.read(read);
-            }
-        }
-        if written[export].iter().all(|is_written| *is_written) {
-            graph.export(handles.swap_remove(export));
-        } else {
-            graph.export(handles.swap_remove(0));
-        }
-        check_plan(&graph.plan().expect("plans"))?;
-    }
-}
-
-/// Replays a plan on the contents of every mip: whether they are there, and whether they were stored.
-fn check_plan(plan: &Plan) -> Result<(), TestCaseError> {
-    #[derive(Clone, Copy, PartialEq)]
-    enum Contents {
-        None,
-        Stored,
-        Dropped,
-    }
-    let imported = |texture: &PlannedTexture| if texture.imported { Contents::Stored } else { Contents::None };
-    let mut contents: Vec<[Contents; 3]> = plan.textures.iter().map(|texture| [imported(texture); 3]).collect();
-    for (index, pass) in plan.passes.iter().enumerate() {
-        let at = index as u32;
-        for read in &pass.reads {
-            let texture = &plan.textures[read.texture as usize];
-            prop_assert!(texture.first <= at && at <= texture.last);
-            let mips = read.view.map_or(0..texture.desc.mips, |part| part.mip..part.mip + part.mips);
-            for mip in mips {
-                prop_assert!(contents[read.texture as usize][mip as usize] == Contents::Stored, "{}", plan.to_text());
-            }
-        }
-        for attachment in &pass.attachments {
-            let texture = &plan.textures[attachment.texture as usize];
-            prop_assert!(texture.first <= at && at <= texture.last);
-            let slot = &mut contents[attachment.texture as usize][attachment.mip as usize];
-            let is_merged = index > 0 && plan.passes[index - 1].group == pass.group;
-            // Within a render pass contents stay; between two they must have been stored.
-            prop_assert!(attachment.load != Load::Keep || is_merged || *slot == Contents::Stored, "{}", plan.to_text());
-            *slot = if attachment.store { Contents::Stored } else { Contents::Dropped };
-        }
-    }
-    for (index, a) in plan.textures.iter().enumerate() {
-        for b in &plan.textures[..index] {
-            let overlap = a.first <= b.last && b.first <= a.last;
-            prop_assert!(!(overlap && a.slot.is_some() && a.slot == b.slot), "{}", plan.to_text());
-        }
-        if a.exported {
-            let whole = contents[index][..a.desc.mips as usize].iter().all(|mip| *mip == Contents::Stored);
-            prop_assert!(whole, "{}", plan.to_text());
-        }
-    }
-    Ok(())
-}
-
-proptest! {
-    /// Each number picks which of the earlier results a pass reads.
-    #[test]
-    fn plans_are_sound(picks in prop::collection::vec(any::<u16>(), 1..40)) {
-        let mut graph = graph();
-        let mut handles: Vec<Handle> = Vec::new();
-        for pick in &picks {
-            let reads: Vec<&Handle> = handles
-                .iter()
-                .rev()
-                .enumerate()
-                .filter(|(back, _)| *back < 16 && pick >> back & 1 == 1)
-                .map(|(_, handle)| handle)
-                .collect();
-            let handle = step(&mut graph, "step", &reads);
-            handles.push(handle);
-        }
-        if let Some(last) = handles.pop() {
-            graph.export(last);
-        }
-        let plan = graph.plan().expect("plans");
-        prop_assert_eq!(plan.passes.len() + plan.culled.len(), picks.len());
-        for (index, a) in plan.textures.iter().enumerate() {
-            for b in &plan.textures[..index] {
-                let overlap = a.first <= b.last && b.first <= a.last;
-                prop_assert!(!(overlap && a.slot == b.slot));
-            }
-        }
-        let mut written = vec![false; plan.textures.len()];
-        let mut read = vec![false; plan.textures.len()];
-        for pass in &plan.passes {
-            for texture in &pass.reads {
-                prop_assert!(written[texture.texture as usize]);
-                read[texture.texture as usize] = true;
-            }
-            written[pass.attachments[0].texture as usize] = true;
-        }
-        // A pass runs only if somebody needs its result.
-        for (texture, read) in plan.textures.iter().zip(read) {
-            prop_assert!(read || texture.exported);
-        }
-    }
 }

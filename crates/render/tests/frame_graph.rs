@@ -170,7 +170,7 @@ fn one_target_is_copied_into_a_texture_while_passes_stay_merged() {
 fn live_times_come_without_waiting() {
     let mut bench = Bench::new();
     if !bench.gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
-        eprintln!("SKIPPED: this adapter has no timestamps");
+        manypass_testkit::needs::skip("this adapter has no timestamps");
         return;
     }
     let options = RunOptions { time: Timing::Live, ..Default::default() };

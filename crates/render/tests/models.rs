@@ -15,9 +15,9 @@ use std::sync::Arc;
 
 const SIDE_PX: u32 = 96;
 
-/// Every .glb and .gltf of the sample models, in order; none, with a message, where they are not there.
-fn models() -> Vec<PathBuf> {
-    let mut folders: Vec<PathBuf> = common::sample_models().into_iter().collect();
+/// Every .glb and .gltf of the sample models, in order; none where they are not on this machine: the test is skipped.
+fn models() -> Option<Vec<PathBuf>> {
+    let mut folders = vec![common::sample_models()?];
     let mut found = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -30,7 +30,7 @@ fn models() -> Vec<PathBuf> {
         }
     }
     found.sort();
-    found
+    Some(found)
 }
 
 /// A camera that sees all of `bounds` from the right and above.
@@ -124,13 +124,14 @@ fn differences(renderer: &mut Renderer, path: &Path) -> Option<(Difference, Diff
 fn every_model_is_the_same_clustered_and_forward() {
     let started = std::time::Instant::now();
     // Sums in another order round differently: one level, hardly ever.
-    let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01 };
+    let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01, ..Tolerance::default() };
     // Base colour and roughness have 8 bits in the G-buffer: half a step is up to 0.5/255 of a lit surface.
     let eight_bits = Tolerance::default();
+    let Some(models) = models() else { return };
     let mut renderer = common::renderer();
     let (mut compared, mut wrong) = (0, Vec::new());
     let mut worst: Option<(f64, String)> = None;
-    for path in models() {
+    for path in models {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let Some((culling, shading)) = differences(&mut renderer, &path) else { continue };
         compared += 1;
@@ -148,5 +149,6 @@ fn every_model_is_the_same_clustered_and_forward() {
         "{compared} models in {:.1} s; the worst, deferred against forward: {worst:?}",
         started.elapsed().as_secs_f32()
     );
+    assert!(compared > 20, "{compared} models");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

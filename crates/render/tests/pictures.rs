@@ -7,10 +7,10 @@
 mod common;
 
 use common::{floats, inner_pixels, plain_request, renderer};
-use manypass::{Aov, Background, Environment, FrameRequest, LightCulling, Path, Renderer};
+use manypass::{Aov, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::Scene;
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, assert_same, linear_difference};
-use manypass_testkit::raycast::Options;
+use manypass_testkit::raycast::{Frame, Options};
 use manypass_testkit::scenes::{self, TestScene};
 
 const SIZE: (u32, u32) = (128, 96);
@@ -27,13 +27,17 @@ fn display(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Pi
 }
 
 fn against_ray_caster(test: &TestScene, path: Path) -> (f64, f64) {
-    let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
-    let truth = test.world.render(width, height, Options::default());
+    let truth = test.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
+    let request = FrameRequest { path, ..plain_request(&test.scene, SIZE) };
+    against(&truth, test, &request)
+}
+
+/// The mean relative error against the ray caster's picture, and the share of pixels within one per cent.
+fn against(truth: &Frame, test: &TestScene, request: &FrameRequest) -> (f64, f64) {
+    let (width, height) = (truth.width, truth.height);
     let mut renderer = renderer();
     renderer.load(&test.scene).unwrap();
-    let mut request = plain_request(&test.scene, SIZE);
-    request.path = path;
-    let found = radiance(&mut renderer, &test.scene, &request);
+    let found = radiance(&mut renderer, &test.scene, request);
     let inner = inner_pixels(&truth.object_id, (width, height));
     assert!(inner.len() > width * height / 2);
     let pick = |pixels: &[[f32; 3]]| inner.iter().map(|at| pixels[*at]).collect::<Vec<_>>();
@@ -42,8 +46,9 @@ fn against_ray_caster(test: &TestScene, path: Path) -> (f64, f64) {
     let mean = truth.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * truth.len()) as f64;
     let difference = linear_difference(&truth, &found, 0.01 * mean);
     println!(
-        "{} {path:?}: mean error {:.4} %, 99th percentile {:.3} %, within 1 %: {:.3} %",
+        "{} {:?}: mean error {:.4} %, 99th percentile {:.3} %, within 1 %: {:.3} %",
         test.name,
+        request.path,
         100.0 * difference.mean,
         100.0 * difference.percentile(0.99),
         100.0 * difference.share_within(0.01)
@@ -73,6 +78,29 @@ fn deferred_agrees_with_the_ray_caster() {
         // The G-buffer holds base colour and roughness in 8 bits: up to 0.9 % each of a dark colour or a highlight.
         assert!(mean < 0.008 && share > 0.95, "{}: mean {mean}, share {share}", test.name);
     }
+}
+
+#[test]
+fn a_thousand_lights_agree_with_the_ray_caster() {
+    // Ways of culling and groups of lights are compared with one another elsewhere, but they read one table of lights.
+    let test = scenes::many_points(1000);
+    let truth = test.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
+    for light_culling in [LightCulling::Clustered, LightCulling::None] {
+        let request = FrameRequest { light_culling, path: Path::Forward, ..plain_request(&test.scene, SIZE) };
+        let (mean, share) = against(&truth, &test, &request);
+        assert!(mean < 0.001 && share > 0.995, "{light_culling:?}: mean {mean}, share {share}");
+    }
+    let (mean, share) = against(&truth, &test, &plain_request(&test.scene, SIZE));
+    // The G-buffer's 8 bits, as above.
+    assert!(mean < 0.008 && share > 0.95, "deferred: mean {mean}, share {share}");
+    // The test can fail: one lamp of the thousand is enough.
+    let mut without = test.clone();
+    let lamp = without.world.lights.iter().position(|lamp| lamp.position_world.length() < 1.5).unwrap();
+    without.world.lights.remove(lamp);
+    let truth = without.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
+    let request = FrameRequest { path: Path::Forward, ..plain_request(&test.scene, SIZE) };
+    let (_, share) = against(&truth, &test, &request);
+    assert!(share < 0.995, "a lamp too much is not noticed: {share}");
 }
 
 #[test]
@@ -120,7 +148,7 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         let clustered = display(&mut renderer, &test.scene, &request);
         let brute_force = FrameRequest { light_culling: LightCulling::None, ..request.clone() };
         let brute_force = display(&mut renderer, &test.scene, &brute_force);
-        let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01 };
+        let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01, ..Tolerance::default() };
         assert_same(&clustered, &brute_force, exact);
         // The lit plane is its own mirror image, and grey.
         if test.name != "one_light_on_one_plane" {
@@ -130,7 +158,11 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         let forward = display(&mut renderer, &test.scene, &forward);
         // Base colour and roughness in 8 bits: half a step of base colour is up to 0.5/255 of a lit surface, and
         // roughness moves the sharpest highlights by more than 2/255.
-        assert_same(&clustered, &forward, Tolerance { within: 2, share: 0.99, share_between: 0.99, mean: 0.5 });
+        assert_same(
+            &clustered,
+            &forward,
+            Tolerance { within: 2, share: 0.99, share_between: 0.99, mean: 0.5, ..Tolerance::default() },
+        );
     }
 }
 
@@ -173,24 +205,4 @@ fn the_same_request_gives_the_same_bytes() {
         renderer.read_display().unwrap()
     };
     assert_eq!(bytes(), bytes());
-}
-
-#[test]
-fn a_white_furnace_stays_white() {
-    // Metal with a base colour of 1 reflects everything, whatever its roughness.
-    let mut test = scenes::rows_of_spheres();
-    test.scene.lights.clear();
-    test.scene.nodes.iter_mut().for_each(|node| node.light = None);
-    for material in &mut test.scene.materials {
-        material.base_color_factor = glam::Vec4::ONE;
-        material.metallic_factor = 1.0;
-    }
-    let mut renderer = renderer();
-    renderer.load(&test.scene).unwrap();
-    let mut request = plain_request(&test.scene, SIZE);
-    request.environment = Environment::Color([1.0; 3]);
-    request.background = Background::Environment;
-    let pixels = radiance(&mut renderer, &test.scene, &request);
-    let worst = pixels.iter().flatten().fold(0.0f32, |worst, v| worst.max((v - 1.0).abs()));
-    assert!(worst < 0.01, "the furnace is off by {worst}");
 }

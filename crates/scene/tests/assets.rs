@@ -1,19 +1,10 @@
-//! Loads every model of the shared assets. Without that folder the tests say so and pass.
+//! Loads every model of the shared assets. Without that folder the tests are skipped.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
 use manypass_scene::{LoadError, Loaded, Scene, gltf_file};
+use manypass_testkit::needs::{assets, assets_folder};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-fn assets() -> Option<PathBuf> {
-    let folder = std::env::var_os("MANYPASS_ASSETS")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets"), std::path::PathBuf::from);
-    if !folder.is_dir() {
-        println!("SKIPPED: there are no shared assets");
-        return None;
-    }
-    Some(folder)
-}
 
 fn models(folder: &Path) -> Vec<PathBuf> {
     let (mut found, mut pending) = (Vec::new(), vec![folder.to_owned()]);
@@ -67,7 +58,7 @@ fn check_invariants(scene: &Scene) {
 
 #[test]
 fn every_model_loads_or_names_what_it_requires() {
-    let Some(assets) = assets() else { return };
+    let Some(assets) = assets("") else { return };
     let (mut loaded, mut refused) = (0, Vec::new());
     for path in models(&assets) {
         let relative = path.strip_prefix(&assets).unwrap();
@@ -166,8 +157,8 @@ const EXCEPTIONS: [(&str, bool, &str); 20] = [
 
 #[test]
 fn every_file_of_the_validator_gets_the_verdict_that_its_errors_deserve() {
-    let Some(assets) = assets() else { return };
-    let expected = std::fs::read(assets.join("khronos-validator/expected.json")).unwrap();
+    let Some(validator) = assets("khronos-validator") else { return };
+    let expected = std::fs::read(validator.join("expected.json")).unwrap();
     let expected: Vec<serde_json::Value> = serde_json::from_slice(&expected).unwrap();
     let (mut wrong, mut loaded_count) = (Vec::new(), 0);
     for entry in &expected {
@@ -175,7 +166,7 @@ fn every_file_of_the_validator_gets_the_verdict_that_its_errors_deserve() {
         let codes: Vec<&str> = entry["codes"].as_array().unwrap().iter().filter_map(|code| code.as_str()).collect();
         let exception = EXCEPTIONS.iter().find(|(part, ..)| file.contains(part));
         let should_load = exception.map_or(!codes.iter().any(|code| FATAL.contains(code)), |exception| exception.1);
-        let result = load(&assets.join(file));
+        let result = load(&assets_folder().join(file));
         if result.is_ok() != should_load {
             wrong.push(format!("{file}: {codes:?}: {:?}", result.as_ref().map(|loaded| &loaded.warnings)));
         }
@@ -205,7 +196,7 @@ fn check_error(error: &LoadError, file: &str) {
 
 #[test]
 fn broken_models_of_assimp_are_refused_or_warned_of() {
-    let Some(assets) = assets() else { return };
+    let Some(folder) = assets("assimp") else { return };
     let refused = [
         "IncorrectVertexArrays/Cube.gltf",
         "IndexOutOfRange/AllIndicesOutOfRange.gltf",
@@ -220,7 +211,6 @@ fn broken_models_of_assimp_are_refused_or_warned_of() {
         "wrongTypes/badObject.gltf",
         "wrongTypes/badUint.gltf",
     ];
-    let folder = assets.join("assimp");
     let mut found = Vec::new();
     for path in models(&folder) {
         let file = path.strip_prefix(&folder).unwrap().to_string_lossy().into_owned();

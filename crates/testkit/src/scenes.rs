@@ -227,6 +227,31 @@ pub fn many_points(count: usize) -> TestScene {
     builder.finish("many_points")
 }
 
+/// The roughness of the five columns of [`furnace`]. Below the first the highlights are smaller than the gaps between the
+/// lights.
+pub const FURNACE_ROUGHNESS: [f32; 5] = [0.3, 0.475, 0.65, 0.825, 1.0];
+
+/// Two rows of five spheres, dielectric above and metal below, both of `colors`, seen along −Z with parallel rays; each
+/// is hit from everywhere by radiance 1: by `count` suns evenly over the whole sphere.
+pub fn furnace(count: u16, colors: [f32; 2]) -> TestScene {
+    let projection = Projection::Orthographic { height_m: 2.2, near_m: 0.1, far_m: 10.0 };
+    let mut builder = Builder::new(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, projection);
+    for (x, roughness) in [-2.2, -1.1, 0.0, 1.1, 2.2].into_iter().zip(FURNACE_ROUGHNESS) {
+        builder.sphere(Vec3::new(x, 0.55, 0.0), 0.5, Vec3::splat(colors[0]), 0.0, roughness);
+        builder.sphere(Vec3::new(x, -0.55, 0.0), 0.5, Vec3::splat(colors[1]), 1.0, roughness);
+    }
+    // Each stands for an equal part of the sphere's 4π steradians.
+    let lux = 4.0 * PI / f32::from(count);
+    for i in 0..count {
+        // Equal areas lie between equal heights, and the golden angle spreads what lies at them.
+        let y = 1.0 - (2.0 * f32::from(i) + 1.0) / f32::from(count);
+        let (sin, cos) = (2.399_963_2 * f64::from(i)).sin_cos();
+        let direction = (Vec3::new(cos as f32, 0.0, sin as f32) * (1.0 - y * y).sqrt()).with_y(y);
+        builder.light(LightKind::Directional, Vec3::ZERO, direction, Vec3::ONE, lux, None);
+    }
+    builder.finish("furnace")
+}
+
 /// All scenes, small enough for a test each.
 pub fn all() -> Vec<TestScene> {
     vec![one_light_on_one_plane(), rows_of_spheres(), spot_lights(), sun(), many_points(200)]

@@ -4,6 +4,7 @@
 
 pub mod watch;
 
+use manypass_testkit::needs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -111,15 +112,16 @@ impl Drop for Folder {
     }
 }
 
-/// Whether there is an adapter. Without one the test fails, unless MANYPASS_ALLOW_NO_GPU=1 says that this is known.
+/// Whether there is an adapter. Without one the test fails, or is skipped where MANYPASS_ALLOW_NO_GPU=1 says that this is
+/// known.
 #[track_caller]
 pub fn has_adapter() -> bool {
     static FOUND: OnceLock<bool> = OnceLock::new();
     let found = *FOUND.get_or_init(|| !run_in(Path::new("."), &["adapters"]).stdout.is_empty());
     if !found {
-        eprintln!("SKIPPED: no graphics adapter on this machine; on Debian and Ubuntu install mesa-vulkan-drivers");
         let is_allowed = std::env::var_os("MANYPASS_ALLOW_NO_GPU").is_some_and(|value| value == "1");
         assert!(is_allowed, "no adapter, and MANYPASS_ALLOW_NO_GPU=1 is not set");
+        needs::skip("no graphics adapter on this machine; on Debian and Ubuntu install mesa-vulkan-drivers");
     }
     found
 }

@@ -33,16 +33,9 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     request
 }
 
-/// The folder of the sample models; none, with a message, where they are not there. `MANYPASS_ASSETS` names another place
-/// for the folder that holds them.
+/// The folder of the sample models; none where they are not on this machine: the test is skipped.
 pub fn sample_models() -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets");
-    let root = std::env::var_os("MANYPASS_ASSETS").map_or_else(beside, PathBuf::from).join("khronos-sample-assets");
-    if !root.exists() {
-        eprintln!("SKIPPED: there are no sample models at {}", root.display());
-        return None;
-    }
-    Some(root)
+    manypass_testkit::needs::assets("khronos-sample-assets")
 }
 
 /// Pixels whose neighbours all show the same object; at silhouettes triangles and exact shapes differ by a pixel.
