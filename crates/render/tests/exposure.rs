@@ -9,7 +9,9 @@ use glam::Vec3;
 use manypass::exposure::{MID_GREY, picture_level_stops};
 use manypass::scene::primitives::cube;
 use manypass::scene::{AlphaMode, Light, LightKind, Material, Mesh, Node, Scene};
-use manypass::{Aov, Averaging, Background, Environment, Exposure, FrameRequest, Metering, Path, Renderer, Tonemap, WgslEffect};
+use manypass::{
+    Aov, Averaging, Background, Environment, Exposure, FrameRequest, Metering, Path, Renderer, Tonemap, WgslEffect,
+};
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes;
 

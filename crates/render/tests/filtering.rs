@@ -192,7 +192,9 @@ fn a_texture_that_cannot_be_decoded_is_as_if_the_material_had_none() {
     let mut renderer = renderer();
     let mut variables_of = |material: Material, warns: bool| {
         let mut scene = square(material);
-        scene.images.push(Image { name: "broken".into(), source: ImageSource::Encoded(b"no picture".as_slice().into()) });
+        scene
+            .images
+            .push(Image { name: "broken".into(), source: ImageSource::Encoded(b"no picture".as_slice().into()) });
         scene.textures = vec![Texture { image: 0, sampler: Sampler::default() }];
         renderer.load(&scene).unwrap();
         assert_eq!(renderer.warnings().iter().any(|warning| warning.contains("`broken`")), warns);

@@ -160,7 +160,10 @@ fn mirrored_joints_turn_no_skin_inside_out() {
     {
         let (depth_m, normal_z) = normals_of(node_scale, joint_scale, is_skinned);
         // The near side of the ball, 4.4 m away; inside out it would be the far side, at 5.6 m.
-        assert!((depth_m - 4.4).abs() < 0.05, "node {node_scale}, joint {joint_scale}, skinned {is_skinned}: {depth_m}");
+        assert!(
+            (depth_m - 4.4).abs() < 0.05,
+            "node {node_scale}, joint {joint_scale}, skinned {is_skinned}: {depth_m}"
+        );
         assert!(normal_z > 0.9, "node {node_scale}, joint {joint_scale}, skinned {is_skinned}: {normal_z}");
     }
 }

@@ -122,9 +122,9 @@ type Decoded = Result<(MipChain, bool), String>;
 
 fn decode(scene: &Scene, (image, is_srgb): (usize, bool), limit: u32) -> Decoded {
     let source = &scene.images[image];
-    let mut pixels = source
-        .decode()
-        .map_err(|error| format!("image {image} `{}` cannot be decoded, and materials do without it: {error}", source.name))?;
+    let mut pixels = source.decode().map_err(|error| {
+        format!("image {image} `{}` cannot be decoded, and materials do without it: {error}", source.name)
+    })?;
     let mut shrunk = false;
     while pixels.width > limit || pixels.height > limit {
         pixels = half(&pixels, is_srgb);
