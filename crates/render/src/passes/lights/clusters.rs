@@ -116,7 +116,8 @@ impl ClusterLists {
     }
 
     /// Lists for tiles and slices fitted to `range`. Where there would be more lists than `limits` has room for, or lights
-    /// overlap so much that there would be more entries, tiles and slices become larger: no light is left out.
+    /// overlap so much that there would be more entries, tiles and slices become larger: no light is left out. Without
+    /// lights that have a range there is one list, and it is empty.
     pub fn build(
         table: &LightTable,
         view: &View,
@@ -125,6 +126,9 @@ impl ClusterLists {
         settings: &ClusterSettings,
         limits: ListLimits,
     ) -> Self {
+        if table.spheres.is_empty() {
+            return Self::everything(table, target.size);
+        }
         let mut settings = settings.clone();
         let view_from_world = view.world_from_view.inverse();
         let spheres: Vec<(Vec3, f32)> =
@@ -497,6 +501,16 @@ mod tests {
             let all: std::collections::BTreeSet<u16> = lists.lights.iter().copied().collect();
             let all_free: std::collections::BTreeSet<u16> = free.lights.iter().copied().collect();
             assert_eq!(all, all_free, "no light is lost");
+        }
+    }
+
+    #[test]
+    fn without_lights_of_a_range_there_is_one_empty_list() {
+        let table = LightTable { texels: vec![[0.0; 4]; 8], global_count: 2, ..Default::default() };
+        for (view, range, target) in cases() {
+            let lists = ClusterLists::build(&table, &view, range, &target, &ClusterSettings::default(), UNLIMITED);
+            assert_eq!((lists.table, lists.lights), (vec![[0, 0]], vec![]));
+            assert_eq!(lists.uniform.global_count, 2);
         }
     }
 
