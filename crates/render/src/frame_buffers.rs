@@ -14,6 +14,8 @@ use crate::view::ViewUniform;
 
 /// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`.
 pub(crate) const LIST_WIDTH: u32 = 4096;
+/// Lists in a row of the table of clusters; a constant of `lights.wgsl`.
+pub(crate) const TABLE_WIDTH: u32 = 1024;
 
 /// Small buffers and tables that every frame fills anew.
 #[derive(Debug)]
@@ -66,7 +68,7 @@ impl FrameBuffers {
             motion: uniform("motion", size_of::<MotionUniform>()),
             // The widths are constants of `lights.wgsl`: 256 lights of 4 texels, 1,024 clusters, 4,096 entries a row.
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, 1024),
-            cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, 1024),
+            cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, TABLE_WIDTH),
             cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
             instances: create_instances(gpu, 64),
             directional_albedo: upload_directional_albedo(gpu),

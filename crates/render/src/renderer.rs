@@ -6,7 +6,7 @@ mod output;
 use crate::aov::{AovExports, AovPasses, AovTextures};
 use crate::draws::{Deformation, DrawList};
 use crate::frame::{self, Shared};
-use crate::frame_buffers::{FrameBuffers, LIST_WIDTH};
+use crate::frame_buffers::FrameBuffers;
 use crate::gpu::{Gpu, readback};
 use crate::passes::lights::{self, LightTable};
 use crate::passes::motion::MotionUniform;
@@ -324,10 +324,9 @@ impl Renderer {
         let table = LightTable::new(scene, pre_exposure, request.light_subset);
         let aspect = output_size.0 as f32 / output_size.1 as f32;
         let target = lights::Target { size, aspect, jitter_px: jitter };
-        // The narrowest data texture that holds the lists has this many rows; 2²² entries take 8 MiB.
-        let entries_max = (self.gpu.capabilities.max_texture_size as usize * LIST_WIDTH as usize).min(1 << 22);
+        let limits = lights::ListLimits::of(self.gpu.capabilities.max_texture_size);
         let clusters = &request.settings.clusters;
-        let lists = table.cluster(&request.camera, range, &target, request.light_culling, clusters, entries_max);
+        let lists = table.cluster(&request.camera, range, &target, request.light_culling, clusters, limits);
         self.stats = FrameStats {
             draws: (draws.opaque.len() + draws.blended.len()) as u32,
             triangles: draws.triangles,

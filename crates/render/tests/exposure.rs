@@ -8,8 +8,10 @@ use common::{plain_request, renderer};
 use glam::Vec3;
 use manypass::exposure::{MID_GREY, picture_level_stops};
 use manypass::scene::primitives::cube;
-use manypass::scene::{Light, LightKind, Material, Mesh, Node, Scene};
-use manypass::{Aov, Averaging, Background, Environment, Exposure, FrameRequest, Metering, Path, Renderer, Tonemap};
+use manypass::scene::{AlphaMode, Light, LightKind, Material, Mesh, Node, Scene};
+use manypass::{
+    Aov, Averaging, Background, Environment, Exposure, FrameRequest, Metering, Path, Renderer, Tonemap, WgslEffect,
+};
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes;
 
@@ -245,6 +247,63 @@ fn whatever_the_environment_every_number_is_finite() {
                 let is_number = |value: &f32| value.is_finite() && *value >= 0.0;
                 assert!(radiance.iter().all(is_number), "{environment:?} {intensity} {metering:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn the_sum_of_all_terms_at_their_limit_is_finite_and_counted() {
+    // A half float ends at 65,504.
+    const SUM_MAX: f32 = 3.0 * 20_992.0;
+    let mut test = scenes::one_light_on_one_plane();
+    test.scene.lights[0].intensity = 1e30;
+    test.scene.materials[0].emissive_factor = Vec3::splat(1e30);
+    let mut pane = matte();
+    (pane.alpha_mode, pane.emissive_factor) = (AlphaMode::Blend, Vec3::splat(1e30));
+    pane.base_color_factor.w = 0.5;
+    let mut with_pane = test.clone();
+    put(&mut with_pane.scene, pane, Vec3::Y);
+    with_pane.scene.update_transforms();
+    let mut renderer = renderer();
+    for (scene, path) in [(&test, Path::Deferred), (&test, Path::Forward), (&with_pane, Path::Deferred)] {
+        renderer.load(&scene.scene).unwrap();
+        let mut request = plain_request(&scene.scene, (32, 32));
+        (request.path, request.averaging) = (path, Averaging::Radiance);
+        (request.environment, request.environment_intensity) = (Environment::Studio, 1e30);
+        accumulate(&mut renderer, &scene.scene, &request, 2);
+        let radiance = renderer.read_radiance().unwrap();
+        let brightest = radiance.iter().copied().fold(0.0, f32::max);
+        assert!(radiance.iter().all(|value| (0.0..=SUM_MAX).contains(value)), "{path:?}: {brightest}");
+        assert!(brightest >= 20_900.0, "the test shows nothing: {brightest}");
+        assert_eq!(renderer.clamped_pixels(), 32 * 32, "{path:?}");
+    }
+}
+
+#[test]
+fn what_is_no_number_is_scrubbed_and_counted_once() {
+    let test = scenes::one_light_on_one_plane();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    // In the first sample alone one pixel in four is no number, and one is beyond half floats.
+    let source = "@fragment fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {
+        let here = radiance_at(vec2i(position.xy));
+        let pixel = vec2u(position.xy) % 2u;
+        let zero = here.a - 1.0;
+        let wrong = select(1e9, zero / zero, pixel.y == 0u);
+        return select(here, vec4f(wrong, 0.0, 0.0, 1.0), pixel.x == 0u && view.sample_index == 0u);
+    }";
+    let effect = std::sync::Arc::new(WgslEffect::new(renderer.gpu(), "wrong.wgsl", source).unwrap());
+    for averaging in [Averaging::Radiance, Averaging::Display] {
+        let mut request = plain_request(&test.scene, (16, 16));
+        request.averaging = averaging;
+        request.effects = vec![effect.clone()];
+        let pixels = picture(&mut renderer, &test.scene, &request, 4);
+        // Three right samples of four are seen; the fourth is no hole for good.
+        assert!(pixels.iter().all(|pixel| pixel[1] > 20), "{averaging:?}");
+        if averaging == Averaging::Radiance {
+            let radiance = renderer.read_radiance().unwrap();
+            assert!(radiance.iter().all(|value| value.is_finite() && *value >= 0.0));
+            assert_eq!(renderer.clamped_pixels(), 16 * 16 / 2);
         }
     }
 }

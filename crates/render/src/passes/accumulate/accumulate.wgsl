@@ -2,7 +2,7 @@
 // tone curve, so that edges of bright surfaces are smooth, or, with curve_1 and curve_2, of radiance for linear files.
 // Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly.
 // Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha). A mean of radiance has
-// negative alpha where a sample reached the limit of half floats: its value is too small.
+// negative alpha where a sample reached the limit of half floats or was no number: its value is too small.
 
 import package::shaders::colour::{HALF_FLOAT_MAX, RADIANCE_MAX};
 import package::shaders::tone_curve::display_linear;
@@ -26,20 +26,25 @@ struct Accumulation {
 @group(1) @binding(2) var previous: texture_2d<f32>;
 @if(scaled) @group(0) @binding(2) var linear_clamp: sampler;
 
-// Neither infinite nor NaN, whatever an effect wrote.
 fn radiance_at(position_px: vec2f) -> vec4f {
     @if(scaled) {
-        let texel = textureSampleLevel(radiance, linear_clamp, position_px * accumulation.inverse_size_px, 0.0);
-        return min(max(texel, vec4f(0.0)), vec4f(HALF_FLOAT_MAX));
+        return textureSampleLevel(radiance, linear_clamp, position_px * accumulation.inverse_size_px, 0.0);
     }
     @if(!scaled) {
-        return min(max(textureLoad(radiance, vec2i(position_px), 0), vec4f(0.0)), vec4f(HALF_FLOAT_MAX));
+        return textureLoad(radiance, vec2i(position_px), 0);
     }
+}
+
+// Told by the bits of the exponent, because compilers take it that `x == x`.
+fn is_finite(texel: vec4f) -> bool {
+    return all((bitcast<vec4u>(texel) & vec4u(0x7f800000u)) != vec4u(0x7f800000u));
 }
 
 @fragment
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let sample = radiance_at(position.xy);
+    let texel = radiance_at(position.xy);
+    // Neither infinite nor NaN, whatever an effect wrote, so that the mean is never spoilt for good.
+    let sample = min(max(texel, vec4f(0.0)), vec4f(HALF_FLOAT_MAX));
     var before = vec4f(0.0);
     // What was never written may be a NaN. The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (position.x >= 0.0) & (accumulation.keep > 0.0) {
@@ -49,7 +54,8 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let mean = vec4f(before.rgb, abs(before.a)) + sample * accumulation.weight;
         // The limit is that of a surface as it was shaded; alpha is how much of it is here.
         let brightest = max(sample.r, max(sample.g, sample.b));
-        let is_clamped = (before.a < 0.0) | (brightest >= 0.999 * RADIANCE_MAX * max(sample.a, 1e-3));
+        let is_at_limit = brightest >= 0.999 * RADIANCE_MAX * max(sample.a, 1e-3);
+        let is_clamped = (before.a < 0.0) | is_at_limit | !is_finite(texel);
         return vec4f(mean.rgb, select(mean.a, -mean.a, is_clamped));
     }
     @if(!(curve_1 && curve_2)) {

@@ -1,6 +1,7 @@
 //! Which lights touch which clusters.
 
 use super::{ClusterSettings, LightTable};
+use crate::frame_buffers::{LIST_WIDTH, TABLE_WIDTH};
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
@@ -29,6 +30,24 @@ pub struct Target {
     pub aspect: f32,
     /// By how much the picture is moved, right and down.
     pub jitter_px: Vec2,
+}
+
+/// What the textures that hold the lists have room for.
+#[derive(Clone, Copy, Debug)]
+pub struct ListLimits {
+    /// Entries of all lists together.
+    pub entries: usize,
+    /// Lists.
+    pub clusters: usize,
+}
+
+impl ListLimits {
+    /// What textures of at most `max_texture_size` rows hold, and not so much that it takes memory which the picture needs:
+    /// 2²² entries take 8 MiB, so many clusters 32 MiB.
+    pub fn of(max_texture_size: u32) -> Self {
+        let rows_of = |width: u32| (max_texture_size as usize * width as usize).min(1 << 22);
+        Self { entries: rows_of(LIST_WIDTH), clusters: rows_of(TABLE_WIDTH) }
+    }
 }
 
 /// The lists of one view.
@@ -96,23 +115,29 @@ impl ClusterLists {
         }
     }
 
-    /// Lists for tiles and slices fitted to `range`. Where lights overlap so much that the lists would have more than
-    /// `entries_max` entries, tiles and slices become larger.
+    /// Lists for tiles and slices fitted to `range`. Where there would be more lists than `limits` has room for, or lights
+    /// overlap so much that there would be more entries, tiles and slices become larger: no light is left out. Without
+    /// lights that have a range there is one list, and it is empty.
     pub fn build(
         table: &LightTable,
         view: &View,
         range: DepthRange,
         target: &Target,
         settings: &ClusterSettings,
-        entries_max: usize,
+        limits: ListLimits,
     ) -> Self {
+        if table.spheres.is_empty() {
+            return Self::everything(table, target.size);
+        }
         let mut settings = settings.clone();
         let view_from_world = view.world_from_view.inverse();
         let spheres: Vec<(Vec3, f32)> =
             table.spheres.iter().map(|(center, radius)| (view_from_world.transform_point3(*center), *radius)).collect();
         let (grid, spans) = loop {
             let grid = Grid::new(view, range, target, &settings);
-            match grid.all_spans(&spheres, table.global_count, entries_max) {
+            let fits = grid.row_count() * grid.tiles[0] as usize <= limits.clusters;
+            let spans = if fits { grid.all_spans(&spheres, table.global_count, limits.entries) } else { None };
+            match spans {
                 Some(spans) => break (grid, spans),
                 None if grid.row_count() == 1 && grid.tiles[0] == 1 => return Self::everything(table, target.size),
                 None => {
@@ -385,6 +410,8 @@ mod tests {
     use glam::Mat4;
     use manypass_scene::Projection;
 
+    const UNLIMITED: ListLimits = ListLimits { entries: usize::MAX, clusters: usize::MAX };
+
     /// 0 ≤ x < 1: the finaliser of MurmurHash3.
     fn unit(i: u32, k: u32) -> f32 {
         let mut hash = i.wrapping_mul(0x9e37_79b9) ^ k.wrapping_mul(0x7feb_352d);
@@ -431,7 +458,7 @@ mod tests {
         let settings = ClusterSettings::default();
         let table = lights(3000);
         for (view, range, target) in cases() {
-            let lists = ClusterLists::build(&table, &view, range, &target, &settings, usize::MAX);
+            let lists = ClusterLists::build(&table, &view, range, &target, &settings, UNLIMITED);
             let [across, down, slices, tile_px] = lists.uniform.size;
             let mut reached = 0;
             for i in 0..4000u32 {
@@ -458,15 +485,53 @@ mod tests {
     }
 
     #[test]
+    fn tables_that_would_get_too_large_have_larger_clusters() {
+        let table = lights(300);
+        let settings = ClusterSettings { tile_px: 8, slices: 64 };
+        for (view, range, target) in cases() {
+            let target = Target { size: (4096, 2048), aspect: 2.0, ..target };
+            let free = ClusterLists::build(&table, &view, range, &target, &settings, UNLIMITED);
+            assert_eq!(free.table.len(), 512 * 256 * 64);
+            let limits = ListLimits { clusters: 1 << 20, ..UNLIMITED };
+            let lists = ClusterLists::build(&table, &view, range, &target, &settings, limits);
+            let [across, down, slices, tile_px] = lists.uniform.size;
+            assert_eq!(lists.table.len(), (across * down * slices) as usize);
+            assert!(lists.table.len() <= 1 << 20, "{} clusters", lists.table.len());
+            assert!(across * tile_px >= 4096 && down * tile_px >= 2048, "all of the picture has clusters");
+            let all: std::collections::BTreeSet<u16> = lists.lights.iter().copied().collect();
+            let all_free: std::collections::BTreeSet<u16> = free.lights.iter().copied().collect();
+            assert_eq!(all, all_free, "no light is lost");
+        }
+    }
+
+    #[test]
+    fn without_lights_of_a_range_there_is_one_empty_list() {
+        let table = LightTable { texels: vec![[0.0; 4]; 8], global_count: 2, ..Default::default() };
+        for (view, range, target) in cases() {
+            let lists = ClusterLists::build(&table, &view, range, &target, &ClusterSettings::default(), UNLIMITED);
+            assert_eq!((lists.table, lists.lights), (vec![[0, 0]], vec![]));
+            assert_eq!(lists.uniform.global_count, 2);
+        }
+    }
+
+    #[test]
     fn lists_that_would_get_too_long_have_larger_clusters() {
         let table = lights(3000);
         let settings = ClusterSettings::default();
         for (view, range, target) in cases() {
-            let free = ClusterLists::build(&table, &view, range, &target, &settings, usize::MAX);
+            let free = ClusterLists::build(&table, &view, range, &target, &settings, UNLIMITED);
             let most = free.lights.len() * 3 / 4;
-            let lists = ClusterLists::build(&table, &view, range, &target, &settings, most);
+            let lists = ClusterLists::build(
+                &table,
+                &view,
+                range,
+                &target,
+                &settings,
+                ListLimits { entries: most, ..UNLIMITED },
+            );
             assert!(lists.lights.len() <= most && lists.uniform.size[3] > settings.tile_px);
-            let lists = ClusterLists::build(&table, &view, range, &target, &settings, 100);
+            let lists =
+                ClusterLists::build(&table, &view, range, &target, &settings, ListLimits { entries: 100, ..UNLIMITED });
             assert_eq!(lists.lights.len(), 3000, "one list of all lights is the last resort");
         }
     }

@@ -8,7 +8,7 @@
 
 mod clusters;
 
-pub use clusters::{ClusterLists, ClusterUniform, Target};
+pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
 
 use crate::exposure::finite_product;
 use crate::view::{DepthRange, View};
@@ -123,7 +123,7 @@ impl LightTable {
         self.texels.is_empty()
     }
 
-    /// The lists of a view, with at most `entries_max` entries if clustered.
+    /// The lists of a view, within `limits` if clustered.
     pub fn cluster(
         &self,
         view: &View,
@@ -131,10 +131,10 @@ impl LightTable {
         target: &Target,
         culling: LightCulling,
         settings: &ClusterSettings,
-        entries_max: usize,
+        limits: ListLimits,
     ) -> ClusterLists {
         match culling {
-            LightCulling::Clustered => ClusterLists::build(self, view, range, target, settings, entries_max),
+            LightCulling::Clustered => ClusterLists::build(self, view, range, target, settings, limits),
             LightCulling::None => ClusterLists::everything(self, target.size),
         }
     }
