@@ -3,11 +3,13 @@
 mod args;
 mod bench;
 mod camera;
+mod chosen;
 mod coverage;
 mod deliver;
 mod exposure;
 mod failure;
 mod gather;
+mod graph;
 mod input;
 mod inspect;
 mod interrupt;

@@ -32,7 +32,7 @@ fn against_ray_caster(test: &TestScene, path: Path) -> (f64, f64) {
     let mut renderer = renderer();
     renderer.load(&test.scene).unwrap();
     let mut request = plain_request(&test.scene, SIZE);
-    request.path = path;
+    request.settings.render.path = path;
     let found = radiance(&mut renderer, &test.scene, &request);
     let inner = inner_pixels(&truth.object_id, (width, height));
     assert!(inner.len() > width * height / 2);
@@ -118,7 +118,7 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         renderer.load(&test.scene).unwrap();
         let request = plain_request(&test.scene, SIZE);
         let clustered = display(&mut renderer, &test.scene, &request);
-        let brute_force = FrameRequest { light_culling: LightCulling::None, ..request.clone() };
+        let brute_force = request.with(|settings| settings.lights.culling = LightCulling::None);
         let brute_force = display(&mut renderer, &test.scene, &brute_force);
         let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01 };
         assert_same(&clustered, &brute_force, exact);
@@ -126,7 +126,7 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         if test.name != "one_light_on_one_plane" {
             assert_rejects_mutations(&clustered, Tolerance::default());
         }
-        let forward = FrameRequest { path: Path::Forward, ..request.clone() };
+        let forward = request.with(|settings| settings.render.path = Path::Forward);
         let forward = display(&mut renderer, &test.scene, &forward);
         // Base colour and roughness in 8 bits: half a step of base colour is up to 0.5/255 of a lit surface, and
         // roughness moves the sharpest highlights by more than 2/255.
@@ -188,8 +188,8 @@ fn a_white_furnace_stays_white() {
     let mut renderer = renderer();
     renderer.load(&test.scene).unwrap();
     let mut request = plain_request(&test.scene, SIZE);
-    request.environment = Environment::Color([1.0; 3]);
-    request.background = Background::Environment;
+    request.settings.environment.source = Environment::Color([1.0; 3]);
+    request.settings.background.source = Background::Environment;
     let pixels = radiance(&mut renderer, &test.scene, &request);
     let worst = pixels.iter().flatten().fold(0.0f32, |worst, v| worst.max((v - 1.0).abs()));
     assert!(worst < 0.01, "the furnace is off by {worst}");
