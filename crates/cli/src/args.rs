@@ -1,5 +1,6 @@
 //! The command line as it is typed. [`crate::job`] makes sense of it.
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -20,6 +21,7 @@ const EXAMPLES: &str = "Examples:
   manypass render 'models/**/*.glb' -o 'shots/{parent}_{stem}.png'
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
   manypass graph helmet.glb --format mermaid              the passes of the frame
+  manypass graph helmet.glb --limits webgl2 --aov all     planned without any adapter
   manypass settings                                       every key of --set, with its range
   manypass adapters                                       what can render on this machine
 
@@ -57,20 +59,8 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Print the passes of a frame.
-    Graph {
-        /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
-        input: String,
-        /// A scene of the file [default: the one that the file names].
-        #[arg(long, value_name = "NAME|INDEX")]
-        scene: Option<String>,
-        /// How to print them.
-        #[arg(long, default_value = "text")]
-        format: GraphFormat,
-        /// Render on the adapter whose name contains this.
-        #[arg(long)]
-        adapter: Option<String>,
-    },
+    /// Print the passes of the frame that `render` draws, with the same flags.
+    Graph(Box<GraphArgs>),
     /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.
     Bench(BenchArgs),
     /// List the adapters of this machine.
@@ -84,9 +74,14 @@ pub enum Command {
         /// List the keys of the effect in this file too; may be given again.
         #[arg(long = "effect", value_name = "FILE.wgsl")]
         effects: Vec<PathBuf>,
-        /// Print JSON: an array of objects with key, type, default, min, max, choices, unit, doc.
+        /// Print JSON: an array of objects with key, type, default, min, max, choices, unit, needs, doc.
+        ///
+        /// `needs` lists every KEY=VALUE without which the key does nothing.
         #[arg(long)]
         json: bool,
+        /// Print a JSON Schema of files of --settings, for editors.
+        #[arg(long, conflicts_with = "json")]
+        schema: bool,
     },
     /// Print a completion script for a shell.
     Completions {
@@ -104,91 +99,32 @@ pub enum GraphFormat {
     Mermaid,
 }
 
-/// Which shading path draws opaque surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum PathArg {
-    Deferred,
-    Forward,
-}
-
-/// How lights are found for a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum CullingArg {
-    Clustered,
-    None,
-}
-
-/// The tone mapper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum TonemapArg {
-    Neutral,
-    Aces,
-    Agx,
-    Reinhard,
-    Exponential,
-    None,
-}
-
-/// Flags of `bench`.
+/// Flags that change settings, in every subcommand that draws. One that is left out changes nothing, so that a file of
+/// settings decides.
 #[derive(Debug, Args)]
-pub struct BenchArgs {
-    /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
-    pub input: String,
-    /// A scene of the file [default: the one that the file names].
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub scene: Option<String>,
-    /// Width and height in pixels.
-    #[arg(long, value_name = "WxH", default_value = "1280x720")]
-    pub size: String,
-    /// How many frames to measure.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
-    pub count: u32,
-    /// Stop after this many milliseconds, whatever the count.
-    #[arg(long, value_name = "MS")]
-    pub budget_ms: Option<f64>,
-    /// Write the last frame here.
-    #[arg(long, value_name = "FILE")]
-    pub png: Option<PathBuf>,
-    /// Print the line of JSON alone, without the summary before it.
-    #[arg(long)]
-    pub json: bool,
-    /// Which shading path draws opaque surfaces.
-    #[arg(long, default_value = "deferred")]
-    pub path: PathArg,
-    /// How lights are found for a pixel.
-    #[arg(long, default_value = "clustered")]
-    pub light_culling: CullingArg,
-    /// Render on the adapter whose name contains this.
-    #[arg(long)]
-    pub adapter: Option<String>,
+pub struct ChangeArgs {
+    /// Which shading path draws opaque surfaces; short for --set render.path [default: deferred].
+    #[arg(long, value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
+    pub path: Option<String>,
+    /// How lights are found for a pixel; short for --set lights.culling [default: clustered].
+    #[arg(long, value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
+    pub light_culling: Option<String>,
+    /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
+    ///
+    /// The file declares its settings with their defaults; `manypass settings --effect FILE.wgsl` lists them.
+    #[arg(long = "effect", value_name = "FILE.wgsl")]
+    pub effects: Vec<PathBuf>,
+    /// Change a setting; `manypass settings` lists the keys; may be given again.
+    ///
+    /// It comes after every flag: `--tonemap aces --set tone_map.curve=agx` is agx. A setting of an effect is
+    /// EFFECT.MEMBER; the numbers of a vector or colour have commas between: `--set own_pass.line_color=0.9,0.7,0.4`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 }
 
-/// Flags of `render`.
+/// Flags that say what the frame is, of `render` and `graph`.
 #[derive(Debug, Args)]
-#[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
-pub struct RenderArgs {
-    /// .glb or .gltf files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
-    ///
-    /// In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders are left
-    /// out.
-    #[arg(required = true)]
-    pub inputs: Vec<String>,
-    /// Look into the folders of folders, too.
-    #[arg(long)]
-    pub recursive: bool,
-    /// A file, a folder, a pattern, a device or pipe, or `-` for standard output [default: STEM.png].
-    ///
-    /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
-    /// where a folder has both m.glb and m.gltf), {frame} or {frame:04}, and {aov}. With --frames and --turntable a
-    /// folder gets STEM_FRAME, and a file must hold {frame}. An output that is also read, or written twice, is refused.
-    #[arg(short, long, value_name = "OUT")]
-    pub output: Option<String>,
-    /// png, jpg, webp or exr [default: by the name of OUT].
-    #[arg(long)]
-    pub format: Option<String>,
+pub struct FrameArgs {
     /// Width and height in pixels; the vertical field of view stays.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: String,
@@ -225,15 +161,16 @@ pub struct RenderArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// studio, none or an sRGB colour [default: studio, faint if the file has lights].
+    /// auto, studio, fill, none or an sRGB colour [default: auto: studio, or fill, which is faint, if the file has lights].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
-    /// Multiplies the environment.
-    #[arg(long, default_value_t = 1.0)]
-    pub environment_intensity: f32,
-    /// environment, transparent or an sRGB colour, which comes out as it is under every tone mapper and exposure.
-    #[arg(long, default_value = "environment")]
-    pub background: String,
+    /// Multiplies the environment [default: 1].
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub environment_intensity: Option<String>,
+    /// environment, transparent or an sRGB colour, which comes out as it is under every tone mapper and exposure
+    /// [default: environment].
+    #[arg(long)]
+    pub background: Option<String>,
     /// Stops, or auto: metered, with stops on top as in auto+1 or auto-0.5 [default: auto if the file has lights, else 0].
     ///
     /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
@@ -242,18 +179,92 @@ pub struct RenderArgs {
     /// .exr stays scene-linear without any exposure.
     #[arg(long, value_name = "STOPS|auto", allow_hyphen_values = true)]
     pub exposure: Option<String>,
-    /// The tone mapper.
-    #[arg(long, default_value = "neutral")]
-    pub tonemap: TonemapArg,
-    /// Which shading path draws opaque surfaces.
-    #[arg(long, default_value = "deferred")]
-    pub path: PathArg,
-    /// How lights are found for a pixel.
-    #[arg(long, default_value = "clustered")]
-    pub light_culling: CullingArg,
+    /// The tone mapper; short for --set tone_map.curve [default: neutral].
+    #[arg(long, value_parser = PossibleValuesParser::new(manypass::Tonemap::NAMES))]
+    pub tonemap: Option<String>,
     /// `all`, or names with commas: layers of .exr, or .png files of their own; --help says what each holds.
     #[arg(long, value_name = "all|LIST", long_help = manypass_offline::aov_docs::help())]
     pub aov: Option<String>,
+    #[command(flatten)]
+    pub change: ChangeArgs,
+    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; flags and `--set` come after it.
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+}
+
+/// Flags of `graph`.
+#[derive(Debug, Args)]
+pub struct GraphArgs {
+    /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
+    pub input: String,
+    #[command(flatten)]
+    pub frame: FrameArgs,
+    /// How to print them.
+    #[arg(long, default_value = "text")]
+    pub format: GraphFormat,
+    /// Plan for the adapter whose name contains this.
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Plan, without any adapter, for what every adapter of WebGPU or of WebGL 2 offers.
+    #[arg(long, conflicts_with = "adapter", value_parser = PossibleValuesParser::new(manypass::gpu::Floor::NAMES))]
+    pub limits: Option<String>,
+}
+
+/// Flags of `bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
+    pub input: String,
+    /// A scene of the file [default: the one that the file names].
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+    /// Width and height in pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: String,
+    /// How many frames to measure.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    pub count: u32,
+    /// Stop after this many milliseconds, whatever the count.
+    #[arg(long, value_name = "MS")]
+    pub budget_ms: Option<f64>,
+    /// Write the last frame here.
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+    /// Print the line of JSON alone, without the summary before it.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub change: ChangeArgs,
+    /// Render on the adapter whose name contains this.
+    #[arg(long)]
+    pub adapter: Option<String>,
+}
+
+/// Flags of `render`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
+pub struct RenderArgs {
+    /// .glb or .gltf files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
+    ///
+    /// In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders are left
+    /// out.
+    #[arg(required = true)]
+    pub inputs: Vec<String>,
+    /// Look into the folders of folders, too.
+    #[arg(long)]
+    pub recursive: bool,
+    /// A file, a folder, a pattern, a device or pipe, or `-` for standard output [default: STEM.png].
+    ///
+    /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
+    /// where a folder has both m.glb and m.gltf), {frame} or {frame:04}, and {aov}. With --frames and --turntable a
+    /// folder gets STEM_FRAME, and a file must hold {frame}. An output that is also read, or written twice, is refused.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<String>,
+    /// png, jpg, webp or exr [default: by the name of OUT].
+    #[arg(long)]
+    pub format: Option<String>,
+    #[command(flatten)]
+    pub frame: FrameArgs,
     /// Write the picture of every pass into this folder.
     #[arg(long, value_name = "DIR")]
     pub dump_passes: Option<PathBuf>,
@@ -277,20 +288,6 @@ pub struct RenderArgs {
     /// is a room, unless --orbit says how far.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
-    /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
-    ///
-    /// The file declares its settings with their defaults; `manypass settings --effect FILE.wgsl` lists them.
-    #[arg(long = "effect", value_name = "FILE.wgsl")]
-    pub effects: Vec<PathBuf>,
-    /// Change a setting; `manypass settings` lists the keys; may be given again.
-    ///
-    /// A setting of an effect is EFFECT.MEMBER; the numbers of a vector or colour have commas between:
-    /// `--set own_pass.line_color=0.9,0.7,0.4`.
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
-    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; `--set` comes after it.
-    #[arg(long, value_name = "FILE.toml")]
-    pub settings: Option<PathBuf>,
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,

@@ -7,9 +7,10 @@ use crate::input::Input;
 use crate::job;
 use crate::pattern::is_stdout;
 use crate::places::Places;
-use crate::scenes;
+use crate::request::{effect_files, effects};
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
-use manypass::{Background, Environment, FrameRequest, RenderError, Settings, Tonemap, View};
+use crate::{chosen, scenes};
+use manypass::{Background, Environment, Exposure, FrameRequest, RenderError, Settings, Tonemap, View};
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
 use serde_json::json;
@@ -33,8 +34,10 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     };
     if let Some(path) = &args.png {
         check_png(path)?;
-        Places::of_input(input).write(path)?;
+        Places::of_input_and_effects(input, &args.change.effects).write(path)?;
     }
+    let mut effect_files = effect_files(&args.change.effects)?;
+    let settings = chosen::of_change(bare(), &args.change, &mut effect_files)?;
     let failed = |error: RenderError| still_failure(&error.into());
     let mut renderer = session::open(args.adapter.as_deref())?;
     let load_started = Instant::now();
@@ -47,17 +50,15 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let aspect = width as f32 / height as f32;
     let (world_from_view, projection) =
         camera::resolve(&CameraSpec::default(), &scene, &Framing::of_scene(&scene), aspect, 0.0)?;
-    let mut settings = Settings::default();
-    settings.set("tone_map.dither", "0").map_err(|error| Failure::usage(error, "report this"))?;
-    let request = FrameRequest {
-        background: Background::Color([0.0; 3]),
-        environment: Environment::None,
-        settings,
-        path: session::path(args.path),
-        light_culling: session::light_culling(args.light_culling),
-        tonemap: Tonemap::None,
+    let path = settings.render.path.name();
+    let light_culling = settings.lights.culling.name();
+    let exposure = settings.exposure.stops.resolved(&scene);
+    let mut request = FrameRequest {
+        settings: settings.clone(),
+        effects: effects(&renderer, effect_files)?,
         ..FrameRequest::new(width, height, View { world_from_view, projection })
     };
+    renderer.expose(&scene, &mut request, exposure).map_err(failed)?;
     let mut frame = || -> Result<f64, Failure> {
         let start = Instant::now();
         renderer.render(&scene, &request).map_err(failed)?;
@@ -96,8 +97,9 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "driver": adapter.driver,
         "width": width,
         "height": height,
-        "path": format!("{:?}", args.path).to_lowercase(),
-        "light_culling": format!("{:?}", args.light_culling).to_lowercase(),
+        "path": path,
+        "light_culling": light_culling,
+        "settings": settings,
         "lights": stats.lights,
         "draws": stats.draws,
         "triangles": stats.triangles,
@@ -128,6 +130,17 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     }
     let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });
     print(&format!("{line}\n"))
+}
+
+/// What `bench` begins with: the scene's own lights alone, and radiance as it is.
+fn bare() -> Settings {
+    let mut settings = Settings::default();
+    settings.environment.source = Environment::None;
+    settings.background.source = Background::Color([0.0; 3]);
+    settings.exposure.stops = Exposure::Stops(0.0);
+    settings.tone_map.curve = Tonemap::None;
+    settings.tone_map.dither = 0.0;
+    settings
 }
 
 /// `--png` takes the name of a .png file, or a device.

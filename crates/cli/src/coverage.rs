@@ -39,9 +39,9 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
             settings: {
                 let mut settings = request.settings.clone();
                 settings.render.scale = 1.0;
+                settings.background.source = Background::Transparent;
                 settings
             },
-            background: Background::Transparent,
             want_aovs: Vec::new(),
             previous: None,
             effects: Vec::new(),

@@ -1,7 +1,6 @@
 //! The exposure of an input: metered once, for all pictures that are made of it.
 
 use crate::failure::Failure;
-use crate::job::Job;
 use crate::session::still_failure;
 use manypass::{Exposure, FrameRequest, Metering, Renderer};
 use manypass_scene::Scene;
@@ -15,13 +14,13 @@ pub struct Taken {
 }
 
 impl Taken {
-    /// What `--exposure` asks for, or else the scene; metered through `request` where that decides anything. The scene is
+    /// What settings ask for, or else the scene; metered through `request` where that decides anything. The scene is
     /// in its pose at time 0, and the request's camera has not turned.
     ///
     /// # Errors
     /// The renderer failed.
-    pub fn new(renderer: &mut Renderer, scene: &Scene, job: &Job, request: &FrameRequest) -> Result<Self, Failure> {
-        let exposure = job.exposure.unwrap_or_else(|| Exposure::of_scene(scene));
+    pub fn new(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Result<Self, Failure> {
+        let exposure = request.settings.exposure.stops.resolved(scene);
         let needs_metering = request.needs_metering(exposure);
         let meter = || renderer.meter(scene, request).map_err(|error| still_failure(&error.into()));
         Ok(Self { exposure, metering: needs_metering.then(meter).transpose()? })

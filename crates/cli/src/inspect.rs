@@ -1,21 +1,17 @@
-//! `info`, `graph` and `adapters`: what is in a file, in a frame and on this machine.
+//! `info` and `adapters`: what is in a file and on this machine.
 
-use crate::args::GraphFormat;
 use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::memory;
 use crate::scenes;
-use crate::session::{self, print, still_failure};
-use manypass::{Environment, FrameRequest, Gpu, GpuError, RenderError, View};
+use crate::session::{self, print};
+use manypass::{Gpu, GpuError, View};
 use manypass_offline::camera::{CameraData, scene_cameras};
 use manypass_offline::manifest;
 use manypass_scene::{Framing, LightKind, Primitive, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-
-/// The size of the frame whose passes `graph` prints.
-const GRAPH_SIZE_PX: (u32, u32) = (1280, 720);
 
 /// The size of the picture whose cameras `info` prints; their fields of view to the side depend on its shape.
 const CAMERA_SIZE_PX: (u32, u32) = (1280, 720);
@@ -41,7 +37,11 @@ const KEYS: [&str; 17] = [
     "warnings",
 ];
 
-fn one(argument: &str) -> Result<Input, Failure> {
+/// The one file that an argument names.
+///
+/// # Errors
+/// It names more than one.
+pub fn one(argument: &str) -> Result<Input, Failure> {
     let mut inputs = Input::parse(argument)?;
     match inputs.pop() {
         Some(input) if inputs.is_empty() => Ok(input),
@@ -67,34 +67,6 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
         let _ = writeln!(text, "{}  {}  {}  {}", adapter.name, adapter.backend, adapter.device_type, adapter.driver);
     }
     print(&text)
-}
-
-/// Runs `graph`.
-///
-/// # Errors
-/// An input that cannot be read, no adapter, or a renderer that fails.
-pub fn graph(argument: &str, scene: Option<&str>, format: GraphFormat, adapter: Option<&str>) -> Result<(), Failure> {
-    let failed = |error: RenderError| still_failure(&error.into());
-    let (mut loaded, mut warnings) = one(argument)?.load()?;
-    scenes::show(&mut loaded, scene, &mut warnings)?;
-    let scene = loaded;
-    let mut renderer = session::open(adapter)?;
-    renderer.load(&scene).map_err(failed)?;
-    let (width, height) = GRAPH_SIZE_PX;
-    let aspect = width as f32 / height as f32;
-    let (world_from_view, projection) =
-        camera::resolve(&CameraSpec::default(), &scene, &Framing::of_scene(&scene), aspect, 0.0)?;
-    let request = FrameRequest {
-        environment: Environment::of_scene(&scene),
-        ..FrameRequest::new(width, height, View { world_from_view, projection })
-    };
-    let plan = renderer.plan(&scene, &request).map_err(failed)?;
-    let text = match format {
-        GraphFormat::Text => plan.to_text(),
-        GraphFormat::Json => plan.to_json(),
-        GraphFormat::Mermaid => plan.to_mermaid(),
-    };
-    print(&format!("{}\n", text.trim_end()))
 }
 
 /// Runs `info`.

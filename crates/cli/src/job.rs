@@ -1,11 +1,10 @@
 //! The command line, checked and typed: everything that can be refused without reading a file or a GPU is refused here.
 
-use crate::args::{PathArg, RenderArgs};
+use crate::args::{FrameArgs, RenderArgs};
 use crate::camera::CameraSpec;
 use crate::failure::Failure;
 use crate::pattern::{self, Output, Pattern};
-use manypass::Exposure;
-use manypass::colour::linear_from_srgb;
+use manypass::{Background, Settings};
 use manypass_offline::{Format, atomic};
 use std::path::PathBuf;
 
@@ -23,12 +22,6 @@ pub struct Job {
     pub height: u32,
     /// The camera.
     pub camera: CameraSpec,
-    /// The environment as sRGB bytes; `studio`, `none` or a colour.
-    pub environment: Option<Backdrop>,
-    /// The background.
-    pub background: Backdrop,
-    /// The exposure; none: that of the scene.
-    pub exposure: Option<Exposure>,
     /// The kind of file.
     pub format: Format,
     /// Where it goes.
@@ -43,19 +36,6 @@ pub struct Job {
     pub aovs: Vec<String>,
     /// The frames, both ends included; none is a still.
     pub frames: Option<(u32, u32)>,
-    /// Keys and values of `--set`.
-    pub set: Vec<(String, String)>,
-}
-
-/// An environment or background.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Backdrop {
-    /// The studio, or for a background the environment.
-    Named,
-    /// Nothing, or transparent.
-    Nothing,
-    /// A linear colour.
-    Color([f32; 3]),
 }
 
 impl Job {
@@ -64,7 +44,7 @@ impl Job {
     /// # Errors
     /// Wrong usage.
     pub fn new(args: &RenderArgs, several: bool, aov_names: &[&str]) -> Result<Self, Failure> {
-        let (width, height) = size(&args.size)?;
+        let (width, height) = size(&args.frame.size)?;
         let frames = match (&args.frames, args.turntable) {
             (Some(text), _) => Some(frame_range(text)?),
             (None, Some(count)) => Some((0, count.saturating_sub(1))),
@@ -76,19 +56,8 @@ impl Job {
         };
         let dump_passes = pattern("--dump-passes", &args.dump_passes)?;
         let contact_sheet = pattern("--contact-sheet", &args.contact_sheet)?;
-        let background = backdrop(&args.background, "environment", "transparent", "--background")?;
-        if format == Format::Jpg && background == Backdrop::Nothing {
-            return Err(Failure::usage(
-                "jpg has no transparency",
-                "write .png, .webp or .exr, or choose another --background",
-            ));
-        }
         check_numbers(args)?;
-        let exposure = args.exposure.as_deref().map(exposure).transpose()?;
-        let aovs = aovs(args.aov.as_deref(), aov_names)?;
-        if !aovs.is_empty() && args.path != PathArg::Deferred {
-            return Err(Failure::usage("only --path deferred has AOVs", "leave --path or --aov out"));
-        }
+        let aovs = aovs(args.frame.aov.as_deref(), aov_names)?;
         if !aovs.is_empty() && !matches!(format, Format::Png | Format::Exr) {
             return Err(Failure::usage("--aov needs .png or .exr", "use -o OUT.exr for all AOVs in one file"));
         }
@@ -99,37 +68,37 @@ impl Job {
         if !aovs.is_empty() && is_one_stream && format != Format::Exr {
             return Err(Failure::usage("only .exr holds AOVs on standard output or in a device", "add --format exr"));
         }
-        let environment = args.environment.as_deref().map(|text| backdrop(text, "studio", "none", "--environment"));
-        let set = args.set.iter().map(|pair| key_value(pair)).collect::<Result<_, _>>()?;
-        let camera = camera::spec(args)?;
-        Ok(Self {
-            width,
-            height,
-            camera,
-            environment: environment.transpose()?,
-            background,
-            exposure,
-            format,
-            output,
-            is_one_stream,
-            dump_passes,
-            contact_sheet,
-            aovs,
-            frames,
-            set,
-        })
+        let camera = camera::spec(&args.frame, args.turntable.is_some())?;
+        Ok(Self { width, height, camera, format, output, is_one_stream, dump_passes, contact_sheet, aovs, frames })
     }
+
+    /// Checks what settings decide, wherever they come from.
+    ///
+    /// # Errors
+    /// Wrong usage.
+    pub fn check(&self, settings: &Settings) -> Result<(), Failure> {
+        if self.format == Format::Jpg && settings.background.source == Background::Transparent {
+            let hint = "write .png, .webp or .exr, or choose another --background";
+            return Err(Failure::usage("jpg has no transparency", hint));
+        }
+        check_aovs(!self.aovs.is_empty(), settings)
+    }
+}
+
+/// Checks that there are AOVs where any are wanted.
+///
+/// # Errors
+/// Wrong usage.
+pub fn check_aovs(are_wanted: bool, settings: &Settings) -> Result<(), Failure> {
+    if are_wanted && settings.render.path != manypass::Path::Deferred {
+        return Err(Failure::usage("only --path deferred has AOVs", "leave --path, render.path or --aov out"));
+    }
+    Ok(())
 }
 
 fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
     let checks = [
         ("--fps", args.fps, args.fps.is_finite() && args.fps > 0.0, "a number above 0"),
-        (
-            "--environment-intensity",
-            args.environment_intensity,
-            args.environment_intensity.is_finite() && args.environment_intensity >= 0.0,
-            "a number of at least 0",
-        ),
         ("--time", args.time.unwrap_or(0.0), args.time.is_none_or(f32::is_finite), "finite seconds"),
     ];
     if let Some((flag, value, _, expected)) = checks.into_iter().find(|check| !check.2) {
@@ -140,18 +109,6 @@ fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
         return Err(Failure::usage("a contact sheet is a .png file", "write --contact-sheet FILE.png"));
     }
     Ok(())
-}
-
-fn exposure(text: &str) -> Result<Exposure, Failure> {
-    let hint = "write --exposure STOPS from -64 to 64, auto, or auto with stops such as auto+1 or auto-0.5";
-    text.parse().map_err(|_| Failure::usage(format!("--exposure `{text}` is out of range or no exposure"), hint))
-}
-
-fn key_value(pair: &str) -> Result<(String, String), Failure> {
-    let (key, value) = pair
-        .split_once('=')
-        .ok_or_else(|| Failure::usage(format!("`--set {pair}` has no `=`"), "write --set KEY=VALUE"))?;
-    Ok((key.trim().to_owned(), value.trim().to_owned()))
 }
 
 /// `WxH`.
@@ -176,30 +133,19 @@ fn frame_range(text: &str) -> Result<(u32, u32), Failure> {
     })
 }
 
-fn backdrop(text: &str, named: &str, nothing: &str, flag: &str) -> Result<Backdrop, Failure> {
-    if text == named {
-        return Ok(Backdrop::Named);
-    }
-    if text == nothing {
-        return Ok(Backdrop::Nothing);
-    }
-    let hex = text.strip_prefix('#').unwrap_or(text);
-    let value = if hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()) {
-        u32::from_str_radix(hex, 16).ok()
-    } else {
-        None
-    };
-    let value = value.ok_or_else(|| {
-        Failure::usage(
-            format!("`{text}` is no value of {flag}"),
-            format!("write {named}, {nothing} or a colour such as ff8800"),
-        )
-    })?;
-    let linear = |byte: u32| linear_from_srgb((byte & 255) as f32 / 255.0);
-    Ok(Backdrop::Color([linear(value >> 16), linear(value >> 8), linear(value)]))
+/// The camera that the flags describe, of a frame without a turntable.
+///
+/// # Errors
+/// Numbers out of range, or flags that contradict each other.
+pub fn camera(args: &FrameArgs) -> Result<CameraSpec, Failure> {
+    camera::spec(args, false)
 }
 
-fn aovs(text: Option<&str>, names: &[&str]) -> Result<Vec<String>, Failure> {
+/// The names of AOVs, each once.
+///
+/// # Errors
+/// A name that is none.
+pub fn aovs(text: Option<&str>, names: &[&str]) -> Result<Vec<String>, Failure> {
     let Some(text) = text else { return Ok(Vec::new()) };
     if text == "all" {
         return Ok(names.iter().map(|name| (*name).to_owned()).collect());

@@ -81,8 +81,8 @@ impl Places {
     pub fn new(args: &RenderArgs, job: &Job, items: &[Item]) -> Result<Self, Failure> {
         let mut places = Self::default();
         items.iter().for_each(|item| places.read_input(&item.input));
-        args.effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
-        args.settings.iter().for_each(|path| places.read(path, format!("the settings {}", path.display())));
+        args.frame.change.effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
+        args.frame.settings.iter().for_each(|path| places.read(path, format!("the settings {}", path.display())));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
         if job.output == Output::Stdout || reports_to_stdout {
             places.write_open_stdout()?;
@@ -107,6 +107,13 @@ impl Places {
     pub fn of_input(input: &Input) -> Self {
         let mut places = Self::default();
         places.read_input(input);
+        places
+    }
+
+    /// What one input and `effects` read.
+    pub fn of_input_and_effects(input: &Input, effects: &[PathBuf]) -> Self {
+        let mut places = Self::of_input(input);
+        effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
         places
     }
 

@@ -8,18 +8,18 @@ use crate::exposure::{self, Taken};
 use crate::failure::{Failure, Kind, say};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
-use crate::job::{Backdrop, Job};
+use crate::job::Job;
 use crate::memory;
 use crate::output;
 use crate::places::Places;
 use crate::provenance::{InputFile, input_files};
 use crate::report::{Entry, Outputs, Phases, Report};
-use crate::request::{effect_files, effect_values, effects, picture_info, request, settings};
+use crate::request::{effect_files, effect_values, effects, picture_info, request};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
-use crate::{camera, scenes, shot};
+use crate::{camera, chosen, scenes, shot};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use manypass::{Effect, FrameRequest, PairCounts, RenderError, Renderer, Settings};
+use manypass::{Effect, Environment, FrameRequest, PairCounts, RenderError, Renderer, Settings};
 use manypass_offline::still::{accumulate, aov_names};
 use manypass_scene::{Framing, Scene};
 use std::io::IsTerminal;
@@ -66,8 +66,9 @@ struct LoadedInput {
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let job = Job::new(args, inputs.items.len() > 1, &aov_names())?;
-    let mut effect_files = effect_files(&args.effects)?;
-    let settings = settings(args, &job, &mut effect_files)?;
+    let mut effect_files = effect_files(&args.frame.change.effects)?;
+    let settings = chosen::of_frame(&args.frame, &mut effect_files)?;
+    job.check(&settings)?;
     let places = Places::new(args, &job, &inputs.items)?;
     let (first, last) = job.frames.unwrap_or((0, 0));
     let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
@@ -190,7 +191,7 @@ impl Batch<'_> {
         let (mut scene, mut warnings) = ReadAhead::take(&mut self.ahead, &item.input)?;
         check_ids(self.job, &scene)?;
         let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
-        scenes::show(&mut scene, self.args.scene.as_deref(), &mut warnings)?;
+        scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
         phases.load = ms_since(start);
@@ -203,7 +204,7 @@ impl Batch<'_> {
         if scene.animations.is_empty() && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {
             warnings.push("it has no animation; every time shows it as it stands".into());
         }
-        if self.job.environment == Some(Backdrop::Nothing) && coverage::is_dark(&scene) {
+        if self.settings.environment.source == Environment::None && coverage::is_dark(&scene) {
             warnings.push("nothing lights it: the file has no lights, and --environment is none".into());
         }
         self.warn(&item.input.name(), &warnings)?;
@@ -221,7 +222,7 @@ impl Batch<'_> {
         let (args, job) = (self.args, self.job);
         pose(scene, args, time_secs(args, 0).map(|_| 0.0))?;
         let camera = view(scene, framing, args, job, 0.0)?;
-        Taken::new(&mut self.renderer, scene, job, &request(args, job, &self.settings, camera, scene))
+        Taken::new(&mut self.renderer, scene, &request(args, job, &self.settings, camera, scene))
     }
 
     fn render_frame(
@@ -252,7 +253,8 @@ impl Batch<'_> {
         renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
         let start = Instant::now();
         let looked_ms = renderer.compile_ms();
-        let drawn = accumulate(renderer, scene, &request, args.samples, |_| !interrupt::STOP.load(Ordering::SeqCst));
+        let drawn =
+            accumulate(renderer, scene, &request, args.frame.samples, |_| !interrupt::STOP.load(Ordering::SeqCst));
         // The budget is this picture's alone, whether it was drawn or not.
         renderer.set_memory_budget(None);
         drawn.map_err(|error| {
@@ -306,7 +308,7 @@ impl Batch<'_> {
                 effects: &self.effect_values,
                 settings: &self.settings,
                 size: (job.width, job.height),
-                samples: args.samples,
+                samples: args.frame.samples,
                 adapter: &renderer.gpu().adapter,
                 phases,
                 stats: &stats,

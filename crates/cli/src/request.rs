@@ -1,14 +1,11 @@
 //! What the renderer is asked for: flags as settings, effects and a request.
 
-use crate::args::{RenderArgs, TonemapArg};
+use crate::args::RenderArgs;
 use crate::failure::{Failure, Kind};
-use crate::job::{Backdrop, Job};
-use crate::session;
+use crate::job::Job;
 use crate::shot::time_secs;
-use manypass::settings::SETTINGS;
 use manypass::shader::ProgramError;
-use manypass::{Averaging, Background, Effect, Environment, FrameRequest, Renderer, Settings, Tonemap, View};
-use manypass::{EffectFile, SettingsFile, WgslEffect, effect};
+use manypass::{Averaging, Effect, EffectFile, FrameRequest, Renderer, Settings, View, WgslEffect};
 use manypass_offline::still::aov_named;
 use manypass_offline::{CameraData, Format, PictureInfo, manifest};
 use manypass_scene::Scene;
@@ -58,52 +55,11 @@ pub fn effect_values(file: &EffectFile) -> serde_json::Value {
     serde_json::json!({ "path": file.file(), "name": file.name(), "settings": settings })
 }
 
-/// The settings of the file and of `--set`, the latter last; those of `effects` go to them.
+/// The text of a file that somebody wrote; a device may have no end.
 ///
 /// # Errors
-/// A file that cannot be read, a wrong key or value, or a setting of an effect without default and value.
-pub fn settings(args: &RenderArgs, job: &Job, effects: &mut [EffectFile]) -> Result<Settings, Failure> {
-    let mut settings = Settings::default();
-    let lists = list_hint(&args.effects);
-    // The frame's own groups are known; what is in no file that was named cannot be.
-    let of_effects = |key: &str| {
-        let group = |key: &str| key.split_once('.').map(|(group, _)| group.to_owned());
-        let is_known = SETTINGS.iter().any(|info| group(&info.key) == group(key));
-        let is_given = effects.iter().any(|effect| group(key).is_some_and(|group| group == effect.name()));
-        if is_known || is_given { "" } else { "; settings of effects need --effect FILE" }
-    };
-    let of_effects: Vec<&str> = job.set.iter().map(|(key, _)| of_effects(key)).collect();
-    if let Some(path) = &args.settings {
-        let text = read_text(path, "name a TOML file")?;
-        SettingsFile::parse(&path.display().to_string(), &text)
-            .and_then(|file| file.apply(|key, value| effect::set(&mut settings, effects, key, value)))
-            .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}")))?;
-    }
-    for ((key, value), of_effects) in job.set.iter().zip(of_effects) {
-        effect::set(&mut settings, effects, key, value)
-            .map_err(|error| Failure::usage(error, format!("write --set KEY=VALUE; {lists}{of_effects}")))?;
-    }
-    match effects.iter().find_map(EffectFile::missing) {
-        None => Ok(settings),
-        Some((Some(info), missing)) => {
-            let numbers = vec!["N"; usize::from(info.kind.count)].join(",");
-            let hint = format!("add --set {}={numbers}, or a default above the member: `// = N in MIN..MAX`", info.key);
-            Err(Failure::located(Kind::Usage, missing, hint))
-        }
-        Some((None, missing)) => {
-            Err(Failure::located(Kind::Usage, missing, "make it of numbers and vectors, or padding (`_`, `padding`)"))
-        }
-    }
-}
-
-/// Where the keys are listed.
-fn list_hint(effects: &[PathBuf]) -> String {
-    let flags: String = effects.iter().map(|path| format!(" --effect {}", path.display())).collect();
-    format!("`manypass settings{flags}` lists the keys")
-}
-
-/// The text of a file that somebody wrote; a device may have no end.
-fn read_text(path: &Path, hint: &str) -> Result<String, Failure> {
+/// It cannot be read, is too large or no text.
+pub fn read_text(path: &Path, hint: &str) -> Result<String, Failure> {
     let failed =
         |error: &dyn std::fmt::Display| Failure::new(Kind::Failed, format!("{}: {error}", path.display()), hint);
     let mut bytes = Vec::new();
@@ -130,39 +86,17 @@ pub fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, 
         height: job.height,
         camera,
         sample_index: 0,
-        sample_count: args.samples,
-        background: match job.background {
-            Backdrop::Named => Background::Environment,
-            Backdrop::Nothing => Background::Transparent,
-            Backdrop::Color(color) => Background::Color(color),
-        },
-        environment: match job.environment {
-            None => Environment::of_scene(scene),
-            Some(Backdrop::Named) => Environment::Studio,
-            Some(Backdrop::Nothing) => Environment::None,
-            Some(Backdrop::Color(color)) => Environment::Color(color),
-        },
-        environment_intensity: args.environment_intensity,
+        sample_count: args.frame.samples,
         settings: settings.clone(),
-        path: session::path(args.path),
-        light_culling: session::light_culling(args.light_culling),
         light_subset: None,
-        tonemap: match args.tonemap {
-            TonemapArg::Neutral => Tonemap::Neutral,
-            TonemapArg::Aces => Tonemap::Aces,
-            TonemapArg::Agx => Tonemap::Agx,
-            TonemapArg::Reinhard => Tonemap::Reinhard,
-            TonemapArg::Exponential => Tonemap::Exponential,
-            TonemapArg::None => Tonemap::None,
-        },
         // `exposure::expose` puts in what is metered once for all pictures of an input.
-        exposure_stops: 0.0,
         metering: None,
         averaging: if job.format == Format::Exr { Averaging::Radiance } else { Averaging::Display },
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
         previous: None,
         effects: Vec::new(),
     }
+    .resolved(scene)
 }
 
 /// What headers and reports say of a picture; `frame` is its number in a sequence.
@@ -182,7 +116,7 @@ pub fn picture_info(
         frame,
         time_secs,
         frames_per_second: time_secs.map(|_| args.fps),
-        exposure_stops: Some(request.exposure_stops),
+        exposure_stops: Some(request.exposure_stops()),
         object_ids: wants("object_id").then(|| manifest::object_ids(scene)),
         material_ids: wants("material_id").then(|| manifest::material_ids(scene)),
     }

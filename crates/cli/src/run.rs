@@ -2,7 +2,7 @@
 
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
-use crate::{bench, inspect, render, session, settings};
+use crate::{bench, graph, inspect, render, session, settings};
 use clap::CommandFactory;
 use std::time::Instant;
 
@@ -14,12 +14,10 @@ pub fn run(command: &Command, started: Instant) -> Result<(), Failure> {
     match command {
         Command::Render(args) => render::render(args, started),
         Command::Info { input, scene, json } => inspect::info(input, scene.as_deref(), *json),
-        Command::Graph { input, scene, format, adapter } => {
-            inspect::graph(input, scene.as_deref(), *format, adapter.as_deref())
-        }
+        Command::Graph(args) => graph::graph(args),
         Command::Bench(args) => bench::bench(args, started),
         Command::Adapters { json } => inspect::adapters(*json),
-        Command::Settings { effects, json } => settings::settings(effects, *json),
+        Command::Settings { effects, json, schema } => settings::settings(effects, *json, *schema),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "manypass", &mut script);

@@ -1,9 +1,8 @@
 //! What every subcommand with a GPU needs: a renderer, failures, and the defaults of a request.
 
-use crate::args::{CullingArg, PathArg};
 use crate::failure::{Failure, Kind};
 use crate::memory;
-use manypass::{Gpu, GpuError, LightCulling, Path, RenderError, Renderer};
+use manypass::{Gpu, GpuError, RenderError, Renderer};
 use manypass_offline::atomic::{self, WriteError};
 use manypass_offline::still::StillError;
 use std::time::Instant;
@@ -68,20 +67,4 @@ pub fn print(text: &str) -> Result<(), Failure> {
 /// Milliseconds since `start`.
 pub fn ms_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
-}
-
-/// The renderer's name of a path.
-pub fn path(path: PathArg) -> Path {
-    match path {
-        PathArg::Deferred => Path::Deferred,
-        PathArg::Forward => Path::Forward,
-    }
-}
-
-/// The renderer's name of a way to find lights.
-pub fn light_culling(culling: CullingArg) -> LightCulling {
-    match culling {
-        CullingArg::Clustered => LightCulling::Clustered,
-        CullingArg::None => LightCulling::None,
-    }
 }

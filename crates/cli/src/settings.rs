@@ -1,10 +1,10 @@
-//! `settings`: every key, for people or as JSON.
+//! `settings`: every key, for people, as JSON, or as a schema for editors.
 
 use crate::failure::{Failure, Kind};
 use crate::request::effect_files;
 use crate::session::print;
-use manypass::settings::SETTINGS;
-use manypass::{EffectFile, SettingInfo};
+use manypass::settings::schema;
+use manypass::{EffectFile, SettingInfo, Settings};
 use std::path::PathBuf;
 
 /// Where lines of descriptions break.
@@ -16,9 +16,13 @@ const DOC_CHARACTERS: usize = 30;
 ///
 /// # Errors
 /// A file that cannot be read or is no effect.
-pub fn settings(effects: &[PathBuf], as_json: bool) -> Result<(), Failure> {
+pub fn settings(effects: &[PathBuf], as_json: bool, as_schema: bool) -> Result<(), Failure> {
     let effects = effect_files(effects)?;
-    let infos: Vec<&SettingInfo> = SETTINGS.iter().chain(effects.iter().flat_map(EffectFile::settings)).collect();
+    let infos: Vec<&SettingInfo> =
+        Settings::declared().iter().chain(effects.iter().flat_map(EffectFile::settings)).collect();
+    if as_schema {
+        return print(&format!("{:#}\n", schema(infos)));
+    }
     if as_json {
         let text = serde_json::to_string_pretty(&infos)
             .map_err(|error| Failure::new(Kind::Failed, error, "leave --json out"))?;
@@ -51,21 +55,20 @@ fn table(infos: &[&SettingInfo]) -> String {
 }
 
 fn row(info: &SettingInfo) -> [String; 6] {
-    let range = match (info.min, info.max) {
-        _ if !info.choices.is_empty() => info.choices.join(" "),
-        (None, None) => "any".into(),
-        (Some(min), None) => format!("from {min}"),
-        (None, Some(max)) => format!("to {max}"),
-        (Some(min), Some(max)) => format!("{min} to {max}"),
-    };
     [
         info.key.to_string(),
         info.kind.to_string(),
         info.default.as_ref().map_or("must be given".into(), ToString::to_string),
-        range,
+        info.range(),
         info.unit.as_deref().unwrap_or_default().to_owned(),
-        info.doc.to_string(),
+        doc(info),
     ]
+}
+
+/// What it does, and what it needs for that.
+fn doc(info: &SettingInfo) -> String {
+    let needs = info.needs.iter().map(|needs| format!(" Needs {needs}.")).collect::<String>();
+    format!("{}{needs}", info.doc)
 }
 
 /// Lines of at most `width` characters, broken between words; at least one.

@@ -4,7 +4,7 @@
 
 use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
 use glam::{DVec2, DVec3};
-use manypass::{Aov, Background, Environment, FrameRequest, Gpu, Renderer, View};
+use manypass::{Aov, Background, Environment, Exposure, FrameRequest, Gpu, Renderer, View};
 use manypass_offline::still::write_exr;
 use manypass_offline::{PictureInfo, exr_file, render_still};
 use manypass_scene::{Projection, Scene};
@@ -23,11 +23,11 @@ fn view_of(scene: &Scene) -> View {
 /// The scene's first camera, no environment, black behind, every variable.
 fn request_of(scene: &Scene) -> FrameRequest {
     let mut request = FrameRequest::new(SIZE.0 as u32, SIZE.1 as u32, view_of(scene));
-    request.environment = Environment::None;
-    request.background = Background::Color([0.0; 3]);
+    request.settings.environment.source = Environment::None;
+    request.settings.background.source = Background::Color([0.0; 3]);
     request.want_aovs = Aov::ALL.to_vec();
     // Linear outputs have the exposure divided out.
-    request.exposure_stops = -1.5;
+    request.settings.exposure.stops = Exposure::Stops(-1.5);
     request
 }
 

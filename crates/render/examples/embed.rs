@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (width, height) = (WIDTH - 2 * BORDER, HEIGHT - 2 * BORDER);
     let target = Target { rectangle: [BORDER, BORDER, width, height], ..Target::whole(&texture) };
     let mut request = FrameRequest::of_scene(&scene, width, height);
-    request.background = Background::Transparent;
+    request.settings.background.source = Background::Transparent;
     renderer.render_to(&scene, &request, &target)?;
 
     // After: the application draws over the picture, and reads the whole back.

@@ -10,7 +10,7 @@ pub use file::EffectFile;
 use crate::frame::Shared;
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::gpu::Gpu;
-use crate::settings::{SETTINGS, SettingInfo, SettingValue, Settings, SettingsError};
+use crate::settings::{SettingInfo, SettingValue, Settings, SettingsError, Written};
 use crate::shader::program::{FullscreenPipeline, Program, ProgramError};
 use crate::shader::{compose, locate};
 use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
@@ -151,7 +151,7 @@ impl WgslEffect {
     /// An unknown key, another number of numbers, or one outside the range.
     pub fn set(&self, key: &str, value: &str) -> Result<(), SettingsError> {
         let mut uniforms = self.uniforms();
-        let block = uniforms.set(self.name(), key, value)?;
+        let block = uniforms.set(self.name(), key, &value.into())?;
         self.upload(&uniforms, block);
         Ok(())
     }
@@ -189,21 +189,26 @@ impl WgslEffect {
     }
 }
 
-/// Sets `key`, text as on the command line, among the settings of `effects` and those of the frame. Keys of effects come
-/// first, so that a setting which a later version adds takes nothing from a file that works today.
+/// Sets `key` to what was written among the settings of `effects` and those of the frame. Keys of effects come first, so
+/// that a setting which a later version adds takes nothing from a file that works today.
 ///
 /// # Errors
 /// A key that nobody has, or a value that it does not take.
-pub fn set(settings: &mut Settings, effects: &mut [EffectFile], key: &str, value: &str) -> Result<(), SettingsError> {
+pub fn set(
+    settings: &mut Settings,
+    effects: &mut [EffectFile],
+    key: &str,
+    written: &Written,
+) -> Result<(), SettingsError> {
     if let Some(effect) = effects.iter_mut().find(|effect| effect.has(key)) {
-        return effect.set(key, value);
+        return effect.give(key, written);
     }
-    let result = settings.set(key, value);
+    let result = settings.give(key, written);
     if !matches!(result, Err(SettingsError::UnknownKey { .. })) {
         return result;
     }
     let own = effects.iter().flat_map(EffectFile::settings);
-    Err(crate::settings::unknown_key(key, own.chain(SETTINGS).map(|info| &*info.key)))
+    Err(crate::setting::unknown_key(key, own.chain(Settings::declared()).map(|info| &*info.key)))
 }
 
 impl Effect for WgslEffect {

@@ -1,6 +1,10 @@
 //! Light from everywhere: a constant, or the built-in studio; and what the camera sees of it. The uniform of
 //! `environment.wgsl`.
 
+mod settings;
+
+pub use settings::EnvironmentSettings;
+
 use crate::exposure::finite_product;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -9,8 +13,10 @@ use manypass_scene::Scene;
 /// What surrounds the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Environment {
-    /// Soft boxes around the scene, with neutral colours, before a calm backdrop.
+    /// As [`Self::of_scene`] says.
     #[default]
+    Auto,
+    /// Soft boxes around the scene, with neutral colours, before a calm backdrop.
     Studio,
     /// The studio, faint, for a scene that brings its own lights: what they leave dark can still be seen. It has
     /// [`FILL_SHARE`] of the studio's level in the picture that automatic exposure makes, however strong the lights are;
@@ -39,6 +45,11 @@ impl Environment {
             (true, None) => Self::Fill,
             (true, Some(_)) => Self::None,
         }
+    }
+
+    /// With [`Self::Auto`] as it is for `scene`.
+    pub fn resolved(self, scene: &Scene) -> Self {
+        if self == Self::Auto { Self::of_scene(scene) } else { self }
     }
 }
 
@@ -132,7 +143,8 @@ impl EnvironmentUniform {
                 uniform.backdrop_below = scaled(Vec3::from(color), backdrop_scale).extend(0.0);
                 uniform.backdrop_above = uniform.backdrop_below;
             }
-            Environment::Studio | Environment::Fill => {
+            // One that was not resolved with its scene is that of a scene without lights.
+            Environment::Auto | Environment::Studio | Environment::Fill => {
                 uniform.constant = scaled(STUDIO_CONSTANT, scale);
                 uniform.boxes = STUDIO.map(|(axis, sharpness, radiance)| {
                     SoftBox::new(Vec3::from(axis), sharpness, scaled(Vec3::from(radiance), scale))

@@ -6,6 +6,10 @@
 //! of the light, so that night stays darker than day, and ends at 2.25 stops from mid grey. It is continuous, and so is
 //! its slope.
 
+mod settings;
+
+pub use settings::ExposureSettings;
+
 use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE};
 use crate::request::FrameRequest;
 use manypass_scene::Scene;
@@ -21,8 +25,11 @@ const UNCHANGED_STOPS: f64 = 2.0;
 const COMPRESSION: f64 = 4.0;
 
 /// How the exposure of a picture is found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
+    /// As [`Self::of_scene`] says.
+    #[default]
+    Scene,
     /// Radiance is multiplied by 2 to the power of this; 0 leaves it as it is.
     Stops(f32),
     /// By metering ([`crate::Renderer::meter`]).
@@ -30,12 +37,6 @@ pub enum Exposure {
         /// Stops on top of what was metered.
         compensation_stops: f32,
     },
-}
-
-impl Default for Exposure {
-    fn default() -> Self {
-        Self::Stops(0.0)
-    }
 }
 
 impl Exposure {
@@ -51,17 +52,24 @@ impl Exposure {
         }
     }
 
-    /// The stops that it comes to.
+    /// With [`Self::Scene`] as it is for `scene`.
+    pub fn resolved(self, scene: &Scene) -> Self {
+        if self == Self::Scene { Self::of_scene(scene) } else { self }
+    }
+
+    /// The stops that it comes to; one that was not resolved with its scene comes to 0.
     pub fn stops(self, metering: Option<&Metering>) -> f32 {
         match self {
+            Self::Scene => 0.0,
             Self::Stops(stops) => stops,
             Self::Auto { compensation_stops } => metering.map_or(0.0, |metering| metering.stops) + compensation_stops,
         }
     }
 
-    /// `auto` or `stops`.
+    /// `auto` or `stops`; `scene` if it was not resolved.
     pub fn mode(self) -> &'static str {
         match self {
+            Self::Scene => "scene",
             Self::Stops(_) => "stops",
             Self::Auto { .. } => "auto",
         }
@@ -70,7 +78,9 @@ impl Exposure {
 
 /// A text is no exposure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("`{0}` is no exposure: expected stops from -64 to 64, auto, or auto with stops such as auto+1 or auto-0.5")]
+#[error(
+    "`{0}` is no exposure: expected stops from -64 to 64, scene, auto, or auto with stops such as auto+1 or auto-0.5"
+)]
 pub struct ExposureError(String);
 
 impl FromStr for Exposure {
@@ -79,6 +89,7 @@ impl FromStr for Exposure {
     fn from_str(text: &str) -> Result<Self, ExposureError> {
         let stops = |text: &str| text.parse().ok().filter(|stops: &f32| stops.is_finite() && stops.abs() <= 64.0);
         let exposure = match text.trim().strip_prefix("auto") {
+            None if text.trim() == "scene" => Some(Self::Scene),
             None => stops(text.trim()).map(Self::Stops),
             Some("") => Some(Self::AUTO),
             Some(rest) if rest.starts_with(['+', '-']) => {
@@ -147,18 +158,24 @@ impl FrameRequest {
     /// Whether [`Self::metering`] decides anything: automatic exposure, the faint studio beside the scene's own lights, and
     /// radiance that will be read go by it.
     pub fn needs_metering(&self, exposure: Exposure) -> bool {
-        matches!(exposure, Exposure::Auto { .. }) || self.environment == Environment::Fill || self.averages_radiance()
+        let has_fill = self.settings.environment.source == Environment::Fill;
+        matches!(exposure, Exposure::Auto { .. }) || has_fill || self.averages_radiance()
     }
 
     /// Puts `exposure` and what was metered into the request.
     pub fn expose(&mut self, exposure: Exposure, metering: Option<Metering>) {
-        self.exposure_stops = exposure.stops(metering.as_ref());
+        self.settings.exposure.stops = exposure;
         self.metering = metering;
+    }
+
+    /// Radiance is multiplied by 2 to the power of this for the picture; 0 leaves it as it is.
+    pub fn exposure_stops(&self) -> f32 {
+        self.settings.exposure.stops.stops(self.metering.as_ref())
     }
 
     /// Radiance in the frame is multiplied by this.
     pub fn pre_exposure(&self) -> f32 {
-        let stops = self.metering.map_or(self.exposure_stops, |metering| metering.pre_exposure_stops as f32);
+        let stops = self.metering.map_or(self.exposure_stops(), |metering| metering.pre_exposure_stops as f32);
         stops.clamp(-100.0, 100.0).exp2()
     }
 
@@ -166,19 +183,24 @@ impl FrameRequest {
     pub(crate) fn display_exposure(&self) -> f32 {
         match self.metering {
             None => 1.0,
-            Some(metering) => (self.exposure_stops - metering.pre_exposure_stops as f32).clamp(-120.0, 120.0).exp2(),
+            Some(metering) => (self.exposure_stops() - metering.pre_exposure_stops as f32).clamp(-120.0, 120.0).exp2(),
         }
     }
 
     /// The background colour as radiance that this exposure shows with its value.
     pub(crate) fn background_radiance(&self) -> Option<[f32; 3]> {
-        let scale = (-self.exposure_stops).clamp(-120.0, 120.0).exp2();
-        if let Background::Color(color) = self.background { Some(color.map(|c| c * scale)) } else { None }
+        let scale = (-self.exposure_stops()).clamp(-120.0, 120.0).exp2();
+        if let Background::Color(color) = self.settings.background.source {
+            Some(color.map(|c| c * scale))
+        } else {
+            None
+        }
     }
 
     /// The uniform of the environment: pre-exposed, and faint where it is a fill.
     pub(crate) fn environment_uniform(&self) -> EnvironmentUniform {
-        let (light, backdrop) = match (self.environment, self.metering) {
+        let environment = &self.settings.environment;
+        let (light, backdrop) = match (environment.source, self.metering) {
             (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (1.0, 1.0),
             (Environment::Fill, metering) => {
                 let level = metering.map_or(1.0, |metering| (-metering.stops).exp2());
@@ -186,8 +208,8 @@ impl FrameRequest {
             }
             _ => (1.0, 1.0),
         };
-        let scale = self.environment_intensity * self.pre_exposure();
-        EnvironmentUniform::new(self.environment, light * scale, backdrop * scale)
+        let scale = environment.intensity * self.pre_exposure();
+        EnvironmentUniform::new(environment.source, light * scale, backdrop * scale)
     }
 }
 
@@ -220,6 +242,12 @@ mod tests {
         assert_eq!("auto+1".parse(), Ok(Exposure::Auto { compensation_stops: 1.0 }));
         assert_eq!("auto-0.5".parse(), Ok(Exposure::Auto { compensation_stops: -0.5 }));
         assert_eq!("-2".parse(), Ok(Exposure::Stops(-2.0)));
+        assert_eq!("scene".parse(), Ok(Exposure::Scene));
+        for exposure in
+            [Exposure::Scene, Exposure::AUTO, Exposure::Stops(0.1), Exposure::Auto { compensation_stops: -0.7 }]
+        {
+            assert_eq!(exposure.to_string().parse(), Ok(exposure));
+        }
         for wrong in ["", "auto1", "auto+", "nan", "auto+nan", "65", "automatic", "auto+-1x"] {
             assert!(wrong.parse::<Exposure>().is_err(), "{wrong}");
         }

@@ -10,6 +10,7 @@ use crate::passes::present::Target;
 use crate::passes::{
     accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, present, tone_map,
 };
+pub use crate::render_settings::Path;
 use crate::resources::SceneResources;
 use crate::resources::filtering::Sampling;
 use crate::shader::program::{FullscreenPipeline, ProgramError};
@@ -29,16 +30,6 @@ pub const ADD: wgpu::BlendState = {
     };
     wgpu::BlendState { color: component, alpha: component }
 };
-
-/// Where shading happens.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Path {
-    /// Opaque surfaces into the G-buffer, light afterwards.
-    #[default]
-    Deferred,
-    /// Every surface where it is drawn.
-    Forward,
-}
 
 /// What all passes of one view share: its draws, lists of lights, environment and uniforms.
 #[derive(Debug)]

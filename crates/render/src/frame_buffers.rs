@@ -104,7 +104,8 @@ impl FrameBuffers {
         queue.write_buffer(&self.accumulation, 0, bytemuck::bytes_of(&accumulation));
         // Where the samples went through the curve, exposure did its work.
         let exposure = if request.averages_display() { 1.0 } else { request.display_exposure() };
-        let tone_map = ToneMapUniform::new(request.background, request.settings.tone_map.dither, exposure);
+        let settings = &request.settings;
+        let tone_map = ToneMapUniform::new(settings.background.source, settings.tone_map.dither, exposure);
         queue.write_buffer(&self.tone_map, 0, bytemuck::bytes_of(&tone_map));
         self.lights.write(&gpu.device, queue, &table.texels);
         self.cluster_table.write(&gpu.device, queue, &lists.table);

@@ -247,7 +247,7 @@ impl Renderer {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn count_pairs(&mut self, scene: &Scene, request: &FrameRequest) -> Result<PairCounts, RenderError> {
         let mut purpose = Purpose::Pairs(PairCounts::default());
-        let request = FrameRequest { path: frame::Path::Deferred, ..request.clone() };
+        let request = request.with(|settings| settings.render.path = frame::Path::Deferred);
         pollster::block_on(self.run(scene, &request, &mut purpose))?;
         Ok(if let Purpose::Pairs(pairs) = purpose { pairs } else { PairCounts::default() })
     }
@@ -293,6 +293,8 @@ impl Renderer {
         request: &FrameRequest,
         purpose: &mut Purpose<'_>,
     ) -> Result<Plan, RenderError> {
+        let request = &request.resolved(scene);
+        let settings = &request.settings;
         let size = self.shaded_size(request)?;
         let output_size = (request.width, request.height);
         let begins_picture = request.sample_index == 0 && purpose.is_picture();
@@ -325,8 +327,8 @@ impl Renderer {
         let aspect = output_size.0 as f32 / output_size.1 as f32;
         let target = lights::Target { size, aspect, jitter_px: jitter };
         let limits = lights::ListLimits::of(self.gpu.capabilities.max_texture_size);
-        let clusters = &request.settings.clusters;
-        let lists = table.cluster(&request.camera, range, &target, request.light_culling, clusters, limits);
+        let (culling, clusters) = (settings.lights.culling, &settings.clusters);
+        let lists = table.cluster(&request.camera, range, &target, culling, clusters, limits);
         self.stats = FrameStats {
             draws: (draws.opaque.len() + draws.blended.len()) as u32,
             triangles: draws.triangles,
@@ -340,7 +342,7 @@ impl Renderer {
         let wants_aovs = request.sample_index == 0 && !request.want_aovs.is_empty();
         let aov_passes = if wants_aovs { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
         // Variables are of rays through the middles of the picture's pixels, which are not those of the shaded ones.
-        let has_own_view = wants_aovs && size != output_size && request.path == frame::Path::Deferred;
+        let has_own_view = wants_aovs && size != output_size && settings.render.path == frame::Path::Deferred;
         let variables_uniform = uniform_at(output_size);
         if has_own_view {
             self.gpu.queue.write_buffer(&self.buffers.variables_view, 0, bytemuck::bytes_of(&variables_uniform));
@@ -370,9 +372,9 @@ impl Renderer {
             instances: &buffers.instances,
             size,
             depth_format: self.gpu.capabilities.depth_format,
-            background: request.background,
-            tonemap: request.tonemap,
-            path: request.path,
+            background: settings.background.source,
+            tonemap: settings.tone_map.curve,
+            path: settings.render.path,
             light_count: table.len(),
             environment,
             frame_resources: &frame_resources,

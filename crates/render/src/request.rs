@@ -2,12 +2,8 @@
 
 use crate::aov::Aov;
 use crate::effect::Effect;
-use crate::environment::{Background, Environment};
 use crate::exposure::Metering;
-use crate::frame::Path;
 use crate::gpu::GpuError;
-use crate::passes::lights::LightCulling;
-use crate::passes::tone_map::Tonemap;
 use crate::pose::Pose;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
@@ -29,24 +25,10 @@ pub struct FrameRequest {
     pub sample_index: u32,
     /// How many frames are accumulated.
     pub sample_count: u32,
-    /// What lies behind the surfaces.
-    pub background: Background,
-    /// What surrounds the scene.
-    pub environment: Environment,
-    /// Multiplies the environment.
-    pub environment_intensity: f32,
     /// Settings of the passes.
     pub settings: Settings,
-    /// Where shading happens.
-    pub path: Path,
-    /// How lights are kept from pixels that they do not reach.
-    pub light_culling: LightCulling,
     /// Only the lights k, k + n, k + 2n, … of (k, n); for tests that add them up.
     pub light_subset: Option<(u32, u32)>,
-    /// The curve from radiance to display colours.
-    pub tonemap: Tonemap,
-    /// Radiance is multiplied by 2 to the power of this for the picture; 0 leaves it as it is. [`Self::expose`] sets it.
-    pub exposure_stops: f32,
     /// What was metered; none: the light is taken to be at the level of the exposure. [`Self::expose`] sets it.
     pub metering: Option<Metering>,
     /// What is averaged over the samples, and so what can be read.
@@ -86,7 +68,23 @@ impl FrameRequest {
     /// or else in the studio. Where the scene brings lights, [`crate::Renderer::expose`] finds the exposure.
     pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
         let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
-        Self { environment: Environment::of_scene(scene), ..Self::new(width, height, camera) }
+        Self::new(width, height, camera).resolved(scene)
+    }
+
+    /// The same with settings that are left to the scene as they are for `scene`.
+    pub fn resolved(&self, scene: &Scene) -> Self {
+        let mut request = self.clone();
+        let settings = &mut request.settings;
+        settings.environment.source = settings.environment.source.resolved(scene);
+        settings.exposure.stops = settings.exposure.stops.resolved(scene);
+        request
+    }
+
+    /// The same with other settings.
+    pub fn with(&self, change: impl FnOnce(&mut Settings)) -> Self {
+        let mut request = self.clone();
+        change(&mut request.settings);
+        request
     }
 
     /// A request with the defaults of the command line.
@@ -97,15 +95,8 @@ impl FrameRequest {
             camera,
             sample_index: 0,
             sample_count: 1,
-            background: Background::default(),
-            environment: Environment::default(),
-            environment_intensity: 1.0,
             settings: Settings::default(),
-            path: Path::default(),
-            light_culling: LightCulling::default(),
             light_subset: None,
-            tonemap: Tonemap::default(),
-            exposure_stops: 0.0,
             metering: None,
             averaging: Averaging::default(),
             want_aovs: Vec::new(),

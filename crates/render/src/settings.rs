@@ -1,113 +1,79 @@
-//! Settings of the whole frame, composed from those that each pass declares.
+//! Settings of the whole frame, composed from those that each pass declares in its own folder.
 
-mod file;
-mod info;
+pub use crate::setting::{
+    Group, LinearColor, NumberType, Scalar, SettingField, SettingInfo, SettingType, SettingValue, SettingsError,
+    SettingsFile, Written, schema,
+};
 
-pub use file::SettingsFile;
-pub use info::{Scalar, SettingInfo, SettingType, SettingValue};
-
-use crate::diagnostic::Diagnostic;
+use crate::setting::unknown_key;
 use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
 
-/// A setting was refused.
-#[derive(Clone, Debug, thiserror::Error, PartialEq)]
-pub enum SettingsError {
-    /// No setting has that key.
-    #[error("no setting is called `{key}`; did you mean `{nearest}`?")]
-    UnknownKey {
-        /// The key that was given.
-        key: String,
-        /// The key most like it.
-        nearest: String,
-    },
-    /// The value has another type or lies outside its range.
-    #[error("`{value}` is no value of `{key}`, which takes {expected}")]
-    BadValue {
-        /// The key.
-        key: String,
-        /// The value that was given.
-        value: String,
-        /// The type and the range, in words.
-        expected: String,
-    },
-    /// A file of settings is wrong.
-    #[error(transparent)]
-    File(#[from] Box<Diagnostic>),
+/// Makes [`Settings`] of lines `group: Type`; keys are `group.field`.
+macro_rules! compose {
+    ($($group:ident: $type:ty,)*) => {
+        /// Every setting, with its value.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct Settings {
+            $(#[doc = concat!("See [`", stringify!($type), "`].")] pub $group: $type,)*
+        }
+
+        impl Settings {
+            fn every_group() -> Vec<SettingInfo> {
+                let groups = [$((stringify!($group), <$type as Group>::declared())),*];
+                let of_group = |(name, infos): (&str, Vec<SettingInfo>)| {
+                    infos.into_iter().map(|info| info.of_group(name)).collect::<Vec<_>>()
+                };
+                groups.into_iter().flat_map(of_group).collect()
+            }
+
+            fn group(&mut self, name: &str) -> Option<&mut dyn Group> {
+                match name {
+                    $(stringify!($group) => Some(&mut self.$group),)*
+                    _ => None,
+                }
+            }
+        }
+    };
 }
 
-/// Every setting, with its value.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// Of the frame as a whole.
-    pub render: RenderSettings,
-    /// Of the lists of lights.
-    pub clusters: crate::passes::lights::ClusterSettings,
-    /// Of the display transform.
-    pub tone_map: crate::passes::tone_map::ToneMapSettings,
+compose! {
+    render: crate::render_settings::RenderSettings,
+    environment: crate::environment::EnvironmentSettings,
+    background: crate::passes::background::BackgroundSettings,
+    exposure: crate::exposure::ExposureSettings,
+    lights: crate::passes::lights::LightSettings,
+    clusters: crate::passes::lights::ClusterSettings,
+    tone_map: crate::passes::tone_map::ToneMapSettings,
 }
-
-/// Of the frame as a whole.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RenderSettings {
-    /// Shading happens at this many times the output's width and height (0.25 to 2), each rounded to whole pixels; the
-    /// output keeps its size.
-    pub scale: f32,
-}
-
-impl Default for RenderSettings {
-    fn default() -> Self {
-        Self { scale: 1.0 }
-    }
-}
-
-/// Every setting there is, beside those of effects.
-pub const SETTINGS: &[SettingInfo] = &[
-    SettingInfo::f32(
-        "render.scale",
-        "Shading happens at this many times the output's width and height.",
-        Some("factor"),
-        1.0,
-        (0.25, 2.0),
-    ),
-    SettingInfo::u32("clusters.tile_px", "The side of a tile of the light lists.", Some("px"), 16, (8, 128)),
-    SettingInfo::u32(
-        "clusters.slices",
-        "The number of slices of the light lists along the view axis.",
-        None,
-        32,
-        (1, 64),
-    ),
-    SettingInfo::f32("tone_map.dither", "The amplitude of the dither.", Some("1/255"), 1.0, (0.0, 2.0)),
-];
 
 impl Settings {
-    fn slot(&mut self, key: &str) -> Option<Slot<'_>> {
-        Some(match key {
-            "render.scale" => Slot::Float(&mut self.render.scale),
-            "clusters.tile_px" => Slot::Integer(&mut self.clusters.tile_px),
-            "clusters.slices" => Slot::Integer(&mut self.clusters.slices),
-            "tone_map.dither" => Slot::Float(&mut self.tone_map.dither),
-            _ => return None,
-        })
+    /// Every setting there is, beside those of effects.
+    pub fn declared() -> &'static [SettingInfo] {
+        static DECLARED: LazyLock<Vec<SettingInfo>> = LazyLock::new(Settings::every_group);
+        &DECLARED
     }
 
-    /// Sets `key` to `value`, both as text.
+    /// Sets `key` to `value`, both as text; commas stand between the numbers of a vector and the entries of a list.
     ///
     /// # Errors
-    /// An unknown key, or a value that is no number or outside its range.
+    /// An unknown key, or a value of another type or outside its range.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), SettingsError> {
-        let Some(info) = SETTINGS.iter().find(|info| info.key == key) else {
-            return Err(unknown_key(key, SETTINGS.iter().map(|info| &*info.key)));
-        };
-        let numbers = info.parse(value)?;
-        match (self.slot(key), numbers.as_slice()) {
-            (Some(Slot::Float(slot)), [number]) => *slot = *number as f32,
-            (Some(Slot::Integer(slot)), [number]) => *slot = *number as u32,
-            _ => return Err(info.refuse(value)),
+        self.give(key, &value.into())
+    }
+
+    /// Sets `key` to what was written on the command line or in a file.
+    ///
+    /// # Errors
+    /// An unknown key, or a value of another type or outside its range.
+    pub fn give(&mut self, key: &str, written: &Written) -> Result<(), SettingsError> {
+        let info = Self::declared().iter().find(|info| info.key == key);
+        let group = key.split_once('.').and_then(|(group, field)| Some((self.group(group)?, field)));
+        match (info, group) {
+            (Some(info), Some((group, field))) => group.give(field, info, written),
+            _ => Err(unknown_key(key, Self::declared().iter().map(|info| &*info.key))),
         }
-        Ok(())
     }
 
     /// Reads settings from TOML; what it does not name keeps its default. `file` appears in errors.
@@ -116,40 +82,9 @@ impl Settings {
     /// Text that is not TOML, an unknown key, or a value outside its range; with file, line and column.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, SettingsError> {
         let mut settings = Self::default();
-        SettingsFile::parse(file, text)?.apply(|key, value| settings.set(key, value))?;
+        SettingsFile::parse(file, text)?.apply(|key, written| settings.give(key, written))?;
         Ok(settings)
     }
-}
-
-enum Slot<'a> {
-    Float(&'a mut f32),
-    Integer(&'a mut u32),
-}
-
-/// The error of a key that is not among `known`.
-pub(crate) fn unknown_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> SettingsError {
-    SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key, known).unwrap_or_default().into() }
-}
-
-/// The known key with the smallest edit distance (Levenshtein 1966); where the key's last part is that of known keys, among
-/// those.
-fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
-    let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
-    known.min_by_key(|known| (last(known) != last(key), edit_distance(key, known)))
-}
-
-fn edit_distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.bytes().enumerate() {
-            let above = row[j + 1];
-            row[j + 1] = (above + 1).min(row[j] + 1).min(diagonal + usize::from(x != y));
-            diagonal = above;
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
@@ -158,13 +93,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_setting_has_a_slot_and_its_default() {
+    fn every_setting_takes_its_default_and_is_well_described() {
         let mut settings = Settings::default();
-        for info in SETTINGS {
-            let default = info.default.as_ref().unwrap().to_string();
-            settings.set(&info.key, &default).unwrap();
+        for info in Settings::declared() {
+            settings.set(&info.key, &info.default.as_ref().unwrap().to_string()).unwrap();
+            assert!(info.doc.ends_with('.'), "{}: a sentence", info.key);
+            for needs in &info.needs {
+                let (key, value) = needs.split_once('=').unwrap();
+                Settings::default().set(key, value).unwrap();
+            }
         }
         assert_eq!(settings, Settings::default());
+        let json = serde_json::to_value(&settings).unwrap();
+        assert_eq!(serde_json::from_value::<Settings>(json.clone()).unwrap(), settings);
+        assert_eq!(json["clusters"], serde_json::json!({ "tile_px": 16, "slices": 32 }));
     }
 
     #[test]
@@ -180,6 +122,10 @@ mod tests {
         assert!(error.contains("takes a number from 0.25 to 2"), "{error}");
         let error = settings.set("clusters.slices", "1.5").unwrap_err().to_string();
         assert!(error.contains("takes a whole number from 1 to 64"), "{error}");
+        let error = settings.set("render.path", "deferrd").unwrap_err().to_string();
+        assert!(error.contains("takes deferred or forward"), "{error}");
+        let error = settings.set("environment.source", "12345").unwrap_err().to_string();
+        assert!(error.contains("studio") && error.contains("a colour such as ff8800"), "{error}");
     }
 
     #[test]
@@ -187,6 +133,8 @@ mod tests {
         let read = |text| Settings::from_toml("my.toml", text).map_err(|error| error.to_string());
         assert!(read("[render]\nscale = 0.5").unwrap().render.scale == 0.5);
         assert!(read("render.scale = 0.5").unwrap().render.scale == 0.5);
+        let curve = read("[tone_map]\ncurve = \"aces\"").unwrap().tone_map.curve;
+        assert_eq!(curve, crate::Tonemap::Aces);
         for (text, expected) in [
             (
                 "[render]\nscael = 0.5",
@@ -202,6 +150,7 @@ mod tests {
             ("[tone_map]\ndither = 1\n[render]\nscale = ", "my.toml:4:"),
             ("[clusters]\nslices = 4\nslices = 5", "my.toml:3:"),
             ("[clusters]\ntile_px = 1\nslices = 99", "my.toml:2:11: error: `1` is no value"),
+            ("[render]\npath = \"foward\"", "my.toml:2:8: error: `foward` is no value of `render.path`, which takes"),
         ] {
             let error = read(text).unwrap_err();
             assert!(error.starts_with(expected), "{text}\n{error}\nshould begin {expected}");

@@ -1,23 +1,24 @@
 //! The curve from radiance to display colours, chosen when a shader is composed (`shaders/tone_curve.wgsl`).
 
-use serde::{Deserialize, Serialize};
+use crate::setting::choices;
 
-/// The curve from radiance to display colours.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Tonemap {
-    /// Values above 1 are cut off.
-    None,
-    /// Khronos PBR Neutral.
-    #[default]
-    Neutral,
-    /// Hill's fit of ACES, exposure divided by 0.6.
-    Aces,
-    /// AgX.
-    Agx,
-    /// Reinhard, on luminance.
-    Reinhard,
-    /// 1 − exp(−x).
-    Exponential,
+choices! {
+    /// The curve from radiance to display colours.
+    pub enum Tonemap {
+        /// Khronos PBR Neutral.
+        #[default]
+        Neutral = "neutral",
+        /// Hill's fit of ACES, exposure divided by 0.6.
+        Aces = "aces",
+        /// AgX.
+        Agx = "agx",
+        /// Reinhard, on luminance.
+        Reinhard = "reinhard",
+        /// 1 − exp(−x).
+        Exponential = "exponential",
+        /// Values above 1 are cut off.
+        None = "none",
+    }
 }
 
 impl Tonemap {

@@ -7,7 +7,7 @@ mod common;
 
 use common::{floats, ids, inner_pixels, plain_request, renderer};
 use glam::{DVec2, DVec3, Mat4, Quat, Vec3, Vec4};
-use manypass::{Aov, FrameRequest, Path, Pose, Renderer, View};
+use manypass::{Aov, Exposure, FrameRequest, Path, Pose, Renderer, View};
 use manypass_scene::{
     AlphaMode, Camera, Material, Mesh, MorphTarget, Node, NodeId, Primitive, Projection, Scene, ShadingModel, Skin,
     primitives,
@@ -248,7 +248,7 @@ fn emission_and_radiance_are_what_they_should_be() {
     }
     scene.update_transforms();
     let mut request = plain_request(&scene, SIZE);
-    request.exposure_stops = 2.5;
+    request.settings.exposure.stops = Exposure::Stops(2.5);
     request.want_aovs = vec![Aov::Emission, Aov::MaterialId, Aov::Radiance];
     let mut renderer = rendered(&scene, &request);
     let emission = floats(renderer.read_aov(Aov::Emission).unwrap());
@@ -288,7 +288,8 @@ fn passes_for_variables_run_only_for_them() {
     request.sample_index = 1;
     assert!(!has(&names(&mut renderer, &request), "ids"));
     assert!(renderer.read_aov(Aov::ObjectId).is_ok());
-    request = FrameRequest { path: Path::Forward, sample_index: 0, ..request };
+    request.settings.render.path = Path::Forward;
+    request.sample_index = 0;
     renderer.render(&test.scene, &request).unwrap();
     assert!(renderer.read_aov(Aov::ObjectId).is_err());
 }

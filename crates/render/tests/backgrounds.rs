@@ -8,7 +8,7 @@ use common::renderer;
 use glam::{Mat4, Quat, Vec3};
 use manypass::scene::primitives::{cube, torus};
 use manypass::scene::{AlphaMode, Material, Mesh, Node, Primitive, Projection, Scene};
-use manypass::{Averaging, Background, Environment, FrameRequest, Renderer, Tonemap, View};
+use manypass::{Averaging, Background, Environment, Exposure, FrameRequest, Renderer, Tonemap, View};
 
 const SIDE: usize = 96;
 
@@ -71,11 +71,11 @@ fn a_background_colour_is_that_colour_and_edges_are_composited_over_it() {
         (Tonemap::Reinhard, 3.0),
         (Tonemap::Exponential, 0.0),
     ] {
-        (request.tonemap, request.exposure_stops) = (tonemap, stops);
-        request.background = Background::Transparent;
+        (request.settings.tone_map.curve, request.settings.exposure.stops) = (tonemap, Exposure::Stops(stops));
+        request.settings.background.source = Background::Transparent;
         let transparent = picture(&mut renderer, &scene, &request);
         for color in [[0xffu8, 0xff, 0xff], [0x33, 0x66, 0x99], [0, 0, 0], [1, 128, 254]] {
-            request.background = Background::Color(color.map(|byte| linear(byte) as f32));
+            request.settings.background.source = Background::Color(color.map(|byte| linear(byte) as f32));
             let over = picture(&mut renderer, &scene, &request);
             let (mut nothing, mut blended) = (0, 0);
             for (at, (found, cut)) in over.iter().zip(&transparent).enumerate() {
@@ -104,11 +104,11 @@ fn in_linear_outputs_a_background_colour_is_what_the_exposure_shows_so() {
     let mut renderer = renderer();
     renderer.load(&scene).unwrap();
     let mut request = FrameRequest::of_scene(&scene, SIDE as u32, SIDE as u32);
-    (request.averaging, request.exposure_stops) = (Averaging::Radiance, 2.0);
-    request.background = Background::Transparent;
+    (request.averaging, request.settings.exposure.stops) = (Averaging::Radiance, Exposure::Stops(2.0));
+    request.settings.background.source = Background::Transparent;
     picture(&mut renderer, &scene, &request);
     let transparent = renderer.read_radiance().unwrap();
-    request.background = Background::Color([0.8, 0.4, 0.0]);
+    request.settings.background.source = Background::Color([0.8, 0.4, 0.0]);
     picture(&mut renderer, &scene, &request);
     for (over, cut) in renderer.read_radiance().unwrap().chunks_exact(4).zip(transparent.chunks_exact(4)) {
         for channel in 0..3 {
@@ -128,7 +128,8 @@ fn the_studio_is_a_calm_backdrop_from_every_side() {
     let mut seen = |yaw_rad: f32, pitch_rad: f32, environment: Environment| {
         let rotation = Quat::from_rotation_y(yaw_rad) * Quat::from_rotation_x(-pitch_rad);
         let view = View { world_from_view: Mat4::from_rotation_translation(rotation, rotation * Vec3::Z), projection };
-        let mut request = FrameRequest { environment, ..FrameRequest::new(SIDE as u32, SIDE as u32, view) };
+        let mut request = FrameRequest::new(SIDE as u32, SIDE as u32, view);
+        request.settings.environment.source = environment;
         request.settings.tone_map.dither = 0.0;
         picture(&mut renderer, &scene, &request)
     };

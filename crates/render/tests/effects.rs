@@ -43,7 +43,7 @@ fn every_variable_of_the_frame_can_be_read() {
     request.effects = vec![Arc::new(effect(&renderer, swap).unwrap()), Arc::new(effect(&renderer, swap).unwrap())];
     assert_eq!(picture(&mut renderer, &test.scene, &request), plain);
     // The forward path has radiance, and no G-buffer.
-    request.path = Path::Forward;
+    request.settings.render.path = Path::Forward;
     picture(&mut renderer, &test.scene, &request);
     request.effects =
         vec![Arc::new(effect(&renderer, "return surface_at(vec2i(position.xy)).normal_world.xyzz;").unwrap())];
@@ -176,7 +176,7 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
     assert!(json["default"] == 3 && json["type"] == "u32" && json["unit"] == "things" && json["max"] == 10.0, "{json}");
 
     let mut request = common::plain_request(&test.scene, (2, 1));
-    request.background = Background::Transparent;
+    request.settings.background.source = Background::Transparent;
     request.effects = vec![effect.clone()];
     let error = renderer.render(&test.scene, &request).unwrap_err().to_string();
     assert!(error.starts_with("folder/file.wgsl:16:5: error: `last` has neither a default nor a value"), "{error}");

@@ -71,8 +71,8 @@ fn metering_agrees_with_the_ray_caster_at_every_strength() {
         assert!((found / truth).log2().abs() < 0.02, "{stops} stops: {found}, the ray caster has {truth}");
         // What is stated: nothing within 2 stops of grey, and beyond that the curve.
         let level = (found / MID_GREY).log2();
-        assert!((f64::from(request.exposure_stops) - (picture_level_stops(level) - level)).abs() < 1e-4);
-        assert!(level.abs() > 2.0 || request.exposure_stops == 0.0);
+        assert!((f64::from(request.exposure_stops()) - (picture_level_stops(level) - level)).abs() < 1e-4);
+        assert!(level.abs() > 2.0 || request.exposure_stops() == 0.0);
         // More light is a brighter picture, and no picture is white or black.
         let pixels = picture(&mut renderer, &test.scene, &request, 1);
         let mean = pixels.iter().map(|p| f64::from(p[1])).sum::<f64>() / pixels.len() as f64;
@@ -125,9 +125,9 @@ fn the_faint_studio_is_as_faint_beside_every_lamp() {
         scene.update_transforms();
         renderer.load(&scene).unwrap();
         let mut request = FrameRequest::of_scene(&scene, SIZE.0, SIZE.1);
-        assert_eq!(request.environment, Environment::Fill);
-        request.environment = environment.unwrap_or(request.environment);
-        request.background = Background::Transparent;
+        assert_eq!(request.settings.environment.source, Environment::Fill);
+        request.settings.environment.source = environment.unwrap_or(request.settings.environment.source);
+        request.settings.background.source = Background::Transparent;
         renderer.expose(&scene, &mut request, Exposure::AUTO).unwrap();
         let pixels = picture(&mut renderer, &scene, &request, 1);
         pixels.iter().filter(|p| p[3] == 255).map(|p| p[1]).min().unwrap()
@@ -209,7 +209,7 @@ fn whatever_the_strength_every_number_is_finite() {
             renderer.load(&test.scene).unwrap();
             let mut request = FrameRequest { averaging, ..plain_request(&test.scene, (64, 48)) };
             renderer.expose(&test.scene, &mut request, Exposure::AUTO).unwrap();
-            assert!(request.exposure_stops.is_finite(), "{intensity}: {:?}", request.metering);
+            assert!(request.exposure_stops().is_finite(), "{intensity}: {:?}", request.metering);
             accumulate(&mut renderer, &test.scene, &request, 2);
             if averaging == Averaging::Radiance {
                 let radiance = renderer.read_radiance().unwrap();
@@ -236,9 +236,10 @@ fn whatever_the_environment_every_number_is_finite() {
         for path in [Path::Deferred, Path::Forward] {
             for metering in [None, Some(Metering { pre_exposure_stops: 100, ..Metering::default() })] {
                 let mut request = plain_request(&test.scene, (32, 24));
-                (request.environment, request.environment_intensity) = (environment, intensity);
-                (request.background, request.averaging) = (Background::Environment, Averaging::Radiance);
-                (request.path, request.metering) = (path, metering);
+                let settings = &mut request.settings;
+                (settings.environment.source, settings.environment.intensity) = (environment, intensity);
+                (settings.background.source, settings.render.path) = (Background::Environment, path);
+                (request.averaging, request.metering) = (Averaging::Radiance, metering);
                 let uniform = manypass::environment::EnvironmentUniform::new(environment, intensity, intensity);
                 let numbers: &[f32] = bytemuck::cast_slice(bytemuck::bytes_of(&uniform));
                 assert!(numbers.iter().all(|number| number.is_finite()), "{environment:?} {intensity}: {uniform:?}");
@@ -268,8 +269,9 @@ fn the_sum_of_all_terms_at_their_limit_is_finite_and_counted() {
     for (scene, path) in [(&test, Path::Deferred), (&test, Path::Forward), (&with_pane, Path::Deferred)] {
         renderer.load(&scene.scene).unwrap();
         let mut request = plain_request(&scene.scene, (32, 32));
-        (request.path, request.averaging) = (path, Averaging::Radiance);
-        (request.environment, request.environment_intensity) = (Environment::Studio, 1e30);
+        (request.settings.render.path, request.averaging) = (path, Averaging::Radiance);
+        let environment = &mut request.settings.environment;
+        (environment.source, environment.intensity) = (Environment::Studio, 1e30);
         accumulate(&mut renderer, &scene.scene, &request, 2);
         let radiance = renderer.read_radiance().unwrap();
         let brightest = radiance.iter().copied().fold(0.0, f32::max);
@@ -326,14 +328,15 @@ fn edges_of_bright_surfaces_are_smooth() {
     let scene = glowing(60.0);
     let mut renderer = renderer();
     renderer.load(&scene).unwrap();
-    let mut request = FrameRequest { environment: Environment::None, ..FrameRequest::of_scene(&scene, SIZE.0, SIZE.1) };
+    let mut request =
+        FrameRequest::of_scene(&scene, SIZE.0, SIZE.1).with(|settings| settings.environment.source = Environment::None);
     request.settings.tone_map.dither = 0.0;
-    request.background = Background::Transparent;
+    request.settings.background.source = Background::Transparent;
     let coverage: Vec<f64> =
         picture(&mut renderer, &scene, &request, 16).iter().map(|p| f64::from(p[3]) / 255.0).collect();
-    request.background = Background::Color([0.0; 3]);
+    request.settings.background.source = Background::Color([0.0; 3]);
     for tonemap in [Tonemap::None, Tonemap::Neutral, Tonemap::Aces, Tonemap::Agx, Tonemap::Reinhard] {
-        request.tonemap = tonemap;
+        request.settings.tone_map.curve = tonemap;
         let pixels = picture(&mut renderer, &scene, &request, 16);
         let full = linear(pixels[(SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) as usize][1]);
         let mut partly = 0;
@@ -355,7 +358,8 @@ fn linear_outputs_are_the_mean_of_radiance() {
     let scene = glowing(60.0);
     let mut renderer = renderer();
     renderer.load(&scene).unwrap();
-    let request = FrameRequest { environment: Environment::None, ..FrameRequest::of_scene(&scene, SIZE.0, SIZE.1) };
+    let request =
+        FrameRequest::of_scene(&scene, SIZE.0, SIZE.1).with(|settings| settings.environment.source = Environment::None);
     let display = picture(&mut renderer, &scene, &request, 8);
     assert!(renderer.read_radiance().is_err(), "nobody asked for radiance");
     let mut radiance = Vec::new();
@@ -389,13 +393,13 @@ fn an_auto_exposure_is_compensated_and_a_number_is_a_number() {
     let mut request = FrameRequest::of_scene(&test.scene, SIZE.0, SIZE.1);
     let mut stops = |exposure: &str| {
         renderer.expose(&test.scene, &mut request, exposure.parse().unwrap()).unwrap();
-        request.exposure_stops
+        request.exposure_stops()
     };
     let auto = stops("auto");
     assert!(auto < -1.0, "{auto}");
     assert_eq!([stops("auto+1"), stops("auto-0.5"), stops("-3")], [auto + 1.0, auto - 0.5, -3.0]);
     // A number shows radiance times its power of two: the same as without metering, where half floats hold it.
-    request.environment = Environment::None;
+    request.settings.environment.source = Environment::None;
     request.settings.tone_map.dither = 0.0;
     let metered = picture(&mut renderer, &test.scene, &request, 1);
     let plain = FrameRequest { metering: None::<Metering>, ..request };

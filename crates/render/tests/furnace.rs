@@ -74,7 +74,7 @@ fn white_under_suns_from_everywhere_loses_nothing() {
     // glTF's BRDF (appendix B) takes Fresnel at the half vector for what enters the surface; the ray caster says how much.
     let energy = |i: usize| if expected[i].is_metal { 1.0 } else { expected[i].mean };
     for path in [Path::Forward, Path::Deferred] {
-        let request = FrameRequest { path, ..plain_request(&test.scene, SIZE) };
+        let request = plain_request(&test.scene, SIZE).with(|settings| settings.render.path = path);
         let found = bands(&truth, &radiance(&test.scene, &request));
         let wrong = faults(&found, energy);
         assert!(wrong.is_empty(), "{path:?}: {wrong:#?}");
@@ -101,7 +101,10 @@ fn an_even_environment_is_suns_from_everywhere() {
     scene.nodes.iter_mut().for_each(|node| node.light = None);
     // Not the deferred path, whose base colours have eight bits.
     let request =
-        FrameRequest { path: Path::Forward, environment: Environment::Color([1.0; 3]), ..plain_request(&scene, SIZE) };
+        plain_request(&scene, SIZE).with(|settings| {
+            settings.render.path = Path::Forward;
+            settings.environment.source = Environment::Color([1.0; 3]);
+        });
     let found = bands(&truth, &radiance(&scene, &request));
     let wrong = faults(&found, |i| expected[i].mean);
     assert!(wrong.is_empty(), "{wrong:#?}");
@@ -118,8 +121,8 @@ fn a_white_metal_vanishes_in_an_even_environment() {
         material.metallic_factor = 1.0;
     }
     let mut request = plain_request(&test.scene, SIZE);
-    request.environment = Environment::Color([1.0; 3]);
-    request.background = Background::Environment;
+    request.settings.environment.source = Environment::Color([1.0; 3]);
+    request.settings.background.source = Background::Environment;
     let pixels = radiance(&test.scene, &request);
     let worst = pixels.iter().flatten().fold(0.0f32, |worst, v| worst.max((v - 1.0).abs()));
     assert!(worst < 0.01, "the furnace is off by {worst}");

@@ -43,9 +43,9 @@ fn shoot(renderer: &mut Renderer, scene: &Scene, rotation: Quat) -> Shot {
     let projection = Projection::Orthographic { height_m, near_m: 0.5 * radius_m, far_m: 4.0 * radius_m };
     let view = View { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection };
     let mut request = FrameRequest::new(SIDE_PX as u32, SIDE_PX as u32, view);
-    request.environment = Environment::Studio;
-    request.background = Background::Color([0.0; 3]);
-    request.tonemap = Tonemap::None;
+    request.settings.environment.source = Environment::Studio;
+    request.settings.background.source = Background::Color([0.0; 3]);
+    request.settings.tone_map.curve = Tonemap::None;
     request.settings.tone_map.dither = 0.0;
     request.want_aovs = vec![Aov::ObjectId];
     request.sample_count = 4;

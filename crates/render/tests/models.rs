@@ -100,17 +100,17 @@ fn differences(renderer: &mut Renderer, path: &Path) -> Option<(Difference, Diff
     scene.update_transforms();
     renderer.load(&scene).unwrap();
     let mut request = FrameRequest::new(SIDE_PX, SIDE_PX, framed(&bounds));
-    request.environment = Environment::Studio;
-    request.tonemap = Tonemap::None;
+    request.settings.environment.source = Environment::Studio;
+    request.settings.tone_map.curve = Tonemap::None;
     request.settings.tone_map.dither = 0.0;
     request.want_aovs = vec![Aov::Depth, Aov::ObjectId, Aov::Motion];
     request.previous = Some(Arc::new(Pose::capture(&scene, request.camera)));
     let clustered = picture(renderer, &scene, &request);
     assert_drawn_again(renderer, path);
     request.want_aovs.clear();
-    let brute_force = FrameRequest { light_culling: LightCulling::None, ..request.clone() };
+    let brute_force = request.with(|settings| settings.lights.culling = LightCulling::None);
     let brute_force = picture(renderer, &scene, &brute_force);
-    let forward = picture(renderer, &scene, &FrameRequest { path: manypass::Path::Forward, ..request.clone() });
+    let forward = picture(renderer, &scene, &request.with(|settings| settings.render.path = manypass::Path::Forward));
     if path.ends_with("DamagedHelmet.glb") {
         assert_rejects_mutations(&clustered, Tolerance::default());
         let half = FrameRequest { light_subset: Some((0, 2)), ..request.clone() };

@@ -28,7 +28,7 @@ fn display(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Pi
 
 fn against_ray_caster(test: &TestScene, path: Path) -> (f64, f64) {
     let truth = test.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
-    let request = FrameRequest { path, ..plain_request(&test.scene, SIZE) };
+    let request = plain_request(&test.scene, SIZE).with(|settings| settings.render.path = path);
     against(&truth, test, &request)
 }
 
@@ -48,7 +48,7 @@ fn against(truth: &Frame, test: &TestScene, request: &FrameRequest) -> (f64, f64
     println!(
         "{} {:?}: mean error {:.4} %, 99th percentile {:.3} %, within 1 %: {:.3} %",
         test.name,
-        request.path,
+        request.settings.render.path,
         100.0 * difference.mean,
         100.0 * difference.percentile(0.99),
         100.0 * difference.share_within(0.01)
@@ -86,7 +86,10 @@ fn a_thousand_lights_agree_with_the_ray_caster() {
     let test = scenes::many_points(1000);
     let truth = test.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
     for light_culling in [LightCulling::Clustered, LightCulling::None] {
-        let request = FrameRequest { light_culling, path: Path::Forward, ..plain_request(&test.scene, SIZE) };
+        let request = plain_request(&test.scene, SIZE).with(|settings| {
+            settings.lights.culling = light_culling;
+            settings.render.path = Path::Forward;
+        });
         let (mean, share) = against(&truth, &test, &request);
         assert!(mean < 0.001 && share > 0.995, "{light_culling:?}: mean {mean}, share {share}");
     }
@@ -98,7 +101,7 @@ fn a_thousand_lights_agree_with_the_ray_caster() {
     let lamp = without.world.lights.iter().position(|lamp| lamp.position_world.length() < 1.5).unwrap();
     without.world.lights.remove(lamp);
     let truth = without.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
-    let request = FrameRequest { path: Path::Forward, ..plain_request(&test.scene, SIZE) };
+    let request = plain_request(&test.scene, SIZE).with(|settings| settings.render.path = Path::Forward);
     let (_, share) = against(&truth, &test, &request);
     assert!(share < 0.995, "a lamp too much is not noticed: {share}");
 }
@@ -146,7 +149,7 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         renderer.load(&test.scene).unwrap();
         let request = plain_request(&test.scene, SIZE);
         let clustered = display(&mut renderer, &test.scene, &request);
-        let brute_force = FrameRequest { light_culling: LightCulling::None, ..request.clone() };
+        let brute_force = request.with(|settings| settings.lights.culling = LightCulling::None);
         let brute_force = display(&mut renderer, &test.scene, &brute_force);
         let exact = Tolerance { within: 1, share: 1.0, share_between: 1.0, mean: 0.01, ..Tolerance::default() };
         assert_same(&clustered, &brute_force, exact);
@@ -154,7 +157,7 @@ fn clustered_is_brute_force_and_deferred_is_forward() {
         if test.name != "one_light_on_one_plane" {
             assert_rejects_mutations(&clustered, Tolerance::default());
         }
-        let forward = FrameRequest { path: Path::Forward, ..request.clone() };
+        let forward = request.with(|settings| settings.render.path = Path::Forward);
         let forward = display(&mut renderer, &test.scene, &forward);
         // Base colour and roughness in 8 bits: half a step of base colour is up to 0.5/255 of a lit surface, and
         // roughness moves the sharpest highlights by more than 2/255.

@@ -76,7 +76,7 @@ fn a_point_is_a_disc_that_faces_the_eye() {
     }
     let deferred = renderer.read_radiance().unwrap();
     assert_eq!(deferred.chunks(4).filter(|pixel| pixel[0] > 0.9).count(), found.len());
-    request.path = Path::Forward;
+    request.settings.render.path = Path::Forward;
     request.want_aovs.clear();
     renderer.render(&scene, &request).unwrap();
     assert!(renderer.read_radiance().unwrap() == deferred, "forward draws the same discs");

@@ -206,8 +206,8 @@ fn points_and_lines_without_normals_show_base_color_and_emission_and_take_no_lig
                 });
                 scene.add_node(None, Node { light: Some(0), ..Node::default() });
                 let found = middle(&mut scene, |request| {
-                    request.path = path;
-                    request.environment = Environment::Studio;
+                    request.settings.render.path = path;
+                    request.settings.environment.source = Environment::Studio;
                 });
                 if has_normals {
                     assert!(found[0] > 1.0, "{topology:?}, {path:?}: with normals light falls on it: {found:?}");

@@ -1,42 +1,40 @@
 //! `RenderOptions` of the TypeScript section.
 
 use manypass::scene::Scene;
-use manypass::{Environment, Exposure, FrameRequest, LightCulling, Path, Settings, Tonemap};
+use manypass::settings::Written;
+use manypass::{Exposure, FrameRequest, Settings};
 use wasm_bindgen::prelude::*;
 
 /// How frames are drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    path: Path,
-    light_culling: LightCulling,
-    /// None: the studio, faint where the scene has lights.
-    environment: Option<Environment>,
-    tonemap: Tonemap,
-    /// None: that of the scene.
-    exposure: Option<Exposure>,
     light_subset: Option<(u32, u32)>,
     settings: Settings,
 }
 
+/// Options that are short ways to settings, and the words that they take.
+const SHORT: [(&str, &str, &[&str]); 4] = [
+    ("path", "render.path", manypass::Path::NAMES),
+    ("lightCulling", "lights.culling", manypass::LightCulling::NAMES),
+    ("environment", "environment.source", &["auto", "studio", "none"]),
+    ("tonemap", "tone_map.curve", manypass::Tonemap::NAMES),
+];
+
 impl Options {
     /// The exposure of frames of `scene`.
     pub fn exposure(&self, scene: &Scene) -> Exposure {
-        self.exposure.unwrap_or_else(|| Exposure::of_scene(scene))
+        self.settings.exposure.stops.resolved(scene)
     }
 
     /// Whether surfaces get the same light as with `other`.
     pub fn has_light_of(&self, other: &Self) -> bool {
-        self.environment == other.environment
+        self.settings.environment == other.settings.environment
     }
 
-    /// Puts the options, but for the exposure, into a request for a frame of `scene`.
-    pub fn apply(&self, request: &mut FrameRequest, scene: &Scene) {
-        request.environment = self.environment.unwrap_or_else(|| Environment::of_scene(scene));
-        request.path = self.path;
-        request.light_culling = self.light_culling;
-        request.tonemap = self.tonemap;
-        request.light_subset = self.light_subset;
-        request.settings = self.settings.clone();
+    /// A request for a frame of `scene` with the options.
+    pub fn applied(&self, request: FrameRequest, scene: &Scene) -> FrameRequest {
+        let (light_subset, settings) = (self.light_subset, self.settings.clone());
+        FrameRequest { light_subset, settings, ..request }.resolved(scene)
     }
 
     /// The options with what `object` holds in place of their own.
@@ -57,47 +55,45 @@ impl Options {
         if value.is_undefined() {
             return Ok(());
         }
+        if let Some((_, setting, words)) = SHORT.iter().find(|(option, ..)| *option == key) {
+            let name = value.as_string().unwrap_or_else(|| format!("{value:?}"));
+            if !words.contains(&name.as_str()) {
+                return Err(JsError::new(&format!("{key} is `{name}`: expected {}", words.join(", "))));
+            }
+            return Ok(self.settings.set(setting, &name)?);
+        }
         match key {
-            "path" => self.path = choice(key, value, &[("deferred", Path::Deferred), ("forward", Path::Forward)])?,
-            "lightCulling" => {
-                let known = [("clustered", LightCulling::Clustered), ("none", LightCulling::None)];
-                self.light_culling = choice(key, value, &known)?;
-            }
-            "environment" => {
-                let known = [("auto", None), ("studio", Some(Environment::Studio)), ("none", Some(Environment::None))];
-                self.environment = choice(key, value, &known)?;
-            }
-            "tonemap" => {
-                let known = [
-                    ("neutral", Tonemap::Neutral),
-                    ("aces", Tonemap::Aces),
-                    ("agx", Tonemap::Agx),
-                    ("reinhard", Tonemap::Reinhard),
-                    ("exponential", Tonemap::Exponential),
-                    ("none", Tonemap::None),
-                ];
-                self.tonemap = choice(key, value, &known)?;
-            }
-            "exposure" if value.is_null() => self.exposure = None,
-            "exposure" => {
-                let text = value.as_f64().map(|stops| stops.to_string()).or_else(|| value.as_string());
-                self.exposure = Some(text.unwrap_or_default().parse()?);
-            }
+            "exposure" if value.is_null() => self.settings.exposure.stops = Exposure::Scene,
+            "exposure" => self.settings.exposure.stops = scalar(value).parse()?,
             "lightSubset" => self.light_subset = light_subset(value)?,
             "settings" => {
                 let settings = value.dyn_ref::<js_sys::Object>();
-                let settings = settings.ok_or_else(|| JsError::new("settings is an object of numbers by key"))?;
+                let settings = settings.ok_or_else(|| JsError::new("settings is an object of values by key"))?;
                 for entry in js_sys::Object::entries(settings).iter() {
                     let entry = js_sys::Array::from(&entry);
                     let key = entry.get(0).as_string().unwrap_or_default();
-                    let value = entry.get(1).as_f64().map_or_else(|| "no number".to_owned(), |v| v.to_string());
-                    self.settings.set(&key, &value)?;
+                    self.settings.give(&key, &written(&entry.get(1)))?;
                 }
             }
             _ => return Err(JsError::new(&format!("there is no option `{key}`"))),
         }
         Ok(())
     }
+}
+
+/// A value of a setting: a number, a boolean, a text, or an array of them.
+fn written(value: &JsValue) -> Written {
+    match value.dyn_ref::<js_sys::Array>() {
+        Some(values) => Written::List(values.iter().map(|value| scalar(&value)).collect()),
+        None => Written::Text(scalar(value)),
+    }
+}
+
+/// A number, a boolean or a text as text; what else there is shows in the error.
+fn scalar(value: &JsValue) -> String {
+    let number = value.as_f64().map(|number| number.to_string());
+    let word = || value.as_bool().map(|flag| flag.to_string()).or_else(|| value.as_string());
+    number.or_else(word).unwrap_or_else(|| format!("{value:?}"))
 }
 
 fn light_subset(value: &JsValue) -> Result<Option<(u32, u32)>, JsError> {
@@ -111,12 +107,4 @@ fn light_subset(value: &JsValue) -> Result<Option<(u32, u32)>, JsError> {
         }
         _ => Err(JsError::new("lightSubset takes whole numbers [k, n] with 0 ≤ k < n, or null")),
     }
-}
-
-fn choice<T: Copy>(key: &str, value: &JsValue, known: &[(&str, T)]) -> Result<T, JsError> {
-    let name = value.as_string().unwrap_or_else(|| format!("{value:?}"));
-    known.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        JsError::new(&format!("{key} is `{name}`: expected {}", names.join(", ")))
-    })
 }

@@ -40,8 +40,8 @@ export interface RenderOptions {
   exposure?: number | string | null;
   /** Only the lights k, k + n, k + 2n, … of [k, n]; null takes all. */
   lightSubset?: [number, number] | null;
-  /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32 }`. */
-  settings?: Record<string, number>;
+  /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32, "tone_map.curve": "agx" }`. */
+  settings?: Record<string, number | boolean | string | (number | string)[]>;
 }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
@@ -270,8 +270,8 @@ impl Viewer {
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
         let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, &self.framing, aspect)));
         let (world_from_view, projection) = camera::resolve(orbit, scene, &self.framing, aspect);
-        let mut request = FrameRequest::new(width, height, View { world_from_view, projection });
-        self.options.apply(&mut request, scene);
+        let request = FrameRequest::new(width, height, View { world_from_view, projection });
+        let mut request = self.options.applied(request, scene);
         request.sample_count = REFINED_SAMPLES;
         request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
         self.last = None;
@@ -341,7 +341,7 @@ impl Viewer {
         let average = last.metering.and_then(|metering| metering.log_average_luminance);
         let entries: [(&str, JsValue); 3] = [
             ("mode", self.options.exposure(scene).mode().into()),
-            ("stops", last.exposure_stops.into()),
+            ("stops", last.exposure_stops().into()),
             ("logAverageLuminance", average.map_or(JsValue::NULL, JsValue::from)),
         ];
         Some(object(&entries).unchecked_into())

@@ -1,6 +1,6 @@
 //! The flags of the camera, checked.
 
-use crate::args::RenderArgs;
+use crate::args::FrameArgs;
 use crate::camera::{CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
 use glam::Vec3;
@@ -26,11 +26,11 @@ fn vector(text: &str, flag: &str) -> Result<Vec3, Failure> {
     }
 }
 
-/// The camera that the flags describe.
+/// The camera that the flags describe; it may go around on a turntable.
 ///
 /// # Errors
 /// Numbers out of range, or flags that contradict each other.
-pub fn spec(args: &RenderArgs) -> Result<CameraSpec, Failure> {
+pub fn spec(args: &FrameArgs, turns: bool) -> Result<CameraSpec, Failure> {
     let mut spec = CameraSpec::default();
     let positive = |value: Option<f32>, flag: &str| match value {
         Some(value) if !(value.is_finite() && value > 0.0) => {
@@ -42,7 +42,7 @@ pub fn spec(args: &RenderArgs) -> Result<CameraSpec, Failure> {
         (Some(name), _, _) => Place::Named(name.clone()),
         (_, Some(eye), _) => Place::Eye(vector(eye, "--eye")?),
         (_, _, Some(orbit)) => orbit_place(orbit)?,
-        _ if args.turntable.is_some() => DEFAULT_ORBIT,
+        _ if turns => DEFAULT_ORBIT,
         _ => Place::Default,
     };
     spec.target = args.target.as_deref().map(|text| vector(text, "--target")).transpose()?;
@@ -59,7 +59,7 @@ pub fn spec(args: &RenderArgs) -> Result<CameraSpec, Failure> {
     spec.ortho_height_m = positive(args.ortho_height, "--ortho-height")?;
     spec.near_m = positive(args.near, "--near")?;
     spec.far_m = positive(args.far, "--far")?;
-    spec.turns = args.turntable.is_some();
+    spec.turns = turns;
     if spec.near_m.zip(spec.far_m).is_some_and(|(near, far)| near >= far) {
         return Err(Failure::usage("--near is not below --far", "give a nearer --near"));
     }

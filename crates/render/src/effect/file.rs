@@ -4,7 +4,7 @@ use super::header::{Header, Source};
 use super::scan::{Scan, scan};
 use super::uniforms::{OWN_GROUP, Uniforms};
 use crate::diagnostic::Diagnostic;
-use crate::settings::{SettingInfo, SettingValue, SettingsError};
+use crate::settings::{SettingInfo, SettingValue, SettingsError, Written};
 use crate::shader::locate;
 use crate::shader::program::{self, ProgramError, Slot};
 
@@ -82,7 +82,15 @@ impl EffectFile {
     /// # Errors
     /// An unknown key, another number of numbers, or one outside the range.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), SettingsError> {
-        self.uniforms.set(&self.name, key, value).map(drop)
+        self.give(key, &value.into())
+    }
+
+    /// As [`Self::set`], with what was written on the command line or in a file.
+    ///
+    /// # Errors
+    /// As [`Self::set`].
+    pub fn give(&mut self, key: &str, written: &Written) -> Result<(), SettingsError> {
+        self.uniforms.set(&self.name, key, written).map(drop)
     }
 
     /// The first member of a uniform without default and value, and its place; its setting is none if no text is a value

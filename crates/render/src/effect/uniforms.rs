@@ -3,7 +3,7 @@
 use super::header::Source;
 use super::scan::{Declared, Scan};
 use crate::diagnostic::Diagnostic;
-use crate::settings::{Scalar, SettingInfo, SettingType, SettingValue, SettingsError};
+use crate::settings::{NumberType, Scalar, SettingInfo, SettingType, SettingValue, SettingsError, Written};
 use naga::{Handle, Module, Type, TypeInner};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -36,8 +36,8 @@ struct Field {
     path: Vec<String>,
     block: usize,
     offset: usize,
-    /// Which setting it is; none if text cannot give it.
-    setting: Option<usize>,
+    /// Which setting it is, and its type; none if text cannot give it.
+    setting: Option<(usize, NumberType)>,
     /// What is wrong while it has no value.
     missing: Option<Box<Diagnostic>>,
 }
@@ -97,7 +97,7 @@ impl Uniforms {
             *counts.entry(field.path.last().cloned().unwrap_or_default()).or_default() += 1;
         }
         for field in &self.fields {
-            let Some(info) = field.setting.and_then(|setting| self.settings.get_mut(setting)) else { continue };
+            let Some(info) = field.setting.and_then(|(setting, _)| self.settings.get_mut(setting)) else { continue };
             let last = field.path.last().cloned().unwrap_or_default();
             let name = if counts.get(&last) == Some(&1) { last } else { field.path.join(".") };
             info.key = format!("{effect}.{name}").into();
@@ -108,7 +108,7 @@ impl Uniforms {
     fn field(&self, effect: &str, key: &str) -> Option<usize> {
         let path = key.strip_prefix(effect).and_then(|rest| rest.strip_prefix('.'));
         self.fields.iter().position(|field| {
-            let Some(setting) = field.setting else { return false };
+            let Some((setting, _)) = field.setting else { return false };
             self.settings[setting].key == key || path.is_some_and(|path| field.path.join(".") == path)
         })
     }
@@ -122,12 +122,15 @@ impl Uniforms {
     ///
     /// # Errors
     /// An unknown key, or a value that it does not take.
-    pub fn set(&mut self, effect: &str, key: &str, value: &str) -> Result<usize, SettingsError> {
+    pub fn set(&mut self, effect: &str, key: &str, written: &Written) -> Result<usize, SettingsError> {
         let known = || self.settings.iter().map(|info| &*info.key);
-        let index = self.field(effect, key).ok_or_else(|| crate::settings::unknown_key(key, known()))?;
-        let field = &mut self.fields[index];
-        let info = &self.settings[field.setting.unwrap_or_default()];
-        write(&mut self.blocks[field.block].bytes, field.offset, info.kind, &info.parse(value)?);
+        let found = self.field(effect, key).map(|index| &mut self.fields[index]);
+        let Some((field, (setting, kind))) = found.and_then(|field| field.setting.map(|setting| (field, setting)))
+        else {
+            return Err(crate::setting::unknown_key(key, known()));
+        };
+        let components = self.settings[setting].components(written)?;
+        write(&mut self.blocks[field.block].bytes, field.offset, kind, &components);
         field.missing = None;
         Ok(field.block)
     }
@@ -141,24 +144,24 @@ impl Uniforms {
     /// The first member of a used uniform that has no value yet: its setting, if text can give it, and what is wrong.
     pub fn missing(&self) -> Option<(Option<&SettingInfo>, &Diagnostic)> {
         self.fields.iter().filter(|field| self.blocks[field.block].is_used).find_map(|field| {
-            let setting = field.setting.map(|setting| &self.settings[setting]);
+            let setting = field.setting.map(|(setting, _)| &self.settings[setting]);
             field.missing.as_deref().map(|missing| (setting, missing))
         })
     }
 
     /// The present values of all settings, by their keys.
     pub fn values(&self) -> Vec<(String, SettingValue)> {
-        let settings = self.fields.iter().filter_map(|field| Some((field, &self.settings[field.setting?])));
+        let settings = self.fields.iter().filter_map(|field| Some((field, field.setting?)));
         settings
-            .map(|(field, info)| {
-                let components = read(&self.blocks[field.block].bytes, field.offset, info.kind);
-                (info.key.to_string(), info.kind.value(&components))
+            .map(|(field, (setting, kind))| {
+                let components = read(&self.blocks[field.block].bytes, field.offset, kind);
+                (self.settings[setting].key.to_string(), kind.value(&components))
             })
             .collect()
     }
 }
 
-fn write(bytes: &mut [u8], offset: usize, kind: SettingType, components: &[f64]) {
+fn write(bytes: &mut [u8], offset: usize, kind: NumberType, components: &[f64]) {
     for (slot, component) in bytes[offset..].chunks_exact_mut(4).zip(components) {
         slot.copy_from_slice(&match kind.scalar {
             Scalar::F32 => (*component as f32).to_le_bytes(),
@@ -168,7 +171,7 @@ fn write(bytes: &mut [u8], offset: usize, kind: SettingType, components: &[f64])
     }
 }
 
-fn read(bytes: &[u8], offset: usize, kind: SettingType) -> Vec<f64> {
+fn read(bytes: &[u8], offset: usize, kind: NumberType) -> Vec<f64> {
     let words =
         bytes[offset..].chunks_exact(4).take(usize::from(kind.count)).map(|word| [word[0], word[1], word[2], word[3]]);
     let component = |word| match kind.scalar {
@@ -186,7 +189,7 @@ fn is_padding(name: &str) -> bool {
 }
 
 /// The type of a setting, if text can give a value of `inner`.
-fn setting_type(inner: &TypeInner) -> Option<SettingType> {
+fn setting_type(inner: &TypeInner) -> Option<NumberType> {
     let (scalar, count) = match *inner {
         TypeInner::Scalar(scalar) => (scalar, 1),
         TypeInner::Vector { size, scalar } => (scalar, size as u8),
@@ -198,7 +201,7 @@ fn setting_type(inner: &TypeInner) -> Option<SettingType> {
         naga::Scalar::U32 => Scalar::U32,
         _ => return None,
     };
-    Some(SettingType { scalar, count })
+    Some(NumberType { scalar, count })
 }
 
 struct Reflection<'t> {
@@ -254,26 +257,27 @@ impl Reflection<'_> {
         });
         if let Some(default) = &info.default {
             // The default was parsed as a value of this type.
-            let components = info.parse(&default.to_string()).unwrap_or_default();
+            let components = info.components(&default.clone().into()).unwrap_or_default();
             write(&mut self.uniforms.blocks[block].bytes, offset, kind, &components);
         }
-        let setting = Some(self.uniforms.settings.len());
+        let setting = Some((self.uniforms.settings.len(), kind));
         self.uniforms.fields.push(Field { path: self.path.clone(), block, offset, setting, missing });
         self.uniforms.settings.push(info);
         Ok(())
     }
 
     /// The setting of a member, its key still missing.
-    fn setting(&self, kind: SettingType, remarks: Remarks) -> Result<SettingInfo, Box<Diagnostic>> {
+    fn setting(&self, kind: NumberType, remarks: Remarks) -> Result<SettingInfo, Box<Diagnostic>> {
         let (min, max) = kind.limits();
         let mut info = SettingInfo {
             key: "".into(),
-            kind,
+            kind: SettingType::Number(kind),
             default: None,
             min,
             max,
             choices: &[],
             unit: remarks.unit.map(Into::into),
+            needs: Vec::new(),
             doc: remarks.doc.into(),
         };
         let Some(place) = remarks.default else { return Ok(info) };
@@ -300,7 +304,7 @@ impl Reflection<'_> {
             info.max = high.map_or(max, |high| Some(max.map_or(high, |max| max.min(high))));
         }
         info.key = self.path.last().cloned().unwrap_or_default().into();
-        let components = info.parse(default).map_err(|error| Box::new(fault(error.to_string())))?;
+        let components = info.components(&default.into()).map_err(|error| Box::new(fault(error.to_string())))?;
         info.default = Some(kind.value(&components));
         Ok(info)
     }

@@ -2,9 +2,13 @@
 
 pub mod capabilities;
 pub mod data_texture;
+#[cfg(not(target_arch = "wasm32"))]
+mod floor;
 pub mod readback;
 
 pub use capabilities::Capabilities;
+#[cfg(not(target_arch = "wasm32"))]
+pub use floor::Floor;
 
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -100,7 +100,7 @@ impl Renderer {
     /// As [`Self::render_async`].
     pub async fn meter_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Metering, RenderError> {
         let stats = self.stats.clone();
-        let metering = self.meter_frames(scene, &metered(request)).await;
+        let metering = self.meter_frames(scene, &metered(&request.resolved(scene))).await;
         self.stats = stats;
         metering
     }
@@ -133,6 +133,8 @@ impl Renderer {
         request: &mut FrameRequest,
         exposure: Exposure,
     ) -> Result<(), RenderError> {
+        *request = request.resolved(scene);
+        let exposure = exposure.resolved(scene);
         let metering =
             if request.needs_metering(exposure) { Some(self.meter_async(scene, request).await?) } else { None };
         request.expose(exposure, metering);
@@ -180,22 +182,24 @@ fn metered(request: &FrameRequest) -> FrameRequest {
         let side = f64::from(LONGER_SIDE_PX) * f64::from(of) / f64::from(width.max(height));
         (side.round() as u32).max(1)
     };
-    let environment = if request.environment == Environment::Fill { Environment::None } else { request.environment };
     let mut small = FrameRequest {
         width: side(width),
         height: side(height),
-        environment,
-        background: Background::Transparent,
         sample_index: 0,
         sample_count: 1,
         want_aovs: Vec::new(),
         previous: None,
         effects: Vec::new(),
         light_subset: None,
-        exposure_stops: 0.0,
         ..request.clone()
     };
-    small.settings.render.scale = 1.0;
+    let settings = &mut small.settings;
+    if settings.environment.source == Environment::Fill {
+        settings.environment.source = Environment::None;
+    }
+    settings.background.source = Background::Transparent;
+    settings.exposure.stops = Exposure::Stops(0.0);
+    settings.render.scale = 1.0;
     small
 }
 

@@ -26,9 +26,9 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     let node = scene.nodes.iter().find(|node| node.camera.is_some()).unwrap();
     let projection = scene.cameras[node.camera.unwrap()].projection;
     let mut request = FrameRequest::new(width, height, View { world_from_view: node.world_from_object, projection });
-    request.environment = Environment::None;
-    request.background = Background::Color([0.0; 3]);
-    request.tonemap = Tonemap::None;
+    request.settings.environment.source = Environment::None;
+    request.settings.background.source = Background::Color([0.0; 3]);
+    request.settings.tone_map.curve = Tonemap::None;
     request.settings.tone_map.dither = 0.0;
     request
 }

@@ -42,7 +42,7 @@ fn subject(name: &'static str, mut scene: Scene, size: (u32, u32), eye: Vec3, ta
     scene.update_transforms();
     let mut request = FrameRequest::of_scene(&scene, size.0, size.1);
     request.camera = looking(eye, target);
-    request.background = Background::Color([0.02, 0.02, 0.03]);
+    request.settings.background.source = Background::Color([0.02, 0.02, 0.03]);
     request.settings.tone_map.dither = 0.0;
     Subject { name, scene, strips: vec![request], known_failure: None }
 }
@@ -157,10 +157,10 @@ fn tone_curves() -> Subject {
     let mut subject = subject("tone_curves", scene, (120, 12), Vec3::Z * 5.0, Vec3::ZERO);
     let request = &mut subject.strips[0];
     request.camera.projection = Projection::Orthographic { height_m: 1.2, near_m: 0.1, far_m: 10.0 };
-    request.environment = Environment::None;
+    request.settings.environment.source = Environment::None;
     let curves =
         [Tonemap::None, Tonemap::Neutral, Tonemap::Aces, Tonemap::Agx, Tonemap::Reinhard, Tonemap::Exponential];
-    subject.strips = curves.map(|tonemap| FrameRequest { tonemap, ..request.clone() }).to_vec();
+    subject.strips = curves.map(|tonemap| request.with(|settings| settings.tone_map.curve = tonemap)).to_vec();
     subject
 }
 
@@ -283,7 +283,7 @@ fn transparent_background() -> Subject {
     let pane = Material { base_color_factor, alpha_mode: AlphaMode::Blend, double_sided: true, ..matte([1.0; 3]) };
     put(&mut scene, cube(Vec3::new(0.8, 1.4, 0.01)), pane, Vec3::new(0.6, 0.1, 0.9));
     let mut subject = subject("transparent_background", scene, (80, 64), Vec3::new(0.2, 0.3, 4.6), Vec3::ZERO);
-    subject.strips[0].background = Background::Transparent;
+    subject.strips[0].settings.background.source = Background::Transparent;
     subject
 }
 

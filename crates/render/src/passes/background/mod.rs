@@ -3,6 +3,10 @@
 //! Reads: the environment, depth. Writes: radiance. A background colour is none of radiance: `tone_map` lays the picture
 //! over it.
 
+mod settings;
+
+pub use settings::BackgroundSettings;
+
 use crate::environment::Background;
 use crate::frame::{PicturePart, Shared};
 use crate::shader::program::ProgramError;

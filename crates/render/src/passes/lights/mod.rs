@@ -7,30 +7,15 @@
 //! compute. Writes: `lights`, `cluster_table`, `cluster_lights`; read in `lights.wgsl` alone.
 
 mod clusters;
+mod settings;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
+pub use settings::{ClusterSettings, LightCulling, LightSettings};
 
 use crate::exposure::finite_product;
 use crate::view::{DepthRange, View};
 use glam::Vec3;
 use manypass_scene::{LightKind, Scene};
-use serde::{Deserialize, Serialize};
-
-/// Settings of the lists of lights.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ClusterSettings {
-    /// The side of a tile in pixels (8 to 128).
-    pub tile_px: u32,
-    /// The number of slices along the view axis (1 to 64).
-    pub slices: u32,
-}
-
-impl Default for ClusterSettings {
-    fn default() -> Self {
-        Self { tile_px: 16, slices: 32 }
-    }
-}
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub const LIGHTS_MAX: u32 = 65_535;
@@ -38,16 +23,6 @@ pub const LIGHTS_MAX: u32 = 65_535;
 /// The number of lights of visible nodes.
 pub fn visible_count(scene: &Scene) -> usize {
     scene.visible_nodes().into_iter().filter(|id| scene.node(*id).light.is_some()).count()
-}
-
-/// How lights are kept from pixels that they do not reach.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum LightCulling {
-    /// A list for every cluster.
-    #[default]
-    Clustered,
-    /// Every pixel visits every light.
-    None,
 }
 
 /// The lights of a scene, those that no list holds first.

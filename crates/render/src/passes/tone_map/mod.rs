@@ -5,27 +5,15 @@
 //! radiance or of display colours. Writes: the output, in display colours. A background colour comes after the curve, so
 //! that it is that colour under every curve and at every exposure.
 
+mod settings;
+
 use crate::colour::srgb_from_linear;
 use crate::environment::Background;
 use crate::frame::Shared;
 use crate::shader::program::ProgramError;
 pub use crate::tone_curve::Tonemap;
 use manypass_graph::{ColorLoad, Graph, Handle};
-use serde::{Deserialize, Serialize};
-
-/// Settings of the display transform.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ToneMapSettings {
-    /// The amplitude of the dither in steps of 1/255 (0 to 2).
-    pub dither: f32,
-}
-
-impl Default for ToneMapSettings {
-    fn default() -> Self {
-        Self { dither: 1.0 }
-    }
-}
+pub use settings::ToneMapSettings;
 
 /// The uniform of `tone_map.wgsl`; a test compares the two layouts.
 #[repr(C)]

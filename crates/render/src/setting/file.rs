@@ -1,6 +1,6 @@
 //! A file of settings: TOML, whose tables are the groups of keys.
 
-use super::SettingsError;
+use super::{SettingsError, Written};
 use crate::diagnostic::Diagnostic;
 use std::ops::Range;
 use toml::Spanned;
@@ -19,7 +19,7 @@ pub struct SettingsFile {
 struct Entry {
     key: String,
     key_range: Range<usize>,
-    value: String,
+    value: Written,
     value_range: Range<usize>,
 }
 
@@ -44,7 +44,10 @@ impl SettingsFile {
     ///
     /// # Errors
     /// The first one that `set` refuses, with its place in the file.
-    pub fn apply(&self, mut set: impl FnMut(&str, &str) -> Result<(), SettingsError>) -> Result<(), Box<Diagnostic>> {
+    pub fn apply(
+        &self,
+        mut set: impl FnMut(&str, &Written) -> Result<(), SettingsError>,
+    ) -> Result<(), Box<Diagnostic>> {
         for Entry { key, key_range, value, value_range } in &self.entries {
             let Err(error) = set(key, value) else { continue };
             let range = if matches!(error, SettingsError::UnknownKey { .. }) { key_range } else { value_range };
@@ -60,13 +63,19 @@ fn collect(table: &DeTable<'_>, prefix: &str, entries: &mut Vec<Entry>) {
         match value.get_ref() {
             DeValue::Table(inner) => collect(inner, &format!("{key}."), entries),
             inner => {
-                entries.push(Entry { key, key_range: name.span(), value: value_text(inner), value_range: value.span() })
+                let written = match inner {
+                    DeValue::Array(values) => {
+                        Written::List(values.iter().map(Spanned::get_ref).map(value_text).collect())
+                    }
+                    inner => Written::Text(value_text(inner)),
+                };
+                entries.push(Entry { key, key_range: name.span(), value: written, value_range: value.span() });
             }
         }
     }
 }
 
-/// A value as the command line writes it: without quotes, and vectors without brackets.
+/// A value as the command line writes it: without quotes, and what is nested in a list without brackets.
 fn value_text(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => text.to_string(),

@@ -1,0 +1,69 @@
+//! `graph`: the passes of a frame, without drawing it for anybody.
+
+use crate::args::{FrameArgs, GraphArgs, GraphFormat};
+use crate::failure::Failure;
+use crate::inspect::one;
+use crate::request::{effect_files, effects};
+use crate::session::{self, print, still_failure};
+use crate::{camera, chosen, job, scenes};
+use manypass::gpu::Floor;
+use manypass::{EffectFile, FrameRequest, Gpu, Plan, RenderError, Renderer, Settings, View};
+use manypass_offline::still::{aov_named, aov_names};
+use manypass_scene::{Framing, Scene};
+
+/// Runs `graph`.
+///
+/// # Errors
+/// Wrong usage, an input that cannot be read, no adapter, or a frame that cannot be planned.
+pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
+    let mut files = effect_files(&args.frame.change.effects)?;
+    let settings = chosen::of_frame(&args.frame, &mut files)?;
+    job::size(&args.frame.size)?;
+    job::camera(&args.frame)?;
+    let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
+    job::check_aovs(!aovs.is_empty(), &settings)?;
+    let (mut scene, mut warnings) = one(&args.input)?.load()?;
+    scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
+    let floor = args.limits.as_deref().and_then(Floor::named);
+    let renderer = match floor {
+        None => session::open(args.adapter.as_deref())?,
+        Some(floor) => {
+            let gpu = Gpu::without_adapter(floor).map_err(|error| session::gpu_failure(&error))?;
+            Renderer::new(gpu).map_err(failed)?
+        }
+    };
+    let plan = plan(renderer, &scene, &args.frame, settings, files, &aovs)?;
+    let text = match args.format {
+        GraphFormat::Text => plan.to_text(),
+        GraphFormat::Json => plan.to_json(),
+        GraphFormat::Mermaid => plan.to_mermaid(),
+    };
+    print(&format!("{}\n", text.trim_end()))
+}
+
+fn plan(
+    mut renderer: Renderer,
+    scene: &Scene,
+    args: &FrameArgs,
+    settings: Settings,
+    files: Vec<EffectFile>,
+    aovs: &[String],
+) -> Result<Plan, Failure> {
+    let (width, height) = job::size(&args.size)?;
+    renderer.load(scene).map_err(failed)?;
+    let aspect = width as f32 / height as f32;
+    let (world_from_view, projection) =
+        camera::resolve(&job::camera(args)?, scene, &Framing::of_scene(scene), aspect, 0.0)?;
+    let request = FrameRequest {
+        settings,
+        sample_count: args.samples,
+        want_aovs: aovs.iter().filter_map(|name| aov_named(name)).collect(),
+        effects: effects(&renderer, files)?,
+        ..FrameRequest::new(width, height, View { world_from_view, projection })
+    };
+    renderer.plan(scene, &request).map_err(failed)
+}
+
+fn failed(error: RenderError) -> Failure {
+    still_failure(&error.into())
+}

@@ -1,0 +1,70 @@
+//! Settings of the environment, and how it and the background are written.
+
+use super::{Background, Environment};
+use crate::setting::{LinearColor, SettingField, SettingType, SettingValue, Written, settings};
+
+settings! {
+    /// Settings of the environment.
+    pub struct EnvironmentSettings {
+        /// What surrounds the scene; `auto` is studio, or fill (a faint studio) where the scene brings its own lights.
+        source: Environment = Environment::Auto;
+        /// Multiplies the environment.
+        intensity: f32 = 1.0, in 0.0.., unit "factor";
+    }
+}
+
+/// The words of an environment; a colour is another one.
+const ENVIRONMENTS: [(&str, Environment); 4] = [
+    ("auto", Environment::Auto),
+    ("studio", Environment::Studio),
+    ("fill", Environment::Fill),
+    ("none", Environment::None),
+];
+
+const BACKGROUNDS: [(&str, Background); 2] =
+    [("environment", Background::Environment), ("transparent", Background::Transparent)];
+
+fn read<T: Copy>(words: &[(&str, T)], color: fn([f32; 3]) -> T, written: &Written) -> Option<T> {
+    let word = written.text().and_then(|text| words.iter().find(|(word, _)| *word == text));
+    word.map(|(_, value)| *value).or_else(|| LinearColor::read(written).map(|LinearColor(linear)| color(linear)))
+}
+
+fn word<T: PartialEq>(words: &[(&str, T)], value: &T) -> SettingValue {
+    SettingValue::Text(words.iter().find(|(_, known)| known == value).map_or("", |(word, _)| word).into())
+}
+
+impl SettingField for Environment {
+    fn kind() -> SettingType {
+        SettingType::ChoiceOrColor
+    }
+
+    fn choices() -> &'static [&'static str] {
+        const { &[ENVIRONMENTS[0].0, ENVIRONMENTS[1].0, ENVIRONMENTS[2].0, ENVIRONMENTS[3].0] }
+    }
+
+    fn read(written: &Written) -> Option<Self> {
+        read(&ENVIRONMENTS, Self::Color, written)
+    }
+
+    fn value(&self) -> SettingValue {
+        if let Self::Color(linear) = self { LinearColor(*linear).value() } else { word(&ENVIRONMENTS, self) }
+    }
+}
+
+impl SettingField for Background {
+    fn kind() -> SettingType {
+        SettingType::ChoiceOrColor
+    }
+
+    fn choices() -> &'static [&'static str] {
+        const { &[BACKGROUNDS[0].0, BACKGROUNDS[1].0] }
+    }
+
+    fn read(written: &Written) -> Option<Self> {
+        read(&BACKGROUNDS, Self::Color, written)
+    }
+
+    fn value(&self) -> SettingValue {
+        if let Self::Color(linear) = self { LinearColor(*linear).value() } else { word(&BACKGROUNDS, self) }
+    }
+}

@@ -1,0 +1,172 @@
+//! What one setting is: how a pass declares it, what text and files may give it, and what is told of it.
+//!
+//! Nothing here knows a pass; [`crate::settings`] composes what the passes declare.
+
+mod color;
+mod declare;
+mod field;
+mod file;
+mod info;
+mod schema;
+
+pub use color::LinearColor;
+pub(crate) use declare::{choices, settings};
+pub use field::SettingField;
+pub use file::SettingsFile;
+pub use info::{NumberType, Scalar, SettingInfo, SettingType, SettingValue};
+pub use schema::schema;
+
+use crate::diagnostic::Diagnostic;
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _};
+use serde::ser::{SerializeMap, Serializer};
+use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
+
+/// A setting was refused.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum SettingsError {
+    /// No setting has that key.
+    #[error("no setting is called `{key}`; did you mean `{nearest}`?")]
+    UnknownKey {
+        /// The key that was given.
+        key: String,
+        /// The key most like it.
+        nearest: String,
+    },
+    /// The value has another type or lies outside its range.
+    #[error("`{value}` is no value of `{key}`, which takes {expected}")]
+    BadValue {
+        /// The key.
+        key: String,
+        /// The value that was given.
+        value: String,
+        /// The type and the range, in words.
+        expected: String,
+    },
+    /// A file of settings is wrong.
+    #[error(transparent)]
+    File(#[from] Box<Diagnostic>),
+}
+
+/// A value as somebody wrote it: on the command line, where commas stand between the parts of a vector or list, or in a
+/// file, where a list keeps its parts apart.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(from = "SettingValue")]
+pub enum Written {
+    /// One text.
+    Text(String),
+    /// The texts of the parts of a list.
+    List(Vec<String>),
+}
+
+impl Written {
+    /// The text, without space around it; none of a list.
+    pub fn text(&self) -> Option<&str> {
+        if let Self::Text(text) = self { Some(text.trim()) } else { None }
+    }
+
+    /// The parts of a list, or of a text with commas between them; an empty text has none.
+    pub fn parts(&self) -> Vec<&str> {
+        match self {
+            Self::Text(text) if text.trim().is_empty() => Vec::new(),
+            Self::Text(text) => text.split(',').map(str::trim).collect(),
+            Self::List(parts) => parts.iter().map(|part| part.trim()).collect(),
+        }
+    }
+}
+
+impl From<&str> for Written {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl From<SettingValue> for Written {
+    fn from(value: SettingValue) -> Self {
+        match value {
+            SettingValue::List(values) => Self::List(values.iter().map(ToString::to_string).collect()),
+            SettingValue::Integers(values) => Self::List(values.iter().map(ToString::to_string).collect()),
+            SettingValue::Numbers(values) => Self::List(values.iter().map(ToString::to_string).collect()),
+            value => Self::Text(value.to_string()),
+        }
+    }
+}
+
+impl Display for Written {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text.trim()),
+            Self::List(parts) => f.write_str(&parts.join(",")),
+        }
+    }
+}
+
+/// The settings of one pass; the macro `settings!` makes it.
+pub trait Group {
+    /// What is declared. Keys are names of fields.
+    fn declared() -> Vec<SettingInfo>
+    where
+        Self: Sized;
+
+    /// The value of a field.
+    fn value(&self, field: &str) -> Option<SettingValue>;
+
+    /// Gives a field the value that was written; `info` is what is declared of it, with its whole key.
+    ///
+    /// # Errors
+    /// No field has that name, or the value is none of its type or outside its range.
+    fn give(&mut self, field: &str, info: &SettingInfo, written: &Written) -> Result<(), SettingsError>;
+}
+
+/// A group as a map of its fields.
+pub(crate) fn serialize_group<G: Group, S: Serializer>(group: &G, serializer: S) -> Result<S::Ok, S::Error> {
+    let infos = G::declared();
+    let mut map = serializer.serialize_map(Some(infos.len()))?;
+    for info in &infos {
+        map.serialize_entry(&info.key, &group.value(&info.key))?;
+    }
+    map.end()
+}
+
+/// A group of a map of its fields: what is left out has its default, and ranges are checked.
+pub(crate) fn deserialize_group<'de, G: Group + Default, D: Deserializer<'de>>(deserializer: D) -> Result<G, D::Error> {
+    let infos = G::declared();
+    let mut group = G::default();
+    for (field, written) in BTreeMap::<String, Written>::deserialize(deserializer)? {
+        let info = infos.iter().find(|info| info.key == field);
+        let known = || infos.iter().map(|info| &*info.key);
+        let info = info.ok_or_else(|| D::Error::custom(unknown_key(&field, known())))?;
+        group.give(&field, info, &written).map_err(D::Error::custom)?;
+    }
+    Ok(group)
+}
+
+/// The error of a key that is not among `known`.
+pub(crate) fn unknown_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> SettingsError {
+    SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key, known).unwrap_or_default().into() }
+}
+
+/// The known key with the smallest edit distance (Levenshtein 1966); where the key's last part is that of known keys, among
+/// those.
+fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+    let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
+    known.min_by_key(|known| (last(known) != last(key), edit_distance(key, known)))
+}
+
+fn edit_distance(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.bytes().enumerate() {
+            let above = row[j + 1];
+            row[j + 1] = (above + 1).min(row[j] + 1).min(diagonal + usize::from(x != y));
+            diagonal = above;
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,100 @@
+//! A JSON Schema of files of settings, by which editors complete and check them.
+
+use super::{LinearColor, NumberType, Scalar, SettingInfo, SettingType};
+use serde_json::{Map, Value, json};
+
+/// The schema (draft 2020-12) of a file that may hold all of `infos`: their dotted keys as nested tables.
+///
+/// It is made of the descriptions that all else is made of, because those of effects are known only at run time.
+pub fn schema<'i>(infos: impl IntoIterator<Item = &'i SettingInfo>) -> Value {
+    let mut tables = Table::default();
+    for info in infos {
+        tables.insert(&info.key, described(info));
+    }
+    let mut root = tables.schema();
+    root.insert("$schema".into(), "https://json-schema.org/draft/2020-12/schema".into());
+    root.insert("title".into(), "Settings of Manypass".into());
+    Value::Object(root)
+}
+
+/// What a table of a file may hold.
+#[derive(Default)]
+struct Table {
+    tables: Vec<(String, Table)>,
+    values: Map<String, Value>,
+}
+
+impl Table {
+    fn insert(&mut self, key: &str, value: Value) {
+        let Some((name, rest)) = key.split_once('.') else {
+            self.values.insert(key.into(), value);
+            return;
+        };
+        let index = self.tables.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
+            self.tables.push((name.into(), Table::default()));
+            self.tables.len() - 1
+        });
+        self.tables[index].1.insert(rest, value);
+    }
+
+    fn schema(self) -> Map<String, Value> {
+        let mut properties = self.values;
+        properties.extend(self.tables.into_iter().map(|(name, table)| (name, Value::Object(table.schema()))));
+        let mut schema = Map::new();
+        schema.insert("type".into(), "object".into());
+        schema.insert("additionalProperties".into(), false.into());
+        schema.insert("properties".into(), Value::Object(properties));
+        schema
+    }
+}
+
+/// One setting: its type, and what is said of it.
+fn described(info: &SettingInfo) -> Value {
+    let mut value = typed(info, &info.kind);
+    let unit = info.unit.as_ref().map(|unit| format!(" Unit: {unit}.")).unwrap_or_default();
+    let needs = info.needs.iter().map(|needs| format!(" Needs {needs}.")).collect::<String>();
+    value["description"] = format!("{}{unit}{needs}", info.doc).into();
+    if let Some(default) = &info.default {
+        value["default"] = json!(default);
+    }
+    value
+}
+
+fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
+    let color = || {
+        let linear =
+            json!({ "type": "array", "items": { "type": "number", "minimum": 0 }, "minItems": 3, "maxItems": 3 });
+        vec![json!({ "type": "string", "pattern": LinearColor::PATTERN }), linear]
+    };
+    let words = || json!({ "enum": info.choices });
+    match kind {
+        SettingType::Number(NumberType { scalar, count }) => {
+            let mut number = json!({ "type": if *scalar == Scalar::F32 { "number" } else { "integer" } });
+            info.min.inspect(|min| number["minimum"] = whole(*min));
+            info.max.inspect(|max| number["maximum"] = whole(*max));
+            if *count == 1 {
+                return number;
+            }
+            json!({ "type": "array", "items": number, "minItems": count, "maxItems": count })
+        }
+        SettingType::Boolean => json!({ "type": "boolean" }),
+        SettingType::Choice => words(),
+        SettingType::Color => json!({ "anyOf": color() }),
+        SettingType::ChoiceOrColor => {
+            let both = [vec![words()], color()].concat();
+            json!({ "anyOf": both })
+        }
+        SettingType::Exposure => json!({ "anyOf": [
+            words(),
+            { "type": "number", "minimum": -64, "maximum": 64 },
+            { "type": "string", "pattern": r"^auto[+-][0-9]+(\.[0-9]+)?$" },
+        ] }),
+        SettingType::Text | SettingType::Path => json!({ "type": "string" }),
+        SettingType::List(entry) => json!({ "type": "array", "items": typed(info, entry) }),
+    }
+}
+
+/// A number without `.0`.
+fn whole(number: f64) -> Value {
+    if number.fract() == 0.0 && number.abs() < 1e15 { json!(number as i64) } else { json!(number) }
+}
