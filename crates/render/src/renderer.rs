@@ -159,6 +159,12 @@ impl Renderer {
         self.memory_budget_bytes = bytes;
     }
 
+    /// Bytes of the textures that the renderer keeps for the frame's passes between frames: at most twice what the last
+    /// frame's plan takes, whatever sizes came before.
+    pub fn pool_bytes(&self) -> u64 {
+        self.executor.pool_bytes()
+    }
+
     /// Waits until everything submitted is done.
     pub fn wait(&self) {
         self.gpu.wait();

@@ -177,7 +177,7 @@ pub struct PairCounts {
     pub pairs_visited: u64,
     /// Reflectance evaluated.
     pub pairs_shaded: u64,
-    /// The pixel lies within the light's range.
+    /// The pixel lies within the light's range, and within its cone.
     pub pairs_in_range: u64,
 }
 

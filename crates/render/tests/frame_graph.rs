@@ -129,6 +129,28 @@ fn after_fifty_sizes_the_pool_holds_at_most_twice_the_plan() {
 }
 
 #[test]
+fn after_fifty_sizes_a_renderer_holds_at_most_twice_the_plan() {
+    let scene = manypass_testkit::scenes::one_light_on_one_plane().scene;
+    let mut renderer = common::renderer();
+    renderer.load(&scene).expect("loads");
+    let mut largest = 0;
+    for side in (16..66).chain((16..66).rev().step_by(5)) {
+        let mut request = common::plain_request(&scene, (side, side));
+        // Variables, another shaded size and metering have textures of their own.
+        request.want_aovs = if side % 2 == 0 { vec![manypass::Aov::Motion, manypass::Aov::ObjectId] } else { vec![] };
+        request.settings.render.scale = if side % 3 == 0 { 0.5 } else { 1.0 };
+        if side % 10 == 0 {
+            renderer.meter(&scene, &request).expect("meters");
+        }
+        renderer.render(&scene, &request).expect("renders");
+        let (held, planned) = (renderer.pool_bytes(), renderer.stats().texture_bytes);
+        assert!(planned > 0 && held <= 2 * planned, "{side}: {held} bytes are held, {planned} are planned");
+        largest = largest.max(held);
+    }
+    assert!(renderer.pool_bytes() < largest / 4, "the pool grows and shrinks");
+}
+
+#[test]
 fn one_target_is_copied_into_a_texture_while_passes_stay_merged() {
     let mut bench = Bench::new();
     let desc = TextureDesc::new_2d(8, 8, F::Rgba8Unorm);

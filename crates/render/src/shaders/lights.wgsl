@@ -39,6 +39,7 @@ struct LightSums {
     radiance: vec3f,
     visited: f32,
     shaded: f32,
+    // Within the light's range and cone; counted only where pairs are.
     in_range: f32,
 }
 
@@ -78,8 +79,12 @@ fn punctual_radiance(index: u32, position_world: vec3f, shading: Shading, sums: 
     if distance_squared * place.w > 1.0 {
         return;
     }
-    (*sums).in_range += 1.0;
     let to_light = towards * inverseSqrt(max(distance_squared, 1e-12));
+    @if(counting) {
+        let scale = textureLoad(lights, texel + vec2i(1, 0), 0).w;
+        let axis = textureLoad(lights, texel + vec2i(2, 0), 0);
+        (*sums).in_range += select(0.0, 1.0, dot(axis.xyz, -to_light) * scale + axis.w > 0.0);
+    }
     if dot(shading.normal, to_light) <= 0.0 {
         return;
     }

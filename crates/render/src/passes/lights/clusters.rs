@@ -1,5 +1,6 @@
 //! Which lights touch which clusters.
 
+use super::reach::{Cone, Frustum, Reach};
 use super::{ClusterSettings, LightTable};
 use crate::frame_buffers::{LIST_WIDTH, TABLE_WIDTH};
 use crate::view::{DepthRange, View};
@@ -126,17 +127,16 @@ impl ClusterLists {
         settings: &ClusterSettings,
         limits: ListLimits,
     ) -> Self {
-        if table.spheres.is_empty() {
+        if table.reaches.is_empty() {
             return Self::everything(table, target.size);
         }
         let mut settings = settings.clone();
         let view_from_world = view.world_from_view.inverse();
-        let spheres: Vec<(Vec3, f32)> =
-            table.spheres.iter().map(|(center, radius)| (view_from_world.transform_point3(*center), *radius)).collect();
+        let reaches: Vec<Reach> = table.reaches.iter().map(|reach| reach.transformed(&view_from_world)).collect();
         let (grid, spans) = loop {
             let grid = Grid::new(view, range, target, &settings);
             let fits = grid.row_count() * grid.tiles[0] as usize <= limits.clusters;
-            let spans = if fits { grid.all_spans(&spheres, table.global_count, limits.entries) } else { None };
+            let spans = if fits { grid.all_spans(&reaches, table.global_count, limits.entries) } else { None };
             match spans {
                 Some(spans) => break (grid, spans),
                 None if grid.row_count() == 1 && grid.tiles[0] == 1 => return Self::everything(table, target.size),
@@ -231,15 +231,14 @@ impl Grid {
         self.tiles[1] as usize * self.slices() as usize
     }
 
-    /// The spans of all spheres, in the order of the lights; none if the lists would get too long.
-    fn all_spans(&self, spheres: &[(Vec3, f32)], first_light: u32, entries_max: usize) -> Option<Vec<Vec<Span>>> {
+    /// The spans of all lights, in the order of the lights; none if the lists would get too long.
+    fn all_spans(&self, reaches: &[Reach], first_light: u32, entries_max: usize) -> Option<Vec<Vec<Span>>> {
         let collect = |part: Range<usize>| {
             let mut spans = Vec::with_capacity(part.len() * 32);
             let mut entries = 0;
             for index in part {
                 let counted = spans.len();
-                let (center, radius) = spheres[index];
-                self.spans(center, radius, (first_light as usize + index) as u16, &mut spans);
+                self.spans(&reaches[index], (first_light as usize + index) as u16, &mut spans);
                 entries += spans[counted..].iter().map(|span| usize::from(span.end - span.first)).sum::<usize>();
                 if entries > entries_max {
                     return None;
@@ -248,7 +247,7 @@ impl Grid {
             Some((spans, entries))
         };
         let results: Option<Vec<_>> =
-            in_parallel(parts(spheres.len(), LIGHTS_PER_THREAD_MIN), collect).into_iter().collect();
+            in_parallel(parts(reaches.len(), LIGHTS_PER_THREAD_MIN), collect).into_iter().collect();
         let results = results?;
         let total: usize = results.iter().map(|(_, entries)| entries).sum();
         (total <= entries_max).then(|| results.into_iter().map(|(spans, _)| spans).collect())
@@ -299,9 +298,9 @@ impl Grid {
         (table, lights)
     }
 
-    /// Appends the spans of a sphere, `center` in view space.
-    fn spans(&self, center: Vec3, radius: f32, light: u16, spans: &mut Vec<Span>) {
-        let radius = radius * RADIUS_SLACK;
+    /// Appends the spans of a light, whose reach is in view space.
+    fn spans(&self, reach: &Reach, light: u16, spans: &mut Vec<Span>) {
+        let (center, radius) = (reach.center, reach.radius_m * RADIUS_SLACK);
         let distance = -center.z;
         if distance + radius <= 0.0 {
             return;
@@ -313,7 +312,14 @@ impl Grid {
         };
         for slice in slice_of(distance - radius)..=slice_of(distance + radius) {
             let edges = (self.slice_edges_m[slice as usize], self.slice_edges_m[slice as usize + 1]);
-            self.slice_spans(center, radius, edges, slice, light, spans);
+            let frustum = match reach.cone {
+                None => None,
+                Some(cone) => match Self::in_slice(cone, edges) {
+                    None => continue,
+                    frustum => frustum,
+                },
+            };
+            self.slice_spans(center, radius, frustum, (slice, edges), light, spans);
         }
     }
 
@@ -321,8 +327,8 @@ impl Grid {
         &self,
         center: Vec3,
         radius: f32,
-        (d0, d1): (f32, f32),
-        slice: u32,
+        frustum: Option<Frustum>,
+        (slice, (d0, d1)): (u32, (f32, f32)),
         light: u16,
         spans: &mut Vec<Span>,
     ) {
@@ -341,11 +347,36 @@ impl Grid {
             if chord_squared < 0.0 {
                 continue;
             }
-            let (x0, x1) = self.tile_range(center.x, chord_squared.sqrt(), &section, 0);
+            let (mut x0, mut x1) = self.tile_range(center.x, chord_squared.sqrt(), &section, 0);
+            if let Some(frustum) = frustum {
+                let (first, end) = self.in_row(frustum, tile_y, &section);
+                (x0, x1) = (x0.max(first), x1.min(end));
+            }
             if x0 < x1 {
                 spans.push(Span { row: slice * self.tiles[1] + tile_y, light, first: x0 as u16, end: x1 as u16 });
             }
         }
+    }
+
+    /// The part of a cone that lies in a slice; none if nothing does.
+    fn in_slice(cone: Cone, (d0, d1): (f32, f32)) -> Option<Frustum> {
+        let part = cone.whole().clipped(Vec3::NEG_Z, d0)?;
+        if d1.is_finite() { part.clipped(Vec3::Z, -d1) } else { Some(part) }
+    }
+
+    /// The tiles of a row that a part of a cone touches.
+    fn in_row(&self, frustum: Frustum, tile_y: u32, section: &Section) -> (u32, u32) {
+        let [top, bottom] = self.row_planes[tile_y as usize];
+        // Between the planes −y = top and −y = bottom; with perspective they go through the eye: −y = top · −z.
+        let part = if self.orthographic {
+            frustum.clipped(Vec3::NEG_Y, top).and_then(|part| part.clipped(Vec3::Y, -bottom))
+        } else {
+            let part = frustum.clipped(Vec3::new(0.0, -1.0, top), 0.0);
+            part.and_then(|part| part.clipped(Vec3::new(0.0, 1.0, -bottom), 0.0))
+        };
+        let Some(part) = part else { return (0, 0) };
+        let [low, high] = part.extent(Vec3::X);
+        self.tile_range(0.5 * (low + high), 0.5 * (high - low), section, 0)
     }
 
     /// The tiles that the interval `middle` ± `half` covers in the section.
@@ -408,7 +439,7 @@ fn fill_row(
 mod tests {
     use super::*;
     use glam::Mat4;
-    use manypass_scene::Projection;
+    use manypass_scene::{LightKind, Projection};
 
     const UNLIMITED: ListLimits = ListLimits { entries: usize::MAX, clusters: usize::MAX };
 
@@ -420,13 +451,39 @@ mod tests {
         ((hash ^ (hash >> 16)) >> 8) as f32 / (1u32 << 24) as f32
     }
 
+    /// Two lights without range, and then so many spots: the half angle, at most 90°, and the range by number.
+    fn table(count: u32, outer_cone_rad: impl Fn(u32) -> Option<f32>) -> LightTable {
+        let mut table = LightTable { texels: vec![[0.0; 4]; 8], global_count: 2, ..Default::default() };
+        for i in 0..count {
+            let position = Vec3::new(18.0 * unit(i, 1) - 9.0, 10.0 * unit(i, 2) - 5.0, -24.0 * unit(i, 3));
+            let direction = Vec3::new(unit(i, 8) - 0.5, unit(i, 9) - 0.5, unit(i, 10) - 0.5).normalize_or(Vec3::X);
+            let range_m = (0.1 + 0.4 * unit(i, 4)) * if outer_cone_rad(i).is_some() { 3.0 } else { 1.0 };
+            let cos = outer_cone_rad(i).map_or(-2.0, f32::cos);
+            let kind = match outer_cone_rad(i) {
+                Some(outer_cone_rad) => LightKind::Spot { inner_cone_rad: 0.0, outer_cone_rad },
+                None => LightKind::Point,
+            };
+            table.reaches.push(Reach::of_light(kind, position, direction, range_m));
+            table.texels.extend([position.extend(range_m).to_array(), direction.extend(cos).to_array()]);
+            table.texels.extend([[0.0; 4]; 2]);
+        }
+        table
+    }
+
     fn lights(count: u32) -> LightTable {
-        let sphere = |i| {
-            let center = Vec3::new(18.0 * unit(i, 1) - 9.0, 10.0 * unit(i, 2) - 5.0, -24.0 * unit(i, 3));
-            (center, 0.1 + 0.4 * unit(i, 4))
-        };
-        let texels = vec![[0.0; 4]; 4 * (count as usize + 2)];
-        LightTable { texels, spheres: (0..count).map(sphere).collect(), global_count: 2, ..Default::default() }
+        table(count, |_| None)
+    }
+
+    fn spots(count: u32) -> LightTable {
+        table(count, |i| Some(1.5 * unit(i, 11)))
+    }
+
+    /// Whether a light of [`table`] reaches a point.
+    fn is_reached(texels: &[[f32; 4]], place: Vec3) -> bool {
+        let [x, y, z, range_m] = texels[0];
+        let [axis_x, axis_y, axis_z, cos] = texels[1];
+        let offset = place - Vec3::new(x, y, z);
+        offset.length() < range_m && Vec3::new(axis_x, axis_y, axis_z).dot(offset) > cos * offset.length()
     }
 
     fn cases() -> Vec<(View, DepthRange, Target)> {
@@ -456,8 +513,9 @@ mod tests {
     #[test]
     fn every_light_that_reaches_a_point_is_in_its_cluster_once() {
         let settings = ClusterSettings::default();
-        let table = lights(3000);
-        for (view, range, target) in cases() {
+        for (table, view, range, target) in [lights(3000), spots(3000)].into_iter().flat_map(|table| {
+            cases().into_iter().map(move |(view, range, target)| (table.clone(), view, range, target))
+        }) {
             let lists = ClusterLists::build(&table, &view, range, &target, &settings, UNLIMITED);
             let [across, down, slices, tile_px] = lists.uniform.size;
             let mut reached = 0;
@@ -473,8 +531,8 @@ mod tests {
                 let list = &lists.lights[first as usize..(first + count) as usize];
                 assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "a list is in the order of the lights");
                 let place = point(&view, &target, pixel, distance);
-                for (index, (center, radius)) in table.spheres.iter().enumerate() {
-                    if center.distance(place) < *radius {
+                for (index, texels) in table.texels.chunks_exact(4).skip(2).enumerate() {
+                    if is_reached(texels, place) {
                         reached += 1;
                         assert!(list.contains(&(index as u16 + 2)), "light {index} at {place}");
                     }

@@ -4,12 +4,14 @@
 //! Billeter & Assarsson 2012, "Clustered Deferred and Forward Shading"). A light is put into a cluster if its sphere
 //! touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row of
 //! tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has no
-//! compute. Writes: `lights`, `cluster_table`, `cluster_lights`; read in `lights.wgsl` alone.
+//! compute. A spot must touch the cluster with its cone, too. Writes: `lights`, `cluster_table`, `cluster_lights`; read in `lights.wgsl` alone.
 
 mod clusters;
+mod reach;
 mod settings;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
+pub use reach::{Cone, Reach};
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
 
 use crate::exposure::finite_product;
@@ -30,8 +32,8 @@ pub fn visible_count(scene: &Scene) -> usize {
 pub struct LightTable {
     /// Four texels a light: position and 1/range², intensity and cone scale, direction and cone offset, zero.
     pub texels: Vec<[f32; 4]>,
-    /// Position and range of every light that has one.
-    pub spheres: Vec<(Vec3, f32)>,
+    /// What every light reaches that has a range, in world space.
+    pub reaches: Vec<Reach>,
     /// The number of directional lights.
     pub directional_count: u32,
     /// The number of lights before the first that has a range.
@@ -43,7 +45,7 @@ impl LightTable {
     /// only every n-th light, beginning with the k-th.
     pub fn new(scene: &Scene, pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
         let mut classes: [Vec<[[f32; 4]; 4]>; 3] = Default::default();
-        let mut spheres = Vec::new();
+        let mut reaches = Vec::new();
         let mut number = 0;
         for id in scene.visible_nodes() {
             if number == LIGHTS_MAX {
@@ -77,7 +79,7 @@ impl LightTable {
                 (LightKind::Directional, _) => 0,
                 (_, None) => 1,
                 (_, Some(range)) => {
-                    spheres.push((position, range));
+                    reaches.push(Reach::of_light(light.kind, position, direction, range));
                     2
                 }
             };
@@ -85,7 +87,7 @@ impl LightTable {
         }
         let directional_count = classes[0].len() as u32;
         let global_count = directional_count + classes[1].len() as u32;
-        Self { texels: classes.into_iter().flatten().flatten().collect(), spheres, directional_count, global_count }
+        Self { texels: classes.into_iter().flatten().flatten().collect(), reaches, directional_count, global_count }
     }
 
     /// The number of lights.
