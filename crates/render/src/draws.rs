@@ -6,6 +6,7 @@ use crate::view::ViewUniform;
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
 use manypass_scene::{Aabb, NodeId, Scene, Topology};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The corners of the square around the disc of a point.
@@ -53,13 +54,51 @@ pub struct DrawList {
     pub triangles: u64,
 }
 
-/// Transforms of skins and weights of morph targets of all nodes.
+/// Transforms of skins and weights of morph targets of all nodes, the same for all views of a frame.
 #[derive(Debug, Default)]
 pub struct Deformation {
     /// Rows of `world_from_mesh`, three a joint.
     pub joint_rows: Vec<[f32; 4]>,
     /// Weights.
     pub morph_weights: Vec<f32>,
+    /// Where those of a node lie.
+    nodes: HashMap<NodeId, Deformed>,
+}
+
+/// Where a node finds its joints and weights.
+#[derive(Clone, Copy, Debug, Default)]
+struct Deformed {
+    joints: Option<Joints>,
+    first_weight: Option<u32>,
+}
+
+impl Deformation {
+    /// Of all `nodes` of `scene` that draw something deformed.
+    pub fn new(scene: &Scene, resources: &SceneResources, nodes: &[NodeId]) -> Self {
+        let mut deformation = Self::default();
+        for id in nodes {
+            let node = scene.node(*id);
+            let Some(mesh) = node.mesh else { continue };
+            let (Some(primitives), Some(source)) = (resources.geometry.meshes.get(mesh), scene.meshes.get(mesh)) else {
+                continue;
+            };
+            let mut of_node = Deformed::default();
+            for primitive in primitives {
+                if let (Some(skin), true, None) = (node.skin, primitive.skin.is_some(), of_node.joints) {
+                    of_node.joints = Some(Joints::append(scene, skin, &mut deformation));
+                }
+                if primitive.morph_count > 0 && of_node.first_weight.is_none() {
+                    let weights =
+                        if node.morph_weights.is_empty() { &source.default_morph_weights } else { &node.morph_weights };
+                    of_node.first_weight = Some(append_weights(weights, primitive.morph_count, &mut deformation));
+                }
+            }
+            if of_node.joints.is_some() || of_node.first_weight.is_some() {
+                deformation.nodes.insert(*id, of_node);
+            }
+        }
+        deformation
+    }
 }
 
 struct Candidate<'a> {
@@ -72,11 +111,17 @@ struct Candidate<'a> {
 }
 
 impl DrawList {
-    /// Everything of `scene` that `view` may show.
-    pub fn new(scene: &Scene, resources: &SceneResources, view: &ViewUniform, deformation: &mut Deformation) -> Self {
+    /// Everything of the visible `nodes` of `scene` that `view` may show.
+    pub fn new(
+        scene: &Scene,
+        resources: &SceneResources,
+        nodes: &[NodeId],
+        deformation: &Deformation,
+        view: &ViewUniform,
+    ) -> Self {
         let mut candidates = Vec::new();
-        for id in scene.visible_nodes() {
-            collect(scene, resources, view, id, deformation, &mut candidates);
+        for id in nodes {
+            collect(scene, resources, view, *id, deformation, &mut candidates);
         }
         let (mut blended, mut opaque): (Vec<_>, Vec<_>) =
             candidates.into_iter().partition(|candidate| candidate.blended);
@@ -124,16 +169,13 @@ fn collect<'a>(
     resources: &'a SceneResources,
     view: &ViewUniform,
     id: NodeId,
-    deformation: &mut Deformation,
+    deformation: &Deformation,
     candidates: &mut Vec<Candidate<'a>>,
 ) {
     let node = scene.node(id);
     let Some(mesh) = node.mesh else { return };
-    let (Some(primitives), Some(source)) = (resources.geometry.meshes.get(mesh), scene.meshes.get(mesh)) else {
-        return;
-    };
-    let mut joints = None;
-    let mut first_weight = None;
+    let Some(primitives) = resources.geometry.meshes.get(mesh) else { return };
+    let deformed = deformation.nodes.get(&id).copied().unwrap_or_default();
     for (index, primitive) in primitives.iter().enumerate() {
         let is_skinned = node.skin.is_some() && primitive.skin.is_some();
         let is_deformed = is_skinned || primitive.morph_count > 0;
@@ -147,15 +189,11 @@ fn collect<'a>(
         instance.ids = [(id.0 + 1) | without_normals, u32::MAX, 0, primitive.morph_count];
         instance.morph = [primitive.morph_first, primitive.vertex_count];
         let mut mirrored = matrix.determinant() < 0.0;
-        if let (true, Some(skin)) = (is_skinned, node.skin) {
-            let joints = joints.get_or_insert_with(|| Joints::append(scene, skin, deformation));
+        if let (true, Some(joints)) = (is_skinned, deformed.joints) {
             (instance.ids[1], mirrored) = (joints.first, joints.mirrored);
         }
-        if primitive.morph_count > 0 {
-            let weights =
-                if node.morph_weights.is_empty() { &source.default_morph_weights } else { &node.morph_weights };
-            instance.ids[2] =
-                *first_weight.get_or_insert_with(|| append_weights(weights, primitive.morph_count, deformation));
+        if let (true, Some(first_weight)) = (primitive.morph_count > 0, deformed.first_weight) {
+            instance.ids[2] = first_weight;
         }
         let (material, properties) = resources.material_of(primitive);
         // A skin's joints place the mesh; the node's own transform does not.
@@ -192,6 +230,7 @@ fn program_key(resources: &SceneResources, material: usize, is_deformed: bool) -
 }
 
 /// The joints of a skin in the table.
+#[derive(Clone, Copy, Debug)]
 struct Joints {
     first: u32,
     /// Whether most of them turn triangles around; a mesh has one winding, so the others have to do with it.

@@ -7,13 +7,13 @@ mod uniforms;
 
 pub use file::EffectFile;
 
-use crate::frame::Shared;
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::gpu::Gpu;
+use crate::record::Recorder;
 use crate::settings::{SettingInfo, SettingValue, Settings, SettingsError, Written};
-use crate::shader::program::{FullscreenPipeline, Program, ProgramError};
+use crate::shader::program::{FrameLayout, FullscreenPipeline, Program, ProgramError};
 use crate::shader::{compose, locate};
-use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use uniforms::{Block, OWN_GROUP, Uniforms};
@@ -31,8 +31,7 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
     /// A program that does not compile, or declares what nobody binds.
     fn record<'f>(
         &'f self,
-        graph: &mut Graph<'f>,
-        shared: &'f Shared<'f>,
+        r: &mut Recorder<'_, 'f>,
         gbuffer: Option<&Gbuffer>,
         radiance: Handle,
     ) -> Result<Handle, ProgramError>;
@@ -107,9 +106,10 @@ impl WgslEffect {
         #[cfg(not(target_arch = "wasm32"))]
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let triangle = compose::source("fullscreen", &[]).map_err(&invalid)?;
-        let triangle = Program::new(&gpu.device, "fullscreen", triangle)?;
+        let frame = FrameLayout::new(&gpu.device);
+        let triangle = Program::new(&frame, "fullscreen", triangle)?;
         let composed = locate::composed(&text);
-        let program = Arc::new(Program::from_parsed(&gpu.device, &name, &composed, &module, slots));
+        let program = Arc::new(Program::from_parsed(&frame, &name, &composed, &module, slots)?);
         let pipeline = FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, RADIANCE, None, None);
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(error) = pollster::block_on(scope.pop()) {
@@ -214,27 +214,25 @@ pub fn set(
 impl Effect for WgslEffect {
     fn record<'f>(
         &'f self,
-        graph: &mut Graph<'f>,
-        shared: &'f Shared<'f>,
+        r: &mut Recorder<'_, 'f>,
         gbuffer: Option<&Gbuffer>,
         radiance: Handle,
     ) -> Result<Handle, ProgramError> {
-        if !shared.gpu.is_same(&self.gpu) {
+        if !r.frame.gpu.is_same(&self.gpu) {
             let message = "it was compiled for another device than that of `Renderer::gpu`".into();
             return Err(ProgramError::Misplaced { pass: self.name().into(), message });
         }
         if let Some((_, missing)) = self.uniforms().missing() {
             return Err(Box::new(missing.clone()).into());
         }
-        let step = shared.own_fullscreen(&self.pipeline, self.own_group.as_ref())?;
         let offered = textures(gbuffer, &radiance);
         let TextureDesc { width, height, .. } = radiance.desc();
-        let target = graph.texture(format!("{}.radiance", self.name()), TextureDesc::new_2d(width, height, RADIANCE));
-        let mut pass = graph.pass(self.name().to_owned());
-        let mut reads = Vec::new();
+        let desc = TextureDesc::new_2d(width, height, RADIANCE);
+        let target = r.texture_of(format!("{}.radiance", self.name()), desc);
+        let mut step = r.own_fullscreen(self.name().to_owned(), self.pipeline.clone(), self.own_group.clone());
         for slot in self.pipeline.program.slots(1) {
             match offered.iter().find(|(name, _)| *name == slot.name) {
-                Some((name, handle)) => reads.push((*name, pass.read(handle))),
+                Some((name, handle)) => step = step.read(name, handle),
                 None if slot.name.ends_with("_clamp") => {}
                 None => {
                     let known: Vec<_> = offered.iter().map(|(name, _)| *name).collect();
@@ -247,14 +245,7 @@ impl Effect for WgslEffect {
                 }
             }
         }
-        let output = pass.color(target, ColorLoad::Discard);
-        pass.draw(move |context| {
-            let linear = shared.frame_resources.iter().find(|(name, _)| *name == "linear_clamp").cloned();
-            let nearest = ("nearest_clamp", wgpu::BindingResource::Sampler(shared.nearest_clamp));
-            let samplers: Vec<_> = linear.into_iter().chain([nearest]).collect();
-            step.draw(context, &reads, &samplers);
-        });
-        Ok(output)
+        step.draw_into(target, ColorLoad::Discard)
     }
 }
 

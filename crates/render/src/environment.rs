@@ -161,3 +161,20 @@ impl EnvironmentUniform {
         self.constant == Vec3::ZERO && self.boxes.iter().all(|soft_box| soft_box.power == Vec3::ZERO)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("forward", "SoftBox", SoftBox, [axis, irradiance_fit, power, padding]);
+        assert_same_layout!(
+            "forward",
+            "Environment",
+            EnvironmentUniform,
+            [constant, padding, boxes, backdrop_below, backdrop_above]
+        );
+    }
+}

@@ -1,6 +1,7 @@
 //! The G-buffer: 12 bytes a pixel beside radiance and depth. Packed and unpacked in `gbuffer.wgsl` alone.
 
-use manypass_graph::{Handle, Pass, Read};
+use crate::record::Fullscreen;
+use manypass_graph::Handle;
 
 /// The format of `base_color`: base colour, occlusion of the material.
 pub const BASE_COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -26,35 +27,27 @@ pub struct Gbuffer {
     pub linear_depth: Handle,
 }
 
-/// The G-buffer as a pass reads it.
-#[derive(Clone, Copy, Debug)]
-pub struct GbufferReads {
-    base_color: Read,
-    normal: Read,
-    material: Read,
-    linear_depth: Read,
-}
-
 impl Gbuffer {
-    /// Declares that `pass` reads the whole G-buffer.
-    pub fn read(&self, pass: &mut Pass<'_, '_>) -> GbufferReads {
-        GbufferReads {
-            base_color: pass.read(&self.base_color),
-            normal: pass.read(&self.normal),
-            material: pass.read(&self.material),
-            linear_depth: pass.read(&self.linear_depth),
-        }
+    /// Declares that `step` reads the whole G-buffer, under the names of `gbuffer_textures.wgsl`.
+    pub fn read_by<'r, 'f>(&self, step: Fullscreen<'r, 'f>) -> Fullscreen<'r, 'f> {
+        step.read("base_color", &self.base_color)
+            .read("normal", &self.normal)
+            .read("material", &self.material)
+            .read("linear_depth", &self.linear_depth)
     }
 }
 
-impl GbufferReads {
-    /// The names of `gbuffer_textures.wgsl` with what they stand for.
-    pub fn named(self) -> [(&'static str, Read); 4] {
-        [
-            ("base_color", self.base_color),
-            ("normal", self.normal),
-            ("material", self.material),
-            ("linear_depth", self.linear_depth),
-        ]
-    }
+/// What the shaded view consists of.
+#[derive(Debug)]
+pub struct ViewOutputs {
+    /// Scene-linear radiance, pre-exposed; alpha is coverage.
+    pub radiance: Handle,
+    /// The G-buffer; none on the forward path.
+    pub gbuffer: Option<Gbuffer>,
+    /// What surfaces emit, pre-exposed, if a variable needs it.
+    pub emission: Option<Handle>,
+    /// Nodes and materials, if a variable needs them.
+    pub ids: Option<Handle>,
+    /// Pixels moved since the previous frame, if a variable needs it.
+    pub motion: Option<Handle>,
 }

@@ -139,6 +139,9 @@ pub enum RenderError {
     /// The caller's target cannot be drawn to.
     #[error("the target cannot be drawn to: {0}")]
     Target(String),
+    /// Two views of a frame have one name.
+    #[error("two views of the frame are called `{0}`")]
+    ViewTwice(String),
     /// [`crate::Renderer::load`] was not called, or nothing was rendered yet.
     #[error("{0}")]
     Missing(&'static str),
@@ -164,6 +167,12 @@ pub struct FrameStats {
     pub list_entries: u64,
     /// Milliseconds to build the lists of lights.
     pub culling_ms: f64,
+    /// Bind groups that were made for the frame, because nothing alike was bound in the frames before.
+    pub bind_groups_made: u64,
+    /// Programs and pipelines that were made for the frame.
+    pub pipelines_made: u64,
+    /// Bytes of uniforms, instances, lights, lists and poses that were uploaded for the frame, because they changed.
+    pub uploaded_bytes: u64,
     /// Bytes of the frame's textures after aliasing.
     pub texture_bytes: u64,
     /// Bytes of the frame's textures without aliasing.

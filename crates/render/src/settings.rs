@@ -43,8 +43,8 @@ compose! {
     environment: crate::environment::EnvironmentSettings,
     background: crate::passes::background::BackgroundSettings,
     exposure: crate::exposure::ExposureSettings,
-    lights: crate::passes::lights::LightSettings,
-    clusters: crate::passes::lights::ClusterSettings,
+    lights: crate::lights::LightSettings,
+    clusters: crate::lights::ClusterSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
 }
 

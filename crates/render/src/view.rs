@@ -58,6 +58,19 @@ pub struct DepthRange {
     pub far_m: f32,
 }
 
+/// A camera now and in the previous frame, for what moved in between.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraStep {
+    /// Now.
+    pub current: View,
+    /// In the previous frame.
+    pub previous: View,
+    /// The range of distances of both.
+    pub range: DepthRange,
+    /// Width and height of the picture in pixels; both have its shape.
+    pub output_size: (u32, u32),
+}
+
 impl View {
     /// The scene's first camera; without one, what [`Framing::automatic`] gives: all of the scene from 30° to the right and
     /// 28° above, or a room from inside. `aspect` is the picture's width / height. As of the last
@@ -205,6 +218,7 @@ pub fn jitter_px(sample_index: u32, sample_count: u32) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shader::layout::assert_same_layout;
     use glam::Vec3;
 
     #[test]
@@ -281,5 +295,31 @@ mod tests {
                 assert!((plane - Vec2::new(0.1, -0.2)).length() < 1e-4, "{plane}");
             }
         }
+    }
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!(
+            "forward",
+            "View",
+            ViewUniform,
+            [
+                clip_from_world,
+                view_from_world,
+                world_from_view,
+                view_from_ndc_scale,
+                jitter_ndc,
+                distance_from_depth,
+                size_px,
+                inverse_size_px,
+                orthographic,
+                pre_exposure,
+                sample_index,
+                mip_gain,
+                anisotropy,
+                padding,
+                padding_end,
+            ]
+        );
     }
 }

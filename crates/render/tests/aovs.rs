@@ -279,14 +279,21 @@ fn passes_for_variables_run_only_for_them() {
     let plain = names(&mut renderer, &request);
     assert!(!["ids", "motion", "motion.background", "emission"].iter().any(|name| has(&plain, name)), "{plain:?}");
     assert!(renderer.read_aov(Aov::Depth).is_err() && renderer.read_aov(Aov::Radiance).is_err());
-    request.want_aovs = vec![Aov::MaterialId];
+    request.want_aovs = vec![Aov::MaterialId, Aov::Radiance];
     let with_ids = names(&mut renderer, &request);
     assert!(has(&with_ids, "ids") && !has(&with_ids, "motion") && !has(&with_ids, "emission"), "{with_ids:?}");
-    assert!(renderer.read_aov(Aov::ObjectId).is_ok() && renderer.read_aov(Aov::Motion).is_err());
-    // Later samples leave the first one's alone.
+    assert!(renderer.read_aov(Aov::ObjectId).is_err(), "to plan renders nothing");
     request.sample_count = 2;
+    renderer.render(&test.scene, &request).unwrap();
+    assert!(renderer.read_aov(Aov::ObjectId).is_ok() && renderer.read_aov(Aov::Motion).is_err());
+    // Later samples leave the first one's alone, and so do plans.
     request.sample_index = 1;
     assert!(!has(&names(&mut renderer, &request), "ids"));
+    renderer.render(&test.scene, &request).unwrap();
+    let anew = FrameRequest { width: 20, height: 30, sample_index: 0, ..request.clone() };
+    let mean = renderer.read_radiance().unwrap();
+    assert!(has(&names(&mut renderer, &anew), "ids"));
+    assert_eq!(renderer.read_radiance().unwrap(), mean);
     assert!(renderer.read_aov(Aov::ObjectId).is_ok());
     request.settings.render.path = Path::Forward;
     request.sample_index = 0;

@@ -100,11 +100,10 @@ fn an_even_environment_is_suns_from_everywhere() {
     scene.lights.clear();
     scene.nodes.iter_mut().for_each(|node| node.light = None);
     // Not the deferred path, whose base colours have eight bits.
-    let request =
-        plain_request(&scene, SIZE).with(|settings| {
-            settings.render.path = Path::Forward;
-            settings.environment.source = Environment::Color([1.0; 3]);
-        });
+    let request = plain_request(&scene, SIZE).with(|settings| {
+        settings.render.path = Path::Forward;
+        settings.environment.source = Environment::Color([1.0; 3]);
+    });
     let found = bands(&truth, &radiance(&scene, &request));
     let wrong = faults(&found, |i| expected[i].mean);
     assert!(wrong.is_empty(), "{wrong:#?}");

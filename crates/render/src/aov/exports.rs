@@ -1,7 +1,7 @@
 //! The textures that variables are made of: out of the frame, and into memory.
 
 use super::{Aov, AovPixels, GbufferPixels};
-use crate::frame::ViewOutputs;
+use crate::gbuffer::ViewOutputs;
 use crate::gpu::{Gpu, readback};
 use crate::request::RenderError;
 use crate::view::ViewUniform;

@@ -8,6 +8,8 @@ pub struct DataTexture {
     width: u32,
     texture: wgpu::Texture,
     view: wgpu::TextureView,
+    /// What it holds.
+    uploaded: Vec<u8>,
 }
 
 impl DataTexture {
@@ -15,7 +17,7 @@ impl DataTexture {
     pub fn new(device: &wgpu::Device, label: &'static str, format: wgpu::TextureFormat, width: u32) -> Self {
         let texture = Self::create(device, label, format, width, 1);
         let view = texture.create_view(&Default::default());
-        Self { label, format, width, texture, view }
+        Self { label, format, width, texture, view, uploaded: Vec::new() }
     }
 
     fn create(
@@ -37,27 +39,33 @@ impl DataTexture {
         })
     }
 
-    /// Replaces the array. Returns false, and keeps the former one, if the device cannot hold so many rows.
-    pub fn write<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: &[T]) -> bool {
-        let row_len = self.width as usize * self.texel_bytes() / size_of::<T>();
-        let rows = texels.len().div_ceil(row_len.max(1)) as u32;
+    /// Replaces the array if it is another one, and says how many bytes that wrote. One that the device cannot hold is
+    /// `None`, and the former one stays.
+    pub fn write<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: &[T]) -> Option<u64> {
+        let bytes: &[u8] = bytemuck::cast_slice(texels);
+        if self.uploaded.starts_with(bytes) {
+            return Some(0);
+        }
+        let row_bytes = self.width as usize * self.texel_bytes();
+        let rows = bytes.len().div_ceil(row_bytes) as u32;
         if rows > device.limits().max_texture_dimension_2d {
-            return false;
+            return None;
         }
         if rows > self.texture.height() {
             self.texture = Self::create(device, self.label, self.format, self.width, rows.next_power_of_two());
             self.view = self.texture.create_view(&Default::default());
         }
-        let full_rows = texels.len() / row_len.max(1);
-        let (whole, rest) = texels.split_at(full_rows * row_len);
+        let full_rows = bytes.len() / row_bytes;
+        let (whole, rest) = bytes.split_at(full_rows * row_bytes);
         if !whole.is_empty() {
-            self.write_rows(queue, 0, full_rows as u32, self.width, bytemuck::cast_slice(whole));
+            self.write_rows(queue, 0, full_rows as u32, self.width, whole);
         }
         if !rest.is_empty() {
-            let width = (size_of_val(rest) / self.texel_bytes()) as u32;
-            self.write_rows(queue, full_rows as u32, 1, width, bytemuck::cast_slice(rest));
+            self.write_rows(queue, full_rows as u32, 1, (rest.len() / self.texel_bytes()) as u32, rest);
         }
-        true
+        self.uploaded.clear();
+        self.uploaded.extend_from_slice(bytes);
+        Some(bytes.len() as u64)
     }
 
     fn write_rows(&self, queue: &wgpu::Queue, first: u32, rows: u32, width: u32, bytes: &[u8]) {

@@ -8,7 +8,6 @@ pub mod forward;
 pub mod geometry;
 pub mod ids;
 pub mod indirect;
-pub mod lights;
 pub mod linear_depth;
 pub mod meter;
 pub mod motion;

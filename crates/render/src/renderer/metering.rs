@@ -149,7 +149,8 @@ impl Renderer {
     ) -> Result<Reading, RenderError> {
         let metering = Some(Metering { pre_exposure_stops, ..Metering::default() });
         let mut purpose = Purpose::Meter(Vec::new());
-        self.run(scene, &FrameRequest { metering, ..request.clone() }, &mut purpose).await?;
+        let request = FrameRequest { metering, ..request.clone() };
+        self.run(scene, &[("", &request)], &mut purpose).await?;
         let Purpose::Meter(rgba) = purpose else { return Err(RenderError::Missing("nothing was metered")) };
         Ok(Reading::new(&rgba, pre_exposure_stops))
     }

@@ -1,24 +1,65 @@
-//! What is kept from sample to sample: the means and the picture; and reading them.
+//! What is kept of a view from sample to sample: the means and the picture; and reading them.
 
 use super::{DISPLAY, Renderer};
-use crate::aov::{Aov, AovPixels};
+use crate::aov::{Aov, AovPixels, AovTextures};
 use crate::frame::Means;
 use crate::gpu::{Gpu, readback};
 use crate::passes::accumulate::SUM;
+use crate::record::ViewTables;
 use crate::request::{FrameRequest, RenderError};
 use manypass_graph::{Graph, Handle, TextureDesc};
 use std::ops::Range;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A texture that outlives frames, with its view.
+#[derive(Debug)]
+struct Kept {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+}
 
 /// Textures of the output, kept from frame to frame.
 #[derive(Debug)]
 pub(super) struct Output {
     size: (u32, u32),
     /// The mean of display colours; of radiance where that is the only one.
-    sums: [wgpu::Texture; 2],
+    sums: [Kept; 2],
     /// The mean of radiance beside that of display colours.
-    radiance_sums: Option<[wgpu::Texture; 2]>,
-    display: wgpu::Texture,
+    radiance_sums: Option<[Kept; 2]>,
+    display: Kept,
+}
+
+/// What a view leaves for its next frame, and for whoever reads it.
+#[derive(Debug)]
+pub(super) struct ViewState {
+    pub tables: ViewTables,
+    pub output: Option<Output>,
+    /// Which of the two sums holds the last frame's.
+    pub latest_sum: usize,
+    /// Where the last frame left the mean of radiance, and what it is multiplied by.
+    pub radiance_mean: RadianceMean,
+    pub pre_exposure: f32,
+    /// What radiance is laid over where it is read: the background colour as radiance.
+    pub background_radiance: Option<[f32; 3]>,
+    /// Pixels that half floats clamped, as of the last time radiance was read.
+    clamped_pixels: AtomicU64,
+    /// What variables are made of, of the last frame that began a picture.
+    pub aovs: Option<AovTextures>,
+}
+
+impl ViewState {
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            tables: ViewTables::new(gpu),
+            output: None,
+            latest_sum: 0,
+            radiance_mean: RadianceMean::None,
+            pre_exposure: 1.0,
+            background_radiance: None,
+            clamped_pixels: AtomicU64::new(0),
+            aovs: None,
+        }
+    }
 }
 
 /// Where the mean of radiance is.
@@ -43,8 +84,8 @@ impl RadianceMean {
     }
 }
 
-fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): (u32, u32)) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
+fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): (u32, u32)) -> Kept {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
@@ -55,7 +96,8 @@ fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): 
             | wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
-    })
+    });
+    Kept { view: texture.create_view(&Default::default()), texture }
 }
 
 impl Output {
@@ -69,59 +111,170 @@ impl Output {
         picture_bytes + if has_radiance { 0 } else { 2 * shape(SUM) }
     }
 
+    fn new(gpu: &Gpu, size: (u32, u32), texture_size: (u32, u32)) -> Self {
+        Self {
+            size,
+            sums: ["accumulate.sum"; 2].map(|label| create(gpu, label, SUM, texture_size)),
+            radiance_sums: None,
+            display: create(gpu, "display", DISPLAY, texture_size),
+        }
+    }
+
+    fn with_radiance(&mut self, gpu: &Gpu, radiance: RadianceMean, texture_size: (u32, u32)) {
+        if radiance == RadianceMean::Beside && self.radiance_sums.is_none() {
+            self.radiance_sums =
+                Some(["accumulate.radiance_sum"; 2].map(|label| create(gpu, label, SUM, texture_size)));
+        }
+    }
+
+    /// For a plan that is never run: the shapes of pictures of `size`, with next to no memory behind them.
+    pub fn planned(gpu: &Gpu, size: (u32, u32), radiance: RadianceMean) -> Self {
+        let mut output = Self::new(gpu, size, (1, 1));
+        output.with_radiance(gpu, radiance, (1, 1));
+        output
+    }
+
     /// The textures for pictures of `size`, with a second mean if `radiance` lies beside the first.
     pub fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32), radiance: RadianceMean) -> &'a Self {
         if slot.as_ref().is_some_and(|output| output.size != size) {
             *slot = None;
         }
-        let output = slot.get_or_insert_with(|| Self {
-            size,
-            sums: ["accumulate.sum"; 2].map(|label| create(gpu, label, SUM, size)),
-            radiance_sums: None,
-            display: create(gpu, "display", DISPLAY, size),
-        });
-        if radiance == RadianceMean::Beside {
-            output
-                .radiance_sums
-                .get_or_insert_with(|| ["accumulate.radiance_sum"; 2].map(|label| create(gpu, label, SUM, size)));
-        }
+        let output = slot.get_or_insert_with(|| Self::new(gpu, size, size));
+        output.with_radiance(gpu, radiance, size);
         output
     }
 
     /// The means in a graph; `previous` of the two textures holds that of the samples so far.
     pub fn means(&self, graph: &mut Graph<'_>, radiance: RadianceMean, previous: usize) -> Means {
         let desc = TextureDesc::new_2d(self.size.0, self.size.1, SUM);
-        let mut pair = |sums: &[wgpu::Texture; 2], names: [&'static str; 2]| {
-            let mut import =
-                |name, index: usize| graph.import(name, desc, sums[index & 1].create_view(&Default::default()));
-            (import(names[0], previous), import(names[1], 1 - (previous & 1)))
+        let mut pair = |sums: &[Kept; 2], names: [&'static str; 2]| {
+            let mut import = |name, index: usize| graph.import(name, desc, sums[index & 1].view.clone());
+            [import(names[0], previous), import(names[1], 1 - (previous & 1))]
         };
-        let (before, next) = pair(&self.sums, ["accumulate.previous", "accumulate.sum"]);
+        let mean = pair(&self.sums, ["accumulate.previous", "accumulate.sum"]);
         match (radiance, &self.radiance_sums) {
-            (RadianceMean::Only, _) => Means::Radiance(before, next),
+            (RadianceMean::Only, _) => Means::Radiance(mean),
             (RadianceMean::Beside, Some(sums)) => {
-                let names = ["accumulate.previous_radiance", "accumulate.radiance_sum"];
-                Means::Both([(before, next), pair(sums, names)])
+                Means::Both([mean, pair(sums, ["accumulate.previous_radiance", "accumulate.radiance_sum"])])
             }
-            (RadianceMean::None | RadianceMean::Beside, _) => Means::Display(before, next),
+            (RadianceMean::None | RadianceMean::Beside, _) => Means::Display(mean),
         }
     }
 
     /// The picture in a graph.
     pub fn display(&self, graph: &mut Graph<'_>) -> Handle {
-        let desc = TextureDesc::new_2d(self.size.0, self.size.1, DISPLAY);
-        graph.import("display", desc, self.display.create_view(&Default::default()))
+        graph.import("display", TextureDesc::new_2d(self.size.0, self.size.1, DISPLAY), self.display.view.clone())
+    }
+}
+
+/// What one view of the last frame left, to be read.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderedView<'a> {
+    gpu: &'a Gpu,
+    state: &'a ViewState,
+    output: &'a Output,
+}
+
+impl RenderedView<'_> {
+    /// As [`Renderer::read_display_async`].
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub async fn read_display_async(&self) -> Result<Vec<u8>, RenderError> {
+        Ok(readback::read_texture(self.gpu, &self.output.display.texture).await?)
+    }
+
+    /// As [`Renderer::read_radiance_rows_async`].
+    ///
+    /// # Errors
+    /// Radiance was not averaged, or the device was lost.
+    pub async fn read_radiance_rows_async(&self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
+        let (state, output) = (self.state, self.output);
+        let sums = match (state.radiance_mean, &output.radiance_sums) {
+            (RadianceMean::Only, _) => &output.sums,
+            (RadianceMean::Beside, Some(sums)) => sums,
+            _ => return Err(RenderError::Missing("radiance was not averaged: the request must ask for it")),
+        };
+        let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
+        let is_first_band = rows.start == 0;
+        let bytes = readback::read_rows(self.gpu, &sums[state.latest_sum & 1].texture, rows).await?;
+        let mut radiance = readback::reserved(bytes.len() / 4)?;
+        radiance.extend(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+        drop(bytes);
+        let scale = 1.0 / state.pre_exposure;
+        let mut clamped_pixels = 0;
+        for pixel in radiance.chunks_exact_mut(4) {
+            let [r, g, b, alpha] = pixel else { continue };
+            // `accumulate.wgsl` marks so what reached the limit of half floats.
+            clamped_pixels += u64::from(*alpha < 0.0);
+            *alpha = alpha.abs();
+            for color in [&mut *r, &mut *g, &mut *b] {
+                *color *= scale;
+            }
+            if let Some(background) = state.background_radiance {
+                let behind = 1.0 - alpha.min(1.0);
+                for (color, background) in [r, g, b].into_iter().zip(background) {
+                    *color += behind * background;
+                }
+                *alpha = 1.0;
+            }
+        }
+        // Bands of rows are read from the top.
+        let above = if is_first_band { 0 } else { state.clamped_pixels.load(Ordering::Relaxed) };
+        state.clamped_pixels.store(above + clamped_pixels, Ordering::Relaxed);
+        Ok(radiance)
+    }
+
+    /// As [`Renderer::read_aov_rows_async`].
+    ///
+    /// # Errors
+    /// The view was rendered on the forward path, or without wanting the variable; or the device was lost.
+    pub async fn read_aov_rows_async(&self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
+        let missing = RenderError::Missing(
+            "there is no such AOV: only the deferred path has them, and the request must name them",
+        );
+        match (&self.state.aovs, aov) {
+            (None, _) => Err(missing),
+            (Some(_), Aov::Radiance) => {
+                Ok(AovPixels::Float { components: 4, data: self.read_radiance_rows_async(rows).await? })
+            }
+            (Some(textures), aov) => textures.read(self.gpu, aov, rows).await?.ok_or(missing),
+        }
+    }
+
+    /// A view of the picture, to draw it elsewhere.
+    pub fn display_view(&self) -> wgpu::TextureView {
+        self.output.display.view.clone()
+    }
+
+    /// As [`Renderer::clamped_pixels`].
+    pub fn clamped_pixels(&self) -> u64 {
+        self.state.clamped_pixels.load(Ordering::Relaxed)
     }
 }
 
 impl Renderer {
+    /// What the view `name` of the last frame left, to be read; the only view of a frame has the empty name.
+    ///
+    /// # Errors
+    /// No view of that name was rendered yet.
+    pub fn rendered(&self, name: &str) -> Result<RenderedView<'_>, RenderError> {
+        let missing = RenderError::Missing("nothing was rendered yet");
+        let state = self.views.get(name).ok_or(missing)?;
+        let output = state.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
+        Ok(RenderedView { gpu: &self.gpu, state, output })
+    }
+
+    fn main(&self) -> Result<RenderedView<'_>, RenderError> {
+        self.rendered("")
+    }
+
     /// The accumulated picture: RGBA, sRGB, unassociated alpha, rows from the top.
     ///
     /// # Errors
     /// Nothing was rendered yet, or the device was lost.
     pub async fn read_display_async(&self) -> Result<Vec<u8>, RenderError> {
-        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
-        Ok(readback::read_texture(&self.gpu, &output.display).await?)
+        self.main()?.read_display_async().await
     }
 
     /// As [`Self::read_display_async`], waiting.
@@ -135,7 +288,7 @@ impl Renderer {
 
     /// A view of the accumulated picture, to draw it elsewhere; none until something was rendered.
     pub fn display_view(&self) -> Option<wgpu::TextureView> {
-        self.output.as_ref().map(|output| output.display.create_view(&Default::default()))
+        self.main().ok().map(|view| view.display_view())
     }
 
     /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top. Over a background
@@ -153,46 +306,13 @@ impl Renderer {
     /// # Errors
     /// As [`Self::read_radiance_async`].
     pub async fn read_radiance_rows_async(&self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
-        let output = self.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
-        let sums = match (self.radiance_mean, &output.radiance_sums) {
-            (RadianceMean::Only, _) => &output.sums,
-            (RadianceMean::Beside, Some(sums)) => sums,
-            _ => return Err(RenderError::Missing("radiance was not averaged: the request must ask for it")),
-        };
-        let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
-        let is_first_band = rows.start == 0;
-        let bytes = readback::read_rows(&self.gpu, &sums[self.latest_sum & 1], rows).await?;
-        let mut radiance = readback::reserved(bytes.len() / 4)?;
-        radiance.extend(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
-        drop(bytes);
-        let scale = 1.0 / self.pre_exposure;
-        let mut clamped_pixels = 0;
-        for pixel in radiance.chunks_exact_mut(4) {
-            let [r, g, b, alpha] = pixel else { continue };
-            // `accumulate.wgsl` marks so what reached the limit of half floats.
-            clamped_pixels += u64::from(*alpha < 0.0);
-            *alpha = alpha.abs();
-            for color in [&mut *r, &mut *g, &mut *b] {
-                *color *= scale;
-            }
-            if let Some(background) = self.background_radiance {
-                let behind = 1.0 - alpha.min(1.0);
-                for (color, background) in [r, g, b].into_iter().zip(background) {
-                    *color += behind * background;
-                }
-                *alpha = 1.0;
-            }
-        }
-        // Bands of rows are read from the top.
-        let above = if is_first_band { 0 } else { self.clamped_pixels.load(Ordering::Relaxed) };
-        self.clamped_pixels.store(above + clamped_pixels, Ordering::Relaxed);
-        Ok(radiance)
+        self.main()?.read_radiance_rows_async(rows).await
     }
 
     /// How many pixels of the radiance that was read last are too dark, because a sample was brighter than half floats
     /// hold at the pre-exposure.
     pub fn clamped_pixels(&self) -> u64 {
-        self.clamped_pixels.load(Ordering::Relaxed)
+        self.main().map_or(0, |view| view.clamped_pixels())
     }
 
     /// As [`Self::read_radiance_async`], waiting.
@@ -218,16 +338,7 @@ impl Renderer {
     /// # Errors
     /// As [`Self::read_aov_async`].
     pub async fn read_aov_rows_async(&self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
-        let missing = RenderError::Missing(
-            "there is no such AOV: only the deferred path has them, and the request must name them",
-        );
-        match (&self.aovs, aov) {
-            (None, _) => Err(missing),
-            (Some(_), Aov::Radiance) => {
-                Ok(AovPixels::Float { components: 4, data: self.read_radiance_rows_async(rows).await? })
-            }
-            (Some(textures), aov) => textures.read(&self.gpu, aov, rows).await?.ok_or(missing),
-        }
+        self.main()?.read_aov_rows_async(aov, rows).await
     }
 
     /// As [`Self::read_aov_async`], waiting.

@@ -13,7 +13,6 @@ use geometry::{Geometry, GpuPrimitive};
 use glam::{Vec3, Vec4};
 use manypass_scene::{AlphaMode, Material, Scene, ShadingModel, TextureRef};
 use std::cell::RefCell;
-use std::collections::HashMap;
 use textures::Textures;
 
 /// The uniform of `surface_material.wgsl`; a test compares the two layouts.
@@ -65,8 +64,8 @@ pub struct GpuMaterial {
     pub double_sided: bool,
     /// The textures: base colour, metallic-roughness, normal, occlusion, emissive; indices into [`Textures`].
     pub textures: [usize; 5],
-    /// Bind groups by the address of the program that they were made for, and how their samplers filter.
-    pub bind_groups: RefCell<HashMap<(usize, filtering::Sampling), wgpu::BindGroup>>,
+    /// Bind groups with the program that each was made for, and how its samplers filter.
+    pub bind_groups: RefCell<Vec<(u32, filtering::Sampling, wgpu::BindGroup)>>,
 }
 
 /// A scene on the device.
@@ -194,23 +193,60 @@ fn upload_material(gpu: &Gpu, scene: &Scene, material: &Material, index: u32, te
 }
 
 impl SceneResources {
-    /// Uploads the transforms of skins and the weights of morph targets of this frame.
-    pub fn write_deformation(&mut self, gpu: &Gpu, deformation: &crate::draws::Deformation) {
-        let fits = self.joint_matrices.write(&gpu.device, &gpu.queue, &deformation.joint_rows)
-            && self.morph_weights.write(&gpu.device, &gpu.queue, &deformation.morph_weights);
+    /// Uploads the transforms of skins and the weights of morph targets of this frame, if they changed, and says how many
+    /// bytes that were.
+    pub fn write_deformation(&mut self, gpu: &Gpu, deformation: &crate::draws::Deformation) -> u64 {
+        let joints = self.joint_matrices.write(&gpu.device, &gpu.queue, &deformation.joint_rows);
+        let weights = self.morph_weights.write(&gpu.device, &gpu.queue, &deformation.morph_weights);
         let message = "the joints or morph weights do not fit a texture of this adapter; they keep their last pose";
-        if !fits && !self.warnings.iter().any(|warning| warning == message) {
+        if joints.is_none() || weights.is_none() {
+            self.warn_once(message);
+        }
+        joints.unwrap_or(0) + weights.unwrap_or(0)
+    }
+
+    /// Uploads the previous transforms of all nodes, if they changed, and says how many bytes that were. `None`, with a
+    /// warning, if they do not fit a texture.
+    pub fn write_previous_nodes(&mut self, gpu: &Gpu, texels: &[[f32; 4]]) -> Option<u64> {
+        let written = self.previous_nodes.write(&gpu.device, &gpu.queue, texels);
+        if written.is_none() {
+            self.warn_once("the nodes do not fit a texture of this adapter; motion is 0");
+        }
+        written
+    }
+
+    fn warn_once(&mut self, message: &str) {
+        if !self.warnings.iter().any(|warning| warning == message) {
             self.warnings.push(message.into());
         }
     }
+}
 
-    /// Uploads the previous transforms of all nodes. Returns false, with a warning, if they do not fit a texture.
-    pub fn write_previous_nodes(&mut self, gpu: &Gpu, texels: &[[f32; 4]]) -> bool {
-        let fits = self.previous_nodes.write(&gpu.device, &gpu.queue, texels);
-        let message = "the nodes do not fit a texture of this adapter; motion is 0";
-        if !fits && !self.warnings.iter().any(|warning| warning == message) {
-            self.warnings.push(message.into());
-        }
-        fits
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!(
+            "forward",
+            "MaterialFactors",
+            MaterialFactors,
+            [
+                base_color,
+                emissive,
+                metallic,
+                roughness,
+                normal_scale,
+                occlusion_strength,
+                alpha_cutoff,
+                unlit,
+                material_id,
+                blended,
+                padding,
+                uv_rows,
+            ]
+        );
     }
 }

@@ -20,6 +20,11 @@ pub fn source(program: &str, axes_on: &[&str]) -> Result<&'static str, String> {
     variants.get(index).copied().ok_or_else(|| format!("program `{program}` has no variant {index}"))
 }
 
+/// The program that draws points where `program` draws triangles, if there is one.
+pub fn points_of(program: &str) -> Option<&'static str> {
+    PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_points") == Some(program))
+}
+
 /// Whether a program has variants with and without `axis`.
 pub fn has_axis(program: &str, axis: &str) -> bool {
     PROGRAMS.iter().any(|(name, axes, _)| *name == program && axes.contains(&axis))

@@ -1,11 +1,13 @@
 //! Programs: a WGSL module with its layouts found by reflection. Uniforms, textures, samplers and vertex inputs are
 //! bound by their WGSL names; the names are looked up when a pipeline or a bind group is made, never per draw.
 
+use crate::record::{FRAME_GROUP, FrameSlot};
 use naga::front::wgsl;
 use naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A shader cannot be used as it is.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -78,11 +80,21 @@ pub(crate) struct Slot {
     pub line: u32,
 }
 
+impl Slot {
+    /// The error of a shader that declares this slot where nobody binds its name; `known` are those that somebody does.
+    pub fn unbound(&self, program: &Program, group: u32, known: String) -> ProgramError {
+        let (pass, binding, line) = (program.name.clone(), self.name.clone(), self.line);
+        ProgramError::Unbound { pass, binding, line, group, known }
+    }
+}
+
 /// A compiled module and what it binds.
 #[derive(Debug)]
 pub struct Program {
     /// The pass it belongs to.
     pub name: String,
+    /// No other program has it.
+    pub(crate) id: u32,
     /// The module.
     pub module: wgpu::ShaderModule,
     /// The layout of its pipelines.
@@ -108,21 +120,23 @@ impl Program {
     /// Compiles a module and finds what it binds.
     ///
     /// # Errors
-    /// The module is not valid WGSL.
-    pub fn new(device: &wgpu::Device, name: &str, source: &str) -> Result<Self, ProgramError> {
+    /// The module is not valid WGSL, or declares in group 0 what is not there.
+    pub fn new(frame: &FrameLayout, name: &str, source: &str) -> Result<Self, ProgramError> {
         let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
-        Ok(Self::from_parsed(device, name, source, &module, slots))
+        Self::from_parsed(frame, name, source, &module, slots)
     }
 
     /// The program of a module that has been parsed and validated, with its `slots`.
     pub(crate) fn from_parsed(
-        device: &wgpu::Device,
+        frame: &FrameLayout,
         name: &str,
         source: &str,
         module: &naga::Module,
         slots: Vec<Vec<Slot>>,
-    ) -> Self {
+    ) -> Result<Self, ProgramError> {
+        let device = &frame.device;
+        frame.check(name, slots.first().map_or(&[], Vec::as_slice))?;
         let groups = slots
             .into_iter()
             .map(|slots| {
@@ -134,7 +148,9 @@ impl Program {
                 (layout, slots)
             })
             .collect::<Vec<_>>();
-        let layouts: Vec<_> = groups.iter().map(|(layout, slots)| (!slots.is_empty()).then_some(layout)).collect();
+        let mut layouts: Vec<_> = groups.iter().map(|(layout, slots)| (!slots.is_empty()).then_some(layout)).collect();
+        layouts.resize(layouts.len().max(1), None);
+        layouts[0] = Some(&frame.layout);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(name),
             bind_group_layouts: &layouts,
@@ -144,12 +160,19 @@ impl Program {
             label: Some(name),
             source: wgpu::ShaderSource::Wgsl(source.into()),
         });
-        Self { name: name.into(), module: shader, layout, vertex_inputs: reflect_inputs(module), groups }
+        static NEXT_ID: AtomicU32 = AtomicU32::new(0);
+        let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        Ok(Self { name: name.into(), id, module: shader, layout, vertex_inputs: reflect_inputs(module), groups })
     }
 
     /// What the module binds in `group`.
     pub(crate) fn slots(&self, group: u32) -> &[Slot] {
         self.groups.get(group as usize).map_or(&[], |(_, slots)| slots)
+    }
+
+    /// The layout of `group`, if the module binds anything in it. Group 0 has that of all programs.
+    pub(crate) fn group_layout(&self, group: u32) -> Option<&wgpu::BindGroupLayout> {
+        self.groups.get(group as usize).filter(|(_, slots)| !slots.is_empty()).map(|(layout, _)| layout)
     }
 
     /// Whether the module binds anything in `group`.
@@ -179,14 +202,9 @@ impl Program {
         };
         let mut entries = Vec::with_capacity(slots.len());
         for slot in slots {
-            let (_, resource) =
-                resources.iter().find(|(name, _)| *name == slot.name).ok_or_else(|| ProgramError::Unbound {
-                    pass: self.name.clone(),
-                    binding: slot.name.clone(),
-                    line: slot.line,
-                    group,
-                    known: resources.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
-                })?;
+            let (_, resource) = resources.iter().find(|(name, _)| *name == slot.name).ok_or_else(|| {
+                slot.unbound(self, group, resources.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "))
+            })?;
             entries.push(wgpu::BindGroupEntry { binding: slot.entry.binding, resource: resource.clone() });
         }
         Ok(device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(&self.name), layout, entries: &entries }))
@@ -409,10 +427,50 @@ type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>,
 /// The format of the depth buffer, and how depth 0, where the triangle lies, compares with what is there.
 pub type DepthTest = (wgpu::TextureFormat, wgpu::CompareFunction);
 
+/// The layout of group 0, which all programs have in common.
+#[derive(Clone, Debug)]
+pub struct FrameLayout {
+    device: wgpu::Device,
+    layout: wgpu::BindGroupLayout,
+}
+
+impl FrameLayout {
+    /// The layout on a device.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let entry = |(binding, slot): (u32, &FrameSlot)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: slot.ty,
+            count: None,
+        };
+        let entries: Vec<_> = (0..).zip(&FRAME_GROUP).map(entry).collect();
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("frame"), entries: &entries };
+        Self { device: device.clone(), layout: device.create_bind_group_layout(&descriptor) }
+    }
+
+    /// Whether what a module declares in group 0 is there.
+    fn check(&self, pass: &str, slots: &[Slot]) -> Result<(), ProgramError> {
+        for slot in slots {
+            let there = FRAME_GROUP.get(slot.entry.binding as usize);
+            if there.is_none_or(|there| there.name != slot.name) {
+                return Err(ProgramError::Unbound {
+                    pass: pass.into(),
+                    binding: slot.name.clone(),
+                    line: slot.line,
+                    group: 0,
+                    known: FRAME_GROUP.iter().map(|slot| slot.name).collect::<Vec<_>>().join(", "),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Every program and full-screen pipeline made so far.
 #[derive(Debug)]
 pub struct Shaders {
-    device: wgpu::Device,
+    frame: FrameLayout,
+    made: Cell<u64>,
     programs: RefCell<HashMap<ProgramKey, Arc<Program>>>,
     fullscreen: RefCell<HashMap<FullscreenKey, Arc<FullscreenPipeline>>>,
     compile_ms: Cell<f64>,
@@ -422,15 +480,27 @@ impl Shaders {
     /// No program yet.
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
-            device: device.clone(),
+            frame: FrameLayout::new(device),
+            made: Cell::default(),
             programs: RefCell::default(),
             fullscreen: RefCell::default(),
             compile_ms: Cell::default(),
         }
     }
 
-    /// Runs `compile` and counts its time.
+    /// The layout of group 0 of all programs.
+    pub(crate) fn frame_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.frame.layout
+    }
+
+    /// How many programs and pipelines were made so far.
+    pub(crate) fn made(&self) -> u64 {
+        self.made.get()
+    }
+
+    /// Runs `compile` and counts it and its time.
     pub(crate) fn compiling<T>(&self, compile: impl FnOnce() -> T) -> T {
+        self.made.set(self.made.get() + 1);
         let started = web_time::Instant::now();
         let result = compile();
         self.compile_ms.set(self.compile_ms.get() + started.elapsed().as_secs_f64() * 1e3);
@@ -453,7 +523,7 @@ impl Shaders {
         }
         let source = super::compose::source(name, axes_on)
             .map_err(|message| ProgramError::Invalid { pass: name.into(), message })?;
-        let program = Arc::new(self.compiling(|| Program::new(&self.device, name, source))?);
+        let program = Arc::new(self.compiling(|| Program::new(&self.frame, name, source))?);
         self.programs.borrow_mut().insert(key, program.clone());
         Ok(program)
     }
@@ -476,7 +546,7 @@ impl Shaders {
         }
         let program = self.program(name, axes_on)?;
         let triangle = self.program("fullscreen", &[])?;
-        let create = || FullscreenPipeline::new(&self.device, program, &triangle, format, blend, depth);
+        let create = || FullscreenPipeline::new(&self.frame.device, program, &triangle, format, blend, depth);
         let pipeline = Arc::new(self.compiling(create));
         self.fullscreen.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)

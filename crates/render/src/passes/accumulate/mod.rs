@@ -6,10 +6,10 @@
 //! much brighter than the display). Reads: radiance, the previous mean. Writes: the next mean. Radiance of another size
 //! than the mean's (`render.scale`) is filtered linearly.
 
-use crate::frame::Shared;
+use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use crate::tone_curve::Tonemap;
-use manypass_graph::{ColorLoad, Graph, Handle};
+use manypass_graph::{ColorLoad, Handle};
 
 /// The format of the sum: thousands of frames add up without loss.
 pub const SUM: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -17,21 +17,17 @@ pub const SUM: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 /// The uniform of `accumulate.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct AccumulationUniform {
+struct AccumulationUniform {
     /// The weight of this frame.
-    pub weight: f32,
+    weight: f32,
     /// The weight of the mean before it.
-    pub keep: f32,
+    keep: f32,
     /// 1 / width and height of the picture.
-    pub inverse_size_px: [f32; 2],
+    inverse_size_px: [f32; 2],
     /// From pre-exposed radiance to what the tone curve takes.
-    pub exposure: f32,
+    exposure: f32,
     /// Zero.
-    pub padding_0: f32,
-    /// Zero.
-    pub padding_1: f32,
-    /// Zero.
-    pub padding_2: f32,
+    padding: f32,
 }
 
 /// What is averaged over the samples.
@@ -43,31 +39,64 @@ pub enum Average {
     Radiance,
 }
 
+/// A frame's share of a mean.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    /// What is averaged.
+    pub average: Average,
+    /// How many frames the mean holds already.
+    pub sample_index: u32,
+    /// From pre-exposed radiance to what the tone curve takes.
+    pub exposure: f32,
+}
+
 /// Records the pass, under the name `name`.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(
-    graph: &mut Graph<'f>,
-    shared: &'f Shared<'f>,
-    (name, average): (&'static str, Average),
+pub fn record(
+    r: &mut Recorder<'_, '_>,
+    name: &'static str,
+    Share { average, sample_index, exposure }: Share,
     radiance: &Handle,
-    previous: &Handle,
-    next: Handle,
+    [previous, next]: [Handle; 2],
 ) -> Result<Handle, ProgramError> {
     let mut axes = match average {
         Average::Display(curve) => curve.axes().to_vec(),
         Average::Radiance => vec!["curve_1", "curve_2"],
     };
-    if (radiance.desc().width, radiance.desc().height) != (next.desc().width, next.desc().height) {
+    let (from, to) = (radiance.desc(), next.desc());
+    if (from.width, from.height) != (to.width, to.height) {
         axes.push("scaled");
     }
-    let step = shared.fullscreen("accumulate", &axes, SUM, None)?;
-    let mut pass = graph.pass(name);
-    let reads = [("radiance", pass.read(radiance)), ("previous", pass.read(previous))];
-    let next = pass.color(next, ColorLoad::Discard);
-    pass.draw(move |context| {
-        step.draw(context, &reads, &[("accumulation", shared.accumulation.as_entire_binding())]);
-    });
-    Ok(next)
+    // The mean of the frames so far, so that the picture can be shown at any time.
+    let weight = 1.0 / (sample_index as f32 + 1.0);
+    let uniform = AccumulationUniform {
+        weight,
+        keep: 1.0 - weight,
+        inverse_size_px: [1.0 / to.width as f32, 1.0 / to.height as f32],
+        exposure,
+        padding: 0.0,
+    };
+    r.fullscreen(name, "accumulate", &axes)
+        .uniform("accumulation", &uniform)
+        .read("radiance", radiance)
+        .read("previous", &previous)
+        .draw_into(next, ColorLoad::Discard)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!(
+            "accumulate",
+            "Accumulation",
+            AccumulationUniform,
+            [weight, keep, inverse_size_px, exposure, padding]
+        );
+    }
 }

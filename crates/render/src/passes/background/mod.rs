@@ -8,27 +8,23 @@ mod settings;
 pub use settings::BackgroundSettings;
 
 use crate::environment::Background;
-use crate::frame::{PicturePart, Shared};
+use crate::record::{PicturePart, Recorder};
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Graph, Handle};
+use manypass_graph::{ColorLoad, Handle};
 
 /// Records the pass; only the environment as background needs it.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(
-    graph: &mut Graph<'f>,
-    shared: &'f Shared<'f>,
+pub fn record(
+    r: &mut Recorder<'_, '_>,
+    settings: &BackgroundSettings,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    if shared.background != Background::Environment {
+    if settings.source != Background::Environment {
         return Ok(radiance);
     }
-    let step = shared.fullscreen_over(PicturePart::Background, "background", None)?;
-    let mut pass = graph.pass("background");
-    let radiance = pass.color(radiance, ColorLoad::Keep);
-    pass.depth_stencil_read_only(depth);
-    pass.draw(move |context| step.draw(context, &[], &[]));
-    Ok(radiance)
+    let step = r.fullscreen("background", "background", &[]);
+    step.over(PicturePart::Background, depth).draw_into(radiance, ColorLoad::Keep)
 }

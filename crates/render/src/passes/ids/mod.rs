@@ -5,10 +5,9 @@
 //! here, so that frames without it pay nothing. It draws opaque and masked surfaces again where their depth lies in the
 //! depth buffer: positions are `@invariant`. Reads: depth. Writes: ids (rg32uint).
 
-use crate::frame::Shared;
+use crate::record::{Recorder, Which};
 use crate::shader::program::ProgramError;
-use crate::surfaces::{self, Targets};
-use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
+use manypass_graph::{ColorLoad, Handle};
 
 /// The format of `ids`: node, material.
 pub const IDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
@@ -17,14 +16,11 @@ pub const IDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>, depth: &Handle) -> Result<Handle, ProgramError> {
-    let (width, height) = shared.size;
-    let targets = Targets { colors: vec![IDS], blend: None, depth: shared.depth_format, depth_write: false };
-    let draws = surfaces::prepare(shared, "ids", &targets, &shared.draws.opaque)?;
-    let target = graph.texture("ids", TextureDesc::new_2d(width, height, IDS));
-    let mut pass = graph.pass("ids");
+pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle) -> Result<Handle, ProgramError> {
+    let target = r.texture("ids", IDS);
+    let mut pass = r.surfaces("ids", "ids");
     let ids = pass.color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
-    pass.depth_stencil_read_only(depth);
-    pass.draw(move |context| surfaces::draw(context, shared.resources, shared.instances, &draws));
+    pass.depth_read_only(depth);
+    pass.draw_opaque(Which::All)?;
     Ok(ids)
 }

@@ -2,28 +2,16 @@
 //!
 //! Reads: depth. Writes: linear_depth (r32float; the background is 3e38, which stands for infinity).
 
-use crate::frame::Shared;
 use crate::gbuffer::LINEAR_DEPTH;
+use crate::record::Recorder;
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
+use manypass_graph::{ColorLoad, Handle};
 
 /// Records the pass.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>, depth: &Handle) -> Result<Handle, ProgramError> {
-    let (width, height) = shared.size;
-    let step = shared.fullscreen("linear_depth", &[], LINEAR_DEPTH, None)?;
-    let target = graph.texture("linear_depth", TextureDesc::new_2d(width, height, LINEAR_DEPTH));
-    let mut pass = graph.pass("linear_depth");
-    let read = pass.read_depth(depth);
-    let output = pass.color(target, ColorLoad::Discard);
-    pass.draw(move |context| {
-        step.draw(
-            context,
-            &[("depth", read)],
-            &[("nearest_clamp", wgpu::BindingResource::Sampler(shared.nearest_clamp))],
-        );
-    });
-    Ok(output)
+pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle) -> Result<Handle, ProgramError> {
+    let target = r.texture("linear_depth", LINEAR_DEPTH);
+    r.fullscreen("linear_depth", "linear_depth", &[]).read_depth("depth", depth).draw_into(target, ColorLoad::Discard)
 }

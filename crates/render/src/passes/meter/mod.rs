@@ -2,9 +2,9 @@
 //!
 //! Reads: radiance. Writes: meter. [`crate::Renderer::meter`] alone records it.
 
-use crate::frame::Shared;
+use crate::record::Recorder;
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
+use manypass_graph::{ColorLoad, Handle};
 
 /// What is read back.
 pub const METER: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -13,13 +13,7 @@ pub const METER: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>, radiance: &Handle) -> Result<Handle, ProgramError> {
-    let (width, height) = shared.size;
-    let step = shared.fullscreen("meter", &[], METER, None)?;
-    let target = graph.texture("meter", TextureDesc::new_2d(width, height, METER));
-    let mut pass = graph.pass("meter");
-    let reads = [("radiance", pass.read(radiance))];
-    let meter = pass.color(target, ColorLoad::Discard);
-    pass.draw(move |context| step.draw(context, &reads, &[]));
-    Ok(meter)
+pub fn record(r: &mut Recorder<'_, '_>, radiance: &Handle) -> Result<Handle, ProgramError> {
+    let target = r.texture("meter", METER);
+    r.fullscreen("meter", "meter", &[]).read("radiance", radiance).draw_into(target, ColorLoad::Discard)
 }

@@ -7,12 +7,11 @@
 //! is what lies infinitely far away, which moves by the camera's rotation alone. Reads: depth, the previous pose.
 //! Writes: motion (rg32float).
 
-use crate::frame::Shared;
+use crate::record::{Recorder, Which};
 use crate::shader::program::ProgramError;
-use crate::surfaces::{self, Targets};
-use crate::view::{DepthRange, View};
+use crate::view::{CameraStep, View};
 use glam::{Mat4, Vec2};
-use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
+use manypass_graph::{ColorLoad, Handle};
 
 /// The format of `motion`: pixels to the right, pixels down.
 pub const MOTION: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
@@ -20,27 +19,26 @@ pub const MOTION: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 /// The uniform of `spaces.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct MotionUniform {
+struct MotionUniform {
     /// This frame's, without jitter.
-    pub clip_from_world: Mat4,
+    clip_from_world: Mat4,
     /// The previous frame's, without jitter.
-    pub previous_clip_from_world: Mat4,
+    previous_clip_from_world: Mat4,
     /// Half the picture's size in pixels; y is negative.
-    pub pixel_from_ndc: Vec2,
+    pixel_from_ndc: Vec2,
     /// Zero.
-    pub padding: Vec2,
+    padding: Vec2,
 }
 
 impl MotionUniform {
-    /// Two views of one shape onto a picture of `output_size` pixels; without a previous view nothing moved.
-    pub fn new(camera: &View, previous: Option<&View>, range: DepthRange, output_size: (u32, u32)) -> Self {
-        let size_px = Vec2::new(output_size.0 as f32, output_size.1 as f32);
+    fn new(step: &CameraStep) -> Self {
+        let size_px = Vec2::new(step.output_size.0 as f32, step.output_size.1 as f32);
         let clip_from_world = |view: &View| {
-            view.clip_from_view(range, size_px.x / size_px.y, Vec2::ZERO) * view.world_from_view.inverse()
+            view.clip_from_view(step.range, size_px.x / size_px.y, Vec2::ZERO) * view.world_from_view.inverse()
         };
         Self {
-            clip_from_world: clip_from_world(camera),
-            previous_clip_from_world: clip_from_world(previous.unwrap_or(camera)),
+            clip_from_world: clip_from_world(&step.current),
+            previous_clip_from_world: clip_from_world(&step.previous),
             pixel_from_ndc: 0.5 * size_px * Vec2::new(1.0, -1.0),
             padding: Vec2::ZERO,
         }
@@ -51,22 +49,34 @@ impl MotionUniform {
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(graph: &mut Graph<'f>, shared: &'f Shared<'f>, depth: &Handle) -> Result<Handle, ProgramError> {
-    let (width, height) = shared.size;
-    let target = graph.texture("motion", TextureDesc::new_2d(width, height, MOTION));
-    if !shared.has_previous {
-        return Ok(graph.pass("motion").color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT)));
-    }
-    let step = shared.fullscreen("motion_background", &[], MOTION, None)?;
-    let mut pass = graph.pass("motion.background");
-    let motion = pass.color(target, ColorLoad::Discard);
-    pass.draw(move |context| step.draw(context, &[], &[]));
-
-    let targets = Targets { colors: vec![MOTION], blend: None, depth: shared.depth_format, depth_write: false };
-    let draws = surfaces::prepare(shared, "motion", &targets, &shared.draws.opaque)?;
-    let mut pass = graph.pass("motion");
+pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle, step: Option<&CameraStep>) -> Result<Handle, ProgramError> {
+    let target = r.texture("motion", MOTION);
+    let Some(step) = step else {
+        return Ok(r.graph.pass("motion").color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT)));
+    };
+    let uniform = MotionUniform::new(step);
+    let background = r.fullscreen("motion.background", "motion_background", &[]).uniform("motion", &uniform);
+    let motion = background.draw_into(target, ColorLoad::Discard)?;
+    let mut pass = r.surfaces("motion", "motion");
+    pass.uniform("motion", &uniform);
     let motion = pass.color(motion, ColorLoad::Keep);
-    pass.depth_stencil_read_only(depth);
-    pass.draw(move |context| surfaces::draw(context, shared.resources, shared.instances, &draws));
+    pass.depth_read_only(depth);
+    pass.draw_opaque(Which::All)?;
     Ok(motion)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!(
+            "motion",
+            "Motion",
+            MotionUniform,
+            [clip_from_world, previous_clip_from_world, pixel_from_ndc, padding]
+        );
+    }
 }

@@ -8,12 +8,10 @@ struct Motion {
     padding: vec2f,
 }
 
-@group(0) @binding(8) var<uniform> motion: Motion;
+@group(1) @binding(0) var<uniform> motion: Motion;
 
 // In pixels of the picture, +x right, +y down; 0 for what lay behind the previous camera.
 fn motion_px(clip: vec4f, previous_clip: vec4f) -> vec2f {
-    if clip.w <= 0.0 || previous_clip.w <= 0.0 {
-        return vec2f(0.0);
-    }
-    return (clip.xy / clip.w - previous_clip.xy / previous_clip.w) * motion.pixel_from_ndc;
+    let moved_ndc = clip.xy / clip.w - previous_clip.xy / previous_clip.w;
+    return select(vec2f(0.0), moved_ndc * motion.pixel_from_ndc, min(clip.w, previous_clip.w) > 0.0);
 }

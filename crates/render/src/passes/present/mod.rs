@@ -3,9 +3,9 @@
 //! Source: Porter & Duff 1984, "over". Reads: display. Writes: the target, within a rectangle. The picture's alpha blends
 //! it with what the target held: in linear light where the target's format is sRGB, else in display colours.
 
-use crate::frame::Shared;
+use crate::record::Recorder;
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Graph, Handle, TextureDesc};
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
 /// A texture of the caller's that a picture is drawn to.
 #[derive(Clone, Debug)]
@@ -57,16 +57,16 @@ impl Target {
 /// The uniform of `present.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct PresentUniform {
+struct PresentUniform {
     /// The corner of the rectangle in the target.
-    pub offset_px: [f32; 2],
+    offset_px: [f32; 2],
     /// 1 / width and height of the rectangle.
-    pub inverse_size_px: [f32; 2],
+    inverse_size_px: [f32; 2],
 }
 
 impl PresentUniform {
     /// For the rectangle of `target`.
-    pub fn new(target: &Target) -> Self {
+    fn new(target: &Target) -> Self {
         let [x, y, width, height] = target.rectangle.map(|texels| texels as f32);
         Self { offset_px: [x, y], inverse_size_px: [1.0 / width, 1.0 / height] }
     }
@@ -79,25 +79,24 @@ const OVER: wgpu::BlendState = wgpu::BlendState::ALPHA_BLENDING;
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record<'f>(
-    graph: &mut Graph<'f>,
-    shared: &'f Shared<'f>,
-    display: &Handle,
-    target: &Target,
-) -> Result<(), ProgramError> {
+pub fn record(r: &mut Recorder<'_, '_>, display: &Handle, target: &Target) -> Result<(), ProgramError> {
     let axes: &[&'static str] = if target.format.is_srgb() { &["srgb_target"] } else { &[] };
-    let step = shared.fullscreen("present", axes, target.format, Some(OVER))?;
     let desc = TextureDesc::new_2d(target.width, target.height, target.format);
-    let imported = graph.import("target", desc, target.texture_view.clone());
-    let [x, y, width, height] = target.rectangle;
-    let mut pass = graph.pass("present");
-    let reads = [("display", pass.read(display))];
-    let output = pass.color(imported, ColorLoad::Keep);
-    pass.draw(move |context| {
-        context.render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-        context.render_pass.set_scissor_rect(x, y, width, height);
-        step.draw(context, &reads, &[("present", shared.present.as_entire_binding())]);
-    });
-    graph.export(output);
+    let imported = r.graph.import("target", desc, target.texture_view.clone());
+    let step = r.fullscreen("present", "present", axes).blend(OVER).within(target.rectangle);
+    let step = step.uniform("present", &PresentUniform::new(target)).read("display", display);
+    let output = step.draw_into(imported, ColorLoad::Keep)?;
+    r.graph.export(output);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("present", "Present", PresentUniform, [offset_px, inverse_size_px]);
+    }
 }

@@ -17,7 +17,14 @@ pub use settings::{ClusterSettings, LightCulling, LightSettings};
 use crate::exposure::finite_product;
 use crate::view::{DepthRange, View};
 use glam::Vec3;
-use manypass_scene::{LightKind, Scene};
+use manypass_scene::{LightKind, NodeId, Scene};
+
+/// Texels of the table of lights in a row: 256 lights of 4; a constant of `lights.wgsl`.
+pub(crate) const TEXELS_PER_ROW: u32 = 1024;
+/// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`.
+pub(crate) const LIST_WIDTH: u32 = 4096;
+/// Lists in a row of the table of clusters; a constant of `lights.wgsl`.
+pub(crate) const TABLE_WIDTH: u32 = 1024;
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub const LIGHTS_MAX: u32 = 65_535;
@@ -41,17 +48,17 @@ pub struct LightTable {
 }
 
 impl LightTable {
-    /// Collects the lights of all visible nodes; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
+    /// Collects the lights of the visible `nodes`; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
     /// only every n-th light, beginning with the k-th.
-    pub fn new(scene: &Scene, pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
+    pub fn new(scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
         let mut classes: [Vec<[[f32; 4]; 4]>; 3] = Default::default();
         let mut reaches = Vec::new();
         let mut number = 0;
-        for id in scene.visible_nodes() {
+        for id in nodes {
             if number == LIGHTS_MAX {
                 break;
             }
-            let node = scene.node(id);
+            let node = scene.node(*id);
             let Some(light) = node.light.and_then(|light| scene.lights.get(light)) else { continue };
             number += 1;
             if subset.is_some_and(|(k, n)| (number - 1) % n.max(1) != k) {

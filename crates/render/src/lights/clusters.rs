@@ -2,7 +2,7 @@
 
 use super::reach::{Cone, Frustum, Reach};
 use super::{ClusterSettings, LightTable};
-use crate::frame_buffers::{LIST_WIDTH, TABLE_WIDTH};
+use super::{LIST_WIDTH, TABLE_WIDTH};
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
@@ -438,6 +438,7 @@ fn fill_row(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shader::layout::assert_same_layout;
     use glam::Mat4;
     use manypass_scene::{LightKind, Projection};
 
@@ -592,5 +593,15 @@ mod tests {
                 ClusterLists::build(&table, &view, range, &target, &settings, ListLimits { entries: 100, ..UNLIMITED });
             assert_eq!(lists.lights.len(), 3000, "one list of all lights is the last resort");
         }
+    }
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!(
+            "forward",
+            "ClusterGrid",
+            ClusterUniform,
+            [size, slice_from_log_distance, directional_count, global_count]
+        );
     }
 }

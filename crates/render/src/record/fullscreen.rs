@@ -1,0 +1,162 @@
+//! Passes that draw one triangle over all of a target.
+
+use super::bind_groups::Resource;
+use super::uniforms::Uniform;
+use super::{Frame, PreparedView};
+use crate::shader::program::{DepthTest, FullscreenPipeline, ProgramError};
+use bytemuck::Pod;
+use manypass_graph::{ColorLoad, Handle, Pass, Read};
+use std::sync::Arc;
+
+/// Adds colour to the target and leaves its alpha, the coverage, alone (the source's alpha is 0).
+pub const ADD: wgpu::BlendState = {
+    let component = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    };
+    wgpu::BlendState { color: component, alpha: component }
+};
+
+/// A part of the picture, told by depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PicturePart {
+    /// Where there is an opaque or masked surface.
+    Surfaces,
+    /// Where there is none.
+    Background,
+}
+
+/// Which pipeline draws.
+pub(super) enum Shading {
+    /// A program of the renderer's, with the axes that are on.
+    Program(&'static str, Vec<&'static str>),
+    /// One from elsewhere, with a bind group of its own as group 2.
+    Own(Arc<FullscreenPipeline>, Option<wgpu::BindGroup>),
+}
+
+enum Binding {
+    Read(Read),
+    Uniform(Uniform),
+}
+
+/// A full-screen pass that is being declared: what its shader binds in group 1, by WGSL name, and what it draws into.
+#[must_use = "nothing is drawn before `draw_into`"]
+pub struct Fullscreen<'r, 'f> {
+    pub(super) pass: Pass<'r, 'f>,
+    pub(super) frame: &'f Frame<'f>,
+    pub(super) view: &'f PreparedView,
+    pub(super) shading: Shading,
+    bindings: Vec<(&'static str, Binding)>,
+    blend: Option<wgpu::BlendState>,
+    depth: Option<DepthTest>,
+    rectangle: Option<[u32; 4]>,
+}
+
+impl<'r, 'f> Fullscreen<'r, 'f> {
+    pub(super) fn new(pass: Pass<'r, 'f>, frame: &'f Frame<'f>, view: &'f PreparedView, shading: Shading) -> Self {
+        Self { pass, frame, view, shading, bindings: Vec::new(), blend: None, depth: None, rectangle: None }
+    }
+
+    /// The shader reads `handle` under `name`.
+    pub fn read(mut self, name: &'static str, handle: &Handle) -> Self {
+        let read = self.pass.read(handle);
+        self.bindings.push((name, Binding::Read(read)));
+        self
+    }
+
+    /// The shader reads the depth of `handle` under `name`.
+    pub fn read_depth(mut self, name: &'static str, handle: &Handle) -> Self {
+        let read = self.pass.read_depth(handle);
+        self.bindings.push((name, Binding::Read(read)));
+        self
+    }
+
+    /// The shader finds `value` in the uniform `name`.
+    pub fn uniform<T: Pod>(mut self, name: &'static str, value: &T) -> Self {
+        self.bindings.push((name, Binding::Uniform(self.frame.uniforms.push(value))));
+        self
+    }
+
+    /// How what is drawn and what is there become one; without it what is drawn replaces it.
+    pub fn blend(mut self, blend: wgpu::BlendState) -> Self {
+        self.blend = Some(blend);
+        self
+    }
+
+    /// Draws over the pixels that `part` means alone; the others cost nothing. `depth` is attached, read-only.
+    pub fn over(mut self, part: PicturePart, depth: &Handle) -> Self {
+        // Depth is reversed and cleared to 0, where the triangle lies.
+        let compare = match part {
+            PicturePart::Surfaces => wgpu::CompareFunction::Less,
+            PicturePart::Background => wgpu::CompareFunction::GreaterEqual,
+        };
+        self.pass.depth_stencil_read_only(depth);
+        self.depth = Some((depth.desc().format, compare));
+        self
+    }
+
+    /// Draws into a rectangle alone: x and y of its corner, width and height, in texels.
+    pub fn within(mut self, rectangle: [u32; 4]) -> Self {
+        self.rectangle = Some(rectangle);
+        self
+    }
+
+    /// Declares the pass. Returns the version of `target` that holds the result.
+    ///
+    /// # Errors
+    /// A program that does not compile, or declares what nobody binds.
+    pub fn draw_into(self, target: Handle, load: ColorLoad) -> Result<Handle, ProgramError> {
+        let Self { mut pass, frame, view, shading, bindings, blend, depth, rectangle } = self;
+        let (pipeline, own) = match shading {
+            Shading::Program(name, axes) => {
+                (frame.shaders.fullscreen(name, &axes, target.desc().format, blend, depth)?, None)
+            }
+            Shading::Own(pipeline, own) => (pipeline, own),
+        };
+        let program = pipeline.program.clone();
+        let known = || {
+            let names = bindings.iter().map(|(name, _)| *name);
+            names.chain(["linear_clamp", "nearest_clamp"]).collect::<Vec<_>>().join(", ")
+        };
+        // Names are looked up now; when the pass runs, only the views of what it reads are still to come.
+        let mut slots = Vec::with_capacity(program.slots(1).len());
+        for slot in program.slots(1) {
+            let found = bindings.iter().find(|(name, _)| *name == slot.name).map(|(_, binding)| match binding {
+                Binding::Read(read) => Slot::Read(*read),
+                Binding::Uniform(uniform) => Slot::Ready(Resource::Uniform(uniform.clone())),
+            });
+            let sampler = || frame.tables.sampler(&slot.name).map(|sampler| Slot::Ready(Resource::Sampler(sampler)));
+            slots.push(found.or_else(sampler).ok_or_else(|| slot.unbound(&program, 1, known()))?);
+        }
+        let target = pass.color(target, load);
+        pass.draw(move |context| {
+            let resources = slots.into_iter().map(|slot| match slot {
+                Slot::Read(read) => Resource::Texture(context.view(read).clone()),
+                Slot::Ready(resource) => resource,
+            });
+            let group = frame.bind_groups.of_program(context.device, &program, 1, resources.collect());
+            let render_pass = &mut *context.render_pass;
+            if let Some([x, y, width, height]) = rectangle {
+                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+                render_pass.set_scissor_rect(x, y, width, height);
+            }
+            render_pass.set_pipeline(&pipeline.pipeline);
+            render_pass.set_bind_group(0, &view.group, &[]);
+            if let Some(group) = &group {
+                render_pass.set_bind_group(1, group, &[]);
+            }
+            if let Some(own) = &own {
+                render_pass.set_bind_group(2, own, &[]);
+            }
+            render_pass.draw(0..3, 0..1);
+        });
+        Ok(target)
+    }
+}
+
+/// What goes into a slot of group 1.
+enum Slot {
+    Read(Read),
+    Ready(Resource),
+}

@@ -1,0 +1,106 @@
+//! The vocabulary of passes: what a pass, and a user's effect, is given to record itself with. Nothing here knows a pass.
+
+mod bind_groups;
+mod fullscreen;
+mod surfaces;
+mod tables;
+mod uniforms;
+mod view;
+
+pub use fullscreen::{ADD, Fullscreen, PicturePart};
+pub use surfaces::{SurfacePass, Which};
+pub use uniforms::Uniform;
+pub use view::PreparedView;
+
+pub(crate) use bind_groups::BindGroups;
+pub(crate) use surfaces::SurfacePipelines;
+pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
+pub(crate) use uniforms::UniformArena;
+pub(crate) use view::{ViewTables, Viewed};
+
+use crate::gpu::Gpu;
+use crate::resources::SceneResources;
+use crate::shader::Shaders;
+use crate::shader::program::FullscreenPipeline;
+use bytemuck::Pod;
+use fullscreen::Shading;
+use manypass_graph::{Graph, Handle, TextureDesc};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// What all views of a frame share.
+#[derive(Debug)]
+pub struct Frame<'f> {
+    /// The device and what it can do.
+    pub gpu: &'f Gpu,
+    pub(crate) shaders: &'f Shaders,
+    pub(crate) surface_pipelines: &'f SurfacePipelines,
+    pub(crate) resources: &'f SceneResources,
+    pub(crate) tables: &'f FrameTables,
+    pub(crate) uniforms: &'f UniformArena,
+    pub(crate) bind_groups: &'f BindGroups,
+}
+
+impl Frame<'_> {
+    /// A uniform of this frame that holds `value`.
+    pub fn uniform<T: Pod>(&self, value: &T) -> Uniform {
+        self.uniforms.push(value)
+    }
+}
+
+/// Records the passes of one view: the graph, what all views share, and the view.
+pub struct Recorder<'r, 'f> {
+    /// The graph of the frame.
+    pub graph: &'r mut Graph<'f>,
+    /// What all views share.
+    pub frame: &'f Frame<'f>,
+    /// The view whose passes are recorded.
+    pub view: &'f PreparedView,
+}
+
+impl<'r, 'f> Recorder<'r, 'f> {
+    /// Records passes of `view` from here on; its name precedes theirs.
+    pub fn new(graph: &'r mut Graph<'f>, frame: &'f Frame<'f>, view: &'f PreparedView) -> Self {
+        graph.set_view(view.name.clone());
+        Self { graph, frame, view }
+    }
+
+    /// A texture of the view's size that lives within the frame.
+    pub fn texture(&mut self, name: impl Into<Cow<'static, str>>, format: wgpu::TextureFormat) -> Handle {
+        let desc = self.view.desc(format);
+        self.graph.texture(name, desc)
+    }
+
+    /// A texture of any shape that lives within the frame.
+    pub fn texture_of(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> Handle {
+        self.graph.texture(name, desc)
+    }
+
+    /// A full-screen pass of the program `program` with the axes `axes` on. Its name is its folder's, then the step's.
+    pub fn fullscreen(
+        &mut self,
+        name: impl Into<Cow<'static, str>>,
+        program: &'static str,
+        axes: &[&'static str],
+    ) -> Fullscreen<'_, 'f> {
+        let pass = self.graph.pass(name);
+        Fullscreen::new(pass, self.frame, self.view, Shading::Program(program, axes.to_vec()))
+    }
+
+    /// A full-screen pass with a pipeline from elsewhere, and a bind group of its own as group 2.
+    pub fn own_fullscreen(
+        &mut self,
+        name: impl Into<Cow<'static, str>>,
+        pipeline: Arc<FullscreenPipeline>,
+        own: Option<wgpu::BindGroup>,
+    ) -> Fullscreen<'_, 'f> {
+        let pass = self.graph.pass(name);
+        Fullscreen::new(pass, self.frame, self.view, Shading::Own(pipeline, own))
+    }
+
+    /// A pass that draws surfaces of the view with the program `program`.
+    pub fn surfaces(&mut self, name: impl Into<Cow<'static, str>>, program: &'static str) -> SurfacePass<'_, 'f> {
+        let pass = self.graph.pass(name);
+        SurfacePass::new(pass, self.frame, self.view, program)
+    }
+}

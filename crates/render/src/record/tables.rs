@@ -1,0 +1,125 @@
+//! What every program finds in group 0, and what of it is the same in every frame.
+
+use super::bind_groups::Resource;
+use crate::gpu::Gpu;
+
+/// A name of group 0. Its place in the list is its binding.
+#[derive(Debug)]
+pub(crate) struct FrameSlot {
+    pub name: &'static str,
+    pub ty: wgpu::BindingType,
+}
+
+const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
+    ty: wgpu::BufferBindingType::Uniform,
+    has_dynamic_offset: false,
+    min_binding_size: None,
+};
+
+const fn texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
+    wgpu::BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D2, multisampled: false }
+}
+
+const fn slot(name: &'static str, ty: wgpu::BindingType) -> FrameSlot {
+    FrameSlot { name, ty }
+}
+
+/// Group 0 of all programs: one layout, so that it is bound once a pass whatever is drawn. A stage has 16 textures, and
+/// counts those of a layout that it does not read: here may be 6 at most.
+pub(crate) const FRAME_GROUP: [FrameSlot; 9] = [
+    slot("view", UNIFORM),
+    slot("directional_albedo", texture(wgpu::TextureSampleType::Float { filterable: true })),
+    slot("linear_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+    slot("cluster_grid", UNIFORM),
+    slot("lights", texture(wgpu::TextureSampleType::Float { filterable: false })),
+    slot("cluster_table", texture(wgpu::TextureSampleType::Uint)),
+    slot("cluster_lights", texture(wgpu::TextureSampleType::Uint)),
+    slot("environment", UNIFORM),
+    slot("nearest_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
+];
+
+/// What is the same in every frame.
+#[derive(Debug)]
+pub(crate) struct FrameTables {
+    pub directional_albedo: wgpu::TextureView,
+    pub linear_clamp: wgpu::Sampler,
+    pub nearest_clamp: wgpu::Sampler,
+}
+
+impl FrameTables {
+    pub fn new(gpu: &Gpu) -> Self {
+        let sampler = |label, filter| {
+            gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some(label),
+                mag_filter: filter,
+                min_filter: filter,
+                ..Default::default()
+            })
+        };
+        Self {
+            directional_albedo: upload_directional_albedo(gpu),
+            linear_clamp: sampler("linear_clamp", wgpu::FilterMode::Linear),
+            nearest_clamp: sampler("nearest_clamp", wgpu::FilterMode::Nearest),
+        }
+    }
+
+    /// The samplers that every shader may name.
+    pub fn sampler(&self, name: &str) -> Option<wgpu::Sampler> {
+        match name {
+            "linear_clamp" => Some(self.linear_clamp.clone()),
+            "nearest_clamp" => Some(self.nearest_clamp.clone()),
+            _ => None,
+        }
+    }
+
+    /// Group 0 with what is the view's: its uniform, the lists of lights and their shape, the environment.
+    pub fn frame_group(&self, view: [Resource; 6]) -> Vec<Resource> {
+        let [view, grid, lights, table, lists, environment] = view;
+        vec![
+            view,
+            Resource::Texture(self.directional_albedo.clone()),
+            Resource::Sampler(self.linear_clamp.clone()),
+            grid,
+            lights,
+            table,
+            lists,
+            environment,
+            Resource::Sampler(self.nearest_clamp.clone()),
+        ]
+    }
+}
+
+/// The table of `build.rs` as half floats, which every backend can filter.
+fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width: 32, height: 32, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("directional_albedo"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rg16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let texels: Vec<u16> =
+        crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flatten().map(|value| half_from_unit(*value)).collect();
+    gpu.queue.write_texture(
+        texture.as_image_copy(),
+        bytemuck::cast_slice(&texels),
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(128), rows_per_image: None },
+        size,
+    );
+    texture.create_view(&Default::default())
+}
+
+/// A half float of a value from 0 to 2, rounded to nearest; values below 2⁻¹⁴ become denormal.
+fn half_from_unit(value: f32) -> u16 {
+    let bits = value.max(0.0).to_bits();
+    let exponent = (bits >> 23) as i32 - 127 + 15;
+    if exponent <= 0 {
+        return (value * 16_777_216.0).round() as u16;
+    }
+    let rounded = (bits & 0x7f_ffff) + 0x1000;
+    (((exponent as u32) << 10) + (rounded >> 13)) as u16
+}

@@ -1,0 +1,164 @@
+//! A camera of the frame, ready to be recorded: what it draws, its lists of lights, its uniforms.
+
+use super::bind_groups::{BindGroups, Resource};
+use super::tables::{FRAME_GROUP, FrameTables};
+use super::uniforms::UniformArena;
+use crate::draws::DrawList;
+use crate::environment::EnvironmentUniform;
+use crate::gpu::Gpu;
+use crate::gpu::data_texture::DataTexture;
+use crate::lights::{ClusterLists, LIST_WIDTH, LightTable, TABLE_WIDTH, TEXELS_PER_ROW};
+use crate::resources::filtering::Sampling;
+use crate::shader::Shaders;
+use crate::view::ViewUniform;
+use manypass_graph::TextureDesc;
+use std::borrow::Cow;
+use std::rc::Rc;
+
+/// One camera of a frame, prepared before its passes are recorded.
+#[derive(Debug)]
+pub struct PreparedView {
+    /// Precedes the names of its passes; empty for the only view.
+    pub name: Cow<'static, str>,
+    /// Width and height at which it is shaded.
+    pub size: (u32, u32),
+    /// What `view.wgsl` gives shaders.
+    pub uniform: ViewUniform,
+    /// The number of lights.
+    pub light_count: u32,
+    /// Whether the environment lights anything.
+    pub is_environment_dark: bool,
+    pub(crate) draws: Rc<DrawList>,
+    pub(crate) instances: wgpu::Buffer,
+    /// How samplers of textures filter.
+    pub(crate) sampling: Sampling,
+    /// Group 0 of all programs.
+    pub(crate) group: wgpu::BindGroup,
+}
+
+impl PreparedView {
+    /// The shape of a texture of the view's size.
+    pub fn desc(&self, format: wgpu::TextureFormat) -> TextureDesc {
+        TextureDesc::new_2d(self.size.0, self.size.1, format)
+    }
+
+    /// Whether the camera sees the world mirrored, so that triangles turn around.
+    pub fn is_reflected(&self) -> bool {
+        self.uniform.world_from_view.determinant() < 0.0
+    }
+
+    /// Triangles of all its draws.
+    pub fn triangle_count(&self) -> u64 {
+        self.draws.triangles
+    }
+
+    /// Whether there are blended surfaces in it.
+    pub fn has_blended(&self) -> bool {
+        !self.draws.blended.is_empty()
+    }
+
+    /// Pixels of the view.
+    pub fn pixel_count(&self) -> u64 {
+        u64::from(self.size.0) * u64::from(self.size.1)
+    }
+}
+
+/// Textures and buffers of a view that each frame fills anew.
+#[derive(Debug)]
+pub(crate) struct ViewTables {
+    lights: DataTexture,
+    cluster_table: DataTexture,
+    cluster_lights: DataTexture,
+    instances: wgpu::Buffer,
+    /// What `instances` holds.
+    uploaded: Vec<u8>,
+}
+
+impl ViewTables {
+    pub fn new(gpu: &Gpu) -> Self {
+        let table = |label, format, width| DataTexture::new(&gpu.device, label, format, width);
+        Self {
+            lights: table("lights", wgpu::TextureFormat::Rgba32Float, TEXELS_PER_ROW),
+            cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, TABLE_WIDTH),
+            cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
+            instances: create_instances(gpu, 64),
+            uploaded: Vec::new(),
+        }
+    }
+
+    /// Uploads what changed, and says how many bytes that were.
+    pub fn write(&mut self, gpu: &Gpu, table: &LightTable, lists: &ClusterLists, draws: &DrawList) -> u64 {
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        // The lists were made to fit.
+        let mut written = self.lights.write(device, queue, &table.texels).unwrap_or(0);
+        written += self.cluster_table.write(device, queue, &lists.table).unwrap_or(0);
+        written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
+        let bytes: &[u8] = bytemuck::cast_slice(&draws.instances);
+        if bytes.len() as u64 > self.instances.size() {
+            self.instances = create_instances(gpu, (bytes.len() as u64).next_power_of_two());
+            self.uploaded.clear();
+        }
+        if !self.uploaded.starts_with(bytes) {
+            queue.write_buffer(&self.instances, 0, bytes);
+            self.uploaded.clear();
+            self.uploaded.extend_from_slice(bytes);
+            written += bytes.len() as u64;
+        }
+        written
+    }
+}
+
+/// What a view is prepared from, beside its tables.
+pub(crate) struct Viewed<'a> {
+    pub name: Cow<'static, str>,
+    pub size: (u32, u32),
+    pub uniform: ViewUniform,
+    pub draws: Rc<DrawList>,
+    pub sampling: Sampling,
+    pub table: &'a LightTable,
+    pub lists: &'a ClusterLists,
+    pub environment: &'a EnvironmentUniform,
+}
+
+impl Viewed<'_> {
+    /// The view, with its uniforms in `uniforms` and its group 0 among `groups`.
+    pub fn prepare(
+        self,
+        gpu: &Gpu,
+        shaders: &Shaders,
+        shared: (&FrameTables, &UniformArena, &BindGroups),
+        tables: &ViewTables,
+    ) -> PreparedView {
+        let (frame_tables, uniforms, groups) = shared;
+        let texture = |table: &DataTexture| Resource::Texture(table.view().clone());
+        let resources = frame_tables.frame_group([
+            Resource::Uniform(uniforms.push(&self.uniform)),
+            Resource::Uniform(uniforms.push(&self.lists.uniform)),
+            texture(&tables.lights),
+            texture(&tables.cluster_table),
+            texture(&tables.cluster_lights),
+            Resource::Uniform(uniforms.push(self.environment)),
+        ]);
+        let bindings: Vec<u32> = (0..FRAME_GROUP.len() as u32).collect();
+        PreparedView {
+            group: groups.get(&gpu.device, "frame", shaders.frame_layout(), &bindings, resources),
+            name: self.name,
+            size: self.size,
+            uniform: self.uniform,
+            light_count: self.table.len(),
+            is_environment_dark: self.environment.is_dark(),
+            draws: self.draws,
+            instances: tables.instances.clone(),
+            sampling: self.sampling,
+        }
+    }
+}
+
+fn create_instances(gpu: &Gpu, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("instances"),
+        size,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}

@@ -1,0 +1,187 @@
+//! From what a frame is asked for to views that can be recorded.
+
+use super::output::{Output, RadianceMean, ViewState};
+use super::{Purpose, Renderer};
+use crate::aov::AovPasses;
+use crate::draws::{Deformation, DrawList};
+use crate::frame::Variables;
+use crate::gpu::Capabilities;
+use crate::lights::{self, LightTable};
+use crate::record::{PreparedView, ViewTables, Viewed};
+use crate::render_settings::Path;
+use crate::request::{FrameRequest, FrameStats, RenderError};
+use crate::resources::filtering::TextureFiltering;
+use crate::view::{self, CameraStep, ViewUniform};
+use manypass_scene::{Aabb, NodeId, Scene};
+use std::rc::Rc;
+
+/// One view of the frame, as it was asked for.
+pub(super) struct Asked {
+    pub name: String,
+    pub request: FrameRequest,
+    /// The size at which it is shaded; the picture itself is as large as the request says.
+    pub size: (u32, u32),
+    pub output_size: (u32, u32),
+    pub radiance_mean: RadianceMean,
+    /// The passes that its variables need, and whether any variable is wanted.
+    pub wants_variables: bool,
+}
+
+impl Asked {
+    pub fn new(
+        name: &str,
+        request: &FrameRequest,
+        scene: &Scene,
+        capabilities: &Capabilities,
+    ) -> Result<Self, RenderError> {
+        let request = request.resolved(scene);
+        let limit = capabilities.max_texture_size;
+        let scale = request.settings.render.scale;
+        let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
+        let (width, height) = (request.width, request.height);
+        let size = (shaded(width), shaded(height));
+        let fits = |side: u32| (1..=limit).contains(&side);
+        if ![width, height, size.0, size.1].into_iter().all(fits) {
+            return Err(RenderError::Size { width, height, limit });
+        }
+        Ok(Self {
+            name: name.into(),
+            size,
+            output_size: (width, height),
+            radiance_mean: RadianceMean::of(&request),
+            wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
+            request,
+        })
+    }
+
+    /// Which of the two sums holds the mean so far.
+    pub fn previous_sum(&self, state: &ViewState) -> usize {
+        if self.request.sample_index == 0 { 0 } else { state.latest_sum }
+    }
+}
+
+/// What all views of a frame are prepared from.
+pub(super) struct World<'s> {
+    pub scene: &'s Scene,
+    pub nodes: Vec<NodeId>,
+    pub bounds_world: Aabb,
+    pub deformation: Deformation,
+    /// Tables of lights, by the pre-exposure and the subset that they were made for: most views share one.
+    tables: Vec<(u32, Option<(u32, u32)>, Rc<LightTable>)>,
+}
+
+impl<'s> World<'s> {
+    pub fn new(scene: &'s Scene, nodes: Vec<NodeId>, deformation: Deformation) -> Self {
+        Self { scene, nodes, bounds_world: scene.posed_bounds_world(), deformation, tables: Vec::new() }
+    }
+
+    fn light_table(&mut self, pre_exposure: f32, subset: Option<(u32, u32)>) -> Rc<LightTable> {
+        let bits = pre_exposure.to_bits();
+        let known = self.tables.iter().find(|(of, with, _)| (*of, *with) == (bits, subset));
+        if let Some((_, _, table)) = known {
+            return table.clone();
+        }
+        let table = Rc::new(LightTable::new(self.scene, &self.nodes, pre_exposure, subset));
+        self.tables.push((bits, subset, table.clone()));
+        table
+    }
+}
+
+/// A view that can be recorded.
+pub(super) struct Ready {
+    pub view: PreparedView,
+    /// The view of its variables, where the picture is shaded at another size than its own: variables are of rays through
+    /// the middles of the picture's pixels, which are not those of the shaded ones.
+    pub variables_view: Option<PreparedView>,
+    pub variables: Variables,
+    /// The uniform of the picture's own size.
+    pub variables_uniform: ViewUniform,
+}
+
+impl Renderer {
+    /// Makes a view ready: culls its draws and lights, and uploads what changed of its tables. Adds to the numbers of the
+    /// frame.
+    pub(super) fn ready(
+        &self,
+        asked: &Asked,
+        world: &mut World<'_>,
+        tables: &mut ViewTables,
+        has_previous: bool,
+        stats: &mut FrameStats,
+    ) -> Result<Ready, RenderError> {
+        let resources = self.resources.as_ref().ok_or(RenderError::Missing("no scene was loaded"))?;
+        let Asked { request, size, output_size, .. } = asked;
+        let settings = &request.settings;
+        let pre_exposure = request.pre_exposure();
+        let range = request.camera.depth_range(&world.bounds_world);
+        let jitter = view::jitter_px(request.sample_index, request.sample_count);
+        let filtering = TextureFiltering::new(request.sample_index, request.sample_count, &self.gpu.capabilities);
+        let uniform_at = |size: (u32, u32)| {
+            let camera = &request.camera;
+            let uniform = camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
+            ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.sampling.anisotropy.into(), ..uniform }
+        };
+        let uniform = uniform_at(*size);
+        let draws = Rc::new(DrawList::new(world.scene, resources, &world.nodes, &world.deformation, &uniform));
+        let started = web_time::Instant::now();
+        let table = world.light_table(pre_exposure, request.light_subset);
+        let aspect = output_size.0 as f32 / output_size.1 as f32;
+        let target = lights::Target { size: *size, aspect, jitter_px: jitter };
+        let limits = lights::ListLimits::of(self.gpu.capabilities.max_texture_size);
+        let (culling, clusters) = (settings.lights.culling, &settings.clusters);
+        let lists = table.cluster(&request.camera, range, &target, culling, clusters, limits);
+        stats.draws += (draws.opaque.len() + draws.blended.len()) as u32;
+        stats.triangles += draws.triangles;
+        stats.lights = stats.lights.max(table.len());
+        stats.list_entries += lists.lights.len() as u64;
+        stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
+        stats.uploaded_bytes += tables.write(&self.gpu, &table, &lists, &draws);
+        let environment = request.environment_uniform();
+        let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
+            let viewed = Viewed {
+                name: name.into(),
+                size,
+                uniform,
+                draws: draws.clone(),
+                sampling: filtering.sampling,
+                table: &table,
+                lists: &lists,
+                environment: &environment,
+            };
+            viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
+        };
+        let passes = if asked.wants_variables { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
+        let has_own_view = asked.wants_variables && size != output_size && settings.render.path == Path::Deferred;
+        let previous = request.previous.as_ref().filter(|_| passes.motion && has_previous);
+        let variables_uniform = uniform_at(*output_size);
+        let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
+        Ok(Ready {
+            view: prepare(asked.name.clone(), *size, uniform),
+            variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform)),
+            variables: Variables {
+                passes,
+                camera_step: previous.map(|previous| CameraStep {
+                    current: request.camera,
+                    previous: previous.camera,
+                    range,
+                    output_size: *output_size,
+                }),
+            },
+            variables_uniform,
+        })
+    }
+
+    /// The textures that a view's picture goes to; none where the frame is metered.
+    pub(super) fn output_of<'o>(
+        &self,
+        asked: &Asked,
+        slot: &'o mut Option<Output>,
+        purpose: &Purpose<'_>,
+    ) -> Option<&'o Output> {
+        match purpose {
+            Purpose::Meter(_) => None,
+            Purpose::Plan => Some(slot.insert(Output::planned(&self.gpu, asked.output_size, asked.radiance_mean))),
+            _ => Some(Output::of(&self.gpu, slot, asked.output_size, asked.radiance_mean)),
+        }
+    }
+}

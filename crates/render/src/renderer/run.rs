@@ -1,0 +1,268 @@
+//! One frame: its views are made ready, recorded, planned and run.
+
+use super::output::{Output, ViewState};
+use super::prepare::{Asked, Ready, World};
+use super::{Purpose, Renderer};
+use crate::aov::AovExports;
+use crate::draws::Deformation;
+use crate::frame::{self, Picture, Variables};
+use crate::gpu::readback;
+use crate::passes::present::Target;
+use crate::passes::{direct, meter};
+use crate::record::{Frame, Recorder};
+use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError};
+use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
+use manypass_scene::Scene;
+
+/// A frame that was planned, and run if it was not only to be planned.
+struct Executed {
+    plan: Plan,
+    run: Option<Run>,
+    /// What the purpose reads of a frame that is no picture.
+    export: Option<Export>,
+}
+
+/// What recording a view leaves to fetch.
+struct Recorded {
+    variables: AovExports,
+    export: Option<Export>,
+}
+
+impl Renderer {
+    /// Runs a frame of `views`, innermost first, for a purpose; those that are no picture have one view.
+    pub(super) async fn run(
+        &mut self,
+        scene: &Scene,
+        views: &[(&str, &FrameRequest)],
+        purpose: &mut Purpose<'_>,
+    ) -> Result<Plan, RenderError> {
+        let is_twice = |(at, (name, _)): &(usize, &(&str, _))| views.iter().skip(at + 1).any(|other| other.0 == *name);
+        if let Some((_, (name, _))) = views.iter().enumerate().find(is_twice) {
+            return Err(RenderError::ViewTwice((*name).into()));
+        }
+        let capabilities = &self.gpu.capabilities;
+        let asked: Vec<Asked> = views
+            .iter()
+            .map(|(name, request)| Asked::new(name, request, scene, capabilities))
+            .collect::<Result<_, _>>()?;
+        if purpose.is_picture() && asked.iter().any(|asked| asked.request.sample_index == 0) {
+            self.forget_variables();
+        }
+        // A plan leaves no trace in what the views keep.
+        let mut states: Vec<ViewState> = asked
+            .iter()
+            .map(|asked| {
+                let kept = if matches!(purpose, Purpose::Plan) { None } else { self.views.remove(&asked.name) };
+                kept.unwrap_or_else(|| ViewState::new(&self.gpu))
+            })
+            .collect();
+        let executed = self.execute(scene, &asked, &mut states, purpose);
+        if !matches!(purpose, Purpose::Plan) {
+            self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
+        }
+        let Executed { plan, run, export } = executed?;
+        if let Some(run) = run {
+            self.fetch(run, export, purpose).await?;
+        }
+        Ok(plan)
+    }
+
+    fn execute(
+        &mut self,
+        scene: &Scene,
+        asked: &[Asked],
+        states: &mut [ViewState],
+        purpose: &mut Purpose<'_>,
+    ) -> Result<Executed, RenderError> {
+        let is_kept = !matches!(purpose, Purpose::Plan | Purpose::Meter(_));
+        let output_bytes =
+            asked.iter().zip(&*states).filter(|_| is_kept).map(|(asked, state)| {
+                Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.radiance_mean)
+            });
+        let output_bytes: u64 = output_bytes.sum();
+        check_budget(self.memory_budget_bytes, output_bytes)?;
+        self.uniforms.begin();
+        self.bind_groups.begin();
+        let pipelines_made = self.shaders.made();
+        let mut stats = FrameStats::default();
+
+        // The world, once for all views.
+        let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
+        let nodes = scene.visible_nodes();
+        let mut deformation = Deformation::new(scene, resources, &nodes);
+        let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
+            let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
+            asked.request.previous.as_deref().filter(|_| wants_motion)
+        });
+        let has_previous = previous.is_some_and(|previous| {
+            let texels = previous.append_to(scene, &mut deformation);
+            let written = resources.write_previous_nodes(&self.gpu, &texels);
+            stats.uploaded_bytes += written.unwrap_or(0);
+            written.is_some()
+        });
+        stats.uploaded_bytes += resources.write_deformation(&self.gpu, &deformation);
+        let mut world = World::new(scene, nodes, deformation);
+
+        // The views.
+        let ready: Vec<Ready> = asked
+            .iter()
+            .zip(&mut *states)
+            .map(|(asked, state)| self.ready(asked, &mut world, &mut state.tables, has_previous, &mut stats))
+            .collect::<Result<_, _>>()?;
+
+        // The frame.
+        let resources = self.resources.as_ref().ok_or(RenderError::Missing("no scene was loaded"))?;
+        let frame = Frame {
+            gpu: &self.gpu,
+            shaders: &self.shaders,
+            surface_pipelines: &self.surface_pipelines,
+            resources,
+            tables: &self.tables,
+            uniforms: &self.uniforms,
+            bind_groups: &self.bind_groups,
+        };
+        let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
+        let mut recorded = Vec::with_capacity(asked.len());
+        for ((asked, state), ready) in asked.iter().zip(&mut *states).zip(&ready) {
+            let previous_sum = asked.previous_sum(state);
+            let output = self.output_of(asked, &mut state.output, purpose);
+            let output = output.map(|output| (output, previous_sum));
+            recorded.push(record_view(&mut graph, &frame, asked, ready, output, purpose)?);
+        }
+        let plan = graph.plan()?;
+        let bytes = plan.bytes();
+        (stats.texture_bytes, stats.texture_bytes_unaliased) = (bytes.aliased, bytes.unaliased);
+        let export = recorded.iter().find_map(|recorded| recorded.export);
+        if matches!(purpose, Purpose::Plan) {
+            return Ok(Executed { plan, run: None, export });
+        }
+        let options = RunOptions {
+            taps: if matches!(purpose, Purpose::Pictures(_)) { Taps::All } else { Taps::None },
+            time: if matches!(purpose, Purpose::Times(_)) { Timing::Once } else { Timing::Off },
+        };
+        check_budget(self.memory_budget_bytes, output_bytes + self.executor.missing_bytes(&plan, &options))?;
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let run = self.executor.run(graph, &plan, &mut encoder, &options);
+        stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
+        self.gpu.queue.submit([encoder.finish()]);
+        stats.bind_groups_made = self.bind_groups.made();
+        stats.pipelines_made = self.shaders.made() - pipelines_made;
+        self.stats = stats;
+        self.gpu.check()?;
+
+        // What the views keep.
+        for (((asked, state), ready), recorded) in asked.iter().zip(states).zip(&ready).zip(recorded) {
+            if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_)) {
+                state.latest_sum = 1 - asked.previous_sum(state);
+                state.radiance_mean = asked.radiance_mean;
+                state.pre_exposure = asked.request.pre_exposure();
+                state.background_radiance = asked.request.background_radiance();
+            }
+            if asked.wants_variables && purpose.is_picture() {
+                state.aovs = recorded.variables.textures(&run, ready.variables_uniform)?;
+            }
+        }
+        if purpose.is_picture() && asked.iter().any(|asked| asked.wants_variables) {
+            self.executor.release_exports(&run);
+        }
+        Ok(Executed { plan, run: Some(run), export })
+    }
+
+    /// Reads what the purpose is for.
+    async fn fetch(&self, run: Run, export: Option<Export>, purpose: &mut Purpose<'_>) -> Result<(), RenderError> {
+        if let Some(export) = export {
+            let texture = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
+            let bytes = readback::read_texture(&self.gpu, texture).await?;
+            match &mut *purpose {
+                Purpose::Pairs(counts) => *counts = sum_pairs(&bytes),
+                Purpose::Meter(pixels) => {
+                    *pixels = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+                }
+                _ => (),
+            }
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        match purpose {
+            Purpose::Pictures(pictures) => {
+                let report = run.read(&self.gpu.device);
+                *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
+            }
+            Purpose::Times(times) => *times = run.read(&self.gpu.device).passes,
+            _ => (),
+        }
+        Ok(())
+    }
+}
+
+/// Records all passes of a view.
+fn record_view<'f>(
+    graph: &mut Graph<'f>,
+    frame: &'f Frame<'f>,
+    asked: &'f Asked,
+    ready: &'f Ready,
+    output: Option<(&Output, usize)>,
+    purpose: &Purpose<'_>,
+) -> Result<Recorded, RenderError> {
+    let request = &asked.request;
+    let (variables, of_view) = match &ready.variables_view {
+        Some(view) => {
+            let mut r = Recorder::new(graph, frame, view);
+            (Some(frame::variable_passes(&mut r, &ready.variables)?), Variables::default())
+        }
+        None => (None, ready.variables),
+    };
+    let mut r = Recorder::new(graph, frame, &ready.view);
+    let outputs = frame::view_passes(&mut r, &request.settings, &of_view)?;
+    let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
+    let mut export = None;
+    match (purpose, &outputs.gbuffer, output) {
+        (Purpose::Pairs(_), Some(gbuffer), _) => {
+            let pairs = direct::record_counting(&mut r, gbuffer)?;
+            export = Some(r.graph.export(pairs));
+        }
+        (_, _, None) => {
+            let meter = meter::record(&mut r, &outputs.radiance)?;
+            export = Some(r.graph.export(meter));
+        }
+        (_, _, Some((output, previous_sum))) => {
+            let means = output.means(r.graph, asked.radiance_mean, previous_sum);
+            let picture = Picture {
+                display: output.display(r.graph),
+                target: target_of(purpose),
+                is_shown: !matches!(purpose, Purpose::Sample),
+                sample_index: request.sample_index,
+                exposure: request.display_exposure(),
+            };
+            frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture)?;
+        }
+    }
+    let variables = if asked.wants_variables {
+        AovExports::new(r.graph, variables.unwrap_or(outputs))
+    } else {
+        AovExports::default()
+    };
+    Ok(Recorded { variables, export })
+}
+
+fn target_of<'t>(purpose: &Purpose<'t>) -> Option<&'t Target> {
+    if let Purpose::Target(target) = purpose { Some(target) } else { None }
+}
+
+/// Fails if a frame may not allocate `needed_bytes`.
+fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), RenderError> {
+    match budget_bytes {
+        Some(budget_bytes) if needed_bytes > budget_bytes => Err(RenderError::Memory { needed_bytes, budget_bytes }),
+        _ => Ok(()),
+    }
+}
+
+fn sum_pairs(bytes: &[u8]) -> PairCounts {
+    let mut counts = [0f64; 3];
+    for texel in bytes.chunks_exact(16) {
+        for (channel, count) in counts.iter_mut().enumerate() {
+            let b = &texel[channel * 4..channel * 4 + 4];
+            *count += f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        }
+    }
+    PairCounts { pairs_visited: counts[0] as u64, pairs_shaded: counts[1] as u64, pairs_in_range: counts[2] as u64 }
+}
