@@ -161,7 +161,7 @@ pub struct FrameArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// auto, studio, fill, none or an sRGB colour [default: auto: studio, or fill, which is faint, if the file has lights].
+    /// auto, studio, fill (a faint studio), none or an sRGB colour [default: auto: fill if the file has lights, else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Multiplies the environment [default: 1].

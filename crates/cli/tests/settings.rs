@@ -28,11 +28,13 @@ fn settings_are_listed() {
     let folder = Folder::new("settings");
     folder.write("file.wgsl", LINES.as_bytes());
     let table = run_in(&folder, &["settings"]).expect(0).text();
-    assert!(table.starts_with("key ") && table.contains("clusters.tile_px  u32   16       8 to 128"), "{table}");
+    let line = table.lines().find(|line| line.starts_with("clusters.tile_px ")).unwrap_or_default();
+    let words = line.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(table.starts_with("key ") && words.starts_with("clusters.tile_px u32 16 8 to 128 px"), "{table}");
     let text = run_in(&folder, &["settings", "--json", "--effect", "file.wgsl"]).expect(0).text();
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let entries = json.as_array().expect("an array");
-    let keys = ["choices", "default", "doc", "key", "max", "min", "type", "unit"];
+    let keys = ["choices", "default", "doc", "key", "max", "min", "needs", "type", "unit"];
     for entry in entries {
         let mut found: Vec<&str> = entry.as_object().expect("an object").keys().map(String::as_str).collect();
         found.sort_unstable();
@@ -48,6 +50,18 @@ fn settings_are_listed() {
             && scale["type"] == "f32"
             && scale["choices"] == serde_json::json!([])
     );
+    let slices = entries.iter().find(|entry| entry["key"] == "clusters.slices").expect("of the lists");
+    assert_eq!(
+        (&slices["needs"], &scale["needs"]),
+        (&serde_json::json!(["lights.culling=clustered"]), &serde_json::json!([]))
+    );
+    let curve = entries.iter().find(|entry| entry["key"] == "tone_map.curve").expect("the curve's");
+    assert!(curve["type"] == "choice" && curve["default"] == "neutral" && curve["choices"][1] == "aces", "{curve}");
+    let text = run_in(&folder, &["settings", "--schema", "--effect", "file.wgsl"]).expect(0).text();
+    let schema: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(schema["properties"]["clusters"]["properties"]["slices"]["maximum"], 64);
+    assert_eq!(schema["properties"]["lines"]["properties"]["color"]["maxItems"], 3);
+    run_in(&folder, &["settings", "--schema", "--json"]).expect(2);
     let help = run_in(&folder, &["render", "--help"]).expect(0).text();
     assert!(help.contains("`manypass settings` lists the keys"), "{help}");
 }
@@ -112,6 +126,70 @@ fn errors_begin_with_file_line_and_column_and_keep_their_lines() {
             run.stderr
         );
     }
+}
+
+/// The passes of `graph` for what every adapter of WebGL 2 offers; no adapter is there.
+fn passes(folder: &Folder, flags: &[&str]) -> Vec<String> {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_manypass"));
+    command.args(["graph", "tri.glb", "--limits", "webgl2", "--format", "json", "--size", "64x36"]).args(flags);
+    command.current_dir(&**folder).env("VK_DRIVER_FILES", "/nowhere.json").env("VK_ICD_FILENAMES", "/nowhere.json");
+    let run = common::Run::from(command.output().expect("the program starts")).expect(0);
+    let json: serde_json::Value = serde_json::from_str(&run.text()).expect("JSON");
+    let passes = json["plan"]["passes"].as_array().expect("passes");
+    passes.iter().filter_map(|pass| pass["name"].as_str()).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_value_comes_from_the_file_then_the_flags_then_set_and_graph_takes_them_without_an_adapter() {
+    let folder = Folder::new("precedence");
+    folder.write("tri.glb", &triangle_glb([0.9, 0.1, 0.1]));
+    folder.write("lines.wgsl", LINES.as_bytes());
+    folder.write("forward.toml", b"[render]\npath = \"forward\"\n");
+    let has = |flags: &[&str], name: &str| passes(&folder, flags).iter().any(|pass| pass == name);
+    let file = ["--settings", "forward.toml"];
+    assert!(has(&[], "geometry") && !has(&[], "forward.opaque"));
+    assert!(has(&file, "forward.opaque"));
+    let flag = [&file[..], &["--path", "deferred"]].concat();
+    assert!(has(&flag, "geometry") && !has(&flag, "forward.opaque"));
+    assert!(has(&[&["--set", "render.path=forward"], &flag[..]].concat(), "forward.opaque"));
+    // What else changes the frame.
+    assert!(has(&["--effect", "lines.wgsl"], "lines") && has(&["--aov", "object_id"], "ids"));
+    assert!(!has(&["--background", "ff0000"], "background") && has(&[], "background"));
+    for (flags, code, part) in [
+        (&["--settings", "forward.toml", "--aov", "depth"][..], 2, "only --path deferred"),
+        (&["--limits", "webgl2", "--size", "4096x16"], 1, "each side must be 1 to 2048"),
+        (&["--limits", "webgl2", "--adapter", "x"], 2, "--adapter"),
+        (&["--limits", "webgl1"], 2, "webgl2"),
+    ] {
+        let run = run_in(&folder, &[&["graph", "tri.glb"], flags].concat()).expect(code);
+        assert!(run.stderr.contains(part), "{flags:?}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn bench_takes_effects_and_settings() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("bench-settings");
+    folder.write("tri.glb", &triangle_glb([0.9, 0.1, 0.1]));
+    folder.write("lines.wgsl", LINES.as_bytes());
+    let fixed =
+        ["bench", "tri.glb", "--size", "8x8", "--count", "1", "--json", "--png", "b.png", "--light-culling", "none"];
+    let flags =
+        ["--path", "deferred", "--effect", "lines.wgsl", "--set", "render.path=forward", "--set", "lines.color=0,0,1"];
+    let text = run_in(&folder, &[&fixed[..], &flags].concat()).expect(0).text();
+    let info = serde_json::from_str::<serde_json::Value>(&text).expect("JSON")["info"].clone();
+    assert!(info["path"] == "forward" && info["light_culling"] == "none", "{info}");
+    assert_eq!(info["settings"]["tone_map"], serde_json::json!({ "curve": "none", "dither": 0.0 }));
+    assert!(
+        info["passes"].as_array().is_some_and(|passes| passes.iter().any(|pass| pass["name"] == "lines")),
+        "{info}"
+    );
+    let blue = image::open(folder.join("b.png")).expect("a picture").to_rgb8().get_pixel(4, 4).0;
+    assert_eq!(blue, [0, 0, 255]);
+    let run = run_in(&folder, &["bench", "tri.glb", "--effect", "lines.wgsl", "--png", "lines.wgsl"]).expect(2);
+    assert!(run.stderr.contains(".png") || run.stderr.contains("the effect"), "{}", run.stderr);
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod exr_header;
 pub mod lines;
 pub mod manifest;
 pub mod memory;
+pub mod settings_docs;
 pub mod sheet;
 pub mod still;
 

@@ -134,7 +134,7 @@ impl WgslEffect {
         &self.pipeline.program.name
     }
 
-    /// The members of its uniforms that text can give, in the order of their declaration.
+    /// The members of its uniforms that text can give, in the order of their declaration; then whether it is drawn.
     pub fn settings(&self) -> &[SettingInfo] {
         &self.settings
     }
@@ -145,14 +145,15 @@ impl WgslEffect {
     }
 
     /// Sets `key`, `EFFECT.MEMBER` or `EFFECT.UNIFORM.MEMBER`, from the next frame on: one number, or the components of a
-    /// vector with commas between.
+    /// vector with commas between; `EFFECT.enabled` to `false` leaves the effect out.
     ///
     /// # Errors
     /// An unknown key, another number of numbers, or one outside the range.
     pub fn set(&self, key: &str, value: &str) -> Result<(), SettingsError> {
         let mut uniforms = self.uniforms();
-        let block = uniforms.set(self.name(), key, &value.into())?;
-        self.upload(&uniforms, block);
+        if let Some(block) = uniforms.set(self.name(), key, &value.into())? {
+            self.upload(&uniforms, block);
+        }
         Ok(())
     }
 
@@ -221,6 +222,9 @@ impl Effect for WgslEffect {
         if !r.frame.gpu.is_same(&self.gpu) {
             let message = "it was compiled for another device than that of `Renderer::gpu`".into();
             return Err(ProgramError::Misplaced { pass: self.name().into(), message });
+        }
+        if self.uniforms().is_off {
+            return Ok(radiance);
         }
         if let Some((_, missing)) = self.uniforms().missing() {
             return Err(Box::new(missing.clone()).into());

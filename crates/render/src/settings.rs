@@ -9,19 +9,21 @@ use crate::setting::unknown_key;
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
-/// Makes [`Settings`] of lines `group: Type`; keys are `group.field`.
+/// Makes [`Settings`] of lines `group: Type`; keys are `group.field`. The types can be named from here.
 macro_rules! compose {
-    ($($group:ident: $type:ty,)*) => {
+    ($($group:ident: $($segment:ident)::+,)*) => {
+        $(pub use $($segment)::+;)*
+
         /// Every setting, with its value.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct Settings {
-            $(#[doc = concat!("See [`", stringify!($type), "`].")] pub $group: $type,)*
+            $(#[doc = concat!("The settings whose keys begin with `", stringify!($group), ".`.")] pub $group: $($segment)::+,)*
         }
 
         impl Settings {
             fn every_group() -> Vec<SettingInfo> {
-                let groups = [$((stringify!($group), <$type as Group>::declared())),*];
+                let groups = [$((stringify!($group), <$($segment)::+ as Group>::declared())),*];
                 let of_group = |(name, infos): (&str, Vec<SettingInfo>)| {
                     infos.into_iter().map(|info| info.of_group(name)).collect::<Vec<_>>()
                 };

@@ -167,10 +167,10 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
     let keys: Vec<&str> = effect.settings().iter().map(|info| &*info.key).collect();
     let expected =
         ["many.style.first", "many.color", "many.last", "many.count", "many.offset", "many.pair", "many.first"];
-    assert_eq!(keys, [&expected[..], &["many.idle"]].concat());
+    assert_eq!(keys, [&expected[..], &["many.idle", "many.enabled"]].concat());
     let json = serde_json::to_value(&effect.settings()[1]).unwrap();
     let info = serde_json::json!({ "key": "many.color", "type": "vec3f", "default": [0.5, 0.25, 0.125], "min": 0.0, "max": 1.0,
-        "choices": [], "unit": "linear", "doc": "A colour" });
+        "choices": [], "unit": "linear", "needs": ["many.enabled=true"], "doc": "A colour" });
     assert_eq!(json, info);
     let json = serde_json::to_value(&effect.settings()[3]).unwrap();
     assert!(json["default"] == 3 && json["type"] == "u32" && json["unit"] == "things" && json["max"] == 10.0, "{json}");
@@ -221,14 +221,44 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
 }
 
 #[test]
+fn an_effect_can_be_off() {
+    let text = |member: &str| {
+        format!(
+            "struct Style {{\n// = 1 in 0..1\n{member}: f32 }}\n@group(2) @binding(0) var<uniform> style: Style;\n\
+             @fragment fn fs() -> @location(0) vec4f {{ return vec4f(style.{member}); }}"
+        )
+    };
+    let test = scenes::sun();
+    let mut renderer = common::renderer();
+    renderer.load(&test.scene).unwrap();
+    let mut request = common::plain_request(&test.scene, (4, 4));
+    let effect = Arc::new(WgslEffect::new(renderer.gpu(), "flat.wgsl", &text("strength")).unwrap());
+    request.effects = vec![effect.clone()];
+    let mut has_pass = || {
+        let plan = renderer.plan(&test.scene, &request).unwrap();
+        plan.passes.iter().any(|pass| pass.name == "flat")
+    };
+    assert!(has_pass());
+    effect.set("flat.enabled", "false").unwrap();
+    assert!(!has_pass());
+    assert_eq!(effect.values().last(), Some(&("flat.enabled".into(), manypass::SettingValue::Boolean(false))));
+    effect.set("flat.enabled", "true").unwrap();
+    assert!(has_pass());
+    assert!(effect.set("flat.enabled", "1").unwrap_err().to_string().contains("takes true or false"));
+    // A member of that name is what it was.
+    let own = manypass::EffectFile::parse("flat.wgsl", &text("enabled")).unwrap();
+    assert!(own.settings().len() == 1 && own.settings()[0].needs.is_empty());
+}
+
+#[test]
 fn the_example_and_that_of_the_docs_are_of_the_form() {
     let docs = include_str!("../../../docs/effects.md");
     let of_docs = docs.split("```wgsl\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let file = manypass::EffectFile::parse("vignette.wgsl", of_docs).unwrap();
-    assert_eq!((file.name(), file.settings().len()), ("vignette", 2));
+    assert_eq!((file.name(), file.settings().len()), ("vignette", 3));
     assert_eq!(file.settings()[1].unit.as_deref(), Some("linear Rec. 709"));
     let file = manypass::EffectFile::parse("x.wgsl", include_str!("../examples/own_pass.wgsl")).unwrap();
-    assert!(file.name() == "own_pass" && file.settings().len() == 4 && file.missing().is_none());
+    assert!(file.name() == "own_pass" && file.settings().len() == 5 && file.missing().is_none());
 }
 
 #[test]

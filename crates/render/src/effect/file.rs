@@ -67,7 +67,7 @@ impl EffectFile {
         &self.name
     }
 
-    /// The members of its uniforms that text can give, in the order of their declaration.
+    /// The members of its uniforms that text can give, in the order of their declaration; then whether it is drawn.
     pub fn settings(&self) -> &[SettingInfo] {
         &self.uniforms.settings
     }

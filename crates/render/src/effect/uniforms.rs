@@ -16,7 +16,14 @@ pub(super) struct Uniforms {
     fields: Vec<Field>,
     /// Every uniform's name and bytes.
     pub blocks: Vec<Block>,
+    /// Whether the effect is left out.
+    pub is_off: bool,
+    /// Which setting says so; none if a member has that name.
+    switch: Option<usize>,
 }
+
+/// The setting by which an effect is left out.
+const SWITCH: &str = "enabled";
 
 /// A uniform variable.
 #[derive(Clone, Debug)]
@@ -87,7 +94,25 @@ impl Uniforms {
         }
         let mut uniforms = reflection.uniforms;
         uniforms.name_keys(effect);
+        uniforms.add_switch(effect);
         Ok(uniforms)
+    }
+
+    /// Adds the setting by which the effect is left out, and that all others need it; unless a member has that name.
+    fn add_switch(&mut self, effect: &str) {
+        let switch = SettingInfo::of_field(SWITCH, &["Whether the effect is drawn."], &true).of_group(effect);
+        if self.field(effect, &switch.key).is_some() {
+            return;
+        }
+        for info in &mut self.settings {
+            info.needs.push(format!("{}=true", switch.key).into());
+        }
+        self.switch = Some(self.settings.len());
+        self.settings.push(switch);
+    }
+
+    fn switch(&self) -> Option<&SettingInfo> {
+        self.settings.get(self.switch?)
     }
 
     /// Makes keys of the last names of paths; where those are not unique, of whole paths.
@@ -115,14 +140,18 @@ impl Uniforms {
 
     /// Whether [`Self::set`] knows the key.
     pub fn has(&self, effect: &str, key: &str) -> bool {
-        self.field(effect, key).is_some()
+        self.field(effect, key).is_some() || self.switch().is_some_and(|switch| switch.key == key)
     }
 
-    /// Sets the setting of a key, and gives the index of its block.
+    /// Sets the setting of a key, and gives the index of its block, if it lies in one.
     ///
     /// # Errors
     /// An unknown key, or a value that it does not take.
-    pub fn set(&mut self, effect: &str, key: &str, written: &Written) -> Result<usize, SettingsError> {
+    pub fn set(&mut self, effect: &str, key: &str, written: &Written) -> Result<Option<usize>, SettingsError> {
+        if let Some(switch) = self.switch().filter(|switch| switch.key == key) {
+            self.is_off = !switch.read::<bool>(written)?;
+            return Ok(None);
+        }
         let known = || self.settings.iter().map(|info| &*info.key);
         let found = self.field(effect, key).map(|index| &mut self.fields[index]);
         let Some((field, (setting, kind))) = found.and_then(|field| field.setting.map(|setting| (field, setting)))
@@ -132,7 +161,7 @@ impl Uniforms {
         let components = self.settings[setting].components(written)?;
         write(&mut self.blocks[field.block].bytes, field.offset, kind, &components);
         field.missing = None;
-        Ok(field.block)
+        Ok(Some(field.block))
     }
 
     /// Sets a whole uniform to bytes of its size.
@@ -157,6 +186,7 @@ impl Uniforms {
                 let components = read(&self.blocks[field.block].bytes, field.offset, kind);
                 (self.settings[setting].key.to_string(), kind.value(&components))
             })
+            .chain(self.switch().map(|switch| (switch.key.to_string(), SettingValue::Boolean(!self.is_off))))
             .collect()
     }
 }

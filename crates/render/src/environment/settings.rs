@@ -6,7 +6,8 @@ use crate::setting::{LinearColor, SettingField, SettingType, SettingValue, Writt
 settings! {
     /// Settings of the environment.
     pub struct EnvironmentSettings {
-        /// What surrounds the scene; `auto` is studio, or fill (a faint studio) where the scene brings its own lights.
+        /// What surrounds the scene; `auto` is studio, or fill (a faint studio) where the scene brings its own lights, or none
+        /// where it states an exposure as well.
         source: Environment = Environment::Auto;
         /// Multiplies the environment.
         intensity: f32 = 1.0, in 0.0.., unit "factor";

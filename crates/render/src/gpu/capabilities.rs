@@ -27,7 +27,6 @@ impl Capabilities {
     /// # Errors
     /// The adapter cannot render to floating-point targets (on WebGL 2: it lacks `EXT_color_buffer_float`).
     pub fn of(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Result<Self, GpuError> {
-        let limits = device.limits();
         for format in [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Float] {
             let usages = adapter.get_texture_format_features(format).allowed_usages;
             if !usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
@@ -39,13 +38,19 @@ impl Capabilities {
                 });
             }
         }
+        Ok(Self::of_device(adapter, device))
+    }
+
+    /// What is enabled on the device, whose adapter can render to floating-point targets.
+    pub(super) fn of_device(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Self {
+        let limits = device.limits();
         let depth_format = if device.features().contains(wgpu::Features::DEPTH32FLOAT_STENCIL8) {
             wgpu::TextureFormat::Depth32FloatStencil8
         } else {
             wgpu::TextureFormat::Depth24PlusStencil8
         };
         let is_software = adapter.get_info().device_type == wgpu::DeviceType::Cpu;
-        Ok(Self {
+        Self {
             depth_format,
             max_texture_size: limits.max_texture_dimension_2d,
             anisotropy: !is_software
@@ -53,6 +58,6 @@ impl Capabilities {
             depth_first: is_software,
             timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
             limits,
-        })
+        }
     }
 }

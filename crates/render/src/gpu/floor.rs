@@ -1,6 +1,6 @@
 //! Devices that draw nothing: on these the frame is planned for what every adapter of a kind offers.
 
-use super::{Gpu, GpuError};
+use super::{Capabilities, Faults, Gpu, GpuError};
 use crate::setting::choices;
 
 choices! {
@@ -40,8 +40,10 @@ impl Gpu {
             wgpu::DeviceDescriptor { label: Some("manypass"), required_limits: floor.limits(), ..Default::default() };
         let device = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = device.map_err(|error| GpuError::Device(error.to_string()))?;
-        let gpu = Self::from_device(adapter, device, queue)?;
-        gpu.faults.watch(&gpu.device);
-        Ok(gpu)
+        // This adapter knows nothing of formats. Those of the frame are among what the kind guarantees.
+        let capabilities = Capabilities::of_device(adapter, &device);
+        let faults = Faults::default();
+        faults.watch(&device);
+        Ok(Self { device, queue, capabilities, adapter: adapter.get_info().into(), faults })
     }
 }

@@ -21,8 +21,8 @@ use manypass_scene::{LightKind, NodeId, Scene};
 
 /// Texels of the table of lights in a row: 256 lights of 4; a constant of `lights.wgsl`.
 pub(crate) const TEXELS_PER_ROW: u32 = 1024;
-/// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`.
-pub(crate) const LIST_WIDTH: u32 = 4096;
+/// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`. WebGL 2 promises no wider ones.
+pub(crate) const LIST_WIDTH: u32 = 2048;
 /// Lists in a row of the table of clusters; a constant of `lights.wgsl`.
 pub(crate) const TABLE_WIDTH: u32 = 1024;
 

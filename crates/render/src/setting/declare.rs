@@ -116,9 +116,7 @@ macro_rules! choices {
         pub enum $name { $($(#[$meta])+ $variant,)+ }
 
         impl $name {
-            /// Every one, in the order of their declaration.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-            /// Their words in files and on the command line, in the same order.
+            /// Their words in files and on the command line, in the order of their declaration.
             pub const NAMES: &'static [&'static str] = &[$($word),+];
 
             /// The word in files and on the command line.

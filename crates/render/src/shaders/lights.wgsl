@@ -33,7 +33,7 @@ struct Light {
 
 const LIGHTS_PER_ROW: u32 = 256u;
 const TABLE_WIDTH: u32 = 1024u;
-const LIST_WIDTH: u32 = 4096u;
+const LIST_WIDTH: u32 = 2048u;
 
 struct LightSums {
     radiance: vec3f,
@@ -60,7 +60,7 @@ fn cluster_at(index: u32) -> vec2u {
 }
 
 fn cluster_light_at(entry: u32) -> u32 {
-    return textureLoad(cluster_lights, vec2i(i32(entry & (LIST_WIDTH - 1u)), i32(entry >> 12u)), 0).r;
+    return textureLoad(cluster_lights, vec2i(i32(entry % LIST_WIDTH), i32(entry / LIST_WIDTH)), 0).r;
 }
 
 // The window of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
