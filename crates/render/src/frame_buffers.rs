@@ -1,5 +1,6 @@
 //! Small buffers and tables that every frame fills anew.
 
+use crate::constants::{DIRECTIONAL_ALBEDO_SIZE, LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
 use crate::draws::DrawList;
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
@@ -11,11 +12,6 @@ use crate::passes::present::PresentUniform;
 use crate::passes::tone_map::ToneMapUniform;
 use crate::request::FrameRequest;
 use crate::view::ViewUniform;
-
-/// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`.
-pub(crate) const LIST_WIDTH: u32 = 4096;
-/// Lists in a row of the table of clusters; a constant of `lights.wgsl`.
-pub(crate) const TABLE_WIDTH: u32 = 1024;
 
 /// Small buffers and tables that every frame fills anew.
 #[derive(Debug)]
@@ -66,8 +62,7 @@ impl FrameBuffers {
             tone_map: uniform("tone_map", size_of::<ToneMapUniform>()),
             present: uniform("present", size_of::<PresentUniform>()),
             motion: uniform("motion", size_of::<MotionUniform>()),
-            // The widths are constants of `lights.wgsl`: 256 lights of 4 texels, 1,024 clusters, 4,096 entries a row.
-            lights: table("lights", wgpu::TextureFormat::Rgba32Float, 1024),
+            lights: table("lights", wgpu::TextureFormat::Rgba32Float, LIGHTS_PER_ROW * TEXELS_PER_LIGHT),
             cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, TABLE_WIDTH),
             cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
             instances: create_instances(gpu, 64),
@@ -145,7 +140,8 @@ fn create_instances(gpu: &Gpu, size: u64) -> wgpu::Buffer {
 
 /// The table of `build.rs` as half floats, which every backend can filter.
 fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
-    let size = wgpu::Extent3d { width: 32, height: 32, depth_or_array_layers: 1 };
+    let size =
+        wgpu::Extent3d { width: DIRECTIONAL_ALBEDO_SIZE, height: DIRECTIONAL_ALBEDO_SIZE, depth_or_array_layers: 1 };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("directional_albedo"),
         size,
@@ -161,7 +157,11 @@ fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
     gpu.queue.write_texture(
         texture.as_image_copy(),
         bytemuck::cast_slice(&texels),
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(128), rows_per_image: None },
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(DIRECTIONAL_ALBEDO_SIZE * 4),
+            rows_per_image: None,
+        },
         size,
     );
     texture.create_view(&Default::default())

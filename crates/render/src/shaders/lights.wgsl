@@ -2,6 +2,7 @@
 // through `light_texel`, `cluster_at` and `cluster_light_at`, so that another storage can take their place here.
 // The first `global_count` lights have no range or are directional; they are in no list and every pixel visits them.
 
+import package::constants::{LIGHTS_PER_ROW, TEXELS_PER_LIGHT, TABLE_WIDTH, LIST_WIDTH};
 import package::view::view;
 import package::shaders::brdf::{Shading, brdf_times_n_dot_l};
 
@@ -31,10 +32,6 @@ struct Light {
 @group(0) @binding(5) var cluster_table: texture_2d<u32>;
 @group(0) @binding(6) var cluster_lights: texture_2d<u32>;
 
-const LIGHTS_PER_ROW: u32 = 256u;
-const TABLE_WIDTH: u32 = 1024u;
-const LIST_WIDTH: u32 = 4096u;
-
 struct LightSums {
     radiance: vec3f,
     visited: f32,
@@ -44,7 +41,7 @@ struct LightSums {
 }
 
 fn light_texel(index: u32) -> vec2i {
-    return vec2i(i32((index & (LIGHTS_PER_ROW - 1u)) << 2u), i32(index >> 8u));
+    return vec2i(i32((index % LIGHTS_PER_ROW) * TEXELS_PER_LIGHT), i32(index / LIGHTS_PER_ROW));
 }
 
 fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
@@ -60,7 +57,7 @@ fn cluster_at(index: u32) -> vec2u {
 }
 
 fn cluster_light_at(entry: u32) -> u32 {
-    return textureLoad(cluster_lights, vec2i(i32(entry & (LIST_WIDTH - 1u)), i32(entry >> 12u)), 0).r;
+    return textureLoad(cluster_lights, vec2i(i32(entry % LIST_WIDTH), i32(entry / LIST_WIDTH)), 0).r;
 }
 
 // The window of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.

@@ -12,6 +12,7 @@ mod reach;
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
 pub use reach::{Cone, Reach};
 
+use crate::constants::TEXELS_PER_LIGHT;
 use crate::exposure::finite_product;
 use crate::view::{DepthRange, View};
 use glam::Vec3;
@@ -117,7 +118,7 @@ impl LightTable {
 
     /// The number of lights.
     pub fn len(&self) -> u32 {
-        (self.texels.len() / 4) as u32
+        self.texels.len() as u32 / TEXELS_PER_LIGHT
     }
 
     /// Whether there is no light.
