@@ -230,7 +230,7 @@ fn footprint(size: usize, index: usize) -> (usize, [u64; 3]) {
     let half = size / 2;
     let weights = match size {
         1 => [1, 0, 0],
-        _ if size % 2 == 0 => [1, 1, 0],
+        _ if size.is_multiple_of(2) => [1, 1, 0],
         _ => [half - index, half, index + 1].map(|weight| weight as u64),
     };
     (2 * index, weights)
