@@ -1,7 +1,10 @@
 //! Composes every variant of every shader module with WESL, and integrates the directional albedo of GGX.
 
 use std::{env, fmt::Write as _, fs, path::Path};
-use wesl::{CompileOptions, ManglerKind, Wesl};
+use wesl::{CompileOptions, FileResolver, ManglerKind, Router, VirtualResolver, Wesl};
+
+#[path = "src/constants.rs"]
+mod constants;
 
 /// Name, module and variant axes of every program. A variant's index has bit `i` set if axis `i` is on.
 const PROGRAMS: &[(&str, &str, &[&str])] = &[
@@ -73,21 +76,29 @@ fn main() {
     fs::write(Path::new(&out).join("programs.rs"), list).expect("the output folder is writable");
 }
 
-/// Every declaration of the modules that `prelude.wgsl` imports, used or not.
+/// Every declaration of the modules that `prelude.wgsl` imports, used or not; of constants only those which they need,
+/// because every name is one that effects cannot give.
 fn compose_prelude() -> Result<String, String> {
     let path = "package::effect::prelude".parse().map_err(|error| format!("{error}"))?;
-    composer(false).compile(&path).map(|result| result.to_string()).map_err(|error| error.to_string())
+    let is_wanted = |name: &str| name.starts_with("SRGB_") || ["DISTANCE_BACKGROUND_M", "RADIANCE_MAX"].contains(&name);
+    composer(false, is_wanted).compile(&path).map(|result| result.to_string()).map_err(|error| error.to_string())
 }
 
-fn composer(strip: bool) -> Wesl<wesl::StandardResolver> {
-    let mut wesl = Wesl::new("src");
+/// Finds modules in `src`, and the constants that are `wanted` in `package::constants`.
+fn composer(strip: bool, wanted: impl Fn(&str) -> bool) -> Wesl<Router> {
+    let mut virtual_modules = VirtualResolver::new();
+    virtual_modules.add_module("package".parse().expect("a path"), constants::as_wgsl(wanted).into());
+    let mut router = Router::new();
+    router.mount_resolver("package::constants".parse().expect("a path"), virtual_modules);
+    router.mount_fallback_resolver(FileResolver::new("src"));
+    let mut wesl = Wesl::new("src").set_custom_resolver(router);
     wesl.set_mangler(ManglerKind::None);
     wesl.set_options(CompileOptions { strip, imports: true, condcomp: true, lower: false, ..Default::default() });
     wesl
 }
 
 fn compose(name: &str, module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
-    let mut wesl = composer(true);
+    let mut wesl = composer(true, |_| true);
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);
     }
@@ -105,11 +116,11 @@ fn compose(name: &str, module: &str, axes: &[&str], variant: usize) -> Result<St
 /// Importance-samples GGX for every texel (Karis 2013, "Real Shading in Unreal Engine 4"), with the height-correlated
 /// visibility of `brdf.wgsl`. 4,096 Hammersley points keep the error below the step of the half floats that hold it.
 fn directional_albedo_table() -> Vec<[f32; 2]> {
-    const SIZE: u32 = 32;
+    const SIZE: u32 = constants::DIRECTIONAL_ALBEDO_SIZE;
     const POINTS: u32 = 4096;
     let mut table = Vec::new();
     for row in 0..SIZE {
-        let roughness = (f64::from(row) / f64::from(SIZE - 1)).max(0.045);
+        let roughness = (f64::from(row) / f64::from(SIZE - 1)).max(constants::ROUGHNESS_PERCEPTUAL_MIN.into());
         let alpha = roughness * roughness;
         let a2 = alpha * alpha;
         for column in 0..SIZE {

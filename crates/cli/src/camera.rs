@@ -92,8 +92,7 @@ pub fn hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<Strin
 
 /// The first camera of the file; of a room without one, the view from inside.
 fn own_camera(scene: &Scene, framing: &Framing) -> Option<(Mat4, Projection)> {
-    let first = scene.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection));
-    first.or_else(|| framing.interior().map(|interior| (interior.world_from_view, interior.projection)))
+    scene.first_camera().or_else(|| framing.interior().map(|interior| (interior.world_from_view, interior.projection)))
 }
 
 /// A camera that is there, with what flags change about it.

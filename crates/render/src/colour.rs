@@ -1,13 +1,23 @@
 //! The sRGB transfer functions (IEC 61966-2-1), of values from 0 to 1; the twin of `colour.wgsl`.
 
+use crate::constants::{SRGB_ENCODED_END, SRGB_LINEAR_END, SRGB_OFFSET, SRGB_POWER, SRGB_SLOPE};
+
 /// The encoded value of a linear one.
 pub fn srgb_from_linear(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    if linear <= SRGB_LINEAR_END {
+        SRGB_SLOPE * linear
+    } else {
+        (1.0 + SRGB_OFFSET) * linear.powf(1.0 / SRGB_POWER) - SRGB_OFFSET
+    }
 }
 
 /// The linear value of an encoded one.
 pub fn linear_from_srgb(srgb: f32) -> f32 {
-    if srgb <= 0.04045 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
+    if srgb <= SRGB_ENCODED_END {
+        srgb / SRGB_SLOPE
+    } else {
+        ((srgb + SRGB_OFFSET) / (1.0 + SRGB_OFFSET)).powf(SRGB_POWER)
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! What one view draws: instances of primitives, culled by the frustum, grouped and sorted.
 
+use crate::constants::WITHOUT_NORMALS;
 use crate::resources::SceneResources;
-use crate::resources::geometry::{GpuPrimitive, Instance, WITHOUT_NORMALS};
+use crate::resources::geometry::{GpuPrimitive, Instance};
 use crate::view::ViewUniform;
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};

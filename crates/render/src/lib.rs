@@ -21,6 +21,7 @@
 
 pub mod aov;
 pub mod colour;
+pub mod constants;
 mod diagnostic;
 pub mod draws;
 pub mod effect;

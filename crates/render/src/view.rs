@@ -76,8 +76,8 @@ impl View {
     /// 28° above, or a room from inside. `aspect` is the picture's width / height. As of the last
     /// [`Scene::update_transforms`].
     pub fn of_scene(scene: &Scene, aspect: f32) -> Self {
-        if let Some((_, world_from_view, projection)) = scene.placed_cameras().first() {
-            return Self { world_from_view: *world_from_view, projection: *projection };
+        if let Some((world_from_view, projection)) = scene.first_camera() {
+            return Self { world_from_view, projection };
         }
         Self::framing(&Framing::of_scene(scene), aspect)
     }

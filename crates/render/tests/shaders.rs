@@ -68,3 +68,32 @@ fn effects_are_valid_and_run_on_webgl2() {
         }
     }
 }
+
+/// The text of every WGSL file of the crate.
+fn shader_files(folder: &std::path::Path, texts: &mut Vec<(String, String)>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            shader_files(&path, texts);
+        } else if path.extension().is_some_and(|end| end == "wgsl") {
+            texts.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));
+        }
+    }
+}
+
+#[test]
+fn shared_constants_are_declared_once() {
+    let mut files = Vec::new();
+    shader_files(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut files);
+    assert!(files.len() > 20);
+    let (module, _) = parse("constants", &manypass::constants::as_wgsl(|_| true));
+    assert!(module.constants.len() > 10);
+    for (_, constant) in module.constants.iter() {
+        let name = constant.name.as_deref().unwrap();
+        for (path, text) in &files {
+            assert!(!text.contains(&format!("const {name}")), "{path} declares {name}");
+        }
+        // Otherwise it is none that shaders and Rust share.
+        assert!(files.iter().any(|(_, text)| text.contains(name)), "no shader uses {name}");
+    }
+}

@@ -143,6 +143,12 @@ impl Framing {
 }
 
 impl Scene {
+    /// `world_from_view` and the projection of the first of [`Scene::placed_cameras`]: what a scene is seen through where
+    /// nobody says.
+    pub fn first_camera(&self) -> Option<(Mat4, Projection)> {
+        self.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection))
+    }
+
     /// The cameras of visible nodes in the order of the file, each with its index, `world_from_view` without the scale
     /// of its node, and projection.
     pub fn placed_cameras(&self) -> Vec<(usize, Mat4, Projection)> {

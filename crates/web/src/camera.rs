@@ -51,8 +51,7 @@ pub(crate) fn start(scene: &Scene, framing: &Framing, aspect: f32) -> Orbit {
 }
 
 fn own_camera(scene: &Scene, framing: &Framing, aspect: f32) -> (Mat4, Projection) {
-    let first = scene.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection));
-    first.unwrap_or_else(|| framing.automatic(aspect))
+    scene.first_camera().unwrap_or_else(|| framing.automatic(aspect))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::{Aov, AovPixels};
 use crate::colour::linear_from_srgb;
+use crate::constants::DISTANCE_BACKGROUND_M;
 use crate::gpu::{GpuError, readback};
 use crate::view::ViewUniform;
 use glam::{Vec2, Vec3};
@@ -25,9 +26,6 @@ pub(crate) struct GbufferPixels {
     /// Two floats a pixel; none if no variable needs it.
     pub motion: Option<Vec<u8>>,
 }
-
-/// The distance that stands for infinity in `linear_depth.wgsl`.
-pub(super) const DISTANCE_BACKGROUND_M: f32 = 1.0e38;
 
 impl GbufferPixels {
     /// No pixels yet, of some rows of the picture.

@@ -1,6 +1,8 @@
 // What an effect finds declared: the view, the G-buffer and radiance, and the functions that unpack them.
 // It is appended to the effect's own text, so that lines keep their numbers; WGSL does not mind the order.
 
+// At least the distance DISTANCE_BACKGROUND_M means that there is no surface.
+import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, uv_from_pixel, position_view_from_pixel, position_world_from_pixel, direction_to_eye_world};
 import package::view::ray_direction_world_from_pixel;
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
@@ -12,9 +14,6 @@ import package::shaders::colour::{half_float_clamped, srgb_from_linear};
 // Samplers; a sampler whose name begins with `nearest` does not filter.
 @group(1) @binding(5) var linear_clamp: sampler;
 @group(1) @binding(6) var nearest_clamp: sampler;
-
-// At least this distance means that there is no surface.
-const DISTANCE_BACKGROUND_M: f32 = 1.0e38;
 
 // Radiance at a pixel; at the nearest pixel of the picture where there is none.
 fn radiance_at(pixel: vec2i) -> vec4f {

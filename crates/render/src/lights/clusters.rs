@@ -2,7 +2,7 @@
 
 use super::reach::{Cone, Frustum, Reach};
 use super::{ClusterSettings, LightTable};
-use super::{LIST_WIDTH, TABLE_WIDTH};
+use crate::constants::{LIST_WIDTH, TABLE_WIDTH};
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};

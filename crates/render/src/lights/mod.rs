@@ -14,17 +14,11 @@ pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
 pub use reach::{Cone, Reach};
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
 
+use crate::constants::TEXELS_PER_LIGHT;
 use crate::exposure::finite_product;
 use crate::view::{DepthRange, View};
 use glam::Vec3;
 use manypass_scene::{LightKind, NodeId, Scene};
-
-/// Texels of the table of lights in a row: 256 lights of 4; a constant of `lights.wgsl`.
-pub(crate) const TEXELS_PER_ROW: u32 = 1024;
-/// Entries of the lists of lights in a row of their texture; a constant of `lights.wgsl`. WebGL 2 promises no wider ones.
-pub(crate) const LIST_WIDTH: u32 = 2048;
-/// Lists in a row of the table of clusters; a constant of `lights.wgsl`.
-pub(crate) const TABLE_WIDTH: u32 = 1024;
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub const LIGHTS_MAX: u32 = 65_535;
@@ -99,7 +93,7 @@ impl LightTable {
 
     /// The number of lights.
     pub fn len(&self) -> u32 {
-        (self.texels.len() / 4) as u32
+        self.texels.len() as u32 / TEXELS_PER_LIGHT
     }
 
     /// Whether there is no light.

@@ -1,6 +1,7 @@
 //! What every program finds in group 0, and what of it is the same in every frame.
 
 use super::bind_groups::Resource;
+use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
 use crate::gpu::Gpu;
 
 /// A name of group 0. Its place in the list is its binding.
@@ -91,7 +92,8 @@ impl FrameTables {
 
 /// The table of `build.rs` as half floats, which every backend can filter.
 fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
-    let size = wgpu::Extent3d { width: 32, height: 32, depth_or_array_layers: 1 };
+    let size =
+        wgpu::Extent3d { width: DIRECTIONAL_ALBEDO_SIZE, height: DIRECTIONAL_ALBEDO_SIZE, depth_or_array_layers: 1 };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("directional_albedo"),
         size,
@@ -107,7 +109,11 @@ fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
     gpu.queue.write_texture(
         texture.as_image_copy(),
         bytemuck::cast_slice(&texels),
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(128), rows_per_image: None },
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(DIRECTIONAL_ALBEDO_SIZE * 4),
+            rows_per_image: None,
+        },
         size,
     );
     texture.create_view(&Default::default())

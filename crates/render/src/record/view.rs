@@ -3,11 +3,12 @@
 use super::bind_groups::{BindGroups, Resource};
 use super::tables::{FRAME_GROUP, FrameTables};
 use super::uniforms::UniformArena;
+use crate::constants::{LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
 use crate::draws::DrawList;
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::lights::{ClusterLists, LIST_WIDTH, LightTable, TABLE_WIDTH, TEXELS_PER_ROW};
+use crate::lights::{ClusterLists, LightTable};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::view::ViewUniform;
@@ -78,7 +79,7 @@ impl ViewTables {
     pub fn new(gpu: &Gpu) -> Self {
         let table = |label, format, width| DataTexture::new(&gpu.device, label, format, width);
         Self {
-            lights: table("lights", wgpu::TextureFormat::Rgba32Float, TEXELS_PER_ROW),
+            lights: table("lights", wgpu::TextureFormat::Rgba32Float, LIGHTS_PER_ROW * TEXELS_PER_LIGHT),
             cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, TABLE_WIDTH),
             cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
             instances: create_instances(gpu, 64),

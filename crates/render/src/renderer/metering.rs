@@ -1,6 +1,7 @@
 //! Metering: how bright the surfaces are that a request shows.
 
 use super::{Purpose, Renderer};
+use crate::constants::RADIANCE_MAX;
 use crate::environment::{Background, Environment};
 use crate::exposure::{Exposure, Metering};
 use crate::request::{FrameRequest, RenderError};
@@ -9,8 +10,8 @@ use manypass_scene::Scene;
 /// The longer side of the frame that is metered, whatever the size of the picture.
 const LONGER_SIDE_PX: u32 = 128;
 
-/// Radiance from this on was clamped; `RADIANCE_MAX` of `colour.wgsl`, less the rounding of half floats.
-const CLAMPED: f64 = 20_970.0;
+/// Radiance from this on was clamped: the limit, less the rounding of half floats.
+const CLAMPED: f64 = 0.999 * RADIANCE_MAX as f64;
 
 /// What half floats hold at one pre-exposure spans 40 stops: so many stops are between two tries, at most so many tries
 /// follow the first one.

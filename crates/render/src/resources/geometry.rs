@@ -33,14 +33,11 @@ struct SkinVertex {
 pub struct Instance {
     /// The first three rows of `world_from_object`.
     pub world_from_object: [[f32; 4]; 3],
-    /// Object id and [`WITHOUT_NORMALS`], first joint (all ones: not skinned), first morph weight, number of morph targets.
+    /// Object id and [`crate::constants::WITHOUT_NORMALS`], first joint (all ones: not skinned), first morph weight, number of morph targets.
     pub ids: [u32; 4],
     /// First displacement texel of the primitive, number of vertices.
     pub morph: [u32; 2],
 }
-
-/// Set beside an object id where no light falls on the primitive; a constant of `surface_vertex.wgsl`.
-pub const WITHOUT_NORMALS: u32 = 1 << 31;
 
 /// The stride of each stream: vertices, skins, instances.
 pub const STRIDES: [u64; 3] =

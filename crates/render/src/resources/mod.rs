@@ -6,6 +6,7 @@ pub mod geometry;
 mod packing;
 pub mod textures;
 
+use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use bytemuck::{Pod, Zeroable};
@@ -95,7 +96,7 @@ impl SceneResources {
         let mut warnings = Vec::new();
         let textures = Textures::new(gpu, scene, &mut warnings);
         let mut morph_displacements =
-            DataTexture::new(&gpu.device, "morph_displacements", wgpu::TextureFormat::Rgba32Float, 1024);
+            DataTexture::new(&gpu.device, "morph_displacements", wgpu::TextureFormat::Rgba32Float, DATA_WIDTH);
         let geometry = Geometry::new(gpu, scene, &mut morph_displacements, &mut warnings);
         let default = Material::default();
         let materials = scene
@@ -109,10 +110,20 @@ impl SceneResources {
             geometry,
             materials,
             textures,
-            joint_matrices: DataTexture::new(&gpu.device, "joint_matrices", wgpu::TextureFormat::Rgba32Float, 1024),
+            joint_matrices: DataTexture::new(
+                &gpu.device,
+                "joint_matrices",
+                wgpu::TextureFormat::Rgba32Float,
+                DATA_WIDTH,
+            ),
             morph_displacements,
-            morph_weights: DataTexture::new(&gpu.device, "morph_weights", wgpu::TextureFormat::R32Float, 1024),
-            previous_nodes: DataTexture::new(&gpu.device, "previous_nodes", wgpu::TextureFormat::Rgba32Float, 1024),
+            morph_weights: DataTexture::new(&gpu.device, "morph_weights", wgpu::TextureFormat::R32Float, DATA_WIDTH),
+            previous_nodes: DataTexture::new(
+                &gpu.device,
+                "previous_nodes",
+                wgpu::TextureFormat::Rgba32Float,
+                DATA_WIDTH,
+            ),
             warnings,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::filtering::Sampling;
 use super::packing::{ImageSource, shared_texel, wanted};
+use crate::colour::{linear_from_srgb, srgb_from_linear};
 use crate::gpu::Gpu;
 use manypass_scene::{Material, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
@@ -258,13 +259,9 @@ struct SrgbTables {
     srgb: [u8; 4096],
 }
 
-static SRGB: std::sync::LazyLock<SrgbTables> = std::sync::LazyLock::new(|| {
-    let linear_of = |s: f64| if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
-    let srgb_of = |l: f64| if l <= 0.0031308 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
-    SrgbTables {
-        linear: std::array::from_fn(|i| (linear_of(i as f64 / 255.0) * 65535.0).round() as u16),
-        srgb: std::array::from_fn(|i| (srgb_of(i as f64 / 4095.0) * 255.0).round() as u8),
-    }
+static SRGB: std::sync::LazyLock<SrgbTables> = std::sync::LazyLock::new(|| SrgbTables {
+    linear: std::array::from_fn(|i| (linear_from_srgb(i as f32 / 255.0) * 65535.0).round() as u16),
+    srgb: std::array::from_fn(|i| (srgb_from_linear(i as f32 / 4095.0) * 255.0).round() as u8),
 });
 
 /// Half the width and height by a box filter, in linear light for colours; where a size is 1 it stays.
@@ -306,7 +303,7 @@ fn footprint(size: usize, index: usize) -> (usize, [u64; 3]) {
     let half = size / 2;
     let weights = match size {
         1 => [1, 0, 0],
-        _ if size % 2 == 0 => [1, 1, 0],
+        _ if size.is_multiple_of(2) => [1, 1, 0],
         _ => [half - index, half, index + 1].map(|weight| weight as u64),
     };
     (2 * index, weights)

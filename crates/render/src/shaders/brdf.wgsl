@@ -4,8 +4,6 @@
 // Diffuse: Lambert, weighted by 1 - F as in glTF 2.0, appendix B.
 
 const PI: f32 = 3.14159265359;
-// Below this the highlight of a punctual light is smaller than half floats can hold.
-const ROUGHNESS_PERCEPTUAL_MIN: f32 = 0.045;
 
 // Everything of a surface and a direction of view that does not depend on the light.
 struct Shading {

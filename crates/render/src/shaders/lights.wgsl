@@ -2,6 +2,7 @@
 // through `light_texel`, `cluster_at` and `cluster_light_at`, so that another storage can take their place here.
 // The first `global_count` lights have no range or are directional; they are in no list and every pixel visits them.
 
+import package::constants::{LIGHTS_PER_ROW, TEXELS_PER_LIGHT, TABLE_WIDTH, LIST_WIDTH};
 import package::view::view;
 import package::shaders::brdf::{Shading, brdf_times_n_dot_l};
 
@@ -31,10 +32,6 @@ struct Light {
 @group(0) @binding(5) var cluster_table: texture_2d<u32>;
 @group(0) @binding(6) var cluster_lights: texture_2d<u32>;
 
-const LIGHTS_PER_ROW: u32 = 256u;
-const TABLE_WIDTH: u32 = 1024u;
-const LIST_WIDTH: u32 = 2048u;
-
 struct LightSums {
     radiance: vec3f,
     visited: f32,
@@ -44,7 +41,7 @@ struct LightSums {
 }
 
 fn light_texel(index: u32) -> vec2i {
-    return vec2i(i32((index & (LIGHTS_PER_ROW - 1u)) << 2u), i32(index >> 8u));
+    return vec2i(i32((index % LIGHTS_PER_ROW) * TEXELS_PER_LIGHT), i32(index / LIGHTS_PER_ROW));
 }
 
 fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {

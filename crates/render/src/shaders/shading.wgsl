@@ -1,7 +1,8 @@
 // From a surface to what the reflectance model needs.
 
 import package::gbuffer::Surface;
-import package::shaders::brdf::{Shading, ROUGHNESS_PERCEPTUAL_MIN};
+import package::constants::{DIRECTIONAL_ALBEDO_SIZE, ROUGHNESS_PERCEPTUAL_MIN};
+import package::shaders::brdf::Shading;
 
 // Scale and bias of f0 in the directional albedo of GGX (Karis 2013), over n.v (u) and perceptual roughness (v);
 // integrated by `build.rs`.
@@ -9,7 +10,7 @@ import package::shaders::brdf::{Shading, ROUGHNESS_PERCEPTUAL_MIN};
 @group(0) @binding(2) var linear_clamp: sampler;
 
 fn dfg_at(n_dot_v: f32, roughness_perceptual: f32) -> vec2f {
-    let size = 32.0;
+    let size = f32(DIRECTIONAL_ALBEDO_SIZE);
     let uv = (vec2f(n_dot_v, roughness_perceptual) * (size - 1.0) + 0.5) / size;
     return textureSampleLevel(directional_albedo, linear_clamp, uv, 0.0).rg;
 }

@@ -1,6 +1,7 @@
 // The vertex stage of everything that draws the scene's surfaces. Positions are computed by one expression, so that a
 // pass which draws a surface again gets the same depth.
 
+import package::constants::{DATA_WIDTH, WITHOUT_NORMALS};
 import package::view::view;
 
 struct SurfaceInput {
@@ -39,10 +40,6 @@ struct SurfaceVarying {
     @if(points) @location(7) disc_offset_world: vec3f,
 }
 
-// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of points and
-// lines).
-const WITHOUT_NORMALS: u32 = 0x80000000u;
-
 // The index of a node, plus 1.
 fn object_id(object: u32) -> u32 {
     return object & ~WITHOUT_NORMALS;
@@ -55,8 +52,6 @@ fn is_without_normals(object: u32) -> bool {
 @if(deformed) @group(3) @binding(0) var joint_matrices: texture_2d<f32>;
 @if(deformed) @group(3) @binding(1) var morph_displacements: texture_2d<f32>;
 @if(deformed) @group(3) @binding(2) var morph_weights: texture_2d<f32>;
-
-const DATA_WIDTH: u32 = 1024u;
 
 fn data_texel(index: u32) -> vec2i {
     return vec2i(i32(index % DATA_WIDTH), i32(index / DATA_WIDTH));

@@ -4,7 +4,7 @@
 // Sources: Khronos PBR Neutral (Khronos 2024); ACES fit (Hill 2016); AgX (Sobotka 2022, polynomial fit of Wrensch 2023);
 // Reinhard et al. 2002, on luminance; exponential (1 - exp(-x)).
 
-import package::shaders::colour::HALF_FLOAT_MAX;
+import package::constants::HALF_FLOAT_MAX;
 
 @if(curve_0 && !curve_1 && !curve_2)
 fn tone_curve(color_in: vec3f) -> vec3f {

@@ -4,7 +4,7 @@
 // Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha). A mean of radiance has
 // negative alpha where a sample reached the limit of half floats or was no number: its value is too small.
 
-import package::shaders::colour::{HALF_FLOAT_MAX, RADIANCE_MAX};
+import package::constants::{HALF_FLOAT_MAX, RADIANCE_MAX};
 import package::shaders::tone_curve::display_linear;
 
 struct Accumulation {

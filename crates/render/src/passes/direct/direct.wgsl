@@ -3,6 +3,7 @@
 // of lights and clusters. Writes: radiance; with `counting` the numbers of pairs instead.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
+import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::shading::shading_from_surface;
@@ -14,7 +15,7 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let distance_m = distance_at(pixel);
     let surface = surface_at(pixel);
-    if distance_m > 1.0e38 || surface.shading_model == SHADING_MODEL_UNLIT {
+    if distance_m >= DISTANCE_BACKGROUND_M || surface.shading_model == SHADING_MODEL_UNLIT {
         return vec4f(0.0);
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);

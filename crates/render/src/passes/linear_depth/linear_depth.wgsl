@@ -2,9 +2,8 @@
 // Where nothing was drawn it is DISTANCE_BACKGROUND_M, which stands for infinity and survives every comparison.
 // Reads: depth. Writes: linear_depth (r32float).
 
+import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, distance_from_depth_ndc};
-
-const DISTANCE_BACKGROUND_M: f32 = 3.0e38;
 
 @group(1) @binding(0) var depth: texture_2d<f32>;
 @group(0) @binding(8) var nearest_clamp: sampler;

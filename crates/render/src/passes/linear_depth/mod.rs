@@ -1,6 +1,6 @@
 //! linear_depth: the distance along the view axis in metres, from the depth attachment, once for all later passes.
 //!
-//! Reads: depth. Writes: linear_depth (r32float; the background is 3e38, which stands for infinity).
+//! Reads: depth. Writes: linear_depth (r32float; the background is `DISTANCE_BACKGROUND_M`, which stands for infinity).
 
 use crate::gbuffer::LINEAR_DEPTH;
 use crate::record::Recorder;

@@ -1,0 +1,60 @@
+//! Constants that shaders and Rust share. They are declared here; `build.rs` gives them to shaders as the module
+//! `package::constants`, so that there is no second place to change.
+
+macro_rules! shared_constants {
+    ($($(#[doc = $doc:literal])* $name:ident: $type:ident = $value:expr;)*) => {
+        $($(#[doc = $doc])* pub const $name: $type = $value;)*
+
+        /// Those whose names are `wanted`, as a WGSL module.
+        #[allow(dead_code, reason = "only `build.rs`, which compiles this file too, writes the module")]
+        pub fn as_wgsl(wanted: impl Fn(&str) -> bool) -> String {
+            // Debug output of numbers is valid WGSL: 1024, 3e38, 0.0031308.
+            let all = [$((stringify!($name), stringify!($type), format!("{:?}", $name))),*];
+            let declare = |(name, kind, value)| format!("const {name}: {kind} = {value};\n");
+            all.into_iter().filter(|(name, ..)| wanted(name)).map(declare).collect()
+        }
+    };
+}
+
+shared_constants! {
+    /// The distance in metres that stands for infinity in `linear_depth`: this, and nothing nearer, is the background. It
+    /// survives every comparison and every product with a weight up to 1.
+    DISTANCE_BACKGROUND_M: f32 = 3.0e38;
+
+    /// Texels in a row of the tables of joints, morph targets and previous nodes.
+    DATA_WIDTH: u32 = 1024;
+    /// Texels of a light in the table of lights.
+    TEXELS_PER_LIGHT: u32 = 4;
+    /// Lights in a row of the table of lights.
+    LIGHTS_PER_ROW: u32 = 256;
+    /// Lists in a row of the table of clusters.
+    TABLE_WIDTH: u32 = 1024;
+    /// Entries in a row of the lists of lights. WebGL 2 promises no wider textures.
+    LIST_WIDTH: u32 = 2048;
+    /// Texels along each side of the table of directional albedo.
+    DIRECTIONAL_ALBEDO_SIZE: u32 = 32;
+
+    /// The least perceptual roughness that is shaded: below it the highlight of a punctual light is smaller than half
+    /// floats can hold.
+    ROUGHNESS_PERCEPTUAL_MIN: f32 = 0.045;
+
+    /// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of points
+    /// and lines).
+    WITHOUT_NORMALS: u32 = 0x8000_0000;
+
+    /// Above this, rgba16float overflows on some drivers into infinity and from there into a NaN.
+    HALF_FLOAT_MAX: f32 = 65000.0;
+    /// A half float of which three, of emission, of the environment and of lights, add up without overflowing.
+    RADIANCE_MAX: f32 = 20992.0;
+
+    /// Of the sRGB transfer functions (IEC 61966-2-1): the slope of the straight part.
+    SRGB_SLOPE: f32 = 12.92;
+    /// The linear value where the straight part ends.
+    SRGB_LINEAR_END: f32 = 0.003_130_8;
+    /// The encoded value where the straight part ends.
+    SRGB_ENCODED_END: f32 = 0.04045;
+    /// What is added before, and taken away after, the power.
+    SRGB_OFFSET: f32 = 0.055;
+    /// The power.
+    SRGB_POWER: f32 = 2.4;
+}
