@@ -66,3 +66,48 @@ fn no_pass_imports_another() {
         .collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// What can be read from the top of `frame.rs` downwards: nothing below it may lead back.
+#[test]
+fn no_file_lies_in_a_circle_with_the_frame() {
+    let circles: Vec<_> = renderer()
+        .reach("frame.rs")
+        .into_keys()
+        .filter(|file| *file != "frame.rs")
+        .filter_map(|file| renderer().chain(file, "frame.rs"))
+        .collect();
+    assert!(circles.is_empty(), "`frame.rs` imports, by others or itself, what imports it: {circles:#?}");
+}
+
+/// What passes import, by others or themselves, is their vocabulary. It knows no pass: not even the one that imports it.
+#[test]
+fn the_vocabulary_of_passes_imports_no_pass() {
+    // With a pass that imports it, for the message.
+    let mut vocabulary: BTreeMap<&str, &str> = BTreeMap::new();
+    for pass in renderer().files().into_iter().filter(|file| pass_of(file).is_some()) {
+        let words = renderer().reach(pass).into_keys().filter(|file| pass_of(file).is_none());
+        vocabulary.extend(words.map(|word| (word, pass)));
+    }
+    assert!(vocabulary.contains_key("gbuffer.rs") && vocabulary.contains_key("view.rs"), "{vocabulary:?}");
+    let wrong: Vec<_> = renderer()
+        .imports()
+        .filter(|(by, of, _)| vocabulary.contains_key(by) && pass_of(of).is_some())
+        .map(|(by, of, written)| {
+            let chain = renderer().chain(vocabulary[by], by).unwrap_or_default();
+            format!("{by} imports {of} ({written}), and a pass imports it: {chain}")
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn nothing_outside_the_folder_of_a_pass_names_its_uniforms() {
+    let of_passes = || renderer().named().iter().filter(|named| pass_of(&named.of).is_some());
+    let uniforms = || of_passes().filter(|named| named.item.ends_with("Uniform"));
+    assert!(uniforms().count() > 0, "no pass has a uniform");
+    let wrong: Vec<_> = uniforms()
+        .filter(|named| pass_of(&named.by) != pass_of(&named.of))
+        .map(|named| format!("{} names {} of {}", named.by, named.item, named.of))
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
