@@ -1,4 +1,5 @@
-//! The sRGB transfer functions (IEC 61966-2-1), of values from 0 to 1; the twin of `colour.wgsl`.
+//! The sRGB transfer functions (IEC 61966-2-1), of values from 0 to 1, the twin of `colour.wgsl`; and products that stay
+//! numbers.
 
 use crate::constants::{SRGB_ENCODED_END, SRGB_LINEAR_END, SRGB_OFFSET, SRGB_POWER, SRGB_SLOPE};
 
@@ -18,6 +19,12 @@ pub fn linear_from_srgb(srgb: f32) -> f32 {
     } else {
         ((srgb + SRGB_OFFSET) / (1.0 + SRGB_OFFSET)).powf(SRGB_POWER)
     }
+}
+
+/// The product, within what a shader can go on multiplying with: infinity times 0 is no number, and a NaN stays one.
+pub(crate) fn finite_product(a: f32, b: f32) -> f32 {
+    let product = a * b;
+    if product.is_nan() { 0.0 } else { product.clamp(-1e30, 1e30) }
 }
 
 #[cfg(test)]

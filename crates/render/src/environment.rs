@@ -5,7 +5,7 @@ mod settings;
 
 pub use settings::EnvironmentSettings;
 
-use crate::exposure::finite_product;
+use crate::colour::finite_product;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use manypass_scene::Scene;

@@ -148,12 +148,6 @@ impl Metering {
     }
 }
 
-/// The product, within what a shader can go on multiplying with: infinity times 0 is no number, and a NaN stays one.
-pub(crate) fn finite_product(a: f32, b: f32) -> f32 {
-    let product = a * b;
-    if product.is_nan() { 0.0 } else { product.clamp(-1e30, 1e30) }
-}
-
 impl FrameRequest {
     /// Whether [`Self::metering`] decides anything: automatic exposure, the faint studio beside the scene's own lights, and
     /// radiance that will be read go by it.

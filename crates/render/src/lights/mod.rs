@@ -14,8 +14,8 @@ pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
 pub use reach::{Cone, Reach};
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
 
+use crate::colour::finite_product;
 use crate::constants::TEXELS_PER_LIGHT;
-use crate::exposure::finite_product;
 use crate::view::{DepthRange, View};
 use glam::Vec3;
 use manypass_scene::{LightKind, NodeId, Scene};

@@ -66,9 +66,12 @@ pub(super) struct World<'s> {
     pub nodes: Vec<NodeId>,
     pub bounds_world: Aabb,
     pub deformation: Deformation,
-    /// Tables of lights, by the pre-exposure and the subset that they were made for: most views share one.
-    tables: Vec<(u32, Option<(u32, u32)>, Rc<LightTable>)>,
+    /// Most views share one.
+    tables: Vec<(TableKey, Rc<LightTable>)>,
 }
+
+/// What a table of lights is made for: the bits of the pre-exposure, and the subset of the lights.
+type TableKey = (u32, Option<(u32, u32)>);
 
 impl<'s> World<'s> {
     pub fn new(scene: &'s Scene, nodes: Vec<NodeId>, deformation: Deformation) -> Self {
@@ -76,13 +79,12 @@ impl<'s> World<'s> {
     }
 
     fn light_table(&mut self, pre_exposure: f32, subset: Option<(u32, u32)>) -> Rc<LightTable> {
-        let bits = pre_exposure.to_bits();
-        let known = self.tables.iter().find(|(of, with, _)| (*of, *with) == (bits, subset));
-        if let Some((_, _, table)) = known {
+        let key = (pre_exposure.to_bits(), subset);
+        if let Some((_, table)) = self.tables.iter().find(|(known, _)| *known == key) {
             return table.clone();
         }
         let table = Rc::new(LightTable::new(self.scene, &self.nodes, pre_exposure, subset));
-        self.tables.push((bits, subset, table.clone()));
+        self.tables.push((key, table.clone()));
         table
     }
 }
