@@ -40,7 +40,8 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 /// An effect of one full-screen fragment shader, which returns the new radiance of its pixel.
 ///
 /// The shader finds this declared, beside what WGSL has (all of it is [`compose::EFFECT_PRELUDE`]):
-/// - textures of the frame's size: `radiance`, `base_color`, `normal`, `material`, `linear_depth`; samplers
+/// - textures of the frame's size: `radiance`, `base_color`, `normal`, `material`, `linear_depth`, and `previous`, what the
+///   effect itself made in the frame before; samplers
 ///   `linear_clamp` and `nearest_clamp`; the uniform `view`;
 /// - `radiance_at(pixel)`, `distance_at(pixel)` in metres (`DISTANCE_BACKGROUND_M` and more: nothing is there), and
 ///   `surface_at(pixel)` with `normal_world`, `base_color`, `metallic`, `roughness_perceptual`, `occlusion`;
@@ -229,10 +230,16 @@ impl Effect for WgslEffect {
         if let Some((_, missing)) = self.uniforms().missing() {
             return Err(Box::new(missing.clone()).into());
         }
-        let offered = textures(gbuffer, &radiance);
         let TextureDesc { width, height, .. } = radiance.desc();
         let desc = TextureDesc::new_2d(width, height, RADIANCE);
-        let target = r.texture_of(format!("{}.radiance", self.name()), desc);
+        let keeps = self.pipeline.program.slots(1).iter().any(|slot| slot.name == "previous");
+        let (previous, target) = if keeps {
+            let history = r.history(self.name().to_owned(), desc);
+            ((!history.is_first).then_some(history.previous), history.next)
+        } else {
+            (None, r.texture_of(format!("{}.radiance", self.name()), desc))
+        };
+        let offered = textures(gbuffer, &radiance, previous.as_ref());
         let mut step = r.own_fullscreen(self.name().to_owned(), self.pipeline.clone(), self.own_group.clone());
         for slot in self.pipeline.program.slots(1) {
             match offered.iter().find(|(name, _)| *name == slot.name) {
@@ -254,8 +261,12 @@ impl Effect for WgslEffect {
 }
 
 /// The textures that an effect may read, by their names.
-fn textures<'h>(gbuffer: Option<&'h Gbuffer>, radiance: &'h Handle) -> Vec<(&'static str, &'h Handle)> {
-    let mut offered = vec![("radiance", radiance)];
+fn textures<'h>(
+    gbuffer: Option<&'h Gbuffer>,
+    radiance: &'h Handle,
+    previous: Option<&'h Handle>,
+) -> Vec<(&'static str, &'h Handle)> {
+    let mut offered = vec![("radiance", radiance), ("previous", previous.unwrap_or(radiance))];
     if let Some(gbuffer) = gbuffer {
         offered.extend([
             ("base_color", &gbuffer.base_color),

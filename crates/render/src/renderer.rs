@@ -116,8 +116,8 @@ impl Renderer {
     /// Gives back what the variables of the last picture were read from; they cannot be read any more.
     pub fn forget_variables(&mut self) {
         let had_variables = self.views.values_mut().filter_map(|view| view.aovs.take()).count() > 0;
-        self.bind_groups.clear();
         if had_variables {
+            self.bind_groups.clear();
             self.gpu.wait();
         }
     }

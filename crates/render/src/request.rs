@@ -25,6 +25,9 @@ pub struct FrameRequest {
     pub sample_index: u32,
     /// How many frames are accumulated.
     pub sample_count: u32,
+    /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
+    /// as a live view wants it. Otherwise a picture depends on nothing before its first sample.
+    pub goes_on: bool,
     /// Settings of the passes.
     pub settings: Settings,
     /// Only the lights k, k + n, k + 2n, … of (k, n); for tests that add them up.
@@ -95,6 +98,7 @@ impl FrameRequest {
             camera,
             sample_index: 0,
             sample_count: 1,
+            goes_on: false,
             settings: Settings::default(),
             light_subset: None,
             metering: None,

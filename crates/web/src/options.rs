@@ -34,7 +34,8 @@ impl Options {
     /// A request for a frame of `scene` with the options.
     pub fn applied(&self, request: FrameRequest, scene: &Scene) -> FrameRequest {
         let (light_subset, settings) = (self.light_subset, self.settings.clone());
-        FrameRequest { light_subset, settings, ..request }.resolved(scene)
+        // What effects keep from frame to frame lasts while the page shows one scene.
+        FrameRequest { light_subset, settings, goes_on: true, ..request }.resolved(scene)
     }
 
     /// The options with what `object` holds in place of their own.

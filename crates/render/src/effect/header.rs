@@ -7,15 +7,14 @@ use std::ops::Range;
 /// The words that a header may hold.
 const WORDS: [&str; 3] = ["effect", "reads", "passes"];
 /// What an effect may say that it reads, and the name of each in the shader.
-const READS: [(&str, &str); 5] = [
+const READS: [(&str, &str); 6] = [
     ("depth", "linear_depth"),
     ("normal", "normal"),
     ("base_color", "base_color"),
     ("material", "material"),
     ("radiance", "radiance"),
+    ("previous", "previous"),
 ];
-/// What a later version lets effects read.
-const READS_LATER: &str = "previous";
 /// The longest name of an effect.
 const NAME_CHARACTERS: usize = 64;
 
@@ -180,9 +179,6 @@ fn entries(list: &str, start: usize) -> impl Iterator<Item = (&str, Range<usize>
 }
 
 fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<&'static str, Box<Diagnostic>> {
-    if name == READS_LATER {
-        return Err(source.fault(place, format!("{} has no `{READS_LATER}` for effects yet", version())));
-    }
     READS.iter().map(|(known, _)| *known).find(|known| *known == name).ok_or_else(|| {
         let known: Vec<_> = READS.iter().map(|(known, _)| *known).collect();
         source.fault(place, format!("there is no `{name}` to read; there is: {}", known.join(", ")))
@@ -235,8 +231,6 @@ mod tests {
             ("//! reads:", "write `//! reads: NAME"),
             ("//! reads: depth, colour", "a.wgsl:1:19: error: there is no `colour` to read; there is: depth, normal"),
             ("//! reads: depth,", "there is no `` to read"),
-            ("//! reads: previous", "a.wgsl:1:12: error: manypass "),
-            ("//! reads: previous", "has no `previous` for effects yet"),
             ("//! passes: blur_x, blur_y", "a.wgsl:1:21: error: manypass "),
             ("//! passes: blur_x, blur_y", "has effects of one pass"),
             ("struct S {}\n//! effect a", "a.wgsl:2:1: error: a line of the header stands below"),

@@ -15,6 +15,14 @@ import package::shaders::colour::{half_float_clamped, srgb_from_linear};
 @group(1) @binding(5) var linear_clamp: sampler;
 @group(1) @binding(6) var nearest_clamp: sampler;
 
+// What the effect itself made in the frame before; this frame's radiance where there is none.
+@group(1) @binding(7) var previous: texture_2d<f32>;
+
+// What the effect made at a pixel in the frame before; at the nearest pixel of the picture where there is none.
+fn previous_at(pixel: vec2i) -> vec4f {
+    return textureLoad(previous, clamp(pixel, vec2i(0), vec2i(view.size_px) - 1), 0);
+}
+
 // Radiance at a pixel; at the nearest pixel of the picture where there is none.
 fn radiance_at(pixel: vec2i) -> vec4f {
     return textureLoad(radiance, clamp(pixel, vec2i(0), vec2i(view.size_px) - 1), 0);

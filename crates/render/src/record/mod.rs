@@ -24,7 +24,7 @@ use crate::shader::Shaders;
 use crate::shader::program::FullscreenPipeline;
 use bytemuck::Pod;
 use fullscreen::Shading;
-use manypass_graph::{Graph, Handle, TextureDesc};
+use manypass_graph::{Graph, Handle, History, TextureDesc};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -74,6 +74,13 @@ impl<'r, 'f> Recorder<'r, 'f> {
     /// A texture of any shape that lives within the frame.
     pub fn texture_of(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> Handle {
         self.graph.texture(name, desc)
+    }
+
+    /// What the view's last frame left under this name, and what this frame leaves for the next. It begins anew where the
+    /// view does not go on from its last frame, and at another size.
+    pub fn history(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> History {
+        let history = self.graph.history(name, desc);
+        History { is_first: history.is_first || !self.view.goes_on, ..history }
     }
 
     /// A full-screen pass of the program `program` with the axes `axes` on. Its name is its folder's, then the step's.

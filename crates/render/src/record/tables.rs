@@ -129,3 +129,19 @@ fn half_from_unit(value: f32) -> u16 {
     let rounded = (bits & 0x7f_ffff) + 0x1000;
     (((exponent as u32) << 10) + (rounded >> 13)) as u16
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn group_0_leaves_room() {
+        let is_texture = |slot: &&FrameSlot| matches!(slot.ty, wgpu::BindingType::Texture { .. });
+        let count = FRAME_GROUP.iter().filter(is_texture).count();
+        // A stage has 16 on WebGL 2: two for the pass and eight for the material are left.
+        assert!(count <= 6, "group 0 has {count} textures");
+        let uniforms = FRAME_GROUP.iter().filter(|slot| slot.ty == UNIFORM).count();
+        // WebGL 2 promises 12 a stage.
+        assert!(uniforms <= 4, "group 0 has {uniforms} uniforms");
+    }
+}

@@ -29,6 +29,8 @@ pub struct PreparedView {
     pub light_count: u32,
     /// Whether the environment lights anything.
     pub is_environment_dark: bool,
+    /// Whether the frame goes on from the view's last one, so that histories hold what that left.
+    pub goes_on: bool,
     pub(crate) draws: Rc<DrawList>,
     pub(crate) instances: wgpu::Buffer,
     /// How samplers of textures filter.
@@ -113,6 +115,7 @@ impl ViewTables {
 pub(crate) struct Viewed<'a> {
     pub name: Cow<'static, str>,
     pub size: (u32, u32),
+    pub goes_on: bool,
     pub uniform: ViewUniform,
     pub draws: Rc<DrawList>,
     pub sampling: Sampling,
@@ -148,6 +151,7 @@ impl Viewed<'_> {
             uniform: self.uniform,
             light_count: self.table.len(),
             is_environment_dark: self.environment.is_dark(),
+            goes_on: self.goes_on,
             draws: self.draws,
             instances: tables.instances.clone(),
             sampling: self.sampling,

@@ -143,6 +143,7 @@ impl Renderer {
             let viewed = Viewed {
                 name: name.into(),
                 size,
+                goes_on: request.goes_on || request.sample_index > 0,
                 uniform,
                 draws: draws.clone(),
                 sampling: filtering.sampling,

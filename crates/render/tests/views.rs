@@ -1,0 +1,175 @@
+//! Several cameras in one frame, what a view keeps from frame to frame, and what a frame that is like the last one costs.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{inner_pixels, plain_request, renderer};
+use glam::{Mat4, Vec3};
+use manypass::{Averaging, Background, Environment, FrameRequest, Path, RenderError, Renderer, WgslEffect};
+use manypass_testkit::compare::linear_difference;
+use manypass_testkit::raycast::Options;
+use manypass_testkit::scenes;
+use std::sync::Arc;
+
+/// The picture of a view, and its radiance.
+fn read(renderer: &Renderer, view: &str) -> (Vec<u8>, Vec<f32>) {
+    let view = renderer.rendered(view).unwrap();
+    let display = pollster::block_on(view.read_display_async()).unwrap();
+    (display, pollster::block_on(view.read_radiance_rows_async(0..u32::MAX)).unwrap())
+}
+
+#[test]
+fn two_views_of_a_frame_are_the_two_alone() {
+    let test = scenes::rows_of_spheres();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    let outer = FrameRequest { sample_count: 3, averaging: Averaging::Both, ..plain_request(&test.scene, (96, 64)) };
+    let outer = outer.with(|settings| settings.environment.source = Environment::Studio);
+    let mut inner = FrameRequest { width: 40, height: 56, averaging: Averaging::Both, ..outer.clone() };
+    inner.camera.world_from_view = Mat4::from_rotation_y(0.7) * inner.camera.world_from_view;
+    inner.settings.render.path = Path::Forward;
+    inner.settings.background.source = Background::Environment;
+    inner.settings.exposure.stops = manypass::Exposure::Stops(1.0);
+    let alone: Vec<_> = [&outer, &inner]
+        .map(|request| {
+            for sample_index in 0..3 {
+                renderer.render(&test.scene, &FrameRequest { sample_index, ..request.clone() }).unwrap();
+            }
+            read(&renderer, "")
+        })
+        .into();
+    assert_ne!(alone[0].0.len(), alone[1].0.len());
+    for sample_index in 0..3 {
+        let [outer, inner] = [&outer, &inner].map(|request| FrameRequest { sample_index, ..request.clone() });
+        renderer.render_views(&test.scene, &[("mirror", &inner), ("", &outer)]).unwrap();
+    }
+    assert!(read(&renderer, "") == alone[0], "the outer view is another picture beside the inner one");
+    assert!(read(&renderer, "mirror") == alone[1], "the inner view is another picture beside the outer one");
+    let twice = renderer.render_views(&test.scene, &[("a", &inner), ("a", &outer)]);
+    assert!(matches!(twice, Err(RenderError::ViewTwice(name)) if name == "a"));
+}
+
+#[test]
+fn a_reflected_view_is_the_ray_casters_flipped() {
+    const SIZE: (usize, usize) = (96, 72);
+    for test in [scenes::rows_of_spheres(), scenes::sun()] {
+        let truth = test.world.render(SIZE.0, SIZE.1, Options::default());
+        let mut renderer = renderer();
+        renderer.load(&test.scene).unwrap();
+        for path in [Path::Deferred, Path::Forward] {
+            let mut request = plain_request(&test.scene, (SIZE.0 as u32, SIZE.1 as u32));
+            request.settings.render.path = path;
+            // Left and right change places, and triangles turn around.
+            request.camera.world_from_view *= Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+            renderer.render(&test.scene, &request).unwrap();
+            let found = renderer.read_radiance().unwrap();
+            let flipped: Vec<[f32; 3]> = (0..SIZE.0 * SIZE.1)
+                .map(|at| {
+                    let (x, y) = (at % SIZE.0, at / SIZE.0);
+                    let from = (y * SIZE.0 + SIZE.0 - 1 - x) * 4;
+                    [found[from], found[from + 1], found[from + 2]]
+                })
+                .collect();
+            let inner = inner_pixels(&truth.object_id, SIZE);
+            let pick = |pixels: &[[f32; 3]]| inner.iter().map(|at| pixels[*at]).collect::<Vec<_>>();
+            let difference = linear_difference(&pick(&truth.radiance), &pick(&flipped), 0.01);
+            let within = difference.share_within(0.01);
+            assert!(difference.mean < 0.01 && within > 0.98, "{} {path:?}: {} {within}", test.name, difference.mean);
+        }
+    }
+}
+
+/// An effect that adds what it made in the frame before, halved.
+fn echo(renderer: &Renderer) -> Arc<WgslEffect> {
+    let source = "//! effect echo
+        //! reads: radiance, previous
+        /// How much of the frame before stays, share
+        // = 0.5 in 0..1
+        @group(2) @binding(0) var<uniform> share: f32;
+        @fragment fn fs_echo(@builtin(position) position: vec4f) -> @location(0) vec4f {
+            let pixel = vec2i(position.xy);
+            return vec4f(radiance_at(pixel).rgb + previous_at(pixel).rgb * share, 1.0);
+        }";
+    Arc::new(WgslEffect::new(renderer.gpu(), "echo.wgsl", source).unwrap())
+}
+
+#[test]
+fn an_effect_finds_what_it_made_in_the_frame_before() {
+    let test = scenes::one_light_on_one_plane();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    let plain = FrameRequest { averaging: Averaging::Radiance, ..plain_request(&test.scene, (16, 16)) };
+    renderer.render(&test.scene, &plain).unwrap();
+    let light = renderer.read_radiance().unwrap()[4 * 136];
+    assert!(light > 0.0);
+    for path in [Path::Deferred, Path::Forward] {
+        let effect = echo(&renderer);
+        effect.set("echo.share", "0.25").unwrap();
+        let request = FrameRequest { effects: vec![effect], ..plain.clone() };
+        let request = request.with(|settings| settings.render.path = path);
+        let mut shot = |request: &FrameRequest| {
+            renderer.render(&test.scene, request).unwrap();
+            renderer.read_radiance().unwrap()[4 * 136] / light
+        };
+        let live = FrameRequest { goes_on: true, ..request.clone() };
+        let near = |found: f32, expected: f32| assert!((found / expected - 1.0).abs() < 2e-3, "{found} {expected}");
+        // A picture begins anew: where there is no frame before, this one's radiance stands for it.
+        near(shot(&request), 1.25);
+        near(shot(&request), 1.25);
+        near(shot(&live), 1.3125);
+        near(shot(&live), 1.328_125);
+        near(shot(&request), 1.25);
+    }
+}
+
+#[test]
+fn what_a_view_keeps_survives_the_resize_of_another() {
+    let test = scenes::one_light_on_one_plane();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    let view = |size: (u32, u32), renderer: &Renderer| FrameRequest {
+        averaging: Averaging::Radiance,
+        goes_on: true,
+        effects: vec![echo(renderer)],
+        ..plain_request(&test.scene, size)
+    };
+    let (kept, small, large) = (view((16, 16), &renderer), view((12, 12), &renderer), view((24, 24), &renderer));
+    let mut levels = Vec::new();
+    for other in [&small, &small, &large, &small] {
+        renderer.render_views(&test.scene, &[("other", other), ("", &kept)]).unwrap();
+        let of_other = read(&renderer, "other").1;
+        levels.push((renderer.read_radiance().unwrap()[4 * 136], of_other[of_other.len() / 2]));
+    }
+    // 1.5, 1.75, 1.875, 1.9375 times the light; the other one begins anew at every size.
+    assert!(levels.windows(2).all(|pair| pair[1].0 > pair[0].0 * 1.02), "{levels:?}");
+    assert!(levels[1].1 > levels[0].1 && levels[2].1 < levels[1].1 * 1.1 && levels[3].1 <= levels[0].1, "{levels:?}");
+}
+
+#[test]
+fn a_frame_like_the_last_one_makes_and_uploads_nothing() {
+    let test = scenes::many_points(200);
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    let request = plain_request(&test.scene, (64, 48)).with(|settings| {
+        settings.environment.source = Environment::Studio;
+        settings.background.source = Background::Environment;
+    });
+    renderer.render(&test.scene, &request).unwrap();
+    let first = renderer.stats();
+    assert!(first.bind_groups_made > 0 && first.pipelines_made > 0 && first.uploaded_bytes > 0, "{first:?}");
+    // The two textures of the mean change places.
+    renderer.render(&test.scene, &request).unwrap();
+    for _ in 0..3 {
+        renderer.render(&test.scene, &request).unwrap();
+        let stats = renderer.stats();
+        let made = (stats.bind_groups_made, stats.pipelines_made, stats.uploaded_bytes);
+        assert_eq!(made, (0, 0, 0));
+    }
+    // Another camera is another uniform, other lists and other instances.
+    let mut moved = request.clone();
+    moved.camera.world_from_view.w_axis.x += 0.25;
+    renderer.render(&test.scene, &moved).unwrap();
+    let stats = renderer.stats();
+    assert!(stats.uploaded_bytes > 0 && stats.pipelines_made == 0, "{stats:?}");
+}
