@@ -82,19 +82,12 @@ fn program_failure(error: &ProgramError, hint: &str) -> Failure {
 /// The request of one picture.
 pub fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, scene: &Scene) -> FrameRequest {
     FrameRequest {
-        width: job.width,
-        height: job.height,
-        camera,
-        sample_index: 0,
         sample_count: args.frame.samples,
         settings: settings.clone(),
-        light_subset: None,
-        // `exposure::expose` puts in what is metered once for all pictures of an input.
-        metering: None,
         averaging: if job.format == Format::Exr { Averaging::Radiance } else { Averaging::Display },
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
-        previous: None,
-        effects: Vec::new(),
+        // `exposure::expose` puts in what is metered once for all pictures of an input.
+        ..FrameRequest::new(job.width, job.height, camera)
     }
     .resolved(scene)
 }

@@ -8,6 +8,7 @@ use crate::pose::Pose;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::view::View;
+use glam::Vec4;
 use manypass_graph::PlanError;
 use manypass_scene::Scene;
 use std::sync::Arc;
@@ -21,6 +22,9 @@ pub struct FrameRequest {
     pub height: u32,
     /// From where the scene is seen.
     pub camera: View,
+    /// What lies on the negative side of this plane (x, y, z, w with `x·X + y·Y + z·Z + w < 0` in world space) is not drawn:
+    /// what is behind a mirror, or before a portal. The plane must not lead through the eye.
+    pub clip_plane_world: Option<Vec4>,
     /// Which of the accumulated frames this is; 0 starts anew.
     pub sample_index: u32,
     /// How many frames are accumulated.
@@ -96,6 +100,7 @@ impl FrameRequest {
             width,
             height,
             camera,
+            clip_plane_world: None,
             sample_index: 0,
             sample_count: 1,
             goes_on: false,

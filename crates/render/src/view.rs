@@ -45,8 +45,9 @@ pub struct ViewUniform {
     pub anisotropy: f32,
     /// Zero.
     pub padding: f32,
-    /// Zero.
-    pub padding_end: Vec2,
+    /// By how much depth rises along x and y of view space, at a distance of 1 m if the projection is perspective: 0
+    /// unless a plane cuts the view.
+    pub depth_slope: Vec2,
 }
 
 /// The nearest and the farthest distance along the view axis, in metres.
@@ -69,6 +70,37 @@ pub struct CameraStep {
     pub range: DepthRange,
     /// Width and height of the picture in pixels; both have its shape.
     pub output_size: (u32, u32),
+}
+
+impl ViewUniform {
+    /// The same view without what lies on the negative side of a plane (`plane_world · (x, y, z, 1) < 0`): the plane takes the
+    /// place of the near plane. A plane through the eye leaves depth nothing to tell distances by. Depth is then no function of the distance alone, and `depth_slope` says how it differs.
+    ///
+    /// Source: Lengyel 2005, "Oblique View Frustum Depth Projection and Clipping", for reversed depth: z = w − s · plane,
+    /// with s so large that depth spans all of its range and reaches 0 nowhere in the frustum.
+    pub(crate) fn cut_by(mut self, plane_world: Vec4, range: DepthRange) -> Self {
+        let plane = self.world_from_view.transpose() * plane_world;
+        let is_orthographic = self.orthographic > 0.5;
+        // The greatest value of plane · p / w in the frustum, which has no far end if the projection is perspective.
+        let across = (plane.truncate().truncate() * self.view_from_ndc_scale).abs().element_sum();
+        let [near, far] = if is_orthographic {
+            [range.near_m, range.far_m].map(|distance_m| across - plane.z * distance_m + plane.w)
+        } else {
+            [across - plane.z + plane.w / range.near_m, across - plane.z]
+        };
+        let greatest = near.max(far);
+        // A little less than that, so that the farthest surface is no background; jitter moves corners by less.
+        let scale = if greatest > 0.0 { 0.99 / greatest } else { 1.0 };
+        let cut = self.clip_from_world.row(3) - scale * plane_world;
+        for (column, z) in [cut.x, cut.y, cut.z, cut.w].into_iter().enumerate() {
+            self.clip_from_world.col_mut(column).z = z;
+        }
+        let w_row = if is_orthographic { Vec4::W } else { -Vec4::Z };
+        let z_row = w_row - scale * plane;
+        self.distance_from_depth = Vec4::new(z_row.w, w_row.w, z_row.z, w_row.z);
+        self.depth_slope = Vec2::new(z_row.x, z_row.y);
+        self
+    }
 }
 
 impl View {
@@ -180,7 +212,7 @@ impl View {
             mip_gain: 0.0,
             anisotropy: 1.0,
             padding: 0.0,
-            padding_end: Vec2::ZERO,
+            depth_slope: Vec2::ZERO,
         }
     }
 
@@ -318,7 +350,7 @@ mod tests {
                 mip_gain,
                 anisotropy,
                 padding,
-                padding_end,
+                depth_slope,
             ]
         );
     }

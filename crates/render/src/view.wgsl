@@ -23,7 +23,8 @@ struct View {
     // The most samples that samplers of textures take along the long side of a pixel's footprint.
     anisotropy: f32,
     padding: f32,
-    padding_end: vec2f,
+    // By how much depth rises along x and y of view space, where a plane cuts the view; else 0.
+    depth_slope: vec2f,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -37,9 +38,11 @@ fn ndc_from_uv(uv: vec2f) -> vec2f {
 }
 
 // Distance along the view axis in metres, for perspective and orthographic projections alike.
-fn distance_from_depth_ndc(depth_ndc: f32) -> f32 {
+fn distance_from_depth_ndc(position_px: vec2f, depth_ndc: f32) -> f32 {
     let k = view.distance_from_depth;
-    return (k.x - depth_ndc * k.y) / (k.z - depth_ndc * k.w);
+    let plane = (ndc_from_uv(uv_from_pixel(position_px)) - view.jitter_ndc) * view.view_from_ndc_scale;
+    let depth = depth_ndc - dot(view.depth_slope, plane);
+    return (k.x - depth * k.y) / (k.z - depth * k.w);
 }
 
 fn position_view_from_pixel(position_px: vec2f, distance_m: f32) -> vec3f {

@@ -4,9 +4,10 @@
 
 mod common;
 
-use common::{inner_pixels, plain_request, renderer};
+use common::{floats, inner_pixels, plain_request, renderer};
 use glam::{Mat4, Vec3};
-use manypass::{Averaging, Background, Environment, FrameRequest, Path, RenderError, Renderer, WgslEffect};
+use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Path, RenderError, Renderer, WgslEffect};
+use manypass_scene::Projection;
 use manypass_testkit::compare::linear_difference;
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes;
@@ -76,6 +77,56 @@ fn a_reflected_view_is_the_ray_casters_flipped() {
             let difference = linear_difference(&pick(&truth.radiance), &pick(&flipped), 0.01);
             let within = difference.share_within(0.01);
             assert!(difference.mean < 0.01 && within > 0.98, "{} {path:?}: {} {within}", test.name, difference.mean);
+        }
+    }
+}
+
+#[test]
+fn a_plane_cuts_a_view_and_leaves_distances_right() {
+    const SIZE: (u32, u32) = (96, 72);
+    let test = scenes::rows_of_spheres();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    let perspective = plain_request(&test.scene, SIZE);
+    let mut parallel = perspective.clone();
+    parallel.camera.projection = Projection::Orthographic { height_m: 6.0, near_m: 0.01, far_m: 100.0 };
+    let mut shot = |request: &FrameRequest| {
+        let request = FrameRequest { want_aovs: vec![Aov::Depth, Aov::Position], ..request.clone() };
+        renderer.render(&test.scene, &request).unwrap();
+        let depth = floats(renderer.read_aov(Aov::Depth).unwrap());
+        (depth, floats(renderer.read_aov(Aov::Position).unwrap()), renderer.read_radiance().unwrap())
+    };
+    for request in [perspective, parallel] {
+        let (depth, position, radiance) = shot(&request);
+        let seen: Vec<Vec3> = position.chunks(3).map(Vec3::from_slice).filter(|position| position.is_finite()).collect();
+        let middle = seen.iter().sum::<Vec3>() / seen.len() as f32;
+        let ahead = -request.camera.world_from_view.z_axis.truncate();
+        // Through the middle of what is seen: upright, slanted, and nearly along the view.
+        for normal in [ahead, Vec3::new(0.3, 1.0, -0.2), Vec3::new(1.0, 0.0, -0.3), Vec3::new(-1.0, 0.2, -0.4)] {
+            let normal = normal.normalize();
+            let plane = normal.extend(-normal.dot(middle) + 0.003);
+            let (cut_depth, cut_position, cut_radiance) =
+                shot(&FrameRequest { clip_plane_world: Some(plane), ..request.clone() });
+            let side = |at: usize, positions: &[f32]| plane.dot(Vec3::from_slice(&positions[3 * at..]).extend(1.0));
+            let (mut kept, mut removed) = (0, 0);
+            for at in 0..depth.len() {
+                if cut_depth[at].is_finite() {
+                    assert!(side(at, &cut_position) > -2e-3, "{normal}, pixel {at}: {}", side(at, &cut_position));
+                }
+                if !depth[at].is_finite() {
+                    assert!(!cut_depth[at].is_finite(), "{normal}, pixel {at}");
+                } else if side(at, &position) > 1e-3 {
+                    let error = (cut_depth[at] / depth[at] - 1.0).abs();
+                    assert!(error < 2e-4, "{normal}, pixel {at}: {} instead of {}", cut_depth[at], depth[at]);
+                    let brightest = radiance[4 * at].abs().max(0.01);
+                    assert!((cut_radiance[4 * at] - radiance[4 * at]).abs() < 0.01 * brightest, "{normal}, pixel {at}");
+                    kept += 1;
+                } else if side(at, &position) < -1e-3 {
+                    assert!(cut_depth[at] > depth[at], "{normal}, pixel {at}");
+                    removed += 1;
+                }
+            }
+            assert!(kept > 10 && removed > 10 && kept + removed > 1000, "{normal}: {kept} {removed}");
         }
     }
 }

@@ -121,6 +121,7 @@ impl Renderer {
         let uniform_at = |size: (u32, u32)| {
             let camera = &request.camera;
             let uniform = camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
+            let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
             ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.sampling.anisotropy.into(), ..uniform }
         };
         let uniform = uniform_at(*size);

@@ -15,5 +15,5 @@ fn fs_linear_depth(@builtin(position) position: vec4f) -> @location(0) f32 {
     if depth_ndc <= 0.0 {
         return DISTANCE_BACKGROUND_M;
     }
-    return distance_from_depth_ndc(depth_ndc);
+    return distance_from_depth_ndc(position.xy, depth_ndc);
 }
