@@ -1,8 +1,8 @@
 // run.mjs CASES: opens the page with every model on each backend, fails on errors of page or driver, and saves into
 // target/browser what the viewer reads back (NAME-BACKEND.png), what the canvas shows (NAME-BACKEND-canvas.png) and the
 // exposure (NAME-BACKEND-exposure.json).
-// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups }]; with `groups` eighths of the lights
-// must add up to all of them.
+// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups, options, effects }]; with `groups` eighths of
+// the lights must add up to all of them; `options` and `effects` are what the viewer is given.
 import { createServer } from "node:http";
 import { readFile, writeFile, mkdir } from "node:fs/promises";
 import { createRequire } from "node:module";
@@ -59,16 +59,22 @@ async function test(name, action) {
   failed += faults.length > 0;
 }
 
-for (const { name, model, width, height, groups } of cases) {
+for (const { name, model, width, height, groups, options, effects } of cases) {
   for (const backend of ["webgpu", "webgl"]) {
     await test(`${name} on ${backend}`, async (faults) => {
       const address = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : `models/${name}.glb` };
       const page = await open(address, { width, height }, faults);
       try {
-        const result = await page.evaluate(async (groups) => {
+        const result = await page.evaluate(async ({ groups, options, effects }) => {
           let groupRatio, offPixels;
           if (window.manypass.error) throw new Error(window.manypass.error);
           const viewer = window.manypass.viewer;
+          const isChanged = Object.keys(options).length + effects.length > 0;
+          if (isChanged) {
+            viewer.configure(options);
+            viewer.setEffects(effects);
+            await window.manypass.draw();
+          }
           let pixels = await viewer.pixels();
           // The pixels are there, so the frame is finished; the clock began with the navigation.
           const first = performance.now();
@@ -76,7 +82,10 @@ for (const { name, model, width, height, groups } of cases) {
           await window.manypass.draw();
           const again = await viewer.pixels();
           const second = performance.now() - first;
-          if (pixels.some((value, index) => value !== again[index])) throw new Error("the second frame differs from the first");
+          // An effect that keeps what it made makes more of it.
+          const isSame = pixels.every((value, index) => value === again[index]);
+          if (effects.length && isSame) throw new Error("an effect with a history makes nothing of it");
+          if (!effects.length && !isSame) throw new Error("the second frame differs from the first");
           if (groups) {
             const total = async (lightSubset) => {
               viewer.configure({ lightSubset });
@@ -98,7 +107,7 @@ for (const { name, model, width, height, groups } of cases) {
           [canvas.width, canvas.height] = [info.width, info.height];
           canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
           return { info, exposure: viewer.exposure(), first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
-        }, groups);
+        }, { groups, options, effects });
         await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
         await writeFile(join(out, `${name}-${backend}-exposure.json`), JSON.stringify(result.exposure));
         await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });

@@ -20,7 +20,20 @@ struct Case {
     /// `demo:NAME`, or a file below the shared assets.
     model: &'static str,
     size: (u32, u32),
+    way: Way,
 }
+
+/// How a model is drawn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Way {
+    Deferred,
+    Forward,
+    /// With an effect that has a setting and reads what it made in the frame before.
+    Echo,
+}
+
+/// The effect of [`Way::Echo`].
+const ECHO: &str = "xtask/browser/echo.wgsl";
 
 /// The cases whose lights are also drawn in eight groups that must add up.
 const GROUPS: [&str; 2] = ["hall", "lightfield_10000"];
@@ -28,10 +41,12 @@ const SQUARE: (u32, u32) = (256, 256);
 const WIDE: (u32, u32) = (320, 180);
 
 const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case {
-    Case { name, model, size }
+    Case { name, model, size, way: Way::Deferred }
 }
 
-const CASES: [Case; 11] = [
+const CASES: [Case; 13] = [
+    Case { way: Way::Echo, ..case("hall-echo", "demo:hall", WIDE) },
+    Case { way: Way::Forward, ..case("hall-forward", "demo:hall", WIDE) },
     case("hall", "demo:hall", WIDE),
     case("shadow_mapping_spots", "renderling/shadow_mapping_spots.glb", SQUARE),
     case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)),
@@ -46,6 +61,28 @@ const CASES: [Case; 11] = [
 ];
 
 impl Case {
+    /// The flags of the command line.
+    fn arguments(&self) -> &'static [&'static str] {
+        match self.way {
+            Way::Deferred => &[],
+            Way::Forward => &["--path", "forward"],
+            Way::Echo => &["--effect", ECHO, "--set", "echo.share=0.25"],
+        }
+    }
+
+    /// What the page is told: options of `configure`, and effects.
+    fn page(&self) -> Result<(serde_json::Value, serde_json::Value)> {
+        let effect = || -> Result<serde_json::Value> {
+            let source = std::fs::read_to_string(root().join(ECHO))?;
+            Ok(serde_json::json!([{ "file": ECHO, "source": source, "settings": { "echo.share": 0.25 } }]))
+        };
+        Ok(match self.way {
+            Way::Deferred => (serde_json::json!({}), serde_json::json!([])),
+            Way::Forward => (serde_json::json!({ "path": "forward" }), serde_json::json!([])),
+            Way::Echo => (serde_json::json!({}), effect()?),
+        })
+    }
+
     /// What the command line and the browser are given; none if this machine does not have the model.
     fn input(&self, assets: &Path) -> Option<String> {
         if self.model.starts_with("demo:") {
@@ -80,16 +117,18 @@ pub(crate) fn test() -> Result<Tally> {
         let arguments = ["run", "--quiet", "-p", "manypass-cli", "--", "render", input, "--size", &size];
         let report = picture(case, "native").with_extension("json");
         let mut command = cargo(arguments);
+        command.args(case.arguments());
         command.args(["--samples", "1", "--quiet", "--report"]).arg(report).arg("-o").arg(picture(case, "native"));
         check(&mut command)?;
     }
     let cases: Vec<_> = found
         .iter()
         .map(|(case, input)| {
-            serde_json::json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
-                "groups": GROUPS.contains(&case.name) })
+            let (options, effects) = case.page()?;
+            Ok(serde_json::json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
+                "groups": GROUPS.contains(&case.name), "options": options, "effects": effects }))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let browser = check(
         Command::new("node")
             .args(["xtask/browser/run.mjs", &serde_json::to_string(&cases)?])
@@ -153,7 +192,8 @@ fn judge(case: &Case) -> Result<()> {
         }
         // A screenshot is composited by the browser, but without scaling and in sRGB.
         let shown = difference(&drawn, &open_picture(&picture(case, &format!("{backend}-canvas")))?)?;
-        if !shown.is_within(Tolerance::default()) {
+        // The echo grew with the frame in between.
+        if case.way != Way::Echo && !shown.is_within(Tolerance::default()) {
             refused.push(format!("the canvas does not show the picture on {backend}: {shown}"));
         }
     }

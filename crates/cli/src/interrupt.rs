@@ -18,7 +18,7 @@ pub fn check() -> Result<(), Failure> {
 }
 
 /// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the program
-/// up, ends it at once. What is being drawn ends with its sample, which a large picture makes long: unless `quiet`, that is
+/// up, ends it at once. What is being read is read to its end, and what is being drawn ends with its sample, which can take long: unless `quiet`, that is
 /// said.
 pub fn heed(quiet: bool) {
     // Without a handler an interrupt ends the program as the system does it.
@@ -31,7 +31,7 @@ pub fn heed(quiet: bool) {
             std::process::exit(i32::from(failure.code()));
         }
         if !quiet {
-            say(format_args!("interrupting after this sample; once more stops at once"));
+            say(format_args!("interrupting after this step; once more stops at once"));
         }
     });
 }

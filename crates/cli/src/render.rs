@@ -189,6 +189,7 @@ impl Batch<'_> {
         // Two scenes at once need not fit into memory.
         self.renderer.unload();
         let (mut scene, mut warnings) = ReadAhead::take(&mut self.ahead, &item.input)?;
+        interrupt::check()?;
         check_ids(self.job, &scene)?;
         let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
@@ -199,6 +200,7 @@ impl Batch<'_> {
         self.renderer.load(&scene).map_err(failed)?;
         phases.decode = self.renderer.decode_ms();
         phases.upload = ms_since(start) - phases.decode;
+        interrupt::check()?;
         warnings.extend(self.renderer.warnings());
         let args = self.args;
         if scene.animations.is_empty() && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {

@@ -110,7 +110,7 @@ fn a_full_disk_is_named_and_its_device_stays() {
 }
 
 /// What an interrupted call says.
-const INTERRUPTED: &str = "interrupting after this sample; once more stops at once\nerror: interrupted\nhint: ";
+const INTERRUPTED: &str = "interrupting after this step; once more stops at once\nerror: interrupted\nhint: ";
 
 /// Waits until the report's temporary file is there: from then on the program has its renderer and heeds signals.
 fn wait_until_it_renders(folder: &Folder) {

@@ -104,6 +104,16 @@ impl WgslEffect {
     pub fn compile(gpu: &Gpu, effect: EffectFile) -> Result<Self, ProgramError> {
         let EffectFile { file, text, name, module, slots, uniforms } = effect;
         let invalid = |message: String| ProgramError::Invalid { pass: name.clone(), message };
+        let is_odd = |block: &&Block| block.is_used && !block.bytes.len().is_multiple_of(16);
+        if let Some(block) = uniforms.blocks.iter().find(is_odd).filter(|_| !gpu.capabilities.uniforms_of_any_size) {
+            let message = format!(
+                "the uniform `{}` has {} bytes, and uniforms of this adapter (WebGL 2) are multiples of 16: put it into a \
+                 struct and fill that up with members whose names begin with `padding`",
+                block.name,
+                block.bytes.len()
+            );
+            return Err(ProgramError::Misplaced { pass: name, message });
+        }
         #[cfg(not(target_arch = "wasm32"))]
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let triangle = compose::source("fullscreen", &[]).map_err(&invalid)?;

@@ -137,6 +137,22 @@ pub enum RenderError {
         /// The largest side.
         limit: u32,
     },
+    /// The picture fits the adapter, but not at the size at which it is shaded.
+    #[error(
+        "a picture of {width} × {height} pixels is shaded at {} × {} by `render.scale`, and each side must be 1 to {limit} on \
+         this adapter",
+        shaded.0, shaded.1
+    )]
+    ShadedSize {
+        /// The width that was asked for.
+        width: u32,
+        /// The height that was asked for.
+        height: u32,
+        /// The width and height at which it would be shaded.
+        shaded: (u32, u32),
+        /// The largest side.
+        limit: u32,
+    },
     /// The textures of the frame would take more memory than [`crate::Renderer::set_memory_budget`] allows.
     #[error("the textures of the frame take {needed_bytes} bytes more, but {budget_bytes} are allowed")]
     Memory {

@@ -98,7 +98,8 @@ fn a_plane_cuts_a_view_and_leaves_distances_right() {
     };
     for request in [perspective, parallel] {
         let (depth, position, radiance) = shot(&request);
-        let seen: Vec<Vec3> = position.chunks(3).map(Vec3::from_slice).filter(|position| position.is_finite()).collect();
+        let seen: Vec<Vec3> =
+            position.chunks(3).map(Vec3::from_slice).filter(|position| position.is_finite()).collect();
         let middle = seen.iter().sum::<Vec3>() / seen.len() as f32;
         let ahead = -request.camera.world_from_view.z_axis.truncate();
         // Through the middle of what is seen: upright, slanted, and nearly along the view.

@@ -68,18 +68,27 @@ impl Options {
             "exposure" => self.settings.exposure.stops = scalar(value).parse()?,
             "lightSubset" => self.light_subset = light_subset(value)?,
             "settings" => {
-                let settings = value.dyn_ref::<js_sys::Object>();
-                let settings = settings.ok_or_else(|| JsError::new("settings is an object of values by key"))?;
-                for entry in js_sys::Object::entries(settings).iter() {
-                    let entry = js_sys::Array::from(&entry);
-                    let key = entry.get(0).as_string().unwrap_or_default();
-                    self.settings.give(&key, &written(&entry.get(1)))?;
+                if !value.is_object() {
+                    return Err(JsError::new("settings is an object of values by key"));
+                }
+                for (key, value) in entries(value) {
+                    self.settings.give(&key, &value)?;
                 }
             }
             _ => return Err(JsError::new(&format!("there is no option `{key}`"))),
         }
         Ok(())
     }
+}
+
+/// The keys of an object with their values, as settings take them.
+pub fn entries(object: &JsValue) -> Vec<(String, Written)> {
+    let entries = object.dyn_ref::<js_sys::Object>().map(js_sys::Object::entries).unwrap_or_default();
+    let entry = |entry: JsValue| {
+        let entry = js_sys::Array::from(&entry);
+        (entry.get(0).as_string().unwrap_or_default(), written(&entry.get(1)))
+    };
+    entries.iter().map(entry).collect()
 }
 
 /// A value of a setting: a number, a boolean, a text, or an array of them.

@@ -1,15 +1,16 @@
 //! The exported API.
 
-use crate::options::Options;
+use crate::options::{self, Options};
 use crate::{
     blit::Blit,
     camera::{self, Orbit},
 };
 use manypass::{
-    Averaging, FrameRequest, Gpu, Metering, Renderer, View,
+    Averaging, Effect, EffectFile, FrameRequest, Gpu, Metering, Renderer, View, WgslEffect,
     scene::{Aabb, Framing, Scene, demo, gltf_file},
 };
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 
 /// So many frames are averaged while nothing moves, as on the command line.
@@ -43,6 +44,11 @@ export interface RenderOptions {
   /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32, "tone_map.curve": "agx" }`. */
   settings?: Record<string, number | boolean | string | (number | string)[]>;
 }
+/**
+ * An effect of one's own, as on the command line: the name of its file, which stands in errors, the file's text, and settings
+ * by key (`{ "echo.share": 0.25 }`).
+ */
+export interface EffectFile { file: string; source: string; settings?: RenderOptions["settings"]; }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
 /** What a `.gltf` refers to: its relative addresses as written in the file, and the bytes. */
@@ -66,6 +72,9 @@ extern "C" {
     /// `ExposureInfo` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "ExposureInfo")]
     pub type ExposureInfo;
+    /// Effects of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "EffectFile[]")]
+    pub type EffectFiles;
     /// `Resources` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "Resources | undefined")]
     pub type Resources;
@@ -87,6 +96,8 @@ pub struct Viewer {
     warnings: Vec<String>,
     /// What the user chose: view, size and background come with each frame.
     options: Options,
+    /// Passes of the user's own, in their order.
+    effects: Vec<Arc<dyn Effect>>,
     /// The last frame that was drawn, for those that are added to it.
     last: Option<FrameRequest>,
     /// What was metered of the scene as it is first seen, so that the picture does not breathe while the view turns.
@@ -151,6 +162,7 @@ impl Viewer {
             framing: Framing::of_bounds(&Aabb::EMPTY),
             warnings: Vec::new(),
             options: Options::default(),
+            effects: Vec::new(),
             last: None,
             metering: None,
             keeps_radiance: false,
@@ -273,6 +285,7 @@ impl Viewer {
         let request = FrameRequest::new(width, height, View { world_from_view, projection });
         let mut request = self.options.applied(request, scene);
         request.sample_count = REFINED_SAMPLES;
+        request.effects.clone_from(&self.effects);
         request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
         self.last = None;
         let exposure = self.options.exposure(scene);
@@ -315,6 +328,31 @@ impl Viewer {
             self.metering = None;
         }
         self.options = options;
+        Ok(())
+    }
+
+    /// Puts effects between shading and tone curve from now on, in the place of those before.
+    ///
+    /// # Errors
+    /// When one does not compile, or a setting is refused; the message names file, line and column. Nothing is changed
+    /// then.
+    #[wasm_bindgen(js_name = setEffects)]
+    pub fn set_effects(&mut self, effects: EffectFiles) -> Result<(), JsError> {
+        let mut compiled: Vec<Arc<dyn Effect>> = Vec::new();
+        for effect in js_sys::Array::from(&effects.into()).iter() {
+            let text = |key: &str| js_sys::Reflect::get(&effect, &key.into()).ok().and_then(|value| value.as_string());
+            let (Some(file), Some(source)) = (text("file"), text("source")) else {
+                return Err(JsError::new("an effect is an object with `file` and `source`"));
+            };
+            let mut parsed = EffectFile::parse(&file, &source)?;
+            if let Some(settings) = js_sys::Reflect::get(&effect, &"settings".into()).ok().filter(JsValue::is_object) {
+                for (key, value) in options::entries(&settings) {
+                    parsed.give(&key, &value)?;
+                }
+            }
+            compiled.push(Arc::new(WgslEffect::compile(self.renderer.gpu(), parsed)?));
+        }
+        self.effects = compiled;
         Ok(())
     }
 

@@ -15,6 +15,8 @@ pub struct Capabilities {
     /// Whether shading costs so much beside drawing triangles that few of them are drawn twice, once for depth alone: so
     /// on software adapters, which shade whole blocks of pixels for the edge of a triangle.
     pub depth_first: bool,
+    /// Whether uniforms may have any size; otherwise (WebGL 2) it is a multiple of 16 bytes.
+    pub uniforms_of_any_size: bool,
     /// Whether passes can be timed on the GPU.
     pub timestamps: bool,
     /// The limits of the device.
@@ -56,6 +58,10 @@ impl Capabilities {
             anisotropy: !is_software
                 && adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::ANISOTROPIC_FILTERING),
             depth_first: is_software,
+            uniforms_of_any_size: adapter
+                .get_downlevel_capabilities()
+                .flags
+                .contains(wgpu::DownlevelFlags::BUFFER_BINDINGS_NOT_16_BYTE_ALIGNED),
             timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
             limits,
         }

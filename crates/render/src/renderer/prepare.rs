@@ -41,8 +41,11 @@ impl Asked {
         let (width, height) = (request.width, request.height);
         let size = (shaded(width), shaded(height));
         let fits = |side: u32| (1..=limit).contains(&side);
-        if ![width, height, size.0, size.1].into_iter().all(fits) {
+        if ![width, height].into_iter().all(fits) {
             return Err(RenderError::Size { width, height, limit });
+        }
+        if ![size.0, size.1].into_iter().all(fits) {
+            return Err(RenderError::ShadedSize { width, height, shaded: size, limit });
         }
         Ok(Self {
             name: name.into(),

@@ -147,6 +147,7 @@ fn upload_material(gpu: &Gpu, scene: &Scene, material: &Material, index: u32, te
         (material.emissive_texture, true, false),
     ]
     .map(|(slot, is_srgb, is_packed)| slot.filter(|slot| is_packed || textures.is_there(slot.texture, is_srgb)));
+    let is_dark = material.emissive_texture.is_some() && slots[4].is_none();
     let mut uv_rows = [Vec4::ZERO; 10];
     for (slot, reference) in slots.iter().enumerate() {
         let (matrix, set) = reference.map_or((glam::Mat3::IDENTITY, 0), |r| (r.transform.matrix(), r.uv_set));
@@ -157,7 +158,8 @@ fn upload_material(gpu: &Gpu, scene: &Scene, material: &Material, index: u32, te
     let blended = material.alpha_mode == AlphaMode::Blend;
     let factors = MaterialFactors {
         base_color: material.base_color_factor,
-        emissive: material.emissive_factor,
+        // Without its texture, the factor alone would shine all over.
+        emissive: if is_dark { Vec3::ZERO } else { material.emissive_factor },
         metallic: material.metallic_factor,
         roughness: material.roughness_factor,
         normal_scale: material.normal_scale,

@@ -201,6 +201,10 @@ fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> 
             return Err(extension.error("emissiveStrength", "the emission exceeds what 32 bits hold"));
         }
     }
+    if material.emissive_texture.is_none() && json.has("emissiveTexture") {
+        // Without the texture that hinders it the factor would shine all over.
+        material.emissive_factor = Vec3::ZERO;
+    }
     if json.extension("KHR_materials_unlit")?.is_some() {
         material.shading_model = ShadingModel::Unlit;
     }

@@ -16,7 +16,10 @@ struct Accumulation {
     inverse_size_px: vec2f,
     // From pre-exposed radiance to what the tone curve takes.
     exposure: f32,
-    padding: f32,
+    // Uniforms of WebGL 2 are multiples of 16 bytes.
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
 }
 
 @group(1) @binding(0) var<uniform> accumulation: Accumulation;

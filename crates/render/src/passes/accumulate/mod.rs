@@ -27,7 +27,11 @@ struct AccumulationUniform {
     /// From pre-exposed radiance to what the tone curve takes.
     exposure: f32,
     /// Zero.
-    padding: f32,
+    padding_0: f32,
+    /// Zero.
+    padding_1: f32,
+    /// Zero.
+    padding_2: f32,
 }
 
 /// What is averaged over the samples.
@@ -76,7 +80,9 @@ pub fn record(
         keep: 1.0 - weight,
         inverse_size_px: [1.0 / to.width as f32, 1.0 / to.height as f32],
         exposure,
-        padding: 0.0,
+        padding_0: 0.0,
+        padding_1: 0.0,
+        padding_2: 0.0,
     };
     r.fullscreen(name, "accumulate", &axes)
         .uniform("accumulation", &uniform)
@@ -96,7 +102,7 @@ mod tests {
             "accumulate",
             "Accumulation",
             AccumulationUniform,
-            [weight, keep, inverse_size_px, exposure, padding]
+            [weight, keep, inverse_size_px, exposure, padding_0, padding_1, padding_2]
         );
     }
 }
