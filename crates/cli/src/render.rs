@@ -14,7 +14,7 @@ use crate::output;
 use crate::places::Places;
 use crate::provenance::{InputFile, input_files};
 use crate::report::{Entry, Outputs, Phases, Report};
-use crate::request::{effect_files, effect_values, effects, picture_info, request};
+use crate::request::{effect_files, effect_values, effects, hidden_settings, picture_info, request};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use crate::{camera, chosen, scenes, shot};
@@ -77,6 +77,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let ahead = inputs.items.first().filter(|_| !args.skip_existing && !memory::is_limited());
     let ahead = ahead.and_then(|item| ReadAhead::start(&item.input));
     let renderer = session::open(args.adapter.as_deref())?;
+    let hidden = hidden_settings(&effect_files);
     let effect_values = effect_files.iter().map(effect_values).collect();
     let effects = effects(&renderer, effect_files)?;
     let is_lines = inputs.is_batch || job.frames.is_some();
@@ -95,6 +96,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         start_ms: ms_since(started),
     };
     batch.warn("the inputs", &inputs.warnings)?;
+    batch.warn("--effect", &hidden)?;
     let result = batch.render_all(&inputs.items);
     batch.bar.finish_and_clear();
     let finished = batch.report.map_or(Ok(()), Report::finish);

@@ -49,6 +49,15 @@ pub fn effects(renderer: &Renderer, files: Vec<EffectFile>) -> Result<Vec<Arc<dy
     effects.map_err(|error| program_failure(&error, "correct the WGSL file"))
 }
 
+/// Warnings of effects that are called like settings of the frame: those cannot be reached beside them.
+pub fn hidden_settings(files: &[EffectFile]) -> Vec<String> {
+    let is_group = |name: &str| Settings::declared().iter().any(|info| info.key.split('.').next() == Some(name));
+    let hidden = files.iter().map(EffectFile::name).filter(|name| is_group(name));
+    hidden
+        .map(|name| format!("the effect `{name}` is called like settings of the frame and hides `{name}.*`; rename it"))
+        .collect()
+}
+
 /// What the report says of an effect.
 pub fn effect_values(file: &EffectFile) -> serde_json::Value {
     let settings: std::collections::BTreeMap<_, _> = file.values().into_iter().collect();

@@ -215,3 +215,18 @@ fn uniforms_of_effects_are_set_on_the_command_line_and_in_files() {
     // What stands on the command line comes after the file; the whole path is a key, too.
     assert_eq!(drawn(&["--settings", "set.toml", "--set", "lines.style.color=1,0,0"]), [255, 0, 0]);
 }
+
+#[test]
+fn an_effect_that_hides_settings_of_the_frame_is_warned_of() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("hidden");
+    folder.write("model.glb", &triangle_glb([1.0; 3]));
+    folder.write("file.wgsl", LINES.replace("effect lines", "effect tone_map").as_bytes());
+    let flags = ["render", "model.glb", "--size", "8x8", "--samples", "1", "--effect", "file.wgsl"];
+    let run = run_in(&folder, &flags).expect(0);
+    assert!(run.stderr.contains("hides `tone_map.*`"), "{}", run.stderr);
+    let strict = run_in(&folder, &[flags.as_slice(), &["--strict"]].concat());
+    assert!(strict.expect(1).stderr.contains("hides `tone_map.*`"));
+}
