@@ -5,59 +5,28 @@ use wesl::{CompileOptions, FileResolver, ManglerKind, Router, VirtualResolver, W
 
 #[path = "src/constants.rs"]
 mod constants;
-
-/// Name, module and variant axes of every program. A variant's index has bit `i` set if axis `i` is on.
-const PROGRAMS: &[(&str, &str, &[&str])] = &[
-    ("fullscreen", "package::shaders::fullscreen", &[]),
-    (
-        "geometry",
-        "package::passes::geometry::geometry",
-        &["textured", "occlusion_apart", "normal_map", "masked", "deformed"],
-    ),
-    ("emission", "package::passes::emission::emission", &[]),
-    ("ids", "package::passes::ids::ids", &["textured", "masked", "deformed"]),
-    ("motion", "package::passes::motion::motion", &["textured", "masked", "deformed"]),
-    ("motion_background", "package::passes::motion::background", &[]),
-    ("linear_depth", "package::passes::linear_depth::linear_depth", &[]),
-    ("indirect", "package::passes::indirect::indirect", &[]),
-    ("direct", "package::passes::direct::direct", &["counting"]),
-    ("background", "package::passes::background::background", &[]),
-    (
-        "forward",
-        "package::passes::forward::forward",
-        &["textured", "occlusion_apart", "normal_map", "masked", "deformed"],
-    ),
-    ("accumulate", "package::passes::accumulate::accumulate", &["curve_0", "curve_1", "curve_2", "scaled"]),
-    ("tone_map", "package::passes::tone_map::tone_map", &["curve_0", "curve_1", "curve_2", "over_color"]),
-    ("meter", "package::passes::meter::meter", &[]),
-    ("present", "package::passes::present::present", &["srgb_target"]),
-    ("geometry_points", "package::passes::geometry::geometry", &["textured", "occlusion_apart", "deformed"]),
-    ("ids_points", "package::passes::ids::ids", &["textured", "deformed"]),
-    ("motion_points", "package::passes::motion::motion", &["textured", "deformed"]),
-    ("forward_points", "package::passes::forward::forward", &["textured", "occlusion_apart", "deformed"]),
-];
-
-/// Programs whose names end so draw points. Their discs are cut out in any case, so that masks, whose cutoff is 0 where
-/// there is none, need no variants; and they have no tangents.
-const POINTS: &str = "_points";
+#[path = "build/programs.rs"]
+mod programs;
 
 /// More variants of one module than this are a sign that it should be two modules.
 const VARIANTS_MAX: usize = 64;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=build");
     println!("cargo::rerun-if-changed=src");
     let out = env::var("OUT_DIR").expect("cargo sets OUT_DIR");
     let mut list = String::from(
         "/// Every program: name, axes, and the WGSL of every variant.\npub const PROGRAMS: &[(&str, &[&str], &[&str])] = &[\n",
     );
-    for (name, module, axes) in PROGRAMS {
+    for program in programs::declared(Path::new("src")) {
+        let programs::Declared { name, axes, .. } = &program;
         let count = 1usize << axes.len();
         assert!(count <= VARIANTS_MAX, "{name} has {count} variants");
         let _ = writeln!(list, "    ({name:?}, &{axes:?}, &[");
         for variant in 0..count {
-            let source = compose(name, module, axes, variant)
-                .unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
+            let source =
+                compose(&program, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
             let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
             fs::write(&file, source).expect("the output folder is writable");
             let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());
@@ -97,12 +66,13 @@ fn composer(strip: bool, wanted: impl Fn(&str) -> bool) -> Wesl<Router> {
     wesl
 }
 
-fn compose(name: &str, module: &str, axes: &[&str], variant: usize) -> Result<String, String> {
+fn compose(program: &programs::Declared, variant: usize) -> Result<String, String> {
+    let programs::Declared { module, axes, is_points, .. } = program;
     let mut wesl = composer(true, |_| true);
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);
     }
-    if name.ends_with(POINTS) {
+    if *is_points {
         wesl.set_feature("points", true);
         wesl.set_feature("masked", true);
     }

@@ -70,11 +70,12 @@ pub fn write_passes(folder: &Path, pictures: &[PassPicture]) -> Result<Vec<Strin
 pub fn write_sheet(path: &Path, pictures: &[PassPicture]) -> Result<(), Failure> {
     let entries: Vec<sheet::Entry<'_>> = pictures
         .iter()
-        .map(|PassPicture { name, width, height, rgba8 }| sheet::Entry {
+        .map(|PassPicture { name, width, height, rgba8, legend }| sheet::Entry {
             label: name,
             width: *width,
             height: *height,
             rgba8,
+            legend,
         })
         .collect();
     let (width, height, pixels) = contact_sheet(&entries).map_err(output_failure)?;

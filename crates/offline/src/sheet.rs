@@ -1,8 +1,9 @@
-//! Contact sheets: small pictures in a grid, each with its name below.
+//! Contact sheets: small pictures in a grid, each with its name and its legend below.
 
 use crate::encode::{EncodeError, check_length};
 use font8x8::UnicodeFonts;
 use image::{Rgba, RgbaImage, imageops};
+use manypass::LegendEntry;
 
 /// The longest side of a small picture in pixels.
 const CELL_PX: u32 = 320;
@@ -22,6 +23,8 @@ pub struct Entry<'a> {
     pub height: u32,
     /// sRGB with alpha, rows from the top.
     pub rgba8: &'a [u8],
+    /// What its colours mean.
+    pub legend: &'a [LegendEntry],
 }
 
 /// The sheet as width, height and opaque RGBA bytes. Columns and rows are as equal in number as they can be.
@@ -30,22 +33,31 @@ pub struct Entry<'a> {
 /// If an entry's bytes do not fit its size.
 pub fn contact_sheet(entries: &[Entry<'_>]) -> Result<(u32, u32, Vec<u8>), EncodeError> {
     let columns = (entries.len() as f64).sqrt().ceil().max(1.0) as u32;
-    let rows = (entries.len() as u32).div_ceil(columns).max(1);
     let mut pictures = Vec::with_capacity(entries.len());
     for entry in entries {
         check_length(entry.width, entry.height, 4, entry.rgba8.len())?;
         pictures.push(small(entry));
     }
-    let cell_width = pictures.iter().map(RgbaImage::width).max().unwrap_or(1).max(64);
+    let widest_legend = entries.iter().map(|entry| legend_width(entry.legend)).max().unwrap_or(0).min(CELL_PX);
+    let cell_width = pictures.iter().map(RgbaImage::width).max().unwrap_or(1).max(64).max(widest_legend);
     let cell_height = pictures.iter().map(RgbaImage::height).max().unwrap_or(1);
-    let (step_x, step_y) = (cell_width + MARGIN_PX, cell_height + LABEL_PX + MARGIN_PX);
-    let mut sheet =
-        RgbaImage::from_pixel(columns * step_x + MARGIN_PX, rows * step_y + MARGIN_PX, Rgba([32, 32, 32, 255]));
+    // A row is as high as its longest legend wants it.
+    let rows_px: Vec<u32> = entries
+        .chunks(columns as usize)
+        .map(|row| {
+            let lines = row.iter().map(|entry| legend_lines(entry.legend, cell_width)).max().unwrap_or(0);
+            cell_height + (1 + lines) * LABEL_PX + MARGIN_PX
+        })
+        .collect();
+    let (step_x, height) = (cell_width + MARGIN_PX, rows_px.iter().sum::<u32>().max(MARGIN_PX));
+    let mut sheet = RgbaImage::from_pixel(columns * step_x + MARGIN_PX, height + MARGIN_PX, Rgba([32, 32, 32, 255]));
     for (index, (entry, picture)) in entries.iter().zip(&pictures).enumerate() {
         let x = MARGIN_PX + index as u32 % columns * step_x;
-        let y = MARGIN_PX + index as u32 / columns * step_y;
+        let y = MARGIN_PX + rows_px.iter().take(index / columns as usize).sum::<u32>();
         imageops::overlay(&mut sheet, picture, i64::from(x), i64::from(y));
-        draw_label(&mut sheet, entry.label, x, y + cell_height + 2, cell_width);
+        let label_y = y + cell_height + 2;
+        draw_label(&mut sheet, entry.label, x, label_y, cell_width);
+        draw_legend(&mut sheet, entry.legend, x, label_y + LABEL_PX, cell_width);
     }
     Ok((sheet.width(), sheet.height(), sheet.into_raw()))
 }
@@ -60,6 +72,34 @@ fn small(entry: &Entry<'_>) -> RgbaImage {
     }
     let scaled = |side: u32| (u64::from(side) * u64::from(CELL_PX) / u64::from(longest)).max(1) as u32;
     imageops::thumbnail(&image, scaled(entry.width), scaled(entry.height))
+}
+
+/// The side of a legend's squares of colour, and how far from them its words begin, in pixels.
+const SQUARE_PX: u32 = 8;
+const WORDS_PX: u32 = 12;
+
+/// The width of the widest entry of a legend, in pixels.
+fn legend_width(legend: &[LegendEntry]) -> u32 {
+    legend.iter().map(|entry| WORDS_PX + 8 * entry.label.chars().count() as u32).max().unwrap_or(0)
+}
+
+/// How many lines a legend takes.
+fn legend_lines(legend: &[LegendEntry], width_px: u32) -> u32 {
+    // Columns are two letters apart.
+    let columns = ((width_px + 16) / (legend_width(legend) + 16)).max(1);
+    (legend.len() as u32).div_ceil(columns)
+}
+
+/// Draws the entries in columns, from top to bottom.
+fn draw_legend(sheet: &mut RgbaImage, legend: &[LegendEntry], x: u32, y: u32, width_px: u32) {
+    let (lines, column_px) = (legend_lines(legend, width_px).max(1), legend_width(legend) + 16);
+    for (index, entry) in legend.iter().enumerate() {
+        let (left, top) = (x + index as u32 / lines * column_px, y + index as u32 % lines * LABEL_PX);
+        let [r, g, b] = entry.color_srgb;
+        let square = RgbaImage::from_pixel(SQUARE_PX, SQUARE_PX, Rgba([r, g, b, 255]));
+        imageops::overlay(sheet, &square, i64::from(left), i64::from(top));
+        draw_label(sheet, &entry.label, left + WORDS_PX, top, (x + width_px).saturating_sub(left + WORDS_PX));
+    }
 }
 
 /// Draws as many letters as fit into `width_px`; a letter without a glyph becomes `?`.
@@ -84,7 +124,7 @@ mod tests {
     #[test]
     fn pictures_stand_in_a_grid_with_labels() {
         let red = [255, 0, 0, 255].repeat(64 * 32);
-        let entry = |label| Entry { label, width: 64, height: 32, rgba8: &red };
+        let entry = |label| Entry { label, width: 64, height: 32, rgba8: &red, legend: &[] };
         let entries = [entry("geometry"), entry("lights"), entry("tonemap ☃")];
         let (width, height, pixels) = contact_sheet(&entries).expect("sheet");
         assert_eq!((width, height), (2 * 72 + 8, 2 * 52 + 8));
@@ -95,12 +135,32 @@ mod tests {
     }
 
     #[test]
+    fn legends_stand_below_the_name_in_columns() {
+        let black = [0, 0, 0, 255].repeat(64 * 32);
+        let legend = [(1, "one"), (2, "two"), (3, "many")]
+            .map(|(r, label)| LegendEntry { label: label.into(), color_srgb: [r, 90, 91] });
+        let entry = |legend| Entry { label: "heat", width: 64, height: 32, rgba8: &black, legend };
+        let (width, height, pixels) = contact_sheet(&[entry(&legend[..]), entry(&[])]).expect("sheet");
+        // Words of four letters take 44 pixels, so that there is one column, of three lines.
+        assert_eq!((width, height), (2 * 72 + 8, 32 + 4 * 12 + 8 + 8));
+        let at = |x: u32, y: u32| pixels[(y * width + x) as usize * 4..][..3].to_vec();
+        for (line, r) in [1, 2, 3].into_iter().enumerate() {
+            let y = 8 + 32 + 2 + 12 + 12 * line as u32;
+            assert!(at(8, y) == [r, 90, 91] && at(15, y + 7) == [r, 90, 91] && at(16, y) == [32; 3]);
+            assert!((20..72).any(|x| (y..y + 8).any(|y| at(x, y) == [230; 3])), "line {line} has words");
+        }
+        let (width, height, _) =
+            contact_sheet(&[Entry { width: 128, height: 16, ..entry(&legend[..]) }]).expect("sheet");
+        assert_eq!((width, height), (128 + 16, 16 + 3 * 12 + 8 + 8), "two columns");
+    }
+
+    #[test]
     fn large_pictures_shrink_and_wrong_ones_are_errors() {
         let pixels = vec![9; 1000 * 10 * 4];
         let (width, _, _) =
-            contact_sheet(&[Entry { label: "", width: 1000, height: 10, rgba8: &pixels }]).expect("sheet");
+            contact_sheet(&[Entry { label: "", width: 1000, height: 10, rgba8: &pixels, legend: &[] }]).expect("sheet");
         assert_eq!(width, CELL_PX + 2 * MARGIN_PX);
-        assert!(contact_sheet(&[Entry { label: "", width: 2, height: 1, rgba8: &pixels }]).is_err());
+        assert!(contact_sheet(&[Entry { label: "", width: 2, height: 1, rgba8: &pixels, legend: &[] }]).is_err());
         assert!(contact_sheet(&[]).is_ok());
     }
 }

@@ -114,6 +114,7 @@ pub fn output_passes(
         }
     };
     let display = tone_map::record(r, &settings.tone_map, left, &mean, display)?;
+    let display = crate::passes::debug::record(r, &settings.debug, display)?;
     r.graph.export(mean);
     if let Some(target) = target {
         present::record(r, &display, target)?;

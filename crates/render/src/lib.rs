@@ -58,7 +58,7 @@ pub use manypass_scene as scene;
 pub use passes::present::Target;
 pub use passes::tone_map::Tonemap;
 pub use pose::Pose;
-pub use record::{PreparedView, Recorder};
+pub use record::{LegendEntry, PreparedView, Recorder};
 pub use render_settings::Path;
 pub use renderer::{RenderedView, Renderer};
 pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};

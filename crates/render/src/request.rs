@@ -5,6 +5,7 @@ use crate::effect::Effect;
 use crate::exposure::Metering;
 use crate::gpu::GpuError;
 use crate::pose::Pose;
+use crate::record::LegendEntry;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::view::View;
@@ -226,4 +227,6 @@ pub struct PassPicture {
     pub height: u32,
     /// sRGB, opaque.
     pub rgba8: Vec<u8>,
+    /// What its colours mean, if the pass says so.
+    pub legend: Vec<LegendEntry>,
 }

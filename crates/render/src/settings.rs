@@ -48,6 +48,7 @@ compose! {
     lights: crate::lights::LightSettings,
     clusters: crate::lights::ClusterSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
+    debug: crate::passes::debug::DebugSettings,
 }
 
 impl Settings {

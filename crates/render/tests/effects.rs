@@ -15,6 +15,42 @@ fn effect(renderer: &Renderer, body: &str) -> Result<WgslEffect, String> {
     WgslEffect::new(renderer.gpu(), "folder/mine.wgsl", &source).map_err(|error| error.to_string())
 }
 
+/// Shows red where radiance was, and says so.
+#[derive(Debug)]
+struct Reddened;
+
+impl manypass::Effect for Reddened {
+    fn record<'f>(
+        &'f self,
+        r: &mut manypass::Recorder<'_, 'f>,
+        _: Option<&manypass::Gbuffer>,
+        radiance: manypass::graph::Handle,
+    ) -> Result<manypass::graph::Handle, manypass::shader::ProgramError> {
+        let red = wgpu::Color { r: 1.0, g: 0.0, b: 0.0, a: 1.0 };
+        r.legend("reddened", vec![legend_of_red()]);
+        Ok(r.graph.pass("reddened").color(radiance, manypass::graph::ColorLoad::Clear(red)))
+    }
+}
+
+fn legend_of_red() -> manypass::LegendEntry {
+    manypass::LegendEntry { label: "what was reddened".into(), color_srgb: [255, 0, 0] }
+}
+
+#[test]
+fn the_picture_of_a_pass_has_the_legend_that_the_pass_declares() {
+    let scene = manypass_testkit::scenes::one_light_on_one_plane().scene;
+    let mut renderer = common::renderer();
+    renderer.load(&scene).unwrap();
+    let mut request = common::plain_request(&scene, (16, 16));
+    request.effects = vec![Arc::new(Reddened)];
+    let pictures = renderer.passes(&scene, &request).unwrap();
+    let (with, without): (Vec<_>, Vec<_>) = pictures.iter().partition(|picture| !picture.legend.is_empty());
+    let [reddened] = &with[..] else { panic!("{} legends", with.len()) };
+    assert!(reddened.name.starts_with("reddened") && reddened.legend == [legend_of_red()]);
+    assert_eq!(reddened.rgba8[..4], [255, 0, 0, 255]);
+    assert!(!without.is_empty());
+}
+
 #[test]
 fn every_variable_of_the_frame_can_be_read() {
     let test = scenes::sun();

@@ -55,6 +55,22 @@ fn every_variant_is_valid_and_runs_on_webgl2() {
 }
 
 #[test]
+fn programs_are_those_that_shaders_declare() {
+    let names: Vec<&str> = PROGRAMS.iter().map(|(name, ..)| *name).collect();
+    assert!(names.is_sorted(), "{names:?}");
+    let axes_of = |name: &str| PROGRAMS.iter().find(|(known, ..)| *known == name).map(|(_, axes, _)| *axes);
+    assert_eq!(axes_of("meter"), Some(&[][..]));
+    assert_eq!(axes_of("geometry").unwrap(), ["textured", "occlusion_apart", "normal_map", "masked", "deformed"]);
+    // Points have neither masks nor tangents.
+    assert_eq!(axes_of("geometry_points").unwrap(), ["textured", "occlusion_apart", "deformed"]);
+    assert_eq!(axes_of("meter_points"), None);
+    let mut files = Vec::new();
+    shader_files(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut files);
+    let declared: usize = files.iter().map(|(_, text)| text.matches("\n// Program: ").count()).sum();
+    assert_eq!(declared, names.iter().filter(|name| !name.ends_with("_points")).count());
+}
+
+#[test]
 fn effects_are_valid_and_run_on_webgl2() {
     use manypass::shader::compose::EFFECT_PRELUDE;
     for (name, own) in [

@@ -8,8 +8,9 @@ use common::{floats, ids, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{Aov, Environment, FrameRequest, Path, Renderer};
 use manypass_scene::{
-    Aabb, AlphaMode, Camera, Light, LightKind, Material, Mesh, Node, NodeId, Primitive, Projection, Scene,
-    ShadingModel, Skin, Topology, primitives,
+    Aabb, AlphaMode, Camera, Image, ImageSource, Light, LightKind, Material, Mesh, Node, NodeId, PixelFormat, Pixels,
+    Primitive, Projection, Sampler, Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, Topology,
+    primitives,
 };
 
 const SIZE: (u32, u32) = (16, 16);
@@ -230,4 +231,25 @@ fn what_has_no_normals_is_known_by_its_ids() {
     let request = FrameRequest { want_aovs: vec![Aov::ObjectId], ..plain_request(&scene, SIZE) };
     renderer.render(&scene, &request).unwrap();
     assert_eq!(ids(renderer.read_aov(Aov::ObjectId).unwrap())[(SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) as usize], 2);
+}
+
+#[test]
+fn a_normal_map_without_tangents_does_nothing() {
+    let mut scene = scene(PARALLEL);
+    let pixels = Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data: vec![230, 60, 200, 255] };
+    scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
+    scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
+    let normal_texture = Some(TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() });
+    let material = Material { normal_texture, ..Material::default() };
+    put(&mut scene, square(0.0, [1.0; 3], true), material, Node::default());
+    scene.update_transforms();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let mut request = plain_request(&scene, SIZE);
+    request.want_aovs = vec![Aov::Normal];
+    renderer.render(&scene, &request).unwrap();
+    let normals = floats(renderer.read_aov(Aov::Normal).unwrap());
+    let at = (8 * SIZE.0 as usize + 8) * 3;
+    let found = Vec3::from_slice(&normals[at..at + 3]);
+    assert!(found.abs_diff_eq(Vec3::Z, 1e-3), "{found}");
 }

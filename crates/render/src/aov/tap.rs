@@ -69,7 +69,7 @@ pub(crate) fn tap_picture(tap: &manypass_graph::TapPixels) -> Option<crate::Pass
     } else {
         format!("{} > {}", tap.pass, tap.texture)
     };
-    Some(crate::PassPicture { name, width: tap.width, height: tap.height, rgba8 })
+    Some(crate::PassPicture { name, width: tap.width, height: tap.height, rgba8, legend: Vec::new() })
 }
 
 /// Odd factors give 256 neighbouring ids 256 different values.

@@ -2,17 +2,20 @@
 
 mod bind_groups;
 mod fullscreen;
+mod legend;
 mod surfaces;
 mod tables;
 mod uniforms;
 mod view;
 
 pub use fullscreen::{ADD, Fullscreen, PicturePart};
+pub use legend::LegendEntry;
 pub use surfaces::{SurfacePass, Which};
 pub use uniforms::Uniform;
 pub use view::PreparedView;
 
 pub(crate) use bind_groups::BindGroups;
+pub(crate) use legend::Legends;
 pub(crate) use surfaces::SurfacePipelines;
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
 pub(crate) use uniforms::UniformArena;
@@ -39,6 +42,7 @@ pub struct Frame<'f> {
     pub(crate) tables: &'f FrameTables,
     pub(crate) uniforms: &'f UniformArena,
     pub(crate) bind_groups: &'f BindGroups,
+    pub(crate) legends: &'f Legends,
 }
 
 impl Frame<'_> {
@@ -81,6 +85,11 @@ impl<'r, 'f> Recorder<'r, 'f> {
     pub fn history(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> History {
         let history = self.graph.history(name, desc);
         History { is_first: history.is_first || !self.view.goes_on, ..history }
+    }
+
+    /// Says what the colours mean that the pass `pass` draws. Whoever shows its picture shows the legend with it.
+    pub fn legend(&mut self, pass: &str, entries: Vec<LegendEntry>) {
+        self.frame.legends.add(&self.view.name, pass, entries);
     }
 
     /// A full-screen pass of the program `program` with the axes `axes` on. Its name is its folder's, then the step's.

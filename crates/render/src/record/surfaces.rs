@@ -246,7 +246,8 @@ struct Bound {
 struct Step {
     draw: u32,
     bound: u32,
-    material: wgpu::BindGroup,
+    /// None if the program reads nothing of it.
+    material: Option<wgpu::BindGroup>,
 }
 
 /// Draws with all that they bind.
@@ -293,7 +294,7 @@ fn prepare<'f>(
     let is_reflected = view.is_reflected();
     let mut by_shape = vec![None; Shape::COUNT];
     let mut list = PreparedList { bound: Vec::new(), steps: Vec::with_capacity(draws.len()) };
-    let mut last: Option<(u32, usize, wgpu::BindGroup)> = None;
+    let mut last: Option<(u32, usize, Option<wgpu::BindGroup>)> = None;
     for (index, draw) in draws.iter().enumerate() {
         let primitive = &resources.geometry.meshes[draw.mesh][draw.primitive];
         let material = &resources.materials[draw.material];
@@ -381,11 +382,14 @@ fn material_bind_group(
     view: &PreparedView,
     program: &Program,
     material: &GpuMaterial,
-) -> Result<wgpu::BindGroup, ProgramError> {
+) -> Result<Option<wgpu::BindGroup>, ProgramError> {
+    if !program.uses_group(2) {
+        return Ok(None);
+    }
     let sampling = view.sampling;
     let known = material.bind_groups.borrow();
     if let Some((_, _, group)) = known.iter().find(|(id, with, _)| (*id, *with) == (program.id, sampling)) {
-        return Ok(group.clone());
+        return Ok(Some(group.clone()));
     }
     drop(known);
     let textures = &frame.resources.textures;
@@ -410,7 +414,7 @@ fn material_bind_group(
         ],
     )?;
     material.bind_groups.borrow_mut().push((program.id, sampling, group.clone()));
-    Ok(group)
+    Ok(Some(group))
 }
 
 impl PreparedList {
@@ -432,8 +436,9 @@ impl PreparedList {
                 }
                 last = None;
             }
-            if last.is_none_or(|last| draws[last.draw as usize].material != draw.material) {
-                pass.set_bind_group(2, &step.material, &[]);
+            let is_new = last.is_none_or(|last| draws[last.draw as usize].material != draw.material);
+            if let (true, Some(material)) = (is_new, &step.material) {
+                pass.set_bind_group(2, material, &[]);
             }
             pass.set_vertex_buffer(0, geometry.vertices.slice(primitive.vertices.clone()));
             let mut slot = 1;

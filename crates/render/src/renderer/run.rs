@@ -9,8 +9,8 @@ use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
 use crate::passes::present::Target;
 use crate::passes::{direct, meter};
-use crate::record::{Frame, Recorder};
-use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError};
+use crate::record::{Frame, Legends, Recorder};
+use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 
@@ -20,6 +20,7 @@ struct Executed {
     run: Option<Run>,
     /// What the purpose reads of a frame that is no picture.
     export: Option<Export>,
+    legends: Legends,
 }
 
 /// What recording a view leaves to fetch.
@@ -60,9 +61,9 @@ impl Renderer {
         if !matches!(purpose, Purpose::Plan) {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
         }
-        let Executed { plan, run, export } = executed?;
+        let Executed { plan, run, export, legends } = executed?;
         if let Some(run) = run {
-            self.fetch(run, export, purpose).await?;
+            self.fetch(run, export, &legends, purpose).await?;
         }
         Ok(plan)
     }
@@ -112,6 +113,7 @@ impl Renderer {
 
         // The frame.
         let resources = self.resources.as_ref().ok_or(RenderError::Missing("no scene was loaded"))?;
+        let legends = Legends::default();
         let frame = Frame {
             gpu: &self.gpu,
             shaders: &self.shaders,
@@ -120,6 +122,7 @@ impl Renderer {
             tables: &self.tables,
             uniforms: &self.uniforms,
             bind_groups: &self.bind_groups,
+            legends: &legends,
         };
         let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
         let mut recorded = Vec::with_capacity(asked.len());
@@ -134,7 +137,7 @@ impl Renderer {
         (stats.texture_bytes, stats.texture_bytes_unaliased) = (bytes.aliased, bytes.unaliased);
         let export = recorded.iter().find_map(|recorded| recorded.export);
         if matches!(purpose, Purpose::Plan) {
-            return Ok(Executed { plan, run: None, export });
+            return Ok(Executed { plan, run: None, export, legends: legends.take() });
         }
         let options = RunOptions {
             taps: if matches!(purpose, Purpose::Pictures(_)) { Taps::All } else { Taps::None },
@@ -165,11 +168,18 @@ impl Renderer {
         if purpose.is_picture() && asked.iter().any(|asked| asked.wants_variables) {
             self.executor.release_exports(&run);
         }
-        Ok(Executed { plan, run: Some(run), export })
+        Ok(Executed { plan, run: Some(run), export, legends: legends.take() })
     }
 
     /// Reads what the purpose is for.
-    async fn fetch(&self, run: Run, export: Option<Export>, purpose: &mut Purpose<'_>) -> Result<(), RenderError> {
+    #[cfg_attr(target_arch = "wasm32", allow(unused_variables, reason = "a browser reads no pictures of passes"))]
+    async fn fetch(
+        &self,
+        run: Run,
+        export: Option<Export>,
+        legends: &Legends,
+        purpose: &mut Purpose<'_>,
+    ) -> Result<(), RenderError> {
         if let Some(export) = export {
             let texture = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
@@ -185,7 +195,11 @@ impl Renderer {
         match purpose {
             Purpose::Pictures(pictures) => {
                 let report = run.read(&self.gpu.device);
-                *pictures = report.taps.iter().filter_map(crate::aov::tap_picture).collect();
+                let picture = |tap| {
+                    let picture = crate::aov::tap_picture(tap)?;
+                    Some(PassPicture { legend: legends.of(&tap.pass), ..picture })
+                };
+                *pictures = report.taps.iter().filter_map(picture).collect();
             }
             Purpose::Times(times) => *times = run.read(&self.gpu.device).passes,
             _ => (),

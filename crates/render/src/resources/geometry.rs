@@ -154,13 +154,15 @@ fn append(
     }
     // A point without a normal faces the eye; zero says so to `surface_vertex.wgsl`.
     let no_normal = if primitive.topology == Topology::Points { [0.0; 3] } else { [0.0, 0.0, 1.0] };
+    // Without tangents nobody knows where a normal map points; zero leaves the normal as it is.
+    let no_tangent = [0.0, 0.0, 0.0, 1.0];
     let count = primitive.positions.len();
     let bytes = |start: usize, end: usize, stride: usize| (start * stride) as u64..(end * stride) as u64;
     let first_vertex = vertices.len();
     vertices.extend((0..count).map(|i| Vertex {
         position: primitive.positions[i],
         normal: primitive.normals.get(i).copied().unwrap_or(no_normal),
-        tangent: primitive.tangents.get(i).copied().unwrap_or([1.0, 0.0, 0.0, 1.0]).map(snorm16),
+        tangent: primitive.tangents.get(i).copied().unwrap_or(no_tangent).map(snorm16),
         uv0: primitive.uv0.get(i).copied().unwrap_or_default(),
         uv1: primitive.uv1.get(i).copied().unwrap_or_default(),
         color: primitive.colors.get(i).copied().unwrap_or([1.0; 4]),

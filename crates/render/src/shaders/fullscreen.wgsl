@@ -1,4 +1,5 @@
 // One triangle that covers the target. It lies at depth 0, the far plane of a reversed depth buffer.
+// Program: fullscreen.
 
 @vertex
 fn vs_fullscreen(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {

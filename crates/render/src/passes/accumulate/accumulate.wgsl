@@ -3,6 +3,7 @@
 // Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly.
 // Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha). A mean of radiance has
 // negative alpha where a sample reached the limit of half floats or was no number: its value is too small.
+// Program: accumulate. Axes: curve_0, curve_1, curve_2, scaled.
 
 import package::constants::{HALF_FLOAT_MAX, RADIANCE_MAX};
 import package::shaders::tone_curve::display_linear;

@@ -1,5 +1,6 @@
 // background: the backdrop of the environment, where there is no opaque surface.
 // Reads: the environment. Writes: radiance.
+// Program: background.
 
 import package::view::{view, ray_direction_world_from_pixel};
 import package::shaders::environment::environment_backdrop;

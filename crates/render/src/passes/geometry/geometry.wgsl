@@ -1,5 +1,6 @@
 // geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`.
 // Writes: base_color, normal, material, radiance (alpha = coverage), depth.
+// Program: geometry, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed.
 
 import package::view::view;
 import package::gbuffer::gbuffer_pack;

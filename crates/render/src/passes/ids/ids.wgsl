@@ -1,5 +1,6 @@
 // ids: which node and which material every pixel shows: their indices plus 1; 0 where there is no surface.
 // Reads: depth, whose surfaces it draws again. Writes: ids (rg32uint).
+// Program: ids, also for points. Axes: textured, masked, deformed.
 
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, object_id, surface_varying};
 import package::shaders::surface_material::{material_factors, surface_base_color};

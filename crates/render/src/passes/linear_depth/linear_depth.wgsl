@@ -1,6 +1,7 @@
 // linear_depth: the distance along the view axis in metres, from the depth attachment, once for all later passes.
 // Where nothing was drawn it is DISTANCE_BACKGROUND_M, which stands for infinity and survives every comparison.
 // Reads: depth. Writes: linear_depth (r32float).
+// Program: linear_depth.
 
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, distance_from_depth_ndc};

@@ -1,5 +1,6 @@
 // meter: radiance in a format that every backend can read back.
 // Reads: radiance. Writes: meter (rgba32float, pre-exposed, associated alpha).
+// Program: meter.
 
 @group(1) @binding(0) var radiance: texture_2d<f32>;
 

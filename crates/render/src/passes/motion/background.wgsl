@@ -1,5 +1,6 @@
 // motion.background: how far what lies infinitely far away moved: by the camera's rotation alone.
 // Writes: motion (rg32float, pixels).
+// Program: motion_background.
 
 import package::view::{view, ray_direction_world_from_pixel};
 import package::passes::motion::spaces::{motion, motion_px};

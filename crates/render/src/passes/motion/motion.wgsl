@@ -1,5 +1,6 @@
 // motion: how far the point of every pixel moved since the previous frame.
 // Reads: depth, whose surfaces it draws again; the previous pose. Writes: motion (rg32float, pixels).
+// Program: motion, also for points. Axes: textured, masked, deformed.
 
 import package::passes::motion::spaces::{motion, motion_px};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};

@@ -1,5 +1,6 @@
 // present: the finished picture, drawn over what the caller's target holds.
 // Reads: display (display colours, unassociated alpha). Writes: the target; blending multiplies by alpha.
+// Program: present. Axes: srgb_target.
 
 import package::shaders::colour::linear_from_srgb;
 

@@ -2,6 +2,7 @@
 // colour, sRGB, dithering.
 // Source of the noise: Jimenez 2014. Reads: the mean (associated alpha; negative alpha marks clamped pixels). Writes:
 // display colour, unassociated alpha; opaque over a background colour.
+// Program: tone_map. Axes: curve_0, curve_1, curve_2, over_color.
 
 import package::shaders::colour::srgb_from_linear;
 import package::shaders::tone_curve::display_linear;

@@ -1,0 +1,85 @@
+//! The programs of the renderer, as its shaders declare them.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+/// How the line begins by which a shader says that it is a program.
+const PROGRAM: &str = "// Program: ";
+
+/// After the name: there is a second program, for points.
+const FOR_POINTS: &str = ", also for points";
+
+/// Axes that surfaces have and points do not: their discs are cut out in any case, so that masks, whose cutoff is 0 where
+/// there is none, need no variants; and they have no tangents.
+const AXES_OF_SURFACES: [&str; 2] = ["masked", "normal_map"];
+
+/// A program.
+#[derive(Debug)]
+pub struct Declared {
+    /// Its name; no other has it.
+    pub name: String,
+    /// Its WESL module, such as `package::passes::ids::ids`.
+    pub module: String,
+    /// A variant's index has bit `i` set if axis `i` is on.
+    pub axes: Vec<String>,
+    /// Whether it draws points.
+    pub is_points: bool,
+}
+
+/// The programs of all shaders in `source`, by name. A shader is one if its first comment has a line such as one of these:
+///
+/// ```wgsl
+/// // Program: meter.
+/// // Program: direct. Axes: counting.
+/// // Program: ids, also for points. Axes: textured, masked, deformed.
+/// ```
+pub fn declared(source: &Path) -> Vec<Declared> {
+    let mut programs = BTreeMap::new();
+    find(source, "package", &mut |module, text| {
+        let comment = text.lines().take_while(|line| line.starts_with("//"));
+        for line in comment.filter_map(|line| line.strip_prefix(PROGRAM)) {
+            for program in read(module, line).unwrap_or_else(|| panic!("{module}: `{PROGRAM}{line}` is not understood"))
+            {
+                let name = program.name.clone();
+                assert!(programs.insert(name.clone(), program).is_none(), "{module}: another program is called {name}");
+            }
+        }
+    });
+    programs.into_values().collect()
+}
+
+/// The programs that `line` declares, without [`PROGRAM`].
+fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
+    let (name, axes) = match line.strip_suffix('.')?.split_once(". Axes: ") {
+        Some((name, axes)) => (name, axes.split(", ").map(str::to_owned).collect()),
+        None => (line.strip_suffix('.')?, Vec::new()),
+    };
+    let is_word = |word: &str| {
+        !word.is_empty() && word.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_')
+    };
+    let (name, for_points) = name.strip_suffix(FOR_POINTS).map_or((name, false), |name| (name, true));
+    if !is_word(name) || !axes.iter().all(|axis| is_word(axis)) {
+        return None;
+    }
+    let points = for_points.then(|| Declared {
+        name: format!("{name}_points"),
+        module: module.to_owned(),
+        axes: axes.iter().filter(|axis| !AXES_OF_SURFACES.contains(&axis.as_str())).cloned().collect(),
+        is_points: true,
+    });
+    let program = Declared { name: name.to_owned(), module: module.to_owned(), axes, is_points: false };
+    Some([program].into_iter().chain(points).collect())
+}
+
+/// Gives module and text of every shader in `folder`, whose own module is `module`.
+fn find(folder: &Path, module: &str, give: &mut impl FnMut(&str, &str)) {
+    for entry in fs::read_dir(folder).expect("the sources are there") {
+        let path = entry.expect("an entry").path();
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let module = format!("{module}::{stem}");
+        if path.is_dir() {
+            find(&path, &module, give);
+        } else if path.extension().is_some_and(|extension| extension == "wgsl") {
+            give(&module, &fs::read_to_string(&path).expect("a shader is text"));
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What each view draws with, and what its colours mean: the legend and the picture take their colours from here.
+
+use super::settings::DebugView;
+use crate::record::LegendEntry;
+
+/// A colour, sRGB.
+pub type Color = [u8; 3];
+
+/// The colour where there is no surface.
+pub const BACKGROUND: Color = [0, 0, 0];
+
+/// What is drawn for a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drawn {
+    /// Colours, of which these stand for all.
+    Colors(&'static [(Color, &'static str)]),
+    /// Numbers; each step has the colour of those from its own on, up to the next.
+    Steps(&'static [(f32, Color, &'static str)]),
+}
+
+/// How a view comes about.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// The program that draws its surfaces.
+    pub program: &'static str,
+    /// What that writes.
+    pub drawn: Drawn,
+    /// Whether hidden surfaces count, too.
+    pub adds_hidden: bool,
+    /// Whether blended surfaces add to what is behind them; else they hide it.
+    pub adds_blended: bool,
+}
+
+impl Shown {
+    /// That of a view; none if it is off.
+    pub fn of(view: DebugView) -> Option<Self> {
+        let (program, drawn) = match view {
+            DebugView::Off => return None,
+            DebugView::Lights => ("debug_lights", Drawn::Steps(COUNTS)),
+            DebugView::Overdraw => ("debug_overdraw", Drawn::Steps(COUNTS)),
+            DebugView::Uv => ("debug_uv", Drawn::Colors(CORNERS)),
+            DebugView::Normals => ("debug_normals", Drawn::Colors(DIRECTIONS)),
+            DebugView::TexelDensity => ("debug_texel_density", Drawn::Steps(DENSITIES)),
+            DebugView::Flags => ("debug_flags", Drawn::Steps(FLAGS)),
+        };
+        let adds_hidden = view == DebugView::Overdraw;
+        Some(Self { program, drawn, adds_hidden, adds_blended: adds_hidden || view == DebugView::Lights })
+    }
+
+    /// What its colours mean.
+    pub fn legend(&self) -> Vec<LegendEntry> {
+        let entry = |color_srgb, label: &'static str| LegendEntry { label: label.into(), color_srgb };
+        let mut entries: Vec<_> = match self.drawn {
+            Drawn::Colors(colors) => colors.iter().map(|(color, label)| entry(*color, label)).collect(),
+            Drawn::Steps(steps) => steps.iter().map(|(_, color, label)| entry(*color, label)).collect(),
+        };
+        entries.push(entry(BACKGROUND, "no surface"));
+        entries
+    }
+}
+
+const COUNTS: &[(f32, Color, &str)] = &[
+    (0.0, [60, 56, 90], "0"),
+    (0.5, [66, 84, 200], "1"),
+    (1.5, [70, 128, 245], "2"),
+    (2.5, [50, 164, 232], "3"),
+    (3.5, [30, 195, 190], "4"),
+    (4.5, [50, 216, 140], "5"),
+    (5.5, [110, 236, 90], "6"),
+    (6.5, [170, 246, 60], "7"),
+    (7.5, [214, 228, 50], "8"),
+    (8.5, [248, 190, 50], "9 to 16"),
+    (16.5, [252, 136, 36], "17 to 32"),
+    (32.5, [228, 72, 16], "33 to 64"),
+    (64.5, [172, 22, 6], "65 to 128"),
+    (128.5, [255, 0, 255], "more than 128"),
+];
+
+const CORNERS: &[(Color, &str)] = &[
+    ([0, 0, 64], "u 0, v 0 (every other 1/8 is darker)"),
+    ([255, 0, 64], "u 1, v 0"),
+    ([0, 255, 64], "u 0, v 1"),
+    ([255, 255, 64], "u 1, v 1"),
+];
+
+const DIRECTIONS: &[(Color, &str)] = &[
+    ([255, 128, 128], "+X"),
+    ([0, 128, 128], "-X"),
+    ([128, 255, 128], "+Y"),
+    ([128, 0, 128], "-Y"),
+    ([128, 128, 255], "+Z"),
+    ([128, 128, 0], "-Z"),
+];
+
+/// `texel_density.wgsl` gives 0 where there is no texture, and at least 0.001 where there is one.
+const DENSITIES: &[(f32, Color, &str)] = &[
+    (0.0, [96, 96, 96], "no texture"),
+    (0.0005, [58, 48, 140], "under 1/8 texel a pixel"),
+    (0.125, [66, 92, 220], "1/8 to 1/4"),
+    (0.25, [50, 150, 240], "1/4 to 1/2"),
+    (0.5, [30, 195, 190], "1/2 to 1"),
+    (1.0, [80, 226, 110], "1 to 2"),
+    (2.0, [214, 228, 50], "2 to 4"),
+    (4.0, [252, 136, 36], "4 to 8"),
+    (8.0, [222, 64, 16], "8 to 16"),
+    (16.0, [160, 20, 10], "16 to 32"),
+    (32.0, [255, 0, 255], "32 texels a pixel and more"),
+];
+
+/// The numbers are those of `flags.wgsl`.
+const FLAGS: &[(f32, Color, &str)] = &[
+    (0.0, [72, 76, 80], "nothing wrong"),
+    (0.5, [255, 230, 0], "metallic neither 0 nor 1"),
+    (1.5, [0, 60, 255], "base colour under sRGB 30"),
+    (2.5, [0, 255, 255], "base colour over sRGB 240"),
+    (3.5, [255, 110, 0], "normal map without tangents"),
+    (4.5, [255, 0, 255], "not a number"),
+];

@@ -1,0 +1,35 @@
+//! Legends: what the colours mean that a pass draws.
+
+use std::borrow::Cow;
+use std::cell::RefCell;
+
+/// What a colour means in the picture of a pass.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LegendEntry {
+    /// A few words.
+    pub label: Cow<'static, str>,
+    /// The colour, sRGB.
+    pub color_srgb: [u8; 3],
+}
+
+/// The legends of a frame, each with the name of its pass.
+#[derive(Debug, Default)]
+pub(crate) struct Legends(RefCell<Vec<(String, Vec<LegendEntry>)>>);
+
+impl Legends {
+    /// Adds that of the pass `pass` of the view `view`.
+    pub fn add(&self, view: &str, pass: &str, entries: Vec<LegendEntry>) {
+        let name = if view.is_empty() { pass.into() } else { format!("{view}/{pass}") };
+        self.0.borrow_mut().push((name, entries));
+    }
+
+    /// All of them, for whoever outlives the frame; none are left here.
+    pub fn take(&self) -> Self {
+        Self(RefCell::new(self.0.take()))
+    }
+
+    /// That of the pass whose name in the graph is `pass`; empty if it has none.
+    pub fn of(&self, pass: &str) -> Vec<LegendEntry> {
+        self.0.borrow().iter().find(|(name, _)| name == pass).map(|(_, entries)| entries.clone()).unwrap_or_default()
+    }
+}

@@ -1,0 +1,260 @@
+//! The pictures that `debug.view` shows: each is judged by numbers that are known beforehand, and by its own legend.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{plain_request, renderer};
+use glam::{Vec3, Vec4};
+use manypass::gpu::Floor;
+use manypass::{Background, FrameRequest, Gpu, LegendEntry, Path, Renderer, Settings, Tonemap};
+use manypass_scene::{
+    Aabb, AlphaMode, Camera, Image, ImageSource, Material, Mesh, Node, PixelFormat, Pixels, Primitive, Projection,
+    Sampler, Scene, ShadingModel, Texture, TextureRef, TextureTransform,
+};
+use std::sync::Arc;
+
+const VIEWS: [&str; 6] = ["lights", "overdraw", "uv", "normals", "texel_density", "flags"];
+
+/// A scene with a camera that sees 1 m by 1 m across the view axis, along −Z.
+fn scene() -> Scene {
+    let projection = Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 10.0 };
+    let mut scene = Scene::default();
+    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
+    scene
+}
+
+/// A square that faces +Z, u to the right and v down, from 0 to 1.
+fn square(side_m: f32) -> Primitive {
+    let half = side_m * 0.5;
+    Primitive {
+        positions: [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| [x, y, 0.0]).to_vec(),
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        uv0: vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+        indices: vec![0, 1, 2, 0, 2, 3],
+        ..Primitive::default()
+    }
+}
+
+/// Middle grey.
+fn matte() -> Material {
+    Material { base_color_factor: Vec4::new(0.2, 0.2, 0.2, 1.0), metallic_factor: 0.0, ..Material::default() }
+}
+
+fn put(scene: &mut Scene, mut primitive: Primitive, material: Material, translation: Vec3) {
+    primitive.material = Some(scene.materials.len());
+    primitive.bounds = Aabb::from_points(primitive.positions.iter().copied().map(Vec3::from));
+    scene.materials.push(material);
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+    scene.add_node(None, Node { mesh: Some(scene.meshes.len() - 1), translation, ..Node::default() });
+}
+
+/// A texture of one colour.
+fn texture(scene: &mut Scene, side: u32, texel: [u8; 4]) -> TextureRef {
+    let data = texel.repeat((side * side) as usize);
+    let pixels = Pixels { width: side, height: side, format: PixelFormat::Rgba8, data };
+    scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(Arc::new(pixels)) });
+    scene.textures.push(Texture { image: scene.images.len() - 1, sampler: Sampler::default() });
+    TextureRef { texture: scene.textures.len() - 1, uv_set: 0, transform: TextureTransform::default() }
+}
+
+/// A picture with its legend.
+struct Shown {
+    width: usize,
+    rgba8: Vec<u8>,
+    legend: Vec<LegendEntry>,
+}
+
+impl Shown {
+    fn color(&self, x: usize, y: usize) -> [u8; 3] {
+        self.rgba8[(y * self.width + x) * 4..][..3].try_into().unwrap()
+    }
+
+    /// What the legend says of a colour.
+    fn meaning(&self, color: [u8; 3]) -> &str {
+        let entry = self.legend.iter().find(|entry| entry.color_srgb == color);
+        &entry.unwrap_or_else(|| panic!("{color:?} is not in {:?}", self.legend)).label
+    }
+
+    /// What the legend says of a pixel.
+    fn at(&self, x: usize, y: usize) -> &str {
+        self.meaning(self.color(x, y))
+    }
+
+    fn meanings(&self) -> impl Iterator<Item = &str> {
+        self.rgba8.chunks_exact(4).map(|pixel| self.meaning(pixel[..3].try_into().unwrap()))
+    }
+}
+
+fn request(scene: &mut Scene, size: (u32, u32), view: &str) -> FrameRequest {
+    scene.update_transforms();
+    plain_request(scene, size).with(|settings| settings.set("debug.view", view).unwrap())
+}
+
+/// Loads and draws the scene; the picture is that which every caller gets.
+fn shown(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Shown {
+    renderer.load(scene).unwrap();
+    renderer.render(scene, request).unwrap();
+    let rgba8 = renderer.read_display().unwrap();
+    let passes = renderer.passes(scene, request).unwrap();
+    let legend = passes.into_iter().find(|picture| picture.name.starts_with("debug >")).unwrap().legend;
+    Shown { width: request.width as usize, rgba8, legend }
+}
+
+#[test]
+fn overdraw_counts_what_is_hidden_and_what_is_blended() {
+    let mut scene = scene();
+    put(&mut scene, square(0.5), matte(), Vec3::ZERO);
+    put(&mut scene, square(0.25), matte(), Vec3::NEG_Z);
+    let mut renderer = renderer();
+    let stacked = request(&mut scene, (16, 16), "overdraw");
+    let found = shown(&mut renderer, &scene, &stacked);
+    assert_eq!([found.at(8, 8), found.at(5, 5), found.at(1, 1)], ["2", "1", "no surface"]);
+    assert_eq!(found.meanings().filter(|meaning| *meaning == "2").count(), 4 * 4);
+    put(&mut scene, square(0.25), Material { alpha_mode: AlphaMode::Blend, ..matte() }, Vec3::Z);
+    let found = shown(&mut renderer, &scene, &stacked);
+    assert_eq!([found.at(8, 8), found.at(5, 5)], ["3", "1"]);
+}
+
+#[test]
+fn lights_are_as_many_as_the_report_counts() {
+    let mut renderer = renderer();
+    for test_scene in [manypass_testkit::scenes::rows_of_spheres(), manypass_testkit::scenes::many_points(8)] {
+        let mut scene = test_scene.scene;
+        for (path, scale) in [(Path::Deferred, 1.0), (Path::Forward, 1.0), (Path::Deferred, 0.5)] {
+            let asked = request(&mut scene, (64, 36), "lights").with(|settings| {
+                settings.render.path = path;
+                settings.render.scale = scale;
+            });
+            let found = shown(&mut renderer, &scene, &asked);
+            let number = |meaning: &str| if meaning == "no surface" { 0 } else { meaning.parse::<u64>().unwrap() };
+            let sum: u64 = found.meanings().map(number).sum();
+            let pairs = renderer.count_pairs(&scene, &asked).unwrap();
+            // At half the size every shaded pixel is four of the picture's.
+            let pixels = if scale < 1.0 { 4 } else { 1 };
+            assert!(sum > 0);
+            assert_eq!(sum, pixels * pairs.pairs_visited, "{path:?}, {scale}");
+        }
+    }
+}
+
+#[test]
+fn coordinates_normals_and_densities_have_their_colours() {
+    let mut scene = scene();
+    let base_color_texture = Some(texture(&mut scene, 64, [128; 4]));
+    // 64 texels over 32 pixels.
+    put(&mut scene, square(0.5), Material { base_color_texture, ..matte() }, Vec3::ZERO);
+    let mut plain = square(0.2);
+    plain.normals = vec![[0.0, 1.0, 0.0]; 4];
+    put(&mut scene, plain, matte(), Vec3::new(0.4, 0.4, 0.0));
+    let mut renderer = renderer();
+    let mut seen = |view: &str| {
+        let asked = request(&mut scene, (64, 64), view);
+        shown(&mut renderer, &scene, &asked)
+    };
+    let near = |found: [u8; 3], expected: [f32; 3]| {
+        found.iter().zip(expected).all(|(found, expected)| (f32::from(*found) - expected).abs() <= 1.0)
+    };
+    let uv = seen("uv");
+    // The middle of the pixel that is 4 and 8 from the corner, in a bright square; one square further it is dark.
+    let (u, v) = (4.5 / 32.0, 10.5 / 32.0);
+    assert!(near(uv.color(20, 26), [u * 255.0 * 0.6, v * 255.0 * 0.6, 63.75 * 0.6]), "{:?}", uv.color(20, 26));
+    assert!(near(uv.color(24, 26), [8.5 / 32.0 * 255.0, v * 255.0, 63.75]), "{:?}", uv.color(24, 26));
+    let normals = seen("normals");
+    assert!(near(normals.color(32, 32), [127.5, 127.5, 255.0]) && near(normals.color(57, 7), [127.5, 255.0, 127.5]));
+    let density = seen("texel_density");
+    assert_eq!([density.at(32, 32), density.at(57, 7), density.at(2, 40)], ["2 to 4", "no texture", "no surface"]);
+}
+
+#[test]
+fn wrong_inputs_are_flagged() {
+    let mut scene = scene();
+    let flat = Some(texture(&mut scene, 2, [128, 128, 255, 255]));
+    let gray = |value: f32| Material { base_color_factor: Vec4::new(value, value, value, 1.0), ..matte() };
+    let with_tangents = Primitive { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 4], ..square(0.15) };
+    let broken = |spoil: fn(&mut Primitive)| {
+        let mut primitive = square(0.15);
+        spoil(&mut primitive);
+        primitive
+    };
+    let metal = Material { metallic_factor: 1.0, ..gray(0.97) };
+    let unlit = Material { shading_model: ShadingModel::Unlit, ..gray(1.0) };
+    let mapped = Material { normal_texture: flat, ..matte() };
+    let right = "nothing wrong";
+    let subjects = [
+        (square(0.15), matte(), right),
+        // sRGB 30 and 240, then what lies next to them.
+        (square(0.15), gray(0.012_98), right),
+        (square(0.15), gray(0.8714), right),
+        (square(0.15), gray(0.0119), "base colour under sRGB 30"),
+        (square(0.15), gray(0.8879), "base colour over sRGB 240"),
+        (square(0.15), metal, right),
+        (square(0.15), unlit, right),
+        (square(0.15), Material { metallic_factor: 0.5, ..matte() }, "metallic neither 0 nor 1"),
+        (with_tangents, mapped.clone(), right),
+        (square(0.15), mapped, "normal map without tangents"),
+        (broken(|p| p.positions[2][2] = f32::NAN), matte(), "not a number"),
+        (broken(|p| p.normals[0][1] = f32::NAN), matte(), "not a number"),
+        (broken(|p| p.uv0[2][0] = f32::INFINITY), matte(), "not a number"),
+    ];
+    for (i, (primitive, material, _)) in subjects.iter().enumerate() {
+        let (column, row) = ((i % 4) as f32, (i / 4) as f32);
+        put(&mut scene, primitive.clone(), material.clone(), Vec3::new(column - 1.5, 1.5 - row, 0.0) * 0.25);
+    }
+    let mut renderer = renderer();
+    let asked = request(&mut scene, (64, 64), "flags");
+    let found = shown(&mut renderer, &scene, &asked);
+    for (i, (_, _, expected)) in subjects.iter().enumerate() {
+        // A pixel of either triangle; what is wrong is so at a corner that they share.
+        let (x, y) = (i % 4 * 16, i / 4 * 16);
+        assert_eq!([found.at(x + 10, y + 9), found.at(x + 5, y + 6)], [*expected; 2], "subject {i}");
+    }
+}
+
+#[test]
+fn every_view_is_the_same_on_every_path_and_under_every_curve() {
+    let mut scene = manypass_testkit::scenes::spot_lights().scene;
+    let mut renderer = renderer();
+    for view in VIEWS {
+        let asked = request(&mut scene, (48, 32), view);
+        let found = shown(&mut renderer, &scene, &asked);
+        assert!(found.legend.len() > 4, "{view}");
+        let others: [fn(&mut Settings); 3] = [
+            |settings| settings.render.path = Path::Forward,
+            |settings| (settings.tone_map.curve, settings.tone_map.dither) = (Tonemap::Agx, 2.0),
+            |settings| {
+                (settings.background.source, settings.exposure.stops) = (Background::Transparent, "6".parse().unwrap())
+            },
+        ];
+        for change in others {
+            renderer.render(&scene, &asked.with(change)).unwrap();
+            assert!(renderer.read_display().unwrap() == found.rgba8, "{view}");
+        }
+        // Texels and lights are those of the shaded pixels; the rest is the same at another size but for edges.
+        renderer.render(&scene, &asked.with(|settings| settings.render.scale = 2.0)).unwrap();
+        let finer = renderer.read_display().unwrap();
+        let same = finer
+            .chunks_exact(4)
+            .zip(found.rgba8.chunks_exact(4))
+            .filter(|(a, b)| a.iter().zip(*b).all(|(a, b)| a.abs_diff(*b) < 24));
+        let share = if view == "lights" { 0.6 } else { 0.9 };
+        assert!(same.count() as f64 > share * f64::from(48 * 32), "{view}");
+    }
+}
+
+#[test]
+fn every_view_fits_the_floor() {
+    let mut scene = manypass_testkit::scenes::spot_lights().scene;
+    let mut renderer = Renderer::new(Gpu::without_adapter(Floor::WebGl2).unwrap()).unwrap();
+    renderer.load(&scene).unwrap();
+    for view in VIEWS {
+        for path in [Path::Deferred, Path::Forward] {
+            let asked = request(&mut scene, (48, 32), view).with(|settings| settings.render.path = path);
+            let plan = renderer.plan(&scene, &asked).unwrap();
+            assert!(plan.passes.iter().any(|pass| pass.name == "debug"), "{view}");
+        }
+    }
+    let plan = renderer.plan(&scene, &plain_request(&scene, (48, 32))).unwrap();
+    assert!(plan.passes.iter().all(|pass| !pass.name.starts_with("debug")), "off by default");
+}
