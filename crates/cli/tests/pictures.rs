@@ -216,6 +216,8 @@ fn reports_passes_and_contact_sheets_are_written() {
         assert!(report["milliseconds"][key].as_f64() >= Some(0.0), "{key}");
     }
     let count = |key: &str| report[key].as_u64().unwrap_or_else(|| panic!("no {key}"));
+    // Of the one sample, for which all is new.
+    assert!(["bind_groups_made", "pipelines_made", "uploaded_bytes"].iter().all(|key| count(key) > 0), "{report}");
     assert!(count("lights") > 1000 && count("draws") > 0 && count("triangles") > 0 && count("texture_bytes") > 0);
     // A list holds every light that reaches its pixels, so what is in range is visited.
     assert!(count("pairs_visited") >= count("pairs_in_range") && count("pairs_in_range") >= count("pairs_shaded"));
