@@ -61,14 +61,8 @@ fn row(info: &SettingInfo) -> [String; 6] {
         info.default.as_ref().map_or("must be given".into(), ToString::to_string),
         info.range(),
         info.unit.as_deref().unwrap_or_default().to_owned(),
-        doc(info),
+        info.sentences(""),
     ]
-}
-
-/// What it does, and what it needs for that.
-fn doc(info: &SettingInfo) -> String {
-    let needs = info.needs.iter().map(|needs| format!(" Needs {needs}.")).collect::<String>();
-    format!("{}{needs}", info.doc)
 }
 
 /// Lines of at most `width` characters, broken between words; at least one.

@@ -42,12 +42,15 @@ fn every_variant_is_valid_and_runs_on_webgl2() {
                     panic!("{label}, {}: no GLSL ES 3.00: {error}", entry.name);
                 }
             }
+            // A stage has 16 on WebGL 2, of which 6 are group 0's, whatever of it a program reads.
+            let is_own = |global: &naga::GlobalVariable| global.binding.is_some_and(|binding| binding.group > 0);
             let textures = module
                 .global_variables
                 .iter()
                 .filter(|(_, global)| matches!(module.types[global.ty].inner, naga::TypeInner::Image { .. }))
+                .filter(|(_, global)| is_own(global))
                 .count();
-            assert!(textures <= 16, "{label} binds {textures} textures; WebGL 2 guarantees 16");
+            assert!(textures <= 10, "{label} binds {textures} textures beside those of group 0");
             variants += 1;
         }
     }

@@ -304,6 +304,14 @@ impl SettingInfo {
         }
     }
 
+    /// What it does, as a sentence, and what it needs for that.
+    pub fn sentences(&self, unit: &str) -> String {
+        let doc = self.doc.trim_end();
+        let stop = if doc.is_empty() || doc.ends_with(['.', '!', '?', ':']) { "" } else { "." };
+        let needs = self.needs.iter().map(|needs| format!(" Needs {needs}.")).collect::<String>();
+        format!("{doc}{stop}{unit}{needs}").trim_start().to_owned()
+    }
+
     fn with_range(&self, kind: &SettingType, each: &str) -> String {
         let what = kind.numbers().map_or("", NumberType::expected);
         match (self.min, self.max) {

@@ -52,8 +52,7 @@ impl Table {
 fn described(info: &SettingInfo) -> Value {
     let mut value = typed(info, &info.kind);
     let unit = info.unit.as_ref().map(|unit| format!(" Unit: {unit}.")).unwrap_or_default();
-    let needs = info.needs.iter().map(|needs| format!(" Needs {needs}.")).collect::<String>();
-    value["description"] = format!("{}{unit}{needs}", info.doc).into();
+    value["description"] = info.sentences(&unit).into();
     if let Some(default) = &info.default {
         value["default"] = json!(default);
     }
