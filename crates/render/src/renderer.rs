@@ -115,8 +115,12 @@ impl Renderer {
 
     /// Gives back what the variables of the last picture were read from; they cannot be read any more.
     pub fn forget_variables(&mut self) {
-        let had_variables = self.views.values_mut().filter_map(|view| view.aovs.take()).count() > 0;
-        if had_variables {
+        self.forget_variables_of(|_| true);
+    }
+
+    fn forget_variables_of(&mut self, is_wanted: impl Fn(&str) -> bool) {
+        let of_views = self.views.iter_mut().filter(|(name, _)| is_wanted(name));
+        if of_views.filter_map(|(_, view)| view.aovs.take()).count() > 0 {
             self.bind_groups.clear();
             self.gpu.wait();
         }

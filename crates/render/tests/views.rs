@@ -41,6 +41,12 @@ fn two_views_of_a_frame_are_the_two_alone() {
         })
         .into();
     assert_ne!(alone[0].0.len(), alone[1].0.len());
+    // Variables are of the view: another one that begins takes none away.
+    let with_depth = FrameRequest { want_aovs: vec![Aov::Depth], ..outer.clone() };
+    renderer.render_views(&test.scene, &[("mirror", &inner), ("", &with_depth)]).unwrap();
+    let next = FrameRequest { sample_index: 1, ..with_depth };
+    renderer.render_views(&test.scene, &[("mirror", &inner), ("", &next)]).unwrap();
+    assert!(renderer.read_aov(Aov::Depth).is_ok(), "the mirror took the variables away");
     for sample_index in 0..3 {
         let [outer, inner] = [&outer, &inner].map(|request| FrameRequest { sample_index, ..request.clone() });
         renderer.render_views(&test.scene, &[("mirror", &inner), ("", &outer)]).unwrap();

@@ -8,7 +8,7 @@ pub struct DataTexture {
     width: u32,
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// What it holds.
+    /// What [`Self::write`] put there.
     uploaded: Vec<u8>,
 }
 
@@ -46,6 +46,16 @@ impl DataTexture {
         if self.uploaded.starts_with(bytes) {
             return Some(0);
         }
+        let written = self.fill(device, queue, texels)?;
+        self.uploaded.clear();
+        self.uploaded.extend_from_slice(bytes);
+        Some(written)
+    }
+
+    /// As [`Self::write`], of what is written once: no copy is kept to compare with.
+    pub fn fill<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: &[T]) -> Option<u64> {
+        let bytes: &[u8] = bytemuck::cast_slice(texels);
+        self.uploaded = Vec::new();
         let row_bytes = self.width as usize * self.texel_bytes();
         let rows = bytes.len().div_ceil(row_bytes) as u32;
         if rows > device.limits().max_texture_dimension_2d {
@@ -63,8 +73,6 @@ impl DataTexture {
         if !rest.is_empty() {
             self.write_rows(queue, full_rows as u32, 1, (rest.len() / self.texel_bytes()) as u32, rest);
         }
-        self.uploaded.clear();
-        self.uploaded.extend_from_slice(bytes);
         Some(bytes.len() as u64)
     }
 

@@ -11,7 +11,6 @@ mod view;
 pub use fullscreen::{ADD, Fullscreen, PicturePart};
 pub use legend::LegendEntry;
 pub use surfaces::{SurfacePass, Which};
-pub use uniforms::Uniform;
 pub use view::PreparedView;
 
 pub(crate) use bind_groups::BindGroups;
@@ -25,7 +24,6 @@ use crate::gpu::Gpu;
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
 use crate::shader::program::FullscreenPipeline;
-use bytemuck::Pod;
 use fullscreen::Shading;
 use manypass_graph::{Graph, Handle, History, TextureDesc};
 use std::borrow::Cow;
@@ -43,13 +41,6 @@ pub struct Frame<'f> {
     pub(crate) uniforms: &'f UniformArena,
     pub(crate) bind_groups: &'f BindGroups,
     pub(crate) legends: &'f Legends,
-}
-
-impl Frame<'_> {
-    /// A uniform of this frame that holds `value`.
-    pub fn uniform<T: Pod>(&self, value: &T) -> Uniform {
-        self.uniforms.push(value)
-    }
 }
 
 /// Records the passes of one view: the graph, what all views share, and the view.

@@ -8,7 +8,7 @@ const PAGE_BYTES: usize = 1 << 16;
 
 /// A uniform of this frame: a part of a buffer.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Uniform {
+pub(crate) struct Uniform {
     pub(crate) buffer: wgpu::Buffer,
     pub(crate) offset: u64,
     pub(crate) size: u64,
@@ -47,11 +47,7 @@ impl UniformArena {
 
     /// Puts `value` into the frame.
     pub fn push<T: Pod>(&self, value: &T) -> Uniform {
-        self.push_bytes(bytemuck::bytes_of(value))
-    }
-
-    /// As [`Self::push`], of bytes that lie as WGSL wants them.
-    pub fn push_bytes(&self, value: &[u8]) -> Uniform {
+        let value = bytemuck::bytes_of(value);
         let mut pages = self.pages.borrow_mut();
         let fits = |page: &Page| page.bytes.len().next_multiple_of(self.alignment) + value.len() <= PAGE_BYTES;
         if pages.get(self.current.get()).is_some_and(|page| !fits(page)) {

@@ -46,9 +46,9 @@ impl Renderer {
             .iter()
             .map(|(name, request)| Asked::new(name, request, scene, capabilities))
             .collect::<Result<_, _>>()?;
-        if purpose.is_picture() && asked.iter().any(|asked| asked.request.sample_index == 0) {
-            self.forget_variables();
-        }
+        let begins = |asked: &&Asked| purpose.is_picture() && asked.request.sample_index == 0;
+        let begun: Vec<&str> = asked.iter().filter(begins).map(|asked| asked.name.as_str()).collect();
+        self.forget_variables_of(|name| begun.contains(&name));
         // A plan leaves no trace in what the views keep.
         let mut states: Vec<ViewState> = asked
             .iter()
@@ -82,6 +82,10 @@ impl Renderer {
             });
         let output_bytes: u64 = output_bytes.sum();
         check_budget(self.memory_budget_bytes, output_bytes)?;
+        if output_bytes > 0 {
+            // They hold the textures whose place others take.
+            self.bind_groups.clear();
+        }
         self.uniforms.begin();
         self.bind_groups.begin();
         let pipelines_made = self.shaders.made();
@@ -143,12 +147,17 @@ impl Renderer {
             taps: if matches!(purpose, Purpose::Pictures(_)) { Taps::All } else { Taps::None },
             time: if matches!(purpose, Purpose::Times(_)) { Timing::Once } else { Timing::Off },
         };
-        check_budget(self.memory_budget_bytes, output_bytes + self.executor.missing_bytes(&plan, &options))?;
+        let missing_bytes = self.executor.missing_bytes(&plan, &options);
+        check_budget(self.memory_budget_bytes, output_bytes + missing_bytes)?;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([encoder.finish()]);
         stats.bind_groups_made = self.bind_groups.made();
+        if missing_bytes > 0 {
+            // The executor gave textures of other shapes back, and nobody else shall keep them.
+            self.bind_groups.clear();
+        }
         stats.pipelines_made = self.shaders.made() - pipelines_made;
         self.stats = stats;
         self.gpu.check()?;

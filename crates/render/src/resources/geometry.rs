@@ -129,7 +129,7 @@ impl Geometry {
             meshes.iter_mut().for_each(Vec::clear);
             (vertices, skins, indices) = Default::default();
         }
-        if !displacements.is_empty() && morphs.write(&gpu.device, &gpu.queue, &displacements).is_none() {
+        if !displacements.is_empty() && morphs.fill(&gpu.device, &gpu.queue, &displacements).is_none() {
             warnings.push("the morph targets do not fit a texture of this adapter; meshes are drawn unmorphed".into());
             meshes.iter_mut().flatten().for_each(|primitive| primitive.morph_count = 0);
         }
