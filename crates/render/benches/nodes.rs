@@ -16,7 +16,10 @@ fn scene() -> Scene {
     let mut scene = Scene::default();
     let shade = |index: usize, step: usize| ((index * step) % 17) as f32 / 16.0;
     scene.materials = (0..MATERIALS)
-        .map(|i| Material { base_color_factor: Vec4::new(shade(i, 3), shade(i, 5), shade(i, 7), 1.0), ..Default::default() })
+        .map(|i| Material {
+            base_color_factor: Vec4::new(shade(i, 3), shade(i, 5), shade(i, 7), 1.0),
+            ..Default::default()
+        })
         .collect();
     for index in 0..SIDE * SIDE {
         let size_m = Vec3::new(0.4, 0.2 + 0.5 * shade(index, 3), 0.4);
@@ -27,7 +30,13 @@ fn scene() -> Scene {
         let translation = Vec3::new(at(index % SIDE), 0.0, at(index / SIDE));
         scene.add_node(None, Node { mesh: Some(index), translation, ..Default::default() });
     }
-    let sun = Light { name: "sun".into(), color_linear: Vec3::ONE, intensity: 3.0, range_m: None, kind: LightKind::Directional };
+    let sun = Light {
+        name: "sun".into(),
+        color_linear: Vec3::ONE,
+        intensity: 3.0,
+        range_m: None,
+        kind: LightKind::Directional,
+    };
     scene.lights.push(sun);
     scene.add_node(None, Node { light: Some(0), rotation: Quat::from_rotation_x(-1.0), ..Default::default() });
     scene.update_transforms();

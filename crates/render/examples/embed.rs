@@ -67,7 +67,7 @@ fn demo_ball() -> scene::Scene {
         ..Default::default()
     });
     let ball = scene::Primitive { material: Some(0), ..scene::primitives::uv_sphere(1.0, 64, 32) };
-    scene.meshes.push(scene::Mesh { primitives: vec![ball], ..Default::default() });
+    scene.meshes.push(scene::Mesh { primitives: vec![ball], ..Default::default() }.into());
     scene.add_node(None, scene::Node { mesh: Some(0), ..Default::default() });
     scene.update_transforms();
     scene

@@ -4,6 +4,7 @@ use crate::draws::Deformation;
 use crate::view::View;
 use glam::Mat4;
 use manypass_scene::{Node, Scene};
+use std::sync::Arc;
 
 /// A posed scene as one camera saw it, kept while the scene moves on.
 #[derive(Clone, Debug)]
@@ -66,7 +67,7 @@ impl Pose {
     }
 }
 
-fn most_morph_targets(mesh: &manypass_scene::Mesh) -> usize {
+fn most_morph_targets(mesh: &Arc<manypass_scene::Mesh>) -> usize {
     mesh.primitives.iter().map(|primitive| primitive.morph_targets.len()).max().unwrap_or(0)
 }
 

@@ -7,16 +7,17 @@ mod run;
 
 pub use output::RenderedView;
 
+use crate::draws::DrawOrder;
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
-use crate::record::{BindGroups, FrameTables, SurfacePipelines, UniformArena};
+use crate::record::{BindGroups, FrameTables, InstanceTable, SurfacePipelines, UniformArena};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
 use manypass_graph::{Executor, PassTime, Plan};
-use manypass_scene::Scene;
+use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use std::collections::BTreeMap;
 
@@ -32,7 +33,9 @@ pub struct Renderer {
     tables: FrameTables,
     uniforms: UniformArena,
     bind_groups: BindGroups,
-    resources: Option<SceneResources>,
+    resources: SceneResources,
+    draw_order: DrawOrder,
+    instances: InstanceTable,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
     stats: FrameStats,
@@ -75,7 +78,9 @@ impl Renderer {
             tables: FrameTables::new(&gpu),
             uniforms: UniformArena::new(&gpu.device),
             bind_groups: BindGroups::default(),
-            resources: None,
+            resources: SceneResources::new(&gpu),
+            draw_order: DrawOrder::default(),
+            instances: InstanceTable::new(&gpu),
             views: BTreeMap::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
@@ -88,29 +93,40 @@ impl Renderer {
         &self.gpu
     }
 
-    /// Uploads `scene` in place of the former one.
+    /// Uploads what `scene` has that is not on the device yet, and gives back what it no longer has. Every frame does this
+    /// first; whoever wants to know how long it takes, or what was left out ([`Self::warnings`]), calls it before.
     ///
     /// # Errors
     /// The scene does not fit the device's memory, or the device was lost.
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
-        self.resources = None;
-        self.bind_groups.clear();
-        let mut resources = SceneResources::new(&self.gpu, scene);
-        let light_count = lights::visible_count(scene);
-        if light_count > lights::LIGHTS_MAX as usize {
-            resources.warnings.push(format!("only the first {} of {light_count} lights are drawn", lights::LIGHTS_MAX));
-        }
-        self.resources = Some(resources);
+        self.follow(scene);
+        self.notice_lights(scene, &scene.visible_nodes());
         Ok(self.gpu.check()?)
     }
 
-    /// Gives back what [`Self::load`] took, for whoever has to read the next scene first.
+    fn notice_lights(&mut self, scene: &Scene, nodes: &[NodeId]) {
+        let count = nodes.iter().filter(|id| scene.node(**id).light.is_some()).count();
+        if count > lights::LIGHTS_MAX as usize {
+            self.resources.notice(format!("only the first {} of {count} lights are drawn", lights::LIGHTS_MAX));
+        }
+    }
+
+    /// As [`Self::load`], and says how many bytes were uploaded.
+    fn follow(&mut self, scene: &Scene) -> u64 {
+        let Some(written_bytes) = self.resources.follow(&self.gpu, scene) else { return 0 };
+        // They hold textures and tables whose place others took.
+        self.bind_groups.clear();
+        written_bytes
+    }
+
+    /// Gives back all that the scene takes on the device, for whoever has to read the next scene first.
     pub fn unload(&mut self) {
         self.forget_variables();
-        if self.resources.take().is_some() {
-            // The memory is free only once the device has noticed.
-            self.gpu.wait();
-        }
+        self.resources = SceneResources::new(&self.gpu);
+        self.instances = InstanceTable::new(&self.gpu);
+        self.bind_groups.clear();
+        // The memory is free only once the device has noticed.
+        self.gpu.wait();
     }
 
     /// Gives back what the variables of the last picture were read from; they cannot be read any more.
@@ -126,14 +142,19 @@ impl Renderer {
         }
     }
 
-    /// What was left out, or replaced, when the scene was uploaded.
+    /// Bytes of the scene's meshes and textures on the device.
+    pub fn scene_bytes(&self) -> u64 {
+        self.resources.bytes()
+    }
+
+    /// What of the scene was left out, or replaced, on the device.
     pub fn warnings(&self) -> Vec<String> {
-        self.resources.as_ref().map(|resources| resources.warnings.clone()).unwrap_or_default()
+        self.resources.warnings()
     }
 
     /// Milliseconds in which decoding images held up the upload of the scene.
     pub fn decode_ms(&self) -> f64 {
-        self.resources.as_ref().map_or(0.0, |resources| resources.textures.decode_ms)
+        self.resources.textures.decode_ms
     }
 
     /// Milliseconds spent on shaders and pipelines so far. A driver may do more of it when it first draws.

@@ -131,7 +131,7 @@ fn add_square(scene: &mut Scene, change: impl FnOnce(&mut Primitive)) -> NodeId 
     square.bounds = manypass_scene::Aabb::from_points(square.positions.iter().copied().map(Vec3::from));
     change(&mut square);
     let mesh = scene.meshes.len();
-    scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(mesh), ..Node::default() })
 }
 

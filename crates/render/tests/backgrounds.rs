@@ -23,7 +23,7 @@ fn put(scene: &mut Scene, mut primitive: Primitive, color: [f32; 4], translation
         double_sided: true,
         ..Material::default()
     });
-    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(scene.meshes.len() - 1), translation, ..Node::default() });
 }
 

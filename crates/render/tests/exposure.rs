@@ -160,7 +160,7 @@ fn put(scene: &mut Scene, material: Material, translation: Vec3) {
     let mut primitive = cube(Vec3::ONE);
     primitive.material = Some(scene.materials.len());
     scene.materials.push(material);
-    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(scene.meshes.len() - 1), translation, ..Node::default() });
 }
 

@@ -36,7 +36,7 @@ fn striped_floor() -> Scene {
     });
     let mut floor = primitives::plane(40.0);
     floor.material = Some(0);
-    scene.meshes.push(Mesh { primitives: vec![floor], ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: vec![floor], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 45f32.to_radians(), near_m: 0.05, far_m: None };
     scene.cameras.push(Camera { name: "eye".into(), projection });
@@ -151,7 +151,7 @@ fn square(material: Material) -> Scene {
     let mut scene = Scene::default();
     let mut square = primitives::plane(1.0);
     square.material = Some(0);
-    scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() }.into());
     scene.materials.push(material);
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     let projection = Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 10.0 };

@@ -11,6 +11,7 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Background, Environment, FrameRequest, Renderer, Tonemap, View};
 use manypass_scene::{NodeId, Projection, Scene, gltf_file};
 use std::f32::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 const SIDE_PX: usize = 512;
 /// Smaller areas are edges of letters.
@@ -211,7 +212,11 @@ fn vertex_colors_pass() {
     assert_in_pairs(&shot.areas(is_green), 2);
     assert_eq!(shot.count(is_cross), 0);
     let mut colorless = scene.clone();
-    colorless.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives).for_each(|primitive| primitive.colors.clear());
+    colorless
+        .meshes
+        .iter_mut()
+        .flat_map(|mesh| &mut Arc::make_mut(mesh).primitives)
+        .for_each(|primitive| primitive.colors.clear());
     assert!(shoot(&mut renderer, &colorless, Quat::IDENTITY).count(is_cross) > 100, "the test can fail");
 }
 

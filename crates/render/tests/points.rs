@@ -29,7 +29,7 @@ fn scene(height_m: f32, primitives: Vec<Primitive>) -> Scene {
         bounds: manypass_scene::Aabb { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) },
         ..primitive
     });
-    scene.meshes.push(Mesh { primitives: primitives.collect(), ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: primitives.collect(), ..Mesh::default() }.into());
     // A mirrored and turned object has the same points, not other discs.
     let rotation = Quat::from_rotation_y(2.0);
     let node = Node { mesh: Some(0), rotation, scale: Vec3::new(-1.0, 1.0, 1.0), ..Node::default() };
@@ -95,12 +95,12 @@ fn small_pictures_have_discs_of_two_pixels_and_indices_choose_points() {
         ..Primitive::default()
     };
     let mut scene = scene(64.0, vec![cloud, one_point(vec![[0.0, 0.0, -1.0]])]);
-    scene.meshes[0].default_morph_weights = vec![1.0];
+    Arc::make_mut(&mut scene.meshes[0]).default_morph_weights = vec![1.0];
     // An object before them in the list of instances must not turn the corners of discs around.
     let corners = vec![[-30.0, -30.0, 0.0], [-20.0, -30.0, 0.0], [-30.0, -20.0, 0.0]];
     let bounds = manypass_scene::Aabb { min: Vec3::new(-30.0, -30.0, 0.0), max: Vec3::new(-20.0, -20.0, 0.0) };
     let triangle = Primitive { positions: corners, material: Some(0), bounds, ..Primitive::default() };
-    scene.meshes.insert(0, Mesh { primitives: vec![triangle], ..Mesh::default() });
+    scene.meshes.insert(0, Mesh { primitives: vec![triangle], ..Mesh::default() }.into());
     scene.nodes[1].mesh = Some(1);
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     scene.update_transforms();

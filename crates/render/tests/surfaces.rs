@@ -30,7 +30,7 @@ fn put(scene: &mut Scene, mut primitive: Primitive, material: Material, node: No
     primitive.material = Some(scene.materials.len());
     primitive.bounds = Aabb::from_points(primitive.positions.iter().copied().map(Vec3::from));
     scene.materials.push(material);
-    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(scene.meshes.len() - 1), ..node })
 }
 

@@ -66,7 +66,7 @@ impl Hall {
 
     fn mesh(&mut self, mut primitive: Primitive, material: usize) -> usize {
         primitive.material = Some(material);
-        self.scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+        self.scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
         self.scene.meshes.len() - 1
     }
 

@@ -2,6 +2,7 @@
 
 use crate::{Aabb, Animation, Camera, Image, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
+use std::sync::{Arc, Weak};
 
 /// A node's place in [`Scene::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -34,6 +35,8 @@ pub struct Node {
     pub light: Option<usize>,
     /// The weights of the mesh's morph targets; empty means the mesh's own.
     pub morph_weights: Vec<f32>,
+    /// Whether the node, and all below it, is drawn and gives light.
+    pub is_visible: bool,
     /// `world_from_object`, as of the last [`Scene::update_transforms`].
     pub world_from_object: Mat4,
     /// A box in world space around the node's mesh, posed by skin and morph targets, as of the last
@@ -44,14 +47,22 @@ pub struct Node {
 }
 
 /// What [`Scene::update_transforms`] compares a node with, to find out whether it has moved.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Placed(Option<Place>);
 
-#[derive(Clone, Debug, PartialEq)]
+impl PartialEq for Placed {
+    /// Two nodes are the same, whatever has been seen of them.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+#[derive(Clone, Debug)]
 struct Place {
     parent: Option<NodeId>,
     local: (Vec3, Quat, Vec3, Option<Mat4>),
-    mesh: Option<usize>,
+    /// A mesh that is changed moves to another place in memory while this holds on to its former one.
+    mesh: Option<Weak<Mesh>>,
     skin: Option<usize>,
     morph_weights: Vec<f32>,
 }
@@ -71,6 +82,7 @@ impl Default for Node {
             camera: None,
             light: None,
             morph_weights: Vec::new(),
+            is_visible: true,
             world_from_object: Mat4::IDENTITY,
             bounds_world: Aabb::EMPTY,
             placed: Placed::default(),
@@ -79,11 +91,11 @@ impl Default for Node {
 }
 
 impl Node {
-    fn place(&self) -> Place {
+    fn place(&self, mesh: Option<&Arc<Mesh>>) -> Place {
         Place {
             parent: self.parent,
             local: (self.translation, self.rotation, self.scale, self.matrix),
-            mesh: self.mesh,
+            mesh: mesh.map(Arc::downgrade),
             skin: self.skin,
             morph_weights: self.morph_weights.clone(),
         }
@@ -95,9 +107,11 @@ impl Node {
         })
     }
 
-    fn keeps_its_shape(&self) -> bool {
+    fn keeps_its_shape(&self, mesh: Option<&Arc<Mesh>>) -> bool {
         self.placed.0.as_ref().is_some_and(|place| {
-            place.mesh == self.mesh && place.skin == self.skin && place.morph_weights == self.morph_weights
+            place.mesh.as_ref().map(Weak::as_ptr) == mesh.map(Arc::as_ptr)
+                && place.skin == self.skin
+                && place.morph_weights == self.morph_weights
         })
     }
 
@@ -109,6 +123,27 @@ impl Node {
 }
 
 /// Everything that can be drawn.
+///
+/// All of it may be changed between two frames. Whoever draws the scene finds out what is new: values are compared, meshes
+/// and the texels of images by their place in memory, which [`Arc::make_mut`] changes. Call [`Self::update_transforms`]
+/// afterwards.
+///
+/// ```
+/// # use manypass_scene::{Mesh, Node, NodeId, Scene, primitives};
+/// # use std::sync::Arc;
+/// # let mut scene = Scene::default();
+/// # scene.materials.push(Default::default());
+/// # scene.meshes.push(Arc::new(Mesh { primitives: vec![primitives::plane(1.0)], ..Default::default() }));
+/// # let lamp = scene.add_node(None, Node::default());
+/// # let table = scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
+/// scene.node_mut(lamp).translation.y += 0.5;
+/// scene.materials[0].roughness_factor = 0.3;
+/// Arc::make_mut(&mut scene.meshes[0]).primitives[0].material = Some(0);
+/// scene.node_mut(table).is_visible = false;
+/// scene.remove_node(lamp);
+/// scene.update_transforms();
+/// assert_eq!(scene.visible_nodes(), []);
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// All nodes; only those reachable from `roots` are drawn.
@@ -119,8 +154,9 @@ pub struct Scene {
     pub scenes: Vec<SceneRoots>,
     /// Index into `scenes` of the one that is shown; see [`Scene::show_scene`].
     pub shown_scene: Option<usize>,
-    /// Geometry.
-    pub meshes: Vec<Mesh>,
+    /// Geometry. One that is shared with other scenes, or with whoever draws this one, is copied when it is changed through
+    /// [`Arc::make_mut`].
+    pub meshes: Vec<Arc<Mesh>>,
     /// Surfaces.
     pub materials: Vec<Material>,
     /// Images with samplers.
@@ -163,22 +199,38 @@ impl Scene {
         id
     }
 
-    /// Every node reachable from the roots, parents before children.
+    /// Takes `id`, with all below it, out of its parent's children or the roots. It stays in [`Self::nodes`], so that the ids
+    /// of the others do not change, and can be put back.
+    pub fn remove_node(&mut self, id: NodeId) {
+        let siblings = match self.node_mut(id).parent.take() {
+            Some(parent) => &mut self.node_mut(parent).children,
+            None => &mut self.roots,
+        };
+        siblings.retain(|sibling| *sibling != id);
+    }
+
+    /// Every node reachable from the roots that is not hidden, nor any above it, parents before children.
     pub fn visible_nodes(&self) -> Vec<NodeId> {
-        let mut order = self.roots.clone();
+        self.reach(|node| node.is_visible)
+    }
+
+    /// Every node reachable from the roots through nodes that `are_passed`, parents before children.
+    fn reach(&self, are_passed: impl Fn(&Node) -> bool) -> Vec<NodeId> {
+        let is_passed = |id: &&NodeId| are_passed(self.node(**id));
+        let mut order: Vec<NodeId> = self.roots.iter().filter(is_passed).copied().collect();
         let mut next = 0;
         while next < order.len() {
-            order.extend_from_slice(&self.node(order[next]).children);
+            order.extend(self.node(order[next]).children.iter().filter(is_passed));
             next += 1;
         }
         order
     }
 
-    /// Brings `world_from_object` and `bounds_world` of the nodes that are drawn up to date, where anything has changed
-    /// since the last time: the node itself, one above it, a joint of its skin or a morph weight. Gives the number of
-    /// nodes whose transform was computed anew.
+    /// Brings `world_from_object` and `bounds_world` of the nodes below the roots up to date, hidden ones too, where anything
+    /// has changed since the last time: the node itself, one above it, its mesh, a joint of its skin or a morph weight.
+    /// Gives the number of nodes whose transform was computed anew.
     pub fn update_transforms(&mut self) -> usize {
-        let order = self.visible_nodes();
+        let order = self.reach(|_| true);
         let mut has_moved = vec![false; self.nodes.len()];
         for id in &order {
             let node = self.node(*id);
@@ -195,8 +247,9 @@ impl Scene {
             let node = self.node(*id);
             let joints = node.skin.and_then(|skin| self.skins.get(skin)).map_or(&[][..], |skin| &skin.joints);
             let is_bent = joints.iter().any(|joint| has_moved.get(joint.0 as usize).copied().unwrap_or(false));
-            if has_moved[id.0 as usize] || is_bent || !node.keeps_its_shape() {
-                let (bounds_world, place) = (self.posed_bounds_of(node), node.place());
+            let mesh = node.mesh.and_then(|mesh| self.meshes.get(mesh));
+            if has_moved[id.0 as usize] || is_bent || !node.keeps_its_shape(mesh) {
+                let (bounds_world, place) = (self.posed_bounds_of(node), node.place(mesh));
                 let node = self.node_mut(*id);
                 node.bounds_world = bounds_world;
                 node.placed = Placed(Some(place));
@@ -228,7 +281,7 @@ mod tests {
         let primitive =
             Primitive { positions: vec![[1.0; 3]], bounds, morph_targets: vec![target], ..Default::default() };
         let mesh = Mesh { primitives: vec![primitive], default_morph_weights: vec![0.0], ..Default::default() };
-        let mut scene = Scene { meshes: vec![mesh], ..Default::default() };
+        let mut scene = Scene { meshes: vec![mesh.into()], ..Default::default() };
         let root = scene.add_node(None, Node::default());
         let child = scene.add_node(Some(root), Node { mesh: Some(0), ..Node::default() });
         let other = scene.add_node(None, Node::default());
@@ -259,7 +312,7 @@ mod tests {
         scene.node_mut(child).morph_weights = vec![0.5];
         assert_eq!(scene.update_transforms(), 0);
         assert_eq!(scene.posed_bounds_world().max, Vec3::new(3.0, 1.0, 1.0));
-        scene.meshes[0].primitives[0].joints = vec![[0; 4]];
+        Arc::make_mut(&mut scene.meshes[0]).primitives[0].joints = vec![[0; 4]];
         scene.skins.push(Skin { joints: vec![other], ..Default::default() });
         scene.node_mut(child).skin = Some(0);
         scene.node_mut(other).translation = Vec3::Y;

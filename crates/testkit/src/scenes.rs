@@ -63,7 +63,7 @@ impl Builder {
             ..Material::default()
         });
         let mesh = self.scene.meshes.len();
-        self.scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+        self.scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
         self.scene.add_node(None, Node { mesh: Some(mesh), ..Node::default() });
     }
 

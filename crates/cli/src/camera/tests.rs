@@ -4,7 +4,7 @@ use manypass_scene::{Camera, Mesh, Node};
 
 fn unit_scene() -> Scene {
     let mesh = Mesh { primitives: vec![cube(Vec3::splat(2.0))], ..Mesh::default() };
-    let mut scene = Scene { meshes: vec![mesh], ..Scene::default() };
+    let mut scene = Scene { meshes: vec![mesh.into()], ..Scene::default() };
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     scene.update_transforms();
     scene

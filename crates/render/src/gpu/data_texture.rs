@@ -1,5 +1,7 @@
 //! Arrays in textures, wrapped in two dimensions: the form in which every backend, WebGL 2 too, can read long lists.
 
+use super::changes::changed_parts;
+
 /// A texture that holds an array of texels, row after row, and grows when the array does.
 #[derive(Debug)]
 pub struct DataTexture {
@@ -39,49 +41,70 @@ impl DataTexture {
         })
     }
 
-    /// Replaces the array if it is another one, and says how many bytes that wrote. One that the device cannot hold is
+    /// Replaces the array, writing what is new of it, and says how many bytes that were. One that the device cannot hold is
     /// `None`, and the former one stays.
     pub fn write<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: &[T]) -> Option<u64> {
         let bytes: &[u8] = bytemuck::cast_slice(texels);
-        if self.uploaded.starts_with(bytes) {
-            return Some(0);
-        }
-        let written = self.fill(device, queue, texels)?;
-        self.uploaded.clear();
-        self.uploaded.extend_from_slice(bytes);
-        Some(written)
-    }
-
-    /// As [`Self::write`], of what is written once: no copy is kept to compare with.
-    pub fn fill<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: &[T]) -> Option<u64> {
-        let bytes: &[u8] = bytemuck::cast_slice(texels);
-        self.uploaded = Vec::new();
-        let row_bytes = self.width as usize * self.texel_bytes();
-        let rows = bytes.len().div_ceil(row_bytes) as u32;
+        let rows = bytes.len().div_ceil(self.width as usize * self.texel_bytes()) as u32;
         if rows > device.limits().max_texture_dimension_2d {
             return None;
         }
         if rows > self.texture.height() {
-            self.texture = Self::create(device, self.label, self.format, self.width, rows.next_power_of_two());
-            self.view = self.texture.create_view(&Default::default());
+            self.resize(device, (bytes.len() / self.texel_bytes()) as u32);
+            self.uploaded.clear();
         }
-        let full_rows = bytes.len() / row_bytes;
-        let (whole, rest) = bytes.split_at(full_rows * row_bytes);
-        if !whole.is_empty() {
-            self.write_rows(queue, 0, full_rows as u32, self.width, whole);
+        let changed = changed_parts(&self.uploaded, bytes, self.texel_bytes());
+        for part in &changed {
+            self.write_at(queue, (part.start / self.texel_bytes()) as u32, &bytes[part.clone()]);
         }
-        if !rest.is_empty() {
-            self.write_rows(queue, full_rows as u32, 1, (rest.len() / self.texel_bytes()) as u32, rest);
+        if !changed.is_empty() {
+            self.uploaded.clear();
+            self.uploaded.extend_from_slice(bytes);
         }
-        Some(bytes.len() as u64)
+        Some(changed.iter().map(|part| part.len() as u64).sum())
     }
 
-    fn write_rows(&self, queue: &wgpu::Queue, first: u32, rows: u32, width: u32, bytes: &[u8]) {
+    /// Makes room for an array of so many texels, whose values are then unknown, and says how many there is room for.
+    /// They must fit the device.
+    pub fn resize(&mut self, device: &wgpu::Device, texels: u32) -> u32 {
+        let most_rows = device.limits().max_texture_dimension_2d;
+        let rows = texels.div_ceil(self.width).max(1).next_power_of_two().min(most_rows);
+        if rows != self.texture.height() {
+            self.texture = Self::create(device, self.label, self.format, self.width, rows);
+            self.view = self.texture.create_view(&Default::default());
+        }
+        rows * self.width
+    }
+
+    /// Writes `texels` from the texel `first` on, where there is room for them.
+    pub fn write_at<T: bytemuck::Pod>(&mut self, queue: &wgpu::Queue, first: u32, texels: &[T]) {
+        let mut bytes: &[u8] = bytemuck::cast_slice(texels);
+        let (mut x, mut y) = (first % self.width, first / self.width);
+        while !bytes.is_empty() {
+            let texels = (bytes.len() / self.texel_bytes()) as u32;
+            // The rest of a row that was begun, or whole rows, or the beginning of the last.
+            let (width, rows) = if x > 0 || texels < self.width {
+                (texels.min(self.width - x), 1)
+            } else {
+                (self.width, texels / self.width)
+            };
+            let (now, later) = bytes.split_at((width * rows) as usize * self.texel_bytes());
+            self.write_rows(queue, (x, y), rows, width, now);
+            (x, y, bytes) = (0, y + rows, later);
+        }
+    }
+
+    /// Bytes of the texture.
+    pub fn bytes(&self) -> u64 {
+        u64::from(self.texture.width()) * u64::from(self.texture.height()) * self.texel_bytes() as u64
+    }
+
+    fn write_rows(&self, queue: &wgpu::Queue, (x, y): (u32, u32), rows: u32, width: u32, bytes: &[u8]) {
         queue.write_texture(
             wgpu::TexelCopyTextureInfo {
                 texture: &self.texture,
                 mip_level: 0,
-                origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
+                origin: wgpu::Origin3d { x, y, z: 0 },
                 aspect: wgpu::TextureAspect::All,
             },
             bytes,

@@ -1,6 +1,7 @@
 //! The device: how it is found, what it can do, and how pixels come back from it.
 
 pub mod capabilities;
+pub(crate) mod changes;
 pub mod data_texture;
 #[cfg(not(target_arch = "wasm32"))]
 mod floor;

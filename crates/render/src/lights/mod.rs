@@ -23,11 +23,6 @@ use manypass_scene::{LightKind, NodeId, Scene};
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub const LIGHTS_MAX: u32 = 65_535;
 
-/// The number of lights of visible nodes.
-pub fn visible_count(scene: &Scene) -> usize {
-    scene.visible_nodes().into_iter().filter(|id| scene.node(*id).light.is_some()).count()
-}
-
 /// The lights of a scene, those that no list holds first.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {

@@ -2,6 +2,7 @@
 
 mod bind_groups;
 mod fullscreen;
+mod instances;
 mod legend;
 mod surfaces;
 mod tables;
@@ -14,12 +15,14 @@ pub use surfaces::{SurfacePass, Which};
 pub use view::PreparedView;
 
 pub(crate) use bind_groups::BindGroups;
+pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
 pub(crate) use surfaces::SurfacePipelines;
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
 pub(crate) use uniforms::UniformArena;
 pub(crate) use view::{ViewTables, Viewed};
 
+use crate::draws::WorldDraws;
 use crate::gpu::Gpu;
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
@@ -37,6 +40,8 @@ pub struct Frame<'f> {
     pub(crate) shaders: &'f Shaders,
     pub(crate) surface_pipelines: &'f SurfacePipelines,
     pub(crate) resources: &'f SceneResources,
+    pub(crate) world: &'f WorldDraws,
+    pub(crate) instances: &'f wgpu::Buffer,
     pub(crate) tables: &'f FrameTables,
     pub(crate) uniforms: &'f UniformArena,
     pub(crate) bind_groups: &'f BindGroups,

@@ -32,7 +32,6 @@ pub struct PreparedView {
     /// Whether the frame goes on from the view's last one, so that histories hold what that left.
     pub goes_on: bool,
     pub(crate) draws: Rc<DrawList>,
-    pub(crate) instances: wgpu::Buffer,
     /// How samplers of textures filter.
     pub(crate) sampling: Sampling,
     /// Group 0 of all programs.
@@ -66,15 +65,12 @@ impl PreparedView {
     }
 }
 
-/// Textures and buffers of a view that each frame fills anew.
+/// Textures of a view that each frame fills anew.
 #[derive(Debug)]
 pub(crate) struct ViewTables {
     lights: DataTexture,
     cluster_table: DataTexture,
     cluster_lights: DataTexture,
-    instances: wgpu::Buffer,
-    /// What `instances` holds.
-    uploaded: Vec<u8>,
 }
 
 impl ViewTables {
@@ -84,29 +80,16 @@ impl ViewTables {
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, LIGHTS_PER_ROW * TEXELS_PER_LIGHT),
             cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, TABLE_WIDTH),
             cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
-            instances: create_instances(gpu, 64),
-            uploaded: Vec::new(),
         }
     }
 
     /// Uploads what changed, and says how many bytes that were.
-    pub fn write(&mut self, gpu: &Gpu, table: &LightTable, lists: &ClusterLists, draws: &DrawList) -> u64 {
+    pub fn write(&mut self, gpu: &Gpu, table: &LightTable, lists: &ClusterLists) -> u64 {
         let (device, queue) = (&gpu.device, &gpu.queue);
         // The lists were made to fit.
         let mut written = self.lights.write(device, queue, &table.texels).unwrap_or(0);
         written += self.cluster_table.write(device, queue, &lists.table).unwrap_or(0);
         written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
-        let bytes: &[u8] = bytemuck::cast_slice(&draws.instances);
-        if bytes.len() as u64 > self.instances.size() {
-            self.instances = create_instances(gpu, (bytes.len() as u64).next_power_of_two());
-            self.uploaded.clear();
-        }
-        if !self.uploaded.starts_with(bytes) {
-            queue.write_buffer(&self.instances, 0, bytes);
-            self.uploaded.clear();
-            self.uploaded.extend_from_slice(bytes);
-            written += bytes.len() as u64;
-        }
         written
     }
 }
@@ -153,17 +136,7 @@ impl Viewed<'_> {
             is_environment_dark: self.environment.is_dark(),
             goes_on: self.goes_on,
             draws: self.draws,
-            instances: tables.instances.clone(),
             sampling: self.sampling,
         }
     }
-}
-
-fn create_instances(gpu: &Gpu, size: u64) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("instances"),
-        size,
-        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
 }

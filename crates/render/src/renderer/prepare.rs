@@ -3,13 +3,14 @@
 use super::output::{Output, RadianceMean, ViewState};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
-use crate::draws::{Deformation, DrawList};
+use crate::draws::{DrawList, DrawOrder, WorldDraws};
 use crate::frame::Variables;
 use crate::gpu::Capabilities;
 use crate::lights::{self, LightTable};
 use crate::record::{PreparedView, ViewTables, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
+use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
 use crate::view::{self, CameraStep, ViewUniform};
 use manypass_scene::{Aabb, NodeId, Scene};
@@ -68,7 +69,7 @@ pub(super) struct World<'s> {
     pub scene: &'s Scene,
     pub nodes: Vec<NodeId>,
     pub bounds_world: Aabb,
-    pub deformation: Deformation,
+    pub draws: WorldDraws,
     /// Most views share one.
     tables: Vec<(TableKey, Rc<LightTable>)>,
 }
@@ -77,8 +78,16 @@ pub(super) struct World<'s> {
 type TableKey = (u32, Option<(u32, u32)>);
 
 impl<'s> World<'s> {
-    pub fn new(scene: &'s Scene, nodes: Vec<NodeId>, deformation: Deformation) -> Self {
-        Self { scene, nodes, bounds_world: scene.posed_bounds_world(), deformation, tables: Vec::new() }
+    pub fn new(scene: &'s Scene, resources: &SceneResources, order: &mut DrawOrder) -> Self {
+        let nodes = scene.visible_nodes();
+        let bounds = nodes.iter().map(|id| &scene.node(*id).bounds_world);
+        Self {
+            scene,
+            bounds_world: bounds.fold(Aabb::EMPTY, |all, bounds| all.union(bounds)),
+            draws: WorldDraws::new(scene, resources, &nodes, order),
+            nodes,
+            tables: Vec::new(),
+        }
     }
 
     fn light_table(&mut self, pre_exposure: f32, subset: Option<(u32, u32)>) -> Rc<LightTable> {
@@ -114,7 +123,6 @@ impl Renderer {
         has_previous: bool,
         stats: &mut FrameStats,
     ) -> Result<Ready, RenderError> {
-        let resources = self.resources.as_ref().ok_or(RenderError::Missing("no scene was loaded"))?;
         let Asked { request, size, output_size, .. } = asked;
         let settings = &request.settings;
         let pre_exposure = request.pre_exposure();
@@ -128,7 +136,7 @@ impl Renderer {
             ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.sampling.anisotropy.into(), ..uniform }
         };
         let uniform = uniform_at(*size);
-        let draws = Rc::new(DrawList::new(world.scene, resources, &world.nodes, &world.deformation, &uniform));
+        let draws = Rc::new(DrawList::new(&world.draws, &uniform));
         let started = web_time::Instant::now();
         let table = world.light_table(pre_exposure, request.light_subset);
         let aspect = output_size.0 as f32 / output_size.1 as f32;
@@ -141,7 +149,7 @@ impl Renderer {
         stats.lights = stats.lights.max(table.len());
         stats.list_entries += lists.lights.len() as u64;
         stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
-        stats.uploaded_bytes += tables.write(&self.gpu, &table, &lists, &draws);
+        stats.uploaded_bytes += tables.write(&self.gpu, &table, &lists);
         let environment = request.environment_uniform();
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
             let viewed = Viewed {

@@ -4,7 +4,6 @@ use super::output::{Output, ViewState};
 use super::prepare::{Asked, Ready, World};
 use super::{Purpose, Renderer};
 use crate::aov::AovExports;
-use crate::draws::Deformation;
 use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
 use crate::passes::present::Target;
@@ -92,21 +91,21 @@ impl Renderer {
         let mut stats = FrameStats::default();
 
         // The world, once for all views.
-        let resources = self.resources.as_mut().ok_or(RenderError::Missing("no scene was loaded"))?;
-        let nodes = scene.visible_nodes();
-        let mut deformation = Deformation::new(scene, resources, &nodes);
+        stats.uploaded_bytes += self.follow(scene);
+        let mut world = World::new(scene, &self.resources, &mut self.draw_order);
+        self.notice_lights(scene, &world.nodes);
+        stats.uploaded_bytes += self.instances.write(&self.gpu, std::mem::take(&mut world.draws.instances));
         let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
             let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
             asked.request.previous.as_deref().filter(|_| wants_motion)
         });
         let has_previous = previous.is_some_and(|previous| {
-            let texels = previous.append_to(scene, &mut deformation);
-            let written = resources.write_previous_nodes(&self.gpu, &texels);
+            let texels = previous.append_to(scene, &mut world.draws.deformation);
+            let written = self.resources.write_previous_nodes(&self.gpu, &texels);
             stats.uploaded_bytes += written.unwrap_or(0);
             written.is_some()
         });
-        stats.uploaded_bytes += resources.write_deformation(&self.gpu, &deformation);
-        let mut world = World::new(scene, nodes, deformation);
+        stats.uploaded_bytes += self.resources.write_deformation(&self.gpu, &world.draws.deformation);
 
         // The views.
         let ready: Vec<Ready> = asked
@@ -116,13 +115,14 @@ impl Renderer {
             .collect::<Result<_, _>>()?;
 
         // The frame.
-        let resources = self.resources.as_ref().ok_or(RenderError::Missing("no scene was loaded"))?;
         let legends = Legends::default();
         let frame = Frame {
             gpu: &self.gpu,
             shaders: &self.shaders,
             surface_pipelines: &self.surface_pipelines,
-            resources,
+            resources: &self.resources,
+            world: &world.draws,
+            instances: self.instances.buffer(),
             tables: &self.tables,
             uniforms: &self.uniforms,
             bind_groups: &self.bind_groups,

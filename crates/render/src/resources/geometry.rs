@@ -1,78 +1,26 @@
-//! Vertices and indices of all meshes, in one buffer each.
+//! Meshes on the device: vertices, skins and indices in pages, morph targets in a table.
 
+use super::pages::{Pages, Place};
+use super::vertices::{Packed, SkinVertex, Vertex};
+use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::shader::program::Attribute;
-use bytemuck::{Pod, Zeroable};
-use manypass_scene::{Aabb, MorphTarget, Primitive, Scene, Topology};
+use manypass_scene::{Aabb, Mesh, Primitive, Topology};
+use range_alloc::RangeAllocator;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
-
-/// One vertex of the first stream, 64 bytes.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Vertex {
-    position: [f32; 3],
-    normal: [f32; 3],
-    tangent: [i16; 4],
-    uv0: [f32; 2],
-    uv1: [f32; 2],
-    color: [f32; 4],
-}
-
-/// One vertex of the stream of skins.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct SkinVertex {
-    joints: [u16; 4],
-    weights: [f32; 4],
-}
-
-/// One drawn instance of a primitive.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Instance {
-    /// The first three rows of `world_from_object`.
-    pub world_from_object: [[f32; 4]; 3],
-    /// Object id and [`crate::constants::WITHOUT_NORMALS`], first joint (all ones: not skinned), first morph weight, number of morph targets.
-    pub ids: [u32; 4],
-    /// First displacement texel of the primitive, number of vertices.
-    pub morph: [u32; 2],
-}
-
-/// The stride of each stream: vertices, skins, instances.
-pub const STRIDES: [u64; 3] =
-    [size_of::<Vertex>() as u64, size_of::<SkinVertex>() as u64, size_of::<Instance>() as u64];
-
-const fn attribute(name: &'static str, format: wgpu::VertexFormat, offset: usize, buffer: usize) -> Attribute {
-    Attribute { name, format, offset: offset as u64, buffer }
-}
-
-/// Everything that a vertex shader can read of a surface, by its WGSL name.
-pub const ATTRIBUTES: [Attribute; 13] = [
-    attribute("position", wgpu::VertexFormat::Float32x3, std::mem::offset_of!(Vertex, position), 0),
-    attribute("normal", wgpu::VertexFormat::Float32x3, std::mem::offset_of!(Vertex, normal), 0),
-    attribute("tangent", wgpu::VertexFormat::Snorm16x4, std::mem::offset_of!(Vertex, tangent), 0),
-    attribute("uv0", wgpu::VertexFormat::Float32x2, std::mem::offset_of!(Vertex, uv0), 0),
-    attribute("uv1", wgpu::VertexFormat::Float32x2, std::mem::offset_of!(Vertex, uv1), 0),
-    attribute("color", wgpu::VertexFormat::Float32x4, std::mem::offset_of!(Vertex, color), 0),
-    attribute("joints", wgpu::VertexFormat::Uint16x4, std::mem::offset_of!(SkinVertex, joints), 1),
-    attribute("weights", wgpu::VertexFormat::Float32x4, std::mem::offset_of!(SkinVertex, weights), 1),
-    attribute("world_from_object_row0", wgpu::VertexFormat::Float32x4, 0, 2),
-    attribute("world_from_object_row1", wgpu::VertexFormat::Float32x4, 16, 2),
-    attribute("world_from_object_row2", wgpu::VertexFormat::Float32x4, 32, 2),
-    attribute("instance", wgpu::VertexFormat::Uint32x4, std::mem::offset_of!(Instance, ids), 2),
-    attribute("morph", wgpu::VertexFormat::Uint32x2, std::mem::offset_of!(Instance, morph), 2),
-];
+use std::sync::{Arc, Weak};
 
 /// A primitive on the device.
 #[derive(Clone, Debug)]
-pub struct GpuPrimitive {
-    /// Its bytes in the buffer of vertices.
-    pub vertices: Range<u64>,
-    /// Its bytes in the buffer of skins, if it is skinned or morphed.
-    pub skin: Option<Range<u64>>,
-    /// Its bytes in the buffer of indices, if it is indexed.
-    pub indices: Option<Range<u64>>,
+pub(crate) struct GpuPrimitive {
+    /// Where its vertices lie.
+    pub(crate) vertices: Place,
+    /// Where its joints and weights lie, if it is skinned or morphed. Then its indices count from its own first vertex, and
+    /// else from the page's, so that what is not deformed is drawn without binding anything in between.
+    pub(crate) skin: Option<Place>,
+    /// Where its indices lie, if it is indexed.
+    pub(crate) indices: Option<Place>,
     /// The number of vertices.
     pub vertex_count: u32,
     /// The number of indices, or of vertices if it is not indexed.
@@ -81,8 +29,8 @@ pub struct GpuPrimitive {
     pub topology: Topology,
     /// Index into the scene's materials.
     pub material: Option<usize>,
-    /// The first displacement of its morph targets.
-    pub morph_first: u32,
+    /// Texels of its displacements.
+    pub(crate) morph: Range<u32>,
     /// The number of its morph targets.
     pub morph_count: u32,
     /// Whether it takes no light: points and lines whose file gives no normals show base colour and emission (glTF 2.0, on the
@@ -92,160 +40,282 @@ pub struct GpuPrimitive {
     pub bounds: Aabb,
 }
 
+impl GpuPrimitive {
+    /// Whether its vertices are bound from its own first on, not from their page's.
+    pub(crate) fn is_bound_apart(&self) -> bool {
+        self.skin.is_some() || self.topology == Topology::Points
+    }
+}
+
+/// A mesh on the device.
+#[derive(Debug)]
+pub(crate) struct GpuMesh {
+    /// What it was made from. As long as this is there, no other mesh takes its place in memory.
+    source: Weak<Mesh>,
+    pub primitives: Vec<GpuPrimitive>,
+    warnings: Vec<String>,
+}
+
+/// The displacements of all morph targets.
+#[derive(Debug)]
+struct Morphs {
+    texture: DataTexture,
+    free: RangeAllocator<u32>,
+}
+
 /// All meshes of a scene.
 #[derive(Debug)]
-pub struct Geometry {
-    /// Vertices of all primitives.
-    pub vertices: wgpu::Buffer,
-    /// Joints and weights of those that are deformed.
-    pub skins: wgpu::Buffer,
-    /// Indices, 32 bits each.
-    pub indices: wgpu::Buffer,
-    /// The primitives of every mesh.
-    pub meshes: Vec<Vec<GpuPrimitive>>,
+pub(crate) struct Geometry {
+    pub(crate) vertices: Pages,
+    pub(crate) skins: Pages,
+    pub(crate) indices: Pages,
+    morphs: Morphs,
+    meshes: Vec<Arc<GpuMesh>>,
+}
+
+/// What the meshes that are yet to be placed need.
+#[derive(Clone, Copy, Debug, Default)]
+struct Expected {
+    vertices: u64,
+    skins: u64,
+    indices: u64,
+    displacements: u64,
+}
+
+impl Expected {
+    fn of(mesh: &Mesh) -> Self {
+        let of_primitive = |primitive: &Primitive| {
+            let count = primitive.positions.len() as u64;
+            let targets = primitive.morph_targets.len() as u64;
+            let is_deformed = targets > 0 || !primitive.joints.is_empty();
+            Self {
+                vertices: count,
+                skins: if is_deformed { count } else { 0 },
+                indices: primitive.indices.len() as u64,
+                displacements: 3 * count * targets,
+            }
+        };
+        mesh.primitives.iter().map(of_primitive).sum()
+    }
+}
+
+impl std::iter::Sum for Expected {
+    fn sum<I: Iterator<Item = Self>>(parts: I) -> Self {
+        parts.fold(Self::default(), |sum, part| Self {
+            vertices: sum.vertices + part.vertices,
+            skins: sum.skins + part.skins,
+            indices: sum.indices + part.indices,
+            displacements: sum.displacements + part.displacements,
+        })
+    }
+}
+
+impl Morphs {
+    fn new(device: &wgpu::Device) -> Self {
+        let format = wgpu::TextureFormat::Rgba32Float;
+        let texture = DataTexture::new(device, "morph_displacements", format, DATA_WIDTH);
+        Self { texture, free: RangeAllocator::new(0..0) }
+    }
+
+    /// Whether so many more texels have room, in a table that is not much too large for `all`.
+    fn suits(&mut self, more: u64, all: u64) -> bool {
+        let capacity = u64::from(self.free.initial_range().end);
+        let mut has_room = more == 0;
+        if let Ok(range) = self.free.allocate_range(u32::try_from(more).unwrap_or(u32::MAX).max(1)) {
+            self.free.free_range(range);
+            has_room = true;
+        }
+        has_room && (all > 0 || capacity == 0) && 4 * all.next_multiple_of(u64::from(DATA_WIDTH)) >= capacity
+    }
+
+    /// Forgets all, for `texels`; fewer if the device holds no more.
+    fn begin(&mut self, device: &wgpu::Device, texels: u64) {
+        let most = u64::from(device.limits().max_texture_dimension_2d) * u64::from(DATA_WIDTH);
+        let capacity = self.texture.resize(device, texels.min(most) as u32);
+        self.free = RangeAllocator::new(0..if texels == 0 { 0 } else { capacity });
+    }
 }
 
 impl Geometry {
-    /// Uploads all meshes of `scene`.
-    pub fn new(gpu: &Gpu, scene: &Scene, morphs: &mut DataTexture, warnings: &mut Vec<String>) -> Self {
-        let mut vertices = Vec::new();
-        let mut skins: Vec<SkinVertex> = Vec::new();
-        let mut indices: Vec<u32> = Vec::new();
-        let mut displacements: Vec<[f32; 4]> = Vec::new();
-        let mut meshes: Vec<Vec<GpuPrimitive>> = scene
-            .meshes
-            .iter()
-            .map(|mesh| {
-                let primitives = mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty());
-                primitives.map(|p| append(p, &mut vertices, &mut skins, &mut indices, &mut displacements)).collect()
-            })
-            .collect();
-        let largest = gpu.device.limits().max_buffer_size;
-        if size_of_val(vertices.as_slice()) as u64 > largest || size_of_val(indices.as_slice()) as u64 > largest {
-            warnings.push(format!(
-                "the scene's {} vertices do not fit a buffer of {largest} bytes of this adapter; no mesh is drawn",
-                vertices.len()
-            ));
-            meshes.iter_mut().for_each(Vec::clear);
-            (vertices, skins, indices) = Default::default();
-        }
-        if !displacements.is_empty() && morphs.fill(&gpu.device, &gpu.queue, &displacements).is_none() {
-            warnings.push("the morph targets do not fit a texture of this adapter; meshes are drawn unmorphed".into());
-            meshes.iter_mut().flatten().for_each(|primitive| primitive.morph_count = 0);
-        }
+    /// No meshes yet.
+    pub fn new(gpu: &Gpu) -> Self {
         Self {
-            vertices: upload(gpu, "vertices", &vertices, wgpu::BufferUsages::VERTEX),
-            skins: upload(gpu, "skins", &skins, wgpu::BufferUsages::VERTEX),
-            indices: upload(gpu, "indices", &indices, wgpu::BufferUsages::INDEX),
-            meshes,
+            vertices: Pages::new("vertices", wgpu::BufferUsages::VERTEX, size_of::<Vertex>()),
+            skins: Pages::new("skins", wgpu::BufferUsages::VERTEX, size_of::<SkinVertex>()),
+            indices: Pages::new("indices", wgpu::BufferUsages::INDEX, 4),
+            morphs: Morphs::new(&gpu.device),
+            meshes: Vec::new(),
         }
     }
-}
 
-fn append(
-    primitive: &Primitive,
-    vertices: &mut Vec<Vertex>,
-    skins: &mut Vec<SkinVertex>,
-    indices: &mut Vec<u32>,
-    displacements: &mut Vec<[f32; 4]>,
-) -> GpuPrimitive {
-    if primitive.topology == Topology::Points && !primitive.indices.is_empty() {
-        return append(&gathered(primitive), vertices, skins, indices, displacements);
+    /// The primitives of a mesh of the scene.
+    pub(crate) fn primitives(&self, mesh: usize) -> &[GpuPrimitive] {
+        self.meshes.get(mesh).map_or(&[], |mesh| &mesh.primitives)
     }
-    // A point without a normal faces the eye; zero says so to `surface_vertex.wgsl`.
-    let no_normal = if primitive.topology == Topology::Points { [0.0; 3] } else { [0.0, 0.0, 1.0] };
-    // Without tangents nobody knows where a normal map points; zero leaves the normal as it is.
-    let no_tangent = [0.0, 0.0, 0.0, 1.0];
-    let count = primitive.positions.len();
-    let bytes = |start: usize, end: usize, stride: usize| (start * stride) as u64..(end * stride) as u64;
-    let first_vertex = vertices.len();
-    vertices.extend((0..count).map(|i| Vertex {
-        position: primitive.positions[i],
-        normal: primitive.normals.get(i).copied().unwrap_or(no_normal),
-        tangent: primitive.tangents.get(i).copied().unwrap_or(no_tangent).map(snorm16),
-        uv0: primitive.uv0.get(i).copied().unwrap_or_default(),
-        uv1: primitive.uv1.get(i).copied().unwrap_or_default(),
-        color: primitive.colors.get(i).copied().unwrap_or([1.0; 4]),
-    }));
-    let is_deformed = !primitive.joints.is_empty() || !primitive.morph_targets.is_empty();
-    let skin = is_deformed.then(|| {
-        let first = skins.len();
-        skins.extend((0..count).map(|i| SkinVertex {
-            joints: primitive.joints.get(i).copied().unwrap_or_default(),
-            weights: primitive.weights.get(i).copied().unwrap_or_default(),
-        }));
-        bytes(first, skins.len(), size_of::<SkinVertex>())
-    });
-    let index_range = (!primitive.indices.is_empty()).then(|| {
-        let first = indices.len();
-        indices.extend_from_slice(&primitive.indices);
-        bytes(first, indices.len(), 4)
-    });
-    let morph_first = displacements.len() as u32;
-    for target in &primitive.morph_targets {
-        for i in 0..count {
-            for displacement in [&target.positions, &target.normals, &target.tangents] {
-                let [x, y, z] = displacement.get(i).copied().unwrap_or_default();
-                displacements.push([x, y, z, 0.0]);
+
+    /// The table of displacements.
+    pub(crate) fn morph_displacements(&self) -> &DataTexture {
+        &self.morphs.texture
+    }
+
+    /// What was left out of the meshes.
+    pub fn warnings(&self) -> impl Iterator<Item = &String> {
+        self.meshes.iter().flat_map(|mesh| &mesh.warnings)
+    }
+
+    /// Bytes of all buffers and of the table.
+    pub fn bytes(&self) -> u64 {
+        self.vertices.bytes() + self.skins.bytes() + self.indices.bytes() + self.morphs.texture.bytes()
+    }
+
+    /// Uploads those of `meshes` that are new, or were changed, and gives back what is no longer among them. Says how many
+    /// bytes that wrote; None if there was nothing to do.
+    pub fn follow(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>]) -> Option<u64> {
+        let is_known = |(known, mesh): (&Arc<GpuMesh>, &Arc<Mesh>)| known.source.as_ptr() == Arc::as_ptr(mesh);
+        if self.meshes.len() == meshes.len() && self.meshes.iter().zip(meshes).all(is_known) {
+            return None;
+        }
+        let mut known = self.keep(meshes);
+        let all: u64 = distinct(meshes).map(|mesh| Expected::of(mesh).displacements).sum();
+        let is_new = |known: &Known, mesh: &Arc<Mesh>| !known.contains_key(&Arc::as_ptr(mesh));
+        let mut expected: Expected =
+            distinct(meshes).filter(|mesh| is_new(&known, mesh)).map(|mesh| Expected::of(mesh)).sum();
+        if !self.morphs.suits(expected.displacements, all) {
+            // What is morphed moves to another table.
+            let is_morphed = |mesh: &GpuMesh| mesh.primitives.iter().any(|primitive| primitive.morph_count > 0);
+            known.extract_if(|_, mesh| is_morphed(mesh)).for_each(|(_, mesh)| self.give_back(&mesh));
+            self.morphs.begin(&gpu.device, all);
+            expected = distinct(meshes).filter(|mesh| is_new(&known, mesh)).map(|mesh| Expected::of(mesh)).sum();
+        }
+        let mut written_bytes = 0;
+        self.meshes = Vec::with_capacity(meshes.len());
+        for mesh in meshes {
+            let known = known.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
+                let (mesh, displacement_bytes) = self.upload(gpu, mesh, &mut expected);
+                written_bytes += displacement_bytes;
+                Arc::new(mesh)
+            });
+            self.meshes.push(known.clone());
+        }
+        for pages in [&mut self.vertices, &mut self.skins, &mut self.indices] {
+            pages.flush(&gpu.queue);
+            pages.trim();
+            written_bytes += pages.take_written_bytes();
+        }
+        Some(written_bytes)
+    }
+
+    /// Takes the meshes out, those that are no longer wanted for good.
+    fn keep(&mut self, wanted: &[Arc<Mesh>]) -> Known {
+        let wanted: HashSet<*const Mesh> = wanted.iter().map(Arc::as_ptr).collect();
+        let mut known: Known = self.meshes.drain(..).map(|mesh| (mesh.source.as_ptr(), mesh)).collect();
+        known.extract_if(|source, _| !wanted.contains(source)).for_each(|(_, mesh)| self.give_back(&mesh));
+        known
+    }
+
+    fn give_back(&mut self, mesh: &GpuMesh) {
+        for primitive in &mesh.primitives {
+            self.vertices.give_back(&primitive.vertices);
+            primitive.skin.iter().for_each(|place| self.skins.give_back(place));
+            primitive.indices.iter().for_each(|place| self.indices.give_back(place));
+            if !primitive.morph.is_empty() {
+                self.morphs.free.free_range(primitive.morph.clone());
             }
         }
     }
-    GpuPrimitive {
-        vertices: bytes(first_vertex, vertices.len(), size_of::<Vertex>()),
-        skin,
-        vertex_count: count as u32,
-        count: if primitive.indices.is_empty() { count } else { primitive.indices.len() } as u32,
-        indices: index_range,
-        topology: primitive.topology,
-        material: primitive.material,
-        morph_first,
-        morph_count: primitive.morph_targets.len() as u32,
-        without_normals: primitive.topology != Topology::Triangles && primitive.normals.is_empty(),
-        bounds: primitive.bounds,
+
+    /// A mesh, and how many bytes of displacements it took.
+    fn upload(&mut self, gpu: &Gpu, mesh: &Arc<Mesh>, expected: &mut Expected) -> (GpuMesh, u64) {
+        let mut uploaded = GpuMesh { source: Arc::downgrade(mesh), primitives: Vec::new(), warnings: Vec::new() };
+        let mut displacement_bytes = 0;
+        for primitive in mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty()) {
+            match self.upload_primitive(gpu, primitive, expected) {
+                Some(of_primitive) => {
+                    displacement_bytes += 16 * u64::from(of_primitive.morph.end - of_primitive.morph.start);
+                    if of_primitive.morph_count < primitive.morph_targets.len() as u32 {
+                        let message =
+                            "the morph targets of mesh {} do not fit a texture of this adapter; it is drawn unmorphed";
+                        uploaded.warnings.push(message.replace("{}", &quoted(mesh)));
+                    }
+                    uploaded.primitives.push(of_primitive);
+                }
+                None => uploaded.warnings.push(format!(
+                    "the {} vertices and {} indices of mesh {} do not fit a buffer of this adapter; they are not drawn",
+                    primitive.positions.len(),
+                    primitive.indices.len(),
+                    quoted(mesh),
+                )),
+            }
+        }
+        (uploaded, displacement_bytes)
+    }
+
+    /// None if no buffer is large enough.
+    fn upload_primitive(&mut self, gpu: &Gpu, primitive: &Primitive, expected: &mut Expected) -> Option<GpuPrimitive> {
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let mut packed = Packed::of(primitive);
+        let count = |length: usize| u32::try_from(length).ok();
+        let vertex_count = count(packed.vertices.len())?;
+        let vertices = self.vertices.take(device, vertex_count, expected.vertices)?;
+        expected.vertices -= u64::from(vertex_count);
+        let mut placed = GpuPrimitive {
+            vertices,
+            skin: None,
+            indices: None,
+            vertex_count,
+            count: vertex_count,
+            topology: primitive.topology,
+            material: primitive.material,
+            morph: 0..0,
+            morph_count: 0,
+            without_normals: primitive.topology != Topology::Triangles && primitive.normals.is_empty(),
+            bounds: primitive.bounds,
+        };
+        if !packed.skins.is_empty() {
+            placed.skin = self.skins.take(device, vertex_count, expected.skins);
+            expected.skins -= u64::from(vertex_count);
+        }
+        if !packed.indices.is_empty() {
+            placed.count = count(packed.indices.len())?;
+            placed.indices = self.indices.take(device, placed.count, expected.indices);
+            expected.indices = expected.indices.saturating_sub(u64::from(placed.count));
+        }
+        if placed.skin.is_none() != packed.skins.is_empty() || placed.indices.is_none() != packed.indices.is_empty() {
+            self.vertices.give_back(&placed.vertices);
+            placed.skin.iter().for_each(|place| self.skins.give_back(place));
+            placed.indices.iter().for_each(|place| self.indices.give_back(place));
+            return None;
+        }
+        if !packed.displacements.is_empty()
+            && let Ok(range) = self.morphs.free.allocate_range(packed.displacements.len() as u32)
+        {
+            self.morphs.texture.write_at(queue, range.start, &packed.displacements);
+            (placed.morph, placed.morph_count) = (range, primitive.morph_targets.len() as u32);
+        }
+        self.vertices.write(queue, &placed.vertices, bytemuck::cast_slice(&packed.vertices));
+        if let Some(place) = &placed.skin {
+            self.skins.write(queue, place, bytemuck::cast_slice(&packed.skins));
+        }
+        if let Some(place) = &placed.indices {
+            if !placed.is_bound_apart() {
+                let first = placed.vertices.units.start;
+                packed.indices.iter_mut().for_each(|index| *index = index.wrapping_add(first));
+            }
+            self.indices.write(queue, place, bytemuck::cast_slice(&packed.indices));
+        }
+        Some(placed)
     }
 }
 
-/// The vertices in the order of the indices, without indices: points are drawn as instances, which have none.
-fn gathered(primitive: &Primitive) -> Primitive {
-    fn gather<T: Copy>(indices: &[u32], values: &[T]) -> Vec<T> {
-        indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()
-    }
-    let indices = &primitive.indices;
-    let morph_targets = primitive.morph_targets.iter().map(|target| MorphTarget {
-        positions: gather(indices, &target.positions),
-        normals: gather(indices, &target.normals),
-        tangents: gather(indices, &target.tangents),
-    });
-    Primitive {
-        positions: gather(indices, &primitive.positions),
-        normals: gather(indices, &primitive.normals),
-        tangents: gather(indices, &primitive.tangents),
-        uv0: gather(indices, &primitive.uv0),
-        uv1: gather(indices, &primitive.uv1),
-        colors: gather(indices, &primitive.colors),
-        joints: gather(indices, &primitive.joints),
-        weights: gather(indices, &primitive.weights),
-        indices: Vec::new(),
-        morph_targets: morph_targets.collect(),
-        ..*primitive
-    }
+/// What is on the device, by what it was made from.
+type Known = HashMap<*const Mesh, Arc<GpuMesh>>;
+
+/// Every mesh once.
+fn distinct(meshes: &[Arc<Mesh>]) -> impl Iterator<Item = &Arc<Mesh>> {
+    let mut seen = HashSet::new();
+    meshes.iter().filter(move |mesh| seen.insert(Arc::as_ptr(mesh)))
 }
 
-fn snorm16(value: f32) -> i16 {
-    (value.clamp(-1.0, 1.0) * 32767.0).round() as i16
-}
-
-fn upload<T: Pod>(gpu: &Gpu, label: &str, data: &[T], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    let bytes: &[u8] = bytemuck::cast_slice(data);
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        // An empty buffer cannot be bound.
-        size: (bytes.len() as u64).next_multiple_of(4).max(64),
-        usage: usage | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    if !bytes.is_empty() {
-        gpu.queue.write_buffer(&buffer, 0, bytes);
-    }
-    buffer
+fn quoted(mesh: &Mesh) -> String {
+    format!("`{}`", mesh.name)
 }

@@ -22,6 +22,21 @@ pub(super) enum ImageSource {
     },
 }
 
+impl ImageSource {
+    /// The images that it is made from; that which names it last.
+    pub fn images(self) -> Vec<usize> {
+        match self {
+            Self::Packed { occlusion, metallic_roughness } => vec![occlusion, metallic_roughness],
+            Self::Image { image, .. } => vec![image],
+        }
+    }
+
+    /// Whether its values are sRGB colours.
+    pub fn is_srgb(self) -> bool {
+        matches!(self, Self::Image { is_srgb: true, .. })
+    }
+}
+
 /// The images of a material's occlusion and metallic-roughness if one sample gives both; they may be one image.
 pub(super) fn shared_texel(scene: &Scene, material: &Material) -> Option<(usize, usize)> {
     let (occlusion, rough_metal) = (material.occlusion_texture?, material.metallic_roughness_texture?);

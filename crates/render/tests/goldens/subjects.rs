@@ -61,7 +61,7 @@ fn put(scene: &mut Scene, mut primitive: Primitive, material: Material, translat
     primitive.material = Some(scene.materials.len());
     scene.materials.push(material);
     let mesh = Some(scene.meshes.len());
-    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() });
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh, translation, ..Node::default() })
 }
 

@@ -7,6 +7,7 @@
 use super::panorama::{Panorama, Ray};
 use crate::{Aabb, Mesh, Primitive, Projection, Scene};
 use glam::{Mat3, Mat4, Vec3};
+use std::sync::Arc;
 
 /// From where a scene is seen that encloses its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +86,7 @@ impl Interior {
 /// How many indices are drawn, those of a mesh once for every node that shows it.
 fn indices_drawn(scene: &Scene) -> usize {
     let of_primitive = |primitive: &Primitive| primitive.indices.len().max(primitive.positions.len());
-    let of_mesh = |mesh: &Mesh| mesh.primitives.iter().map(of_primitive).fold(0, usize::saturating_add);
+    let of_mesh = |mesh: &Arc<Mesh>| mesh.primitives.iter().map(of_primitive).fold(0, usize::saturating_add);
     let counts: Vec<usize> = scene.meshes.iter().map(of_mesh).collect();
     let nodes = scene.visible_nodes().into_iter().filter_map(|id| counts.get(scene.node(id).mesh?));
     nodes.fold(0, |sum, count| sum.saturating_add(*count))

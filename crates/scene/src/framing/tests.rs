@@ -23,7 +23,7 @@ fn extent(points: &[Vec3], eye: Vec3, rotation: Quat, half_extent: Vec2) -> (Vec
 }
 
 fn scene_of(primitives: Vec<Primitive>) -> Scene {
-    let mut scene = Scene { meshes: vec![Mesh { primitives, ..Mesh::default() }], ..Scene::default() };
+    let mut scene = Scene { meshes: vec![Mesh { primitives, ..Mesh::default() }.into()], ..Scene::default() };
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     scene.update_transforms();
     scene

@@ -2,6 +2,7 @@
 
 use crate::{Mesh, Node, NodeId, Primitive, Scene};
 use glam::{Mat4, Quat, Vec3};
+use std::sync::Arc;
 
 /// Above so many posed vertices their boxes are framed: 120 MB of them.
 const MOST_VERTICES: usize = 10_000_000;
@@ -85,7 +86,7 @@ struct Collector {
 
 impl Collector {
     fn new(scene: &Scene, has_vertices: bool) -> Self {
-        let of_mesh = |mesh: &Mesh| mesh.primitives.iter().map(drawn_vertices).collect();
+        let of_mesh = |mesh: &Arc<Mesh>| mesh.primitives.iter().map(drawn_vertices).collect();
         let drawn = if has_vertices { scene.meshes.iter().map(of_mesh).collect() } else { Vec::new() };
         Self { drawn, has_vertices, last: vec![None; scene.nodes.len()], points: Vec::new() }
     }

@@ -4,9 +4,10 @@ use super::accessor::{Component, to_f32, to_u32};
 use super::{Document, LoadError, geometry, json::Json};
 use crate::{Material, Mesh, MorphTarget, Primitive, Topology};
 use glam::{Vec3, Vec4};
+use std::sync::Arc;
 
 /// Every mesh.
-pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Result<Vec<Mesh>, LoadError> {
+pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Result<Vec<Arc<Mesh>>, LoadError> {
     let mut meshes = Vec::new();
     for json in document.root.objects("meshes")? {
         let mut mesh = Mesh {
@@ -25,7 +26,7 @@ pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Re
             return Err(json.error("weights", format!("expected {target_count} weights, one a morph target")));
         }
         mesh.default_morph_weights.resize(target_count, 0.0);
-        meshes.push(mesh);
+        meshes.push(Arc::new(mesh));
     }
     Ok(meshes)
 }

@@ -192,6 +192,9 @@ fn read_node(json: &Json, scene: &Scene, node_count: usize, skin_count: usize) -
     if let Some(extension) = json.extension("KHR_lights_punctual")? {
         node.light = extension.index("light", scene.lights.len(), "light")?;
     }
+    if let Some(extension) = json.extension("KHR_node_visibility")? {
+        node.is_visible = extension.bool("visible", true)?;
+    }
     if let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh))
         && !node.morph_weights.is_empty()
         && node.morph_weights.len() != mesh.default_morph_weights.len()

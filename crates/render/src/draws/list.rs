@@ -1,0 +1,106 @@
+//! What one view draws: those of the world's items that it may show.
+
+use super::Faces;
+use super::world::{Item, WorldDraws};
+use crate::view::ViewUniform;
+use glam::{Mat4, Vec3, Vec4};
+use manypass_scene::Topology;
+use std::ops::Range;
+
+/// So many vertices that nobody sees cost no more than another draw.
+const HIDDEN_ELEMENTS_MAX: u64 = 1536;
+
+/// One draw call.
+#[derive(Clone, Debug)]
+pub(crate) struct Draw {
+    /// Index of an item: what is drawn, and with which material.
+    pub item: u32,
+    /// Which sides of its triangles.
+    pub faces: Faces,
+    /// Which of the world's instances; of points, one for every corner of a disc.
+    pub instances: Range<u32>,
+}
+
+/// The draws of one view.
+#[derive(Debug, Default)]
+pub(crate) struct DrawList {
+    /// Opaque and masked surfaces, by program, material and mesh.
+    pub opaque: Vec<Draw>,
+    /// Blended surfaces, farther ones first; of those with two sides the back faces before the front faces.
+    pub blended: Vec<Draw>,
+    /// Triangles of all draws.
+    pub triangles: u64,
+}
+
+impl DrawList {
+    /// Everything of `world` that `view` may show.
+    pub fn new(world: &WorldDraws, view: &ViewUniform) -> Self {
+        let frustum = Frustum::new(&view.clip_from_world);
+        let mut list = Self::default();
+        let (opaque, blended) = world.items.split_at(world.opaque_count);
+        list.opaque.reserve(opaque.len());
+        let mut last_group = None;
+        for (index, item) in opaque.iter().enumerate() {
+            if frustum.excludes(item) {
+                continue;
+            }
+            list.append_opaque(index as u32, item, last_group == Some(item.group));
+            last_group = Some(item.group);
+        }
+        let distance_m = |item: &Item| -view.view_from_world.transform_point3(item.center).z;
+        let mut visible: Vec<(f32, u32)> = blended
+            .iter()
+            .enumerate()
+            .filter(|(_, item)| !frustum.excludes(item))
+            .map(|(index, item)| (distance_m(item), (world.opaque_count + index) as u32))
+            .collect();
+        visible.sort_by(|a, b| b.0.total_cmp(&a.0));
+        visible.iter().for_each(|(_, index)| list.append_blended(*index, &world.items[*index as usize]));
+        list
+    }
+
+    fn append_opaque(&mut self, index: u32, item: &Item, goes_on: bool) {
+        let instances = item.instances();
+        self.triangles += item.triangles();
+        if let Some(last) = self.opaque.last_mut().filter(|_| goes_on && item.topology != Topology::Points) {
+            let between = u64::from(instances.start - last.instances.end);
+            if between * u64::from(item.elements) <= HIDDEN_ELEMENTS_MAX {
+                self.triangles += between * item.triangles();
+                last.instances.end = instances.end;
+                return;
+            }
+        }
+        self.opaque.push(Draw { item: index, faces: item.faces, instances });
+    }
+
+    fn append_blended(&mut self, index: u32, item: &Item) {
+        self.triangles += item.triangles();
+        let draw = Draw { item: index, faces: item.faces, instances: item.instances() };
+        if item.faces == Faces::Both && item.topology == Topology::Triangles {
+            // What a solid's back faces let through lies behind what its front faces let through.
+            self.blended.extend([Faces::Back, Faces::Front].map(|faces| Draw { faces, ..draw.clone() }));
+        } else {
+            self.blended.push(draw);
+        }
+    }
+}
+
+/// The planes of a view's frustum: a point lies inside where the distance to all is at least 0.
+struct Frustum([Vec4; 6]);
+
+impl Frustum {
+    fn new(clip_from_world: &Mat4) -> Self {
+        let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
+        Self([w + x, w - x, w + y, w - y, w - z, z])
+    }
+
+    /// Whether nothing of `item` can be seen: the whole of its box lies outside one of the planes, or it has none.
+    fn excludes(&self, item: &Item) -> bool {
+        let Some(extent) = &item.extent else { return false };
+        self.0.iter().any(|plane| {
+            let normal = plane.truncate();
+            let reach: f32 = extent.0.iter().map(|axis: &Vec3| normal.dot(*axis).abs()).sum();
+            normal.dot(item.center) + plane.w + reach < 0.0
+        })
+    }
+}

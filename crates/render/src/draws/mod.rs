@@ -1,0 +1,20 @@
+//! What a frame draws: the world's instances once, and for every view which of them it may show.
+
+mod deformation;
+mod list;
+mod world;
+
+pub(crate) use deformation::Deformation;
+pub(crate) use list::{Draw, DrawList};
+pub(crate) use world::{DrawOrder, Item, WorldDraws};
+
+/// Which sides of triangles are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Faces {
+    /// Both, in the order of the indices.
+    Both,
+    /// Those that turn their front to the eye.
+    Front,
+    /// Those that turn their back to the eye.
+    Back,
+}

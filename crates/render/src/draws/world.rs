@@ -1,0 +1,242 @@
+//! The instances of a frame: every primitive of every visible node, posed once, in the order in which they are drawn.
+
+use super::Faces;
+use super::deformation::{Deformation, Joints};
+use crate::constants::WITHOUT_NORMALS;
+use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
+use bytemuck::Zeroable;
+use glam::Vec3;
+use manypass_scene::{Node, NodeId, Scene, Topology};
+use std::ops::Range;
+
+/// The corners of the square around the disc of a point: as many instances it has.
+const DISC_CORNERS: u32 = 4;
+
+/// A primitive of a node.
+#[derive(Clone, Debug)]
+pub(crate) struct Item {
+    /// Index of the mesh.
+    pub mesh: u32,
+    /// Index of the primitive in the mesh.
+    pub primitive: u32,
+    /// Index of the material.
+    pub material: u32,
+    /// Items of one group follow each other, and differ in nothing but their instances.
+    pub group: u32,
+    /// Its first instance; points have four, the others one.
+    pub instance: u32,
+    /// Indices, or vertices where there are none, of one instance.
+    pub elements: u32,
+    /// What they form.
+    pub topology: Topology,
+    /// Whether the transform turns the triangles around.
+    pub mirrored: bool,
+    /// Which sides of its triangles.
+    pub faces: Faces,
+    /// None if it is deformed, so that its box is not known.
+    pub extent: Option<Extent>,
+    /// What tells its distance, in world space.
+    pub center: Vec3,
+}
+
+impl Item {
+    /// Its instances.
+    pub fn instances(&self) -> Range<u32> {
+        self.instance..self.instance + if self.topology == Topology::Points { DISC_CORNERS } else { 1 }
+    }
+
+    /// Triangles of one instance.
+    pub fn triangles(&self) -> u64 {
+        if self.topology == Topology::Triangles { u64::from(self.elements) / 3 } else { 0 }
+    }
+}
+
+/// Half the edges of a box in world space, which need not be upright.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent(pub [Vec3; 3]);
+
+/// Everything that may be drawn in a frame.
+#[derive(Debug, Default)]
+pub(crate) struct WorldDraws {
+    /// Opaque and masked ones first, by program, material and mesh.
+    pub items: Vec<Item>,
+    /// How many of them do not blend.
+    pub opaque_count: usize,
+    /// What they refer to.
+    pub instances: Vec<Instance>,
+    /// Joints and weights that the instances refer to.
+    pub deformation: Deformation,
+}
+
+/// Which primitive of which node, and where its joints and weights are.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    node: NodeId,
+    mesh: u32,
+    primitive: u32,
+    joints: Option<Joints>,
+    first_weight: Option<u32>,
+}
+
+/// What the items are sorted by: items with an equal key can be one draw.
+type Key = (u64, u64);
+
+/// The order of the last frame, which mostly is that of the next.
+#[derive(Debug, Default)]
+pub(crate) struct DrawOrder {
+    keys: Vec<Key>,
+    order: Vec<u32>,
+}
+
+/// The bit of a key's first number that is set if the surface blends.
+const BLENDED: u64 = 1 << 63;
+
+impl DrawOrder {
+    /// With the places of `keys` in ascending order; of equal keys the first comes first.
+    fn update(&mut self, keys: Vec<Key>) -> &Self {
+        if self.keys != keys {
+            self.order = (0..keys.len() as u32).collect();
+            self.order.sort_by_key(|at| keys[*at as usize]);
+            self.keys = keys;
+        }
+        self
+    }
+}
+
+impl WorldDraws {
+    /// Of all visible `nodes`. Joints and weights are appended for those that are deformed.
+    pub fn new(scene: &Scene, resources: &SceneResources, nodes: &[NodeId], order: &mut DrawOrder) -> Self {
+        let mut world = Self::default();
+        let (mut sources, mut keys) = (Vec::with_capacity(nodes.len()), Vec::with_capacity(nodes.len()));
+        for id in nodes {
+            world.collect(scene, resources, *id, &mut sources, &mut keys);
+        }
+        let order = order.update(keys);
+        world.items.reserve(sources.len());
+        world.instances.reserve(sources.len());
+        let mut last = None;
+        let mut group = 0;
+        for at in &order.order {
+            let (source, key) = (&sources[*at as usize], order.keys[*at as usize]);
+            if last.is_some_and(|last| last != key) {
+                group += 1;
+            }
+            last = Some(key);
+            world.append(scene, resources, source, group);
+            world.opaque_count += usize::from(key.0 & BLENDED == 0);
+        }
+        world
+    }
+
+    fn collect(
+        &mut self,
+        scene: &Scene,
+        resources: &SceneResources,
+        id: NodeId,
+        sources: &mut Vec<Source>,
+        keys: &mut Vec<Key>,
+    ) {
+        let node = scene.node(id);
+        let Some(mesh) = node.mesh else { return };
+        let primitives = resources.geometry.primitives(mesh);
+        let (mut joints, mut first_weight) = (None, None);
+        for (index, primitive) in primitives.iter().enumerate() {
+            if let (Some(skin), true, None) = (node.skin, primitive.skin.is_some(), joints) {
+                joints = Some(self.deformation.append_joints(scene, skin));
+            }
+            if primitive.morph_count > 0 && first_weight.is_none() {
+                let default_weights = scene.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.default_morph_weights);
+                let weights = if node.morph_weights.is_empty() { default_weights } else { &node.morph_weights };
+                first_weight = Some(self.deformation.append_weights(weights, primitive.morph_count));
+            }
+            let joints = joints.filter(|_| primitive.skin.is_some());
+            let mirrored = joints.map_or_else(|| is_mirrored(node), |joints| joints.mirrored);
+            let is_deformed = joints.is_some() || primitive.morph_count > 0;
+            if !is_deformed && primitive.bounds.is_empty() {
+                continue;
+            }
+            let material = resources.materials.index(primitive.material);
+            let properties = resources.materials.get(material);
+            keys.push(if properties.blended {
+                (BLENDED, sources.len() as u64)
+            } else {
+                let program = u64::from(program_key(properties, is_deformed));
+                let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(mirrored);
+                (program << 32 | material as u64, mesh)
+            });
+            sources.push(Source { node: id, mesh: mesh as u32, primitive: index as u32, joints, first_weight });
+        }
+    }
+
+    fn append(&mut self, scene: &Scene, resources: &SceneResources, source: &Source, group: u32) {
+        let node = scene.node(source.node);
+        let primitive = &resources.geometry.primitives(source.mesh as usize)[source.primitive as usize];
+        let material = resources.materials.index(primitive.material);
+        let matrix = &node.world_from_object;
+        let mut instance = Instance::zeroed();
+        instance.world_from_object = [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array());
+        let without_normals = if primitive.without_normals { WITHOUT_NORMALS } else { 0 };
+        instance.ids = [(source.node.0 + 1) | without_normals, u32::MAX, 0, primitive.morph_count];
+        instance.morph = [primitive.morph.start, primitive.vertex_count];
+        if let Some(joints) = source.joints {
+            instance.ids[1] = joints.first;
+        }
+        if let (true, Some(first_weight)) = (primitive.morph_count > 0, source.first_weight) {
+            instance.ids[2] = first_weight;
+        }
+        let is_points = primitive.topology == Topology::Points;
+        let is_triangles = primitive.topology == Topology::Triangles;
+        // The corners of a point's disc read the object as vertices do, from a multiple of their number.
+        let copies = if is_points { DISC_CORNERS } else { 1 };
+        let first = (self.instances.len() as u32).next_multiple_of(copies);
+        self.instances.resize(first as usize, Instance::zeroed());
+        self.instances.extend(std::iter::repeat_n(instance, copies as usize));
+        self.items.push(Item {
+            mesh: source.mesh,
+            primitive: source.primitive,
+            material: material as u32,
+            group,
+            instance: first,
+            elements: primitive.count,
+            topology: primitive.topology,
+            mirrored: source.joints.map_or_else(|| is_mirrored(node), |joints| joints.mirrored),
+            faces: if is_triangles && !resources.materials.get(material).double_sided {
+                Faces::Front
+            } else {
+                Faces::Both
+            },
+            extent: extent(node, primitive, source),
+            // A skin's joints place the mesh; the node's own transform does not.
+            center: match source.joints {
+                Some(_) => node.bounds_world.center(),
+                None => matrix.transform_point3(primitive.bounds.center()),
+            },
+        });
+    }
+}
+
+fn is_mirrored(node: &Node) -> bool {
+    node.world_from_object.determinant() < 0.0
+}
+
+fn extent(node: &Node, primitive: &GpuPrimitive, source: &Source) -> Option<Extent> {
+    if source.joints.is_some() || primitive.morph_count > 0 {
+        return None;
+    }
+    let half = 0.5 * (primitive.bounds.max - primitive.bounds.min);
+    let matrix = &node.world_from_object;
+    Some(Extent([matrix.x_axis * half.x, matrix.y_axis * half.y, matrix.z_axis * half.z].map(|axis| axis.truncate())))
+}
+
+/// Materials of the same program lie together.
+fn program_key(material: &GpuMaterial, is_deformed: bool) -> u32 {
+    let axes = [
+        material.masked,
+        material.double_sided,
+        material.textured,
+        material.normal_map,
+        is_deformed,
+        material.occlusion_apart,
+    ];
+    axes.iter().fold(0, |key, bit| key * 2 + u32::from(*bit))
+}

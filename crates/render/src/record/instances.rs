@@ -1,0 +1,49 @@
+//! The instances of the world on the device.
+
+use crate::gpu::Gpu;
+use crate::gpu::changes::changed_parts;
+use crate::resources::Instance;
+
+/// A buffer of instances that grows with them.
+#[derive(Debug)]
+pub(crate) struct InstanceTable {
+    buffer: wgpu::Buffer,
+    /// What the buffer holds.
+    uploaded: Vec<Instance>,
+}
+
+impl InstanceTable {
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { buffer: create(gpu, 64), uploaded: Vec::new() }
+    }
+
+    /// The buffer that is bound beside vertices.
+    pub fn buffer(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+
+    /// Uploads those of `instances` that changed, and says how many bytes that were.
+    pub fn write(&mut self, gpu: &Gpu, instances: Vec<Instance>) -> u64 {
+        let bytes: &[u8] = bytemuck::cast_slice(&instances);
+        let size = (bytes.len() as u64).max(64).next_power_of_two();
+        if size > self.buffer.size() || 4 * size < self.buffer.size() {
+            self.buffer = create(gpu, size);
+            self.uploaded.clear();
+        }
+        let changed = changed_parts(bytemuck::cast_slice(&self.uploaded), bytes, size_of::<Instance>());
+        for part in &changed {
+            gpu.queue.write_buffer(&self.buffer, part.start as u64, &bytes[part.clone()]);
+        }
+        self.uploaded = instances;
+        changed.iter().map(|part| part.len() as u64).sum()
+    }
+}
+
+fn create(gpu: &Gpu, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("instances"),
+        size,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}

@@ -1,0 +1,102 @@
+//! Passes that draw the scene's surfaces.
+
+mod pipelines;
+mod prepared;
+
+pub(crate) use pipelines::SurfacePipelines;
+
+use super::uniforms::Uniform;
+use super::{Frame, PreparedView};
+use crate::draws::Draw;
+use crate::shader::program::ProgramError;
+use bytemuck::Pod;
+use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass};
+use pipelines::Targets;
+use prepared::Preparing;
+
+/// Which of the draws of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// Every one.
+    All,
+    /// Those whose fragments are never dropped: triangles without a mask.
+    Hiding,
+}
+
+/// A pass that draws surfaces and is being declared: its targets, and what its shader binds in group 1, by WGSL name.
+#[must_use = "nothing is drawn before `draw`"]
+pub struct SurfacePass<'r, 'f> {
+    pass: Pass<'r, 'f>,
+    frame: &'f Frame<'f>,
+    view: &'f PreparedView,
+    program: &'static str,
+    uniforms: Vec<(&'static str, Uniform)>,
+    colors: Vec<wgpu::TextureFormat>,
+    blend: Option<wgpu::BlendState>,
+    depth: Option<(wgpu::TextureFormat, bool)>,
+}
+
+impl<'r, 'f> SurfacePass<'r, 'f> {
+    pub(super) fn new(pass: Pass<'r, 'f>, frame: &'f Frame<'f>, view: &'f PreparedView, program: &'static str) -> Self {
+        Self { pass, frame, view, program, uniforms: Vec::new(), colors: Vec::new(), blend: None, depth: None }
+    }
+
+    /// The next colour target. Without one no fragment is shaded. Returns the version that holds the result.
+    pub fn color(&mut self, target: Handle, load: ColorLoad) -> Handle {
+        self.colors.push(target.desc().format);
+        self.pass.color(target, load)
+    }
+
+    /// Writes depth and tests against it. Returns the version that holds the result.
+    pub fn depth(&mut self, target: Handle, load: DepthLoad) -> Handle {
+        self.depth = Some((target.desc().format, true));
+        self.pass.depth_stencil(target, load)
+    }
+
+    /// Tests against depth; what lies at the same depth passes.
+    pub fn depth_read_only(&mut self, depth: &Handle) {
+        self.depth = Some((depth.desc().format, false));
+        self.pass.depth_stencil_read_only(depth);
+    }
+
+    /// The same blend state for all targets, because the floor has one.
+    pub fn blend(&mut self, blend: wgpu::BlendState) {
+        self.blend = Some(blend);
+    }
+
+    /// The shader finds `value` in the uniform `name`.
+    pub fn uniform<T: Pod>(&mut self, name: &'static str, value: &T) {
+        self.uniforms.push((name, self.frame.uniforms.push(value)));
+    }
+
+    /// Declares the pass: it draws the view's opaque and masked surfaces.
+    ///
+    /// # Errors
+    /// A program that does not compile, or declares what nobody binds; or no depth was given.
+    pub fn draw_opaque(self, which: Which) -> Result<(), ProgramError> {
+        let draws = &self.view.draws.opaque;
+        self.draw(draws, which)
+    }
+
+    /// Declares the pass: it draws the view's blended surfaces, farther ones first.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub fn draw_blended(self) -> Result<(), ProgramError> {
+        let draws = &self.view.draws.blended;
+        self.draw(draws, Which::All)
+    }
+
+    fn draw(self, draws: &'f [Draw], which: Which) -> Result<(), ProgramError> {
+        let Self { pass, frame, view, program, uniforms, colors, blend, depth } = self;
+        let Some((depth, depth_write)) = depth else {
+            let message = "it was given no depth".into();
+            return Err(ProgramError::Invalid { pass: program.into(), message });
+        };
+        let targets = Targets { colors, blend, depth, depth_write };
+        let preparing = Preparing { frame, view, program, targets, uniforms: &uniforms };
+        let list = preparing.prepare(draws, which)?;
+        pass.draw(move |context| list.draw(context, frame, view));
+        Ok(())
+    }
+}

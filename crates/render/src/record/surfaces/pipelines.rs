@@ -1,0 +1,149 @@
+//! The pipelines of programs that draw surfaces.
+
+use crate::draws::Faces;
+use crate::resources::{ATTRIBUTES, STRIDES};
+use crate::shader::program::ProgramError;
+use crate::shader::{Program, Shaders, compose};
+use manypass_scene::Topology;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The axes of programs that draw surfaces. A set of them is a number with their bits.
+pub(super) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed"];
+
+pub(super) type Axes = u32;
+
+/// Which targets a program draws into, and how.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Targets {
+    /// The colour targets; without one no fragment is shaded.
+    pub colors: Vec<wgpu::TextureFormat>,
+    /// The same blend state for all, because the floor has one.
+    pub blend: Option<wgpu::BlendState>,
+    /// The format of depth.
+    pub depth: wgpu::TextureFormat,
+    /// Whether depth is written.
+    pub depth_write: bool,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Key {
+    pub program: &'static str,
+    pub axes: Axes,
+    pub targets: Targets,
+    pub topology: Topology,
+    pub faces: Faces,
+    pub mirrored: bool,
+}
+
+/// A pipeline with its program.
+#[derive(Debug)]
+pub(crate) struct SurfacePipeline {
+    pub program: Arc<Program>,
+    pub pipeline: wgpu::RenderPipeline,
+}
+
+/// Every pipeline that draws surfaces made so far.
+#[derive(Debug, Default)]
+pub(crate) struct SurfacePipelines {
+    pipelines: RefCell<HashMap<Key, Arc<SurfacePipeline>>>,
+}
+
+impl SurfacePipelines {
+    pub(super) fn get(
+        &self,
+        shaders: &Shaders,
+        device: &wgpu::Device,
+        key: Key,
+    ) -> Result<Arc<SurfacePipeline>, ProgramError> {
+        if let Some(pipeline) = self.pipelines.borrow().get(&key) {
+            return Ok(pipeline.clone());
+        }
+        let on = AXES
+            .iter()
+            .enumerate()
+            .filter(|(bit, axis)| key.axes >> bit & 1 == 1 && compose::has_axis(key.program, axis));
+        let axes: Vec<_> = on.map(|(_, axis)| *axis).collect();
+        let program = shaders.program(key.program, &axes)?;
+        let pipeline = shaders.compiling(|| create(device, &program, &key))?;
+        let pipeline = Arc::new(SurfacePipeline { pipeline, program });
+        self.pipelines.borrow_mut().insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+}
+
+fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::RenderPipeline, ProgramError> {
+    let attributes = program.attributes(&ATTRIBUTES, STRIDES.len())?;
+    let buffers: Vec<_> = attributes
+        .iter()
+        .zip(STRIDES)
+        .enumerate()
+        .filter(|(_, (attributes, _))| !attributes.is_empty())
+        .map(|(index, (attributes, array_stride))| {
+            Some(wgpu::VertexBufferLayout {
+                array_stride,
+                // Points are the instances of one disc, so that the object is what stays the same for its corners.
+                step_mode: if (index == 2) == (key.topology != Topology::Points) {
+                    wgpu::VertexStepMode::Instance
+                } else {
+                    wgpu::VertexStepMode::Vertex
+                },
+                attributes,
+            })
+        })
+        .collect();
+    let targets: Vec<_> = key
+        .targets
+        .colors
+        .iter()
+        .map(|format| {
+            Some(wgpu::ColorTargetState {
+                format: *format,
+                blend: key.targets.blend,
+                write_mask: wgpu::ColorWrites::ALL,
+            })
+        })
+        .collect();
+    Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(key.program),
+        layout: Some(&program.layout),
+        vertex: wgpu::VertexState {
+            module: &program.module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: match key.topology {
+                Topology::Points => wgpu::PrimitiveTopology::TriangleStrip,
+                Topology::Lines => wgpu::PrimitiveTopology::LineList,
+                Topology::Triangles => wgpu::PrimitiveTopology::TriangleList,
+            },
+            front_face: if key.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
+            cull_mode: match key.faces {
+                Faces::Both => None,
+                Faces::Front => Some(wgpu::Face::Back),
+                Faces::Back => Some(wgpu::Face::Front),
+            },
+            ..Default::default()
+        },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: key.targets.depth,
+            depth_write_enabled: Some(key.targets.depth_write),
+            // Depth is reversed: nearer is greater.
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: (!targets.is_empty()).then(|| wgpu::FragmentState {
+            module: &program.module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            targets: &targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    }))
+}

@@ -1,0 +1,319 @@
+//! A list of draws with the pipelines and groups that it binds, and the loop over it.
+
+use super::Which;
+use super::pipelines::{AXES, Axes, Key, SurfacePipeline, Targets};
+use crate::draws::{Draw, Faces, Item};
+use crate::record::bind_groups::Resource;
+use crate::record::uniforms::Uniform;
+use crate::record::{Frame, PreparedView};
+use crate::resources::{Geometry, GpuMaterial, GpuPrimitive, Place};
+use crate::shader::program::ProgramError;
+use crate::shader::{Program, compose};
+use manypass_graph::PassContext;
+use manypass_scene::Topology;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A pipeline with the groups that are the same for all of its draws.
+struct Bound {
+    pipeline: Arc<SurfacePipeline>,
+    pass: Option<wgpu::BindGroup>,
+    object: Option<wgpu::BindGroup>,
+}
+
+/// Which vertices are bound: those of a whole page, or those of one primitive with its skin.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Vertices {
+    Page(usize),
+    Apart { vertices: Place, skin: Option<Place> },
+}
+
+/// What is to be done, in order. What stays as it is from one draw to the next is not done again.
+enum Command {
+    Bound(u32),
+    Material(wgpu::BindGroup),
+    Vertices(Vertices),
+    IndexPage(usize),
+    Draw { elements: Range<u32>, instances: Range<u32>, is_indexed: bool },
+}
+
+/// Draws with all that they bind.
+pub(super) struct PreparedList {
+    bound: Vec<Bound>,
+    commands: Vec<Command>,
+}
+
+/// What tells the pipelines of one pass apart, as a number below [`Shape::COUNT`].
+struct Shape {
+    axes: Axes,
+    topology: Topology,
+    faces: Faces,
+    mirrored: bool,
+}
+
+impl Shape {
+    const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2;
+
+    fn of(item: &Item, primitive: &GpuPrimitive, material: &GpuMaterial, faces: Faces, is_reflected: bool) -> Self {
+        let axes = [
+            material.textured,
+            material.occlusion_apart,
+            material.normal_map,
+            material.masked,
+            primitive.skin.is_some(),
+        ];
+        Self {
+            axes: axes.iter().enumerate().fold(0, |axes, (bit, on)| axes | Axes::from(*on) << bit),
+            topology: item.topology,
+            faces,
+            // Discs face the eye however their object is mirrored.
+            mirrored: (item.mirrored && item.topology != Topology::Points) != is_reflected,
+        }
+    }
+
+    fn index(&self) -> usize {
+        let topology = match self.topology {
+            Topology::Points => 0,
+            Topology::Lines => 1,
+            Topology::Triangles => 2,
+        };
+        let faces = match self.faces {
+            Faces::Both => 0,
+            Faces::Front => 1,
+            Faces::Back => 2,
+        };
+        ((self.axes as usize * 3 + topology) * 3 + faces) * 2 + usize::from(self.mirrored)
+    }
+}
+
+/// What is bound after the commands so far.
+#[derive(Default)]
+struct State {
+    bound: Option<u32>,
+    material: Option<u32>,
+    vertices: Option<Vertices>,
+    index_page: Option<usize>,
+}
+
+/// The draws of a view that a pass draws, with the pass's program, targets and uniforms.
+pub(super) struct Preparing<'p, 'f> {
+    pub frame: &'f Frame<'f>,
+    pub view: &'f PreparedView,
+    pub program: &'static str,
+    pub targets: Targets,
+    pub uniforms: &'p [(&'static str, Uniform)],
+}
+
+impl Preparing<'_, '_> {
+    pub fn prepare(self, draws: &[Draw], which: Which) -> Result<PreparedList, ProgramError> {
+        let Frame { resources, world, .. } = *self.frame;
+        let mut by_shape = vec![None; Shape::COUNT];
+        let mut list = PreparedList { bound: Vec::new(), commands: Vec::with_capacity(draws.len() + 64) };
+        let mut state = State::default();
+        for draw in draws {
+            let item = &world.items[draw.item as usize];
+            let material = resources.materials.get(item.material as usize);
+            if which == Which::Hiding && (material.masked || item.topology != Topology::Triangles) {
+                continue;
+            }
+            let primitive = &resources.geometry.primitives(item.mesh as usize)[item.primitive as usize];
+            let shape = Shape::of(item, primitive, material, draw.faces, self.view.is_reflected());
+            let bound = match by_shape[shape.index()] {
+                Some(bound) => bound,
+                None => {
+                    let bound = list.bound.len() as u32;
+                    by_shape[shape.index()] = Some(bound);
+                    list.bound.push(self.bind(shape)?);
+                    bound
+                }
+            };
+            if state.bound != Some(bound) {
+                list.commands.push(Command::Bound(bound));
+                (state.bound, state.material) = (Some(bound), None);
+            }
+            if state.material != Some(item.material) {
+                let program = &list.bound[bound as usize].pipeline.program;
+                let group = material_bind_group(self.frame, self.view, program, material)?;
+                list.commands.extend(group.map(Command::Material));
+                state.material = Some(item.material);
+            }
+            list.push_draw(&mut state, draw, item, primitive);
+        }
+        Ok(list)
+    }
+
+    fn bind(&self, shape: Shape) -> Result<Bound, ProgramError> {
+        let Shape { axes, topology, faces, mirrored } = shape;
+        let program = if topology == Topology::Points { of_points(self.program)? } else { self.program };
+        let key = Key { program, axes, targets: self.targets.clone(), topology, faces, mirrored };
+        bind(self.frame, key, self.uniforms)
+    }
+}
+
+impl PreparedList {
+    fn push_draw(&mut self, state: &mut State, draw: &Draw, item: &Item, primitive: &GpuPrimitive) {
+        let is_apart = primitive.is_bound_apart();
+        let is_bound = match &state.vertices {
+            Some(Vertices::Page(page)) => !is_apart && *page == primitive.vertices.page,
+            Some(Vertices::Apart { vertices, .. }) => is_apart && *vertices == primitive.vertices,
+            None => false,
+        };
+        if !is_bound {
+            let vertices = if is_apart {
+                Vertices::Apart { vertices: primitive.vertices.clone(), skin: primitive.skin.clone() }
+            } else {
+                Vertices::Page(primitive.vertices.page)
+            };
+            self.commands.push(Command::Vertices(vertices.clone()));
+            state.vertices = Some(vertices);
+        }
+        let instances = draw.instances.clone();
+        if let Some(indices) = &primitive.indices
+            && state.index_page != Some(indices.page)
+        {
+            self.commands.push(Command::IndexPage(indices.page));
+            state.index_page = Some(indices.page);
+        }
+        self.commands.push(match &primitive.indices {
+            // Points are the instances of one disc, whose corners are what is drawn.
+            _ if item.topology == Topology::Points => {
+                Command::Draw { elements: instances, instances: 0..primitive.count, is_indexed: false }
+            }
+            Some(indices) => Command::Draw { elements: indices.units.clone(), instances, is_indexed: true },
+            None if is_apart => Command::Draw { elements: 0..primitive.count, instances, is_indexed: false },
+            None => Command::Draw { elements: primitive.vertices.units.clone(), instances, is_indexed: false },
+        });
+    }
+
+    pub fn draw(&self, context: &mut PassContext<'_, '_>, frame: &Frame<'_>, view: &PreparedView) {
+        let pass = &mut *context.render_pass;
+        let geometry = &frame.resources.geometry;
+        pass.set_bind_group(0, &view.group, &[]);
+        for command in &self.commands {
+            match command {
+                Command::Bound(bound) => {
+                    let bound = &self.bound[*bound as usize];
+                    pass.set_pipeline(&bound.pipeline.pipeline);
+                    if let Some(group) = &bound.pass {
+                        pass.set_bind_group(1, group, &[]);
+                    }
+                    if let Some(object) = &bound.object {
+                        pass.set_bind_group(3, object, &[]);
+                    }
+                }
+                Command::Material(group) => pass.set_bind_group(2, group, &[]),
+                Command::Vertices(vertices) => bind_vertices(pass, geometry, vertices, frame.instances),
+                Command::IndexPage(page) => {
+                    if let Some(buffer) = geometry.indices.buffer(*page) {
+                        pass.set_index_buffer(buffer.slice(..), wgpu::IndexFormat::Uint32);
+                    }
+                }
+                Command::Draw { elements, instances, is_indexed: true } => {
+                    pass.draw_indexed(elements.clone(), 0, instances.clone());
+                }
+                Command::Draw { elements, instances, is_indexed: false } => {
+                    pass.draw(elements.clone(), instances.clone());
+                }
+            }
+        }
+    }
+}
+
+/// Binds vertices, then skins if there are some, then instances: as the buffers of pipelines follow each other.
+fn bind_vertices(pass: &mut wgpu::RenderPass<'_>, geometry: &Geometry, vertices: &Vertices, instances: &wgpu::Buffer) {
+    let mut slot = 0;
+    let mut bind = |buffer: Option<wgpu::BufferSlice<'_>>| {
+        if let Some(buffer) = buffer {
+            pass.set_vertex_buffer(slot, buffer);
+            slot += 1;
+        }
+    };
+    match vertices {
+        Vertices::Page(page) => bind(geometry.vertices.buffer(*page).map(|buffer| buffer.slice(..))),
+        Vertices::Apart { vertices, skin } => {
+            bind(geometry.vertices.slice(vertices));
+            bind(skin.as_ref().and_then(|skin| geometry.skins.slice(skin)));
+        }
+    }
+    bind(Some(instances.slice(..)));
+}
+
+fn bind(frame: &Frame<'_>, key: Key, uniforms: &[(&'static str, Uniform)]) -> Result<Bound, ProgramError> {
+    let device = &frame.gpu.device;
+    let pipeline = frame.surface_pipelines.get(frame.shaders, device, key)?;
+    let program = &pipeline.program;
+    let named = |group: u32, known: &[(&'static str, Resource)]| {
+        let slots = program.slots(group).iter().map(|slot| {
+            let found = known.iter().find(|(name, _)| *name == slot.name).map(|(_, resource)| resource.clone());
+            found.ok_or_else(|| {
+                let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
+                slot.unbound(program, group, names.join(", "))
+            })
+        });
+        let resources: Vec<_> = slots.collect::<Result<_, _>>()?;
+        Ok::<_, ProgramError>(frame.bind_groups.of_program(device, program, group, resources))
+    };
+    let of_pass: Vec<_> = uniforms.iter().map(|(name, uniform)| (*name, Resource::Uniform(uniform.clone()))).collect();
+    let pass = named(1, &of_pass)?;
+    let resources = frame.resources;
+    let texture = |table: &crate::gpu::data_texture::DataTexture| Resource::Texture(table.view().clone());
+    let object = named(
+        3,
+        &[
+            ("joint_matrices", texture(&resources.joint_matrices)),
+            ("morph_displacements", texture(resources.geometry.morph_displacements())),
+            ("morph_weights", texture(&resources.morph_weights)),
+            ("previous_nodes", texture(&resources.previous_nodes)),
+        ],
+    )?;
+    Ok(Bound { pipeline, pass, object })
+}
+
+/// The program that draws points where `program` draws triangles.
+fn of_points(program: &'static str) -> Result<&'static str, ProgramError> {
+    compose::points_of(program).ok_or_else(|| {
+        let message = "it has no variant that draws points".into();
+        ProgramError::Invalid { pass: program.into(), message }
+    })
+}
+
+fn material_bind_group(
+    frame: &Frame<'_>,
+    view: &PreparedView,
+    program: &Program,
+    material: &GpuMaterial,
+) -> Result<Option<wgpu::BindGroup>, ProgramError> {
+    if !program.uses_group(2) {
+        return Ok(None);
+    }
+    let sampling = view.sampling;
+    let known = material.bind_groups.borrow();
+    if let Some((_, _, group)) = known.iter().find(|(id, with, _)| (*id, *with) == (program.id, sampling)) {
+        return Ok(Some(group.clone()));
+    }
+    drop(known);
+    let resources = frame.resources;
+    let Some(factors) = resources.materials.factors(material) else { return Ok(None) };
+    let view = |slot: usize| wgpu::BindingResource::TextureView(&material.textures[slot].0);
+    let samplers = material.textures.each_ref().map(|(_, sampler)| resources.textures.sampler(*sampler, sampling));
+    let sampler = |slot: usize| wgpu::BindingResource::Sampler(&samplers[slot]);
+    let group = program.bind(
+        &frame.gpu.device,
+        2,
+        &[
+            ("material_factors", factors),
+            ("base_color_texture", view(0)),
+            ("base_color_sampler", sampler(0)),
+            ("metallic_roughness_texture", view(1)),
+            ("metallic_roughness_sampler", sampler(1)),
+            ("normal_texture", view(2)),
+            ("normal_sampler", sampler(2)),
+            ("occlusion_texture", view(3)),
+            ("occlusion_sampler", sampler(3)),
+            ("emissive_texture", view(4)),
+            ("emissive_sampler", sampler(4)),
+        ],
+    )?;
+    material.bind_groups.borrow_mut().push((program.id, sampling, group.clone()));
+    Ok(Some(group))
+}

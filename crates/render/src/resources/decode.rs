@@ -1,0 +1,116 @@
+//! Images are decoded and given their mips on threads of their own, few at a time in memory.
+
+use super::mips::{MipChain, half};
+use super::packing::ImageSource;
+use manypass_scene::{Pixels, Scene};
+
+/// An image for the device, with what there is to say about it.
+pub(super) struct Decoded {
+    pub chain: Option<MipChain>,
+    pub warnings: Vec<String>,
+}
+
+fn decode(scene: &Scene, source: ImageSource, limit: u32) -> Decoded {
+    let mut warnings = Vec::new();
+    let (base, is_srgb) = match source {
+        ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limit, &mut warnings), is_srgb),
+        ImageSource::Packed { occlusion, metallic_roughness } => {
+            let mut decode = |image| decode_base(scene, image, false, limit, &mut warnings);
+            let (occlusion, rough_metal) = (decode(occlusion), decode(metallic_roughness));
+            (pack(occlusion, rough_metal), false)
+        }
+    };
+    let chain = base.map(|base| MipChain::of(base, is_srgb));
+    Decoded { chain, warnings }
+}
+
+/// An image no larger than `limit` texels; none, with a warning, if it cannot be decoded.
+fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings: &mut Vec<String>) -> Option<Pixels> {
+    let source = &scene.images[image];
+    let name = &source.name;
+    let mut pixels = match source.decode() {
+        Ok(pixels) => pixels,
+        Err(error) => {
+            warnings.push(format!("image {image} `{name}` cannot be decoded, and materials do without it: {error}"));
+            return None;
+        }
+    };
+    if pixels.width.max(pixels.height) > limit {
+        warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
+    }
+    while pixels.width.max(pixels.height) > limit {
+        pixels = half(&pixels, is_srgb);
+    }
+    Some(pixels)
+}
+
+/// Occlusion in the red channel of metallic-roughness; what is missing is white.
+fn pack(occlusion: Option<Pixels>, rough_metal: Option<Pixels>) -> Option<Pixels> {
+    match (occlusion, rough_metal) {
+        (Some(occlusion), Some(mut rough_metal)) => {
+            for (texel, occlusion) in rough_metal.data.chunks_exact_mut(4).zip(occlusion.data.chunks_exact(4)) {
+                texel[0] = occlusion[0];
+            }
+            Some(rough_metal)
+        }
+        (Some(mut occlusion), None) => {
+            occlusion.data.chunks_exact_mut(4).for_each(|texel| texel[1..].fill(255));
+            Some(occlusion)
+        }
+        (None, Some(mut rough_metal)) => {
+            rough_metal.data.chunks_exact_mut(4).for_each(|texel| texel[0] = 255);
+            Some(rough_metal)
+        }
+        (None, None) => None,
+    }
+}
+
+/// Decodes on two threads, and hands over in order as results come; at most four images wait in memory.
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) fn decode_all(
+    scene: &Scene,
+    wanted: &[ImageSource],
+    limit: u32,
+    take: &mut dyn FnMut(ImageSource, Decoded),
+) {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let next = AtomicUsize::new(0);
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).clamp(1, 4).min(wanted.len().max(1));
+    let (sender, receiver) = std::sync::mpsc::sync_channel(2);
+    std::thread::scope(|scope| {
+        let mut has_worker = false;
+        for _ in 0..workers {
+            let (sender, next) = (sender.clone(), &next);
+            let work = move || {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(key) = wanted.get(index) else { return };
+                    if sender.send((*key, decode(scene, *key, limit))).is_err() {
+                        return;
+                    }
+                }
+            };
+            has_worker |= std::thread::Builder::new().spawn_scoped(scope, work).is_ok();
+        }
+        drop(sender);
+        // A process that may have no more threads decodes on this one.
+        for key in wanted.iter().filter(|_| !has_worker) {
+            take(*key, decode(scene, *key, limit));
+        }
+        for (key, result) in receiver {
+            take(key, result);
+        }
+    });
+}
+
+#[cfg(target_arch = "wasm32")]
+pub(super) fn decode_all(
+    scene: &Scene,
+    wanted: &[ImageSource],
+    limit: u32,
+    take: &mut dyn FnMut(ImageSource, Decoded),
+) {
+    for key in wanted {
+        take(*key, decode(scene, *key, limit));
+    }
+}

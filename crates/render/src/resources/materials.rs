@@ -1,0 +1,255 @@
+//! Materials on the device: their factors lie in pages, so that a change of one is one write.
+
+use super::filtering::Sampling;
+use super::packing::{ImageSource, shared_texel};
+use super::pages::{Pages, Place};
+use super::textures::Textures;
+use crate::gpu::Gpu;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+use manypass_scene::{AlphaMode, Material, Sampler, Scene, ShadingModel, TextureRef};
+use std::cell::RefCell;
+
+/// The uniform of `surface_material.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct MaterialFactors {
+    /// Base colour and alpha.
+    pub base_color: Vec4,
+    /// Emission.
+    pub emissive: Vec3,
+    /// Metallic.
+    pub metallic: f32,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// Scale of the normal map.
+    pub normal_scale: f32,
+    /// Strength of the occlusion texture.
+    pub occlusion_strength: f32,
+    /// Fragments with less alpha are dropped.
+    pub alpha_cutoff: f32,
+    /// 1 unlit, 0 lit.
+    pub unlit: f32,
+    /// Index of the material.
+    pub material_id: u32,
+    /// 1 if alpha covers.
+    pub blended: f32,
+    /// Zero.
+    pub padding: f32,
+    /// Two rows for each of the five textures.
+    pub uv_rows: [Vec4; 10],
+}
+
+/// Every backend can bind a uniform at multiples of so many bytes.
+const SLOT_BYTES: usize = 256;
+
+/// A material on the device.
+#[derive(Debug)]
+pub(crate) struct GpuMaterial {
+    place: Place,
+    described: Described,
+    /// Bind groups with the program that each was made for, and how its samplers filter.
+    pub(crate) bind_groups: RefCell<Vec<(u32, Sampling, wgpu::BindGroup)>>,
+}
+
+/// A texture, and what it is sampled with.
+pub(crate) type Sampled = (wgpu::TextureView, Sampler);
+
+/// What a material is for shaders and pipelines.
+#[derive(Clone, Debug)]
+pub(crate) struct Described {
+    factors: MaterialFactors,
+    /// Base colour, metallic-roughness, normal, occlusion, emissive.
+    pub textures: [Sampled; 5],
+    /// Whether any texture but the normal map is used.
+    pub textured: bool,
+    /// Whether occlusion has a texture of its own, beside that of metallic-roughness.
+    pub occlusion_apart: bool,
+    /// Whether there is a normal map.
+    pub normal_map: bool,
+    /// Whether fragments are dropped by alpha.
+    pub masked: bool,
+    /// Whether alpha covers what lies behind.
+    pub blended: bool,
+    /// Whether back faces are drawn.
+    pub double_sided: bool,
+}
+
+impl std::ops::Deref for GpuMaterial {
+    type Target = Described;
+
+    fn deref(&self) -> &Described {
+        &self.described
+    }
+}
+
+/// The materials of a scene, and the default material last.
+#[derive(Debug)]
+pub(crate) struct Materials {
+    pages: Pages,
+    materials: Vec<GpuMaterial>,
+}
+
+impl Materials {
+    /// No materials yet.
+    pub fn new() -> Self {
+        Self { pages: Pages::new("material_factors", wgpu::BufferUsages::UNIFORM, SLOT_BYTES), materials: Vec::new() }
+    }
+
+    /// Brings all materials up to date, whose textures are there already, and says how many bytes that wrote. False if a
+    /// uniform could not be placed.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene, textures: &Textures) -> u64 {
+        let default = Material::default();
+        let count = scene.materials.len() + 1;
+        for dropped in self.materials.drain(count.min(self.materials.len())..) {
+            self.pages.give_back(&dropped.place);
+        }
+        for (index, material) in scene.materials.iter().chain([&default]).enumerate() {
+            let described = Described::of(scene, material, index as u32, textures);
+            let bytes = bytemuck::bytes_of(&described.factors);
+            match self.materials.get_mut(index) {
+                Some(known) => {
+                    if bytemuck::bytes_of(&known.described.factors) != bytes {
+                        self.pages.write(&gpu.queue, &known.place, bytes);
+                    }
+                    if known.described.textures != described.textures {
+                        known.bind_groups.borrow_mut().clear();
+                    }
+                    known.described = described;
+                }
+                None => {
+                    let expected = (count - index) as u64;
+                    let Some(place) = self.pages.take(&gpu.device, 1, expected) else { continue };
+                    self.pages.write(&gpu.queue, &place, bytes);
+                    self.materials.push(GpuMaterial { place, described, bind_groups: RefCell::default() });
+                }
+            }
+        }
+        self.pages.flush(&gpu.queue);
+        self.pages.trim();
+        self.pages.take_written_bytes()
+    }
+
+    /// A material of the scene; the default material if it has none of that index.
+    pub fn index(&self, material: Option<usize>) -> usize {
+        let default = self.materials.len().saturating_sub(1);
+        material.unwrap_or(default).min(default)
+    }
+
+    /// The material at an index that [`Self::index`] gave.
+    pub fn get(&self, index: usize) -> &GpuMaterial {
+        &self.materials[index]
+    }
+
+    /// The uniform of a material.
+    pub fn factors(&self, material: &GpuMaterial) -> Option<wgpu::BindingResource<'_>> {
+        let buffer = self.pages.buffer(material.place.page)?;
+        Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer,
+            offset: self.pages.bytes_of(&material.place).start,
+            size: wgpu::BufferSize::new(size_of::<MaterialFactors>() as u64),
+        }))
+    }
+}
+
+impl Described {
+    fn of(scene: &Scene, material: &Material, index: u32, textures: &Textures) -> Self {
+        let sampled = |reference: Option<TextureRef>, is_srgb: bool| {
+            let texture = *scene.textures.get(reference?.texture)?;
+            let view = textures.view(scene, ImageSource::Image { image: texture.image, is_srgb })?;
+            Some((view.clone(), texture.sampler))
+        };
+        let shared = shared_texel(scene, material);
+        let (rough_metal, occlusion) = match shared {
+            Some((occlusion, metallic_roughness)) => {
+                let source = if occlusion == metallic_roughness {
+                    ImageSource::Image { image: occlusion, is_srgb: false }
+                } else {
+                    ImageSource::Packed { occlusion, metallic_roughness }
+                };
+                let sampler =
+                    material.metallic_roughness_texture.and_then(|reference| scene.textures.get(reference.texture));
+                let both = textures.view(scene, source).cloned().zip(sampler.map(|texture| texture.sampler));
+                (both.clone(), both)
+            }
+            None => (sampled(material.metallic_roughness_texture, false), sampled(material.occlusion_texture, false)),
+        };
+        // What a texture multiplies stays as it is without one, and a normal map without one is flat (glTF 2.0).
+        let slots = [
+            (material.base_color_texture, sampled(material.base_color_texture, true)),
+            (material.metallic_roughness_texture, rough_metal),
+            (material.normal_texture, sampled(material.normal_texture, false)),
+            (material.occlusion_texture, occlusion),
+            (material.emissive_texture, sampled(material.emissive_texture, true)),
+        ];
+        let is_there = |slot: usize| slots[slot].1.is_some();
+        let mut uv_rows = [Vec4::ZERO; 10];
+        for (slot, (reference, sampled)) in slots.iter().enumerate() {
+            let reference = reference.filter(|_| sampled.is_some());
+            let (matrix, set) = reference.map_or((glam::Mat3::IDENTITY, 0), |r| (r.transform.matrix(), r.uv_set));
+            uv_rows[slot * 2] = matrix.row(0).extend(set as f32);
+            uv_rows[slot * 2 + 1] = matrix.row(1).extend(0.0);
+        }
+        let is_dark = material.emissive_texture.is_some() && !is_there(4);
+        let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
+        let blended = material.alpha_mode == AlphaMode::Blend;
+        let factors = MaterialFactors {
+            base_color: material.base_color_factor,
+            // Without its texture, the factor alone would shine all over.
+            emissive: if is_dark { Vec3::ZERO } else { material.emissive_factor },
+            metallic: material.metallic_factor,
+            roughness: material.roughness_factor,
+            normal_scale: material.normal_scale,
+            // Red of metallic-roughness alone means nothing.
+            occlusion_strength: if is_there(3) { material.occlusion_strength } else { 0.0 },
+            alpha_cutoff: match material.alpha_mode {
+                AlphaMode::Mask { cutoff } => cutoff,
+                _ => 0.0,
+            },
+            unlit: if material.shading_model == ShadingModel::Unlit { 1.0 } else { 0.0 },
+            material_id: index,
+            blended: if blended { 1.0 } else { 0.0 },
+            padding: 0.0,
+            uv_rows,
+        };
+        let occlusion_apart = shared.is_none() && is_there(3);
+        let textured = [0, 1, 3, 4].into_iter().any(is_there);
+        let normal_map = is_there(2);
+        let white = (textures.white().clone(), Sampler::default());
+        let mut textures = slots.map(|(_, sampled)| sampled.unwrap_or_else(|| white.clone()));
+        if !occlusion_apart {
+            textures[3] = white;
+        }
+        let double_sided = material.double_sided;
+        Self { factors, textures, textured, occlusion_apart, normal_map, masked, blended, double_sided }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!(
+            "forward",
+            "MaterialFactors",
+            MaterialFactors,
+            [
+                base_color,
+                emissive,
+                metallic,
+                roughness,
+                normal_scale,
+                occlusion_strength,
+                alpha_cutoff,
+                unlit,
+                material_id,
+                blended,
+                padding,
+                uv_rows,
+            ]
+        );
+    }
+}

@@ -1,0 +1,146 @@
+//! Vertices as the device reads them.
+
+use crate::shader::program::Attribute;
+use bytemuck::{Pod, Zeroable};
+use manypass_scene::{MorphTarget, Primitive, Topology};
+use std::borrow::Cow;
+
+/// One vertex of the first stream, 64 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Vertex {
+    position: [f32; 3],
+    normal: [f32; 3],
+    tangent: [i16; 4],
+    uv0: [f32; 2],
+    uv1: [f32; 2],
+    color: [f32; 4],
+}
+
+/// One vertex of the stream of skins.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(super) struct SkinVertex {
+    joints: [u16; 4],
+    weights: [f32; 4],
+}
+
+/// One drawn instance of a primitive.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Instance {
+    /// The first three rows of `world_from_object`.
+    pub world_from_object: [[f32; 4]; 3],
+    /// Object id and [`crate::constants::WITHOUT_NORMALS`], first joint (all ones: not skinned), first morph weight, number of morph targets.
+    pub ids: [u32; 4],
+    /// First displacement texel of the primitive, number of vertices.
+    pub morph: [u32; 2],
+}
+
+/// The stride of each stream: vertices, skins, instances.
+pub const STRIDES: [u64; 3] =
+    [size_of::<Vertex>() as u64, size_of::<SkinVertex>() as u64, size_of::<Instance>() as u64];
+
+const fn attribute(name: &'static str, format: wgpu::VertexFormat, offset: usize, buffer: usize) -> Attribute {
+    Attribute { name, format, offset: offset as u64, buffer }
+}
+
+/// Everything that a vertex shader can read of a surface, by its WGSL name.
+pub const ATTRIBUTES: [Attribute; 13] = [
+    attribute("position", wgpu::VertexFormat::Float32x3, std::mem::offset_of!(Vertex, position), 0),
+    attribute("normal", wgpu::VertexFormat::Float32x3, std::mem::offset_of!(Vertex, normal), 0),
+    attribute("tangent", wgpu::VertexFormat::Snorm16x4, std::mem::offset_of!(Vertex, tangent), 0),
+    attribute("uv0", wgpu::VertexFormat::Float32x2, std::mem::offset_of!(Vertex, uv0), 0),
+    attribute("uv1", wgpu::VertexFormat::Float32x2, std::mem::offset_of!(Vertex, uv1), 0),
+    attribute("color", wgpu::VertexFormat::Float32x4, std::mem::offset_of!(Vertex, color), 0),
+    attribute("joints", wgpu::VertexFormat::Uint16x4, std::mem::offset_of!(SkinVertex, joints), 1),
+    attribute("weights", wgpu::VertexFormat::Float32x4, std::mem::offset_of!(SkinVertex, weights), 1),
+    attribute("world_from_object_row0", wgpu::VertexFormat::Float32x4, 0, 2),
+    attribute("world_from_object_row1", wgpu::VertexFormat::Float32x4, 16, 2),
+    attribute("world_from_object_row2", wgpu::VertexFormat::Float32x4, 32, 2),
+    attribute("instance", wgpu::VertexFormat::Uint32x4, std::mem::offset_of!(Instance, ids), 2),
+    attribute("morph", wgpu::VertexFormat::Uint32x2, std::mem::offset_of!(Instance, morph), 2),
+];
+
+/// A primitive as the device reads it.
+#[derive(Debug, Default)]
+pub(super) struct Packed {
+    pub vertices: Vec<Vertex>,
+    /// One a vertex where skins or morph targets move it, else none.
+    pub skins: Vec<SkinVertex>,
+    pub indices: Vec<u32>,
+    /// Of positions, normals and tangents, vertex by vertex, target by target.
+    pub displacements: Vec<[f32; 4]>,
+}
+
+impl Packed {
+    pub fn of(primitive: &Primitive) -> Self {
+        let primitive = &*in_drawing_order(primitive);
+        // A point without a normal faces the eye; zero says so to `surface_vertex.wgsl`.
+        let no_normal = if primitive.topology == Topology::Points { [0.0; 3] } else { [0.0, 0.0, 1.0] };
+        // Without tangents nobody knows where a normal map points; zero leaves the normal as it is.
+        let no_tangent = [0.0, 0.0, 0.0, 1.0];
+        let count = primitive.positions.len();
+        let vertices = (0..count).map(|i| Vertex {
+            position: primitive.positions[i],
+            normal: primitive.normals.get(i).copied().unwrap_or(no_normal),
+            tangent: primitive.tangents.get(i).copied().unwrap_or(no_tangent).map(snorm16),
+            uv0: primitive.uv0.get(i).copied().unwrap_or_default(),
+            uv1: primitive.uv1.get(i).copied().unwrap_or_default(),
+            color: primitive.colors.get(i).copied().unwrap_or([1.0; 4]),
+        });
+        let is_deformed = !primitive.joints.is_empty() || !primitive.morph_targets.is_empty();
+        let skins = (0..if is_deformed { count } else { 0 }).map(|i| SkinVertex {
+            joints: primitive.joints.get(i).copied().unwrap_or_default(),
+            weights: primitive.weights.get(i).copied().unwrap_or_default(),
+        });
+        let mut displacements = Vec::with_capacity(primitive.morph_targets.len() * count * 3);
+        for target in &primitive.morph_targets {
+            for i in 0..count {
+                for displacement in [&target.positions, &target.normals, &target.tangents] {
+                    let [x, y, z] = displacement.get(i).copied().unwrap_or_default();
+                    displacements.push([x, y, z, 0.0]);
+                }
+            }
+        }
+        Self { vertices: vertices.collect(), skins: skins.collect(), indices: primitive.indices.clone(), displacements }
+    }
+}
+
+/// Points in the order of their indices, without indices: they are drawn as instances, which have none.
+fn in_drawing_order(primitive: &Primitive) -> Cow<'_, Primitive> {
+    if primitive.topology == Topology::Points && !primitive.indices.is_empty() {
+        Cow::Owned(gathered(primitive))
+    } else {
+        Cow::Borrowed(primitive)
+    }
+}
+
+fn gathered(primitive: &Primitive) -> Primitive {
+    fn gather<T: Copy>(indices: &[u32], values: &[T]) -> Vec<T> {
+        indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()
+    }
+    let indices = &primitive.indices;
+    let morph_targets = primitive.morph_targets.iter().map(|target| MorphTarget {
+        positions: gather(indices, &target.positions),
+        normals: gather(indices, &target.normals),
+        tangents: gather(indices, &target.tangents),
+    });
+    Primitive {
+        positions: gather(indices, &primitive.positions),
+        normals: gather(indices, &primitive.normals),
+        tangents: gather(indices, &primitive.tangents),
+        uv0: gather(indices, &primitive.uv0),
+        uv1: gather(indices, &primitive.uv1),
+        colors: gather(indices, &primitive.colors),
+        joints: gather(indices, &primitive.joints),
+        weights: gather(indices, &primitive.weights),
+        indices: Vec::new(),
+        morph_targets: morph_targets.collect(),
+        ..*primitive
+    }
+}
+
+fn snorm16(value: f32) -> i16 {
+    (value.clamp(-1.0, 1.0) * 32767.0).round() as i16
+}
