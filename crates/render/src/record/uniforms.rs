@@ -1,5 +1,6 @@
 //! The uniforms of a frame: written where they are used, uploaded once.
 
+use crate::gpu::changes::changed_parts;
 use bytemuck::Pod;
 use std::cell::{Cell, RefCell};
 
@@ -74,13 +75,15 @@ impl UniformArena {
     pub fn upload(&self, queue: &wgpu::Queue) -> u64 {
         let mut written = 0;
         for page in self.pages.borrow_mut().iter_mut() {
-            if page.bytes.is_empty() || page.uploaded.starts_with(&page.bytes) {
-                continue;
-            }
             page.bytes.resize(page.bytes.len().next_multiple_of(4), 0);
-            queue.write_buffer(&page.buffer, 0, &page.bytes);
-            written += page.bytes.len() as u64;
-            page.uploaded.clone_from(&page.bytes);
+            let changed = changed_parts(&page.uploaded, &page.bytes, 4);
+            for part in &changed {
+                queue.write_buffer(&page.buffer, part.start as u64, &page.bytes[part.clone()]);
+                written += part.len() as u64;
+            }
+            if !changed.is_empty() {
+                page.uploaded.clone_from(&page.bytes);
+            }
         }
         written
     }

@@ -1,0 +1,253 @@
+//! A scene that is edited between frames: every picture is that of the edited scene loaded anew, and only what changed is
+//! uploaded.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{plain_request, renderer};
+use glam::{Mat4, Quat, Vec3, Vec4};
+use manypass::{Averaging, Environment, FrameRequest, Path, Renderer};
+use manypass_scene::image::ImageSource;
+use manypass_scene::{
+    AlphaMode, Image, Light, LightKind, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive,
+    Scene, Skin, Texture, TextureRef, TextureTransform, primitives,
+};
+use manypass_testkit::scenes;
+use std::sync::Arc;
+
+/// Bytes of one instance and of the factors of one material.
+const INSTANCE_BYTES: u64 = 72;
+const MATERIAL_BYTES: u64 = 224;
+/// All instances, where others come first in the table.
+const REORDERED: u64 = 40 * INSTANCE_BYTES;
+
+fn chequer(colors: [[u8; 4]; 2]) -> ImageSource {
+    let texel = |i: usize| colors[(i / 8 + i % 8) % 2];
+    let data = (0..64).flat_map(texel).collect();
+    ImageSource::Pixels(Arc::new(Pixels { width: 8, height: 8, format: PixelFormat::Rgba8, data }))
+}
+
+fn reference(texture: usize) -> Option<TextureRef> {
+    Some(TextureRef { texture, uv_set: 0, transform: TextureTransform::default() })
+}
+
+fn add_mesh(scene: &mut Scene, primitive: Primitive, node: Node) -> NodeId {
+    let mesh = Some(scene.meshes.len());
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+    scene.add_node(None, Node { mesh, ..node })
+}
+
+/// Spheres under lights; a wall with textures, a glass plate, a cube with a morph target, a bent one, and points.
+struct Studio {
+    scene: Scene,
+    sphere: NodeId,
+    wall: NodeId,
+    morphed: NodeId,
+    joint: NodeId,
+}
+
+fn studio() -> Studio {
+    let mut scene = scenes::rows_of_spheres().scene;
+    let with_mesh = |(index, node): (usize, &Node)| node.mesh.map(|_| NodeId(index as u32));
+    let sphere = scene.nodes.iter().enumerate().filter_map(with_mesh).nth(3).unwrap();
+    for (name, colors) in
+        [("paint", [[200, 60, 40, 255], [240, 240, 230, 255]]), ("bumps", [[128, 160, 240, 255], [128, 96, 240, 255]])]
+    {
+        scene.textures.push(Texture { image: scene.images.len(), sampler: Default::default() });
+        scene.images.push(Image { name: name.into(), source: chequer(colors) });
+    }
+    let mut of_material = |material: Material| {
+        scene.materials.push(material);
+        Some(scene.materials.len() - 1)
+    };
+    let paint = of_material(Material { base_color_texture: reference(0), metallic_factor: 0.0, ..Default::default() });
+    let bumpy = of_material(Material { normal_texture: reference(1), metallic_factor: 0.2, ..Default::default() });
+    let base_color_factor = Vec4::new(0.3, 0.6, 0.9, 0.4);
+    let glass = of_material(Material { base_color_factor, alpha_mode: AlphaMode::Blend, ..Default::default() });
+    let cube = |size_m: f32, material| Primitive { material, ..primitives::cube(Vec3::splat(size_m)) };
+    let at = |x: f32, y: f32, z: f32| Node { translation: Vec3::new(x, y, z), ..Node::default() };
+    let wall = add_mesh(&mut scene, cube(1.0, paint), at(-1.0, 0.5, -0.5));
+    add_mesh(&mut scene, cube(0.5, glass), at(0.6, 0.8, 0.9));
+    let mut morphing = cube(0.6, bumpy);
+    let positions = morphing.positions.iter().map(|position| [0.0, 0.6 * position[1].max(0.0), 0.0]).collect();
+    morphing.morph_targets = vec![MorphTarget { positions, ..Default::default() }];
+    let morphed = add_mesh(&mut scene, morphing, Node { morph_weights: vec![0.3], ..at(1.0, 0.4, 0.4) });
+    let mut bent = cube(0.5, paint);
+    bent.joints = bent.positions.iter().map(|position| [u16::from(position[1] > 0.0), 0, 0, 0]).collect();
+    bent.weights = vec![[1.0, 0.0, 0.0, 0.0]; bent.positions.len()];
+    let skinned = add_mesh(&mut scene, bent, at(-0.4, 0.3, 1.0));
+    let joint = scene.add_node(None, at(-0.4, 0.4, 1.0));
+    let inverse_bind_matrices = vec![Mat4::IDENTITY; 2];
+    scene.skins.push(Skin { joints: vec![skinned, joint], inverse_bind_matrices, ..Default::default() });
+    scene.node_mut(skinned).skin = Some(0);
+    let mut dots = cube(0.4, bumpy);
+    (dots.topology, dots.indices) = (manypass_scene::Topology::Points, vec![3, 1, 7, 11]);
+    add_mesh(&mut scene, dots, at(0.0, 1.2, 0.5));
+    scene.update_transforms();
+    Studio { scene, sphere, wall, morphed, joint }
+}
+
+fn request(scene: &Scene, path: Path) -> FrameRequest {
+    let mut request = FrameRequest { averaging: Averaging::Both, ..plain_request(scene, (96, 64)) };
+    request.settings.environment.source = Environment::Studio;
+    request.settings.render.path = path;
+    request
+}
+
+fn picture(renderer: &mut Renderer, scene: &Scene, path: Path) -> (Vec<u8>, Vec<f32>) {
+    renderer.render(scene, &request(scene, path)).unwrap();
+    (renderer.read_display().unwrap(), renderer.read_radiance().unwrap())
+}
+
+/// What was done, and how many bytes it may have uploaded.
+type Edit = (&'static str, fn(&mut Studio), u64);
+
+const EVERYTHING: u64 = u64::MAX;
+
+fn edits() -> Vec<Edit> {
+    vec![
+        (
+            "moves",
+            |studio| studio.scene.node_mut(studio.sphere).translation += Vec3::new(0.02, 0.05, 0.0),
+            INSTANCE_BYTES,
+        ),
+        ("changes a material", |studio| studio.scene.materials[0].base_color_factor.x *= 0.5, MATERIAL_BYTES),
+        (
+            "gives a material a texture",
+            |studio| studio.scene.materials[0].base_color_texture = reference(0),
+            MATERIAL_BYTES + REORDERED,
+        ),
+        (
+            "replaces a texture",
+            |studio| studio.scene.images[0].source = chequer([[10, 220, 30, 255], [0, 0, 90, 255]]),
+            // Eight mips of four bytes a texel; no factor changes.
+            4 * (64 + 16 + 4 + 1),
+        ),
+        (
+            "paints into a texture",
+            |studio| match &mut studio.scene.images[0].source {
+                ImageSource::Pixels(pixels) => Arc::make_mut(pixels).data[..64].fill(200),
+                ImageSource::Encoded(_) => unreachable!(),
+            },
+            4 * (64 + 16 + 4 + 1),
+        ),
+        ("hides", |studio| studio.scene.node_mut(studio.wall).is_visible = false, REORDERED),
+        ("shows again", |studio| studio.scene.node_mut(studio.wall).is_visible = true, REORDERED),
+        (
+            "adds",
+            |studio| {
+                let ball = Primitive { material: Some(1), ..primitives::uv_sphere(0.2, 12, 6) };
+                let node = Node { translation: Vec3::new(0.3, 0.9, 1.2), ..Node::default() };
+                add_mesh(&mut studio.scene, ball, node);
+            },
+            // 13 × 7 vertices, triangles of two a cell, and instances that moved on in the table.
+            91 * 64 + 12 * 6 * 6 * 4 + REORDERED,
+        ),
+        ("removes", |studio| studio.scene.remove_node(studio.sphere), REORDERED),
+        (
+            "changes a mesh",
+            |studio| {
+                let mesh = studio.scene.node(studio.wall).mesh.unwrap();
+                let primitive = &mut Arc::make_mut(&mut studio.scene.meshes[mesh]).primitives[0];
+                primitive.positions.iter_mut().for_each(|position| position[1] *= 1.5);
+                primitive.bounds.max.y *= 1.5;
+                primitive.bounds.min.y *= 1.5;
+            },
+            24 * 64 + 36 * 4 + INSTANCE_BYTES,
+        ),
+        ("morphs", |studio| studio.scene.node_mut(studio.morphed).morph_weights = vec![0.9], 16),
+        (
+            "bends",
+            |studio| studio.scene.node_mut(studio.joint).rotation = Quat::from_rotation_z(0.6),
+            64 + INSTANCE_BYTES,
+        ),
+        (
+            "changes a morph target",
+            |studio| {
+                let mesh = studio.scene.node(studio.morphed).mesh.unwrap();
+                let target = &mut Arc::make_mut(&mut studio.scene.meshes[mesh]).primitives[0].morph_targets[0];
+                target.positions.iter_mut().for_each(|position| position[0] += 0.2);
+            },
+            EVERYTHING,
+        ),
+        (
+            "adds a light",
+            |studio| {
+                let light = Some(studio.scene.lights.len());
+                let kind = LightKind::Point;
+                studio.scene.lights.push(Light {
+                    name: String::new(),
+                    color_linear: Vec3::X,
+                    intensity: 9.0,
+                    range_m: Some(3.0),
+                    kind,
+                });
+                studio.scene.add_node(None, Node { light, translation: Vec3::new(0.5, 1.5, 0.5), ..Node::default() });
+            },
+            EVERYTHING,
+        ),
+        (
+            "drops meshes that nobody shows",
+            |studio| {
+                studio.scene.remove_node(studio.morphed);
+                studio.scene.meshes.truncate(studio.scene.node(studio.morphed).mesh.unwrap());
+                let known = studio.scene.meshes.len();
+                studio.scene.nodes.iter_mut().for_each(|node| node.mesh = node.mesh.filter(|mesh| *mesh < known));
+            },
+            REORDERED,
+        ),
+        ("swaps materials", |studio| studio.scene.materials.swap(0, 1), 2 * MATERIAL_BYTES + REORDERED),
+        ("drops a material", |studio| studio.scene.materials.truncate(4), EVERYTHING),
+    ]
+}
+
+#[test]
+fn an_edited_scene_is_the_edited_scene_loaded() {
+    for path in [Path::Deferred, Path::Forward] {
+        let mut studio = studio();
+        let mut live = renderer();
+        let mut last = picture(&mut live, &studio.scene, path);
+        for (what, edit, most_bytes) in edits() {
+            // The bytes of a frame that changes nothing are none.
+            assert!(picture(&mut live, &studio.scene, path) == last);
+            assert_eq!(live.stats().uploaded_bytes, 0, "a frame before one that {what}");
+            edit(&mut studio);
+            studio.scene.update_transforms();
+            let edited = picture(&mut live, &studio.scene, path);
+            let uploaded = live.stats().uploaded_bytes;
+            let mut anew = Renderer::new(live.gpu().clone()).unwrap();
+            let loaded = picture(&mut anew, &studio.scene, path);
+            assert!(edited == loaded, "{path:?}: a scene that {what} is another picture when it is loaded");
+            assert!(edited != last || what.starts_with("drops"), "{path:?}: one sees nothing of a scene that {what}");
+            assert!(uploaded <= most_bytes, "{path:?}: a scene that {what} uploads {uploaded} bytes");
+            last = edited;
+        }
+    }
+}
+
+#[test]
+fn memory_is_given_back() {
+    let mut studio = studio();
+    let mut renderer = renderer();
+    renderer.load(&studio.scene).unwrap();
+    let bytes = renderer.scene_bytes();
+    for round in 0..50u8 {
+        studio.scene.images[0].source = chequer([[round, 9, 9, 255], [0, round, 90, 255]]);
+        let mesh = Arc::make_mut(&mut studio.scene.meshes[2]);
+        mesh.primitives[0].positions[0][0] += 0.001;
+        renderer.load(&studio.scene).unwrap();
+        assert_eq!(renderer.scene_bytes(), bytes, "round {round}");
+    }
+    // A large mesh takes a page of its own, and gives it back.
+    add_mesh(&mut studio.scene, primitives::uv_sphere(0.2, 400, 300), Node::default());
+    renderer.load(&studio.scene).unwrap();
+    assert!(renderer.scene_bytes() > bytes + 64 * 120_000);
+    studio.scene.meshes.pop();
+    renderer.load(&studio.scene).unwrap();
+    assert_eq!(renderer.scene_bytes(), bytes);
+    // Nothing is left of a scene but the table that morph targets have in any case.
+    renderer.load(&Scene::default()).unwrap();
+    assert!(renderer.scene_bytes() <= 64 << 10, "{} bytes are left", renderer.scene_bytes());
+    assert!(bytes > 64 << 10);
+}
