@@ -306,6 +306,24 @@ mod tests {
     }
 
     #[test]
+    fn what_is_hidden_moves_all_the_same_and_what_is_removed_can_be_put_back() {
+        let (mut scene, [root, child, other]) = scene();
+        scene.update_transforms();
+        scene.node_mut(root).is_visible = false;
+        scene.node_mut(root).translation = Vec3::X;
+        assert_eq!(scene.update_transforms(), 2);
+        assert_eq!(scene.visible_nodes(), [other]);
+        scene.node_mut(root).is_visible = true;
+        assert_eq!(scene.visible_nodes(), [root, other, child]);
+        scene.remove_node(child);
+        scene.remove_node(other);
+        assert_eq!((scene.visible_nodes(), scene.node(child).parent), (vec![root], None));
+        scene.roots.push(child);
+        assert_eq!(scene.update_transforms(), 1);
+        assert_eq!(scene.node(child).world_from_object, Mat4::IDENTITY);
+    }
+
+    #[test]
     fn bounds_follow_morph_weights_and_joints() {
         let (mut scene, [_, child, other]) = scene();
         scene.update_transforms();

@@ -181,6 +181,22 @@ fn cameras_of_both_kinds_are_read() {
 }
 
 #[test]
+fn nodes_are_hidden_with_all_below_them() {
+    let load = |extension: Value| {
+        let mut model = Model::triangle();
+        model.json["nodes"] = json!([{ "children": [1] }, { "mesh": 0 }]);
+        model.json["nodes"][0]["extensions"] = json!({ "KHR_node_visibility": extension });
+        model.json["extensionsRequired"] = json!(["KHR_node_visibility"]);
+        model.try_load()
+    };
+    for (extension, count) in [(json!({ "visible": false }), 0), (json!({ "visible": true }), 2), (json!({}), 2)] {
+        let loaded = load(extension).unwrap();
+        assert_eq!((loaded.scene.visible_nodes().len(), loaded.warnings), (count, vec![]));
+    }
+    assert!(load(json!({ "visible": "no" })).is_err());
+}
+
+#[test]
 fn lights_of_every_kind_are_read() {
     let read = |light: Value| {
         let mut model = Model::triangle();

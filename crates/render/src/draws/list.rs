@@ -64,7 +64,7 @@ impl DrawList {
         self.triangles += item.triangles();
         if let Some(last) = self.opaque.last_mut().filter(|_| goes_on && item.topology != Topology::Points) {
             let between = u64::from(instances.start - last.instances.end);
-            if between * u64::from(item.elements) <= HIDDEN_ELEMENTS_MAX {
+            if between * item.elements.len() as u64 <= HIDDEN_ELEMENTS_MAX {
                 self.triangles += between * item.triangles();
                 last.instances.end = instances.end;
                 return;

@@ -8,6 +8,12 @@ pub(crate) use deformation::Deformation;
 pub(crate) use list::{Draw, DrawList};
 pub(crate) use world::{DrawOrder, Item, WorldDraws};
 
+/// The axes of programs that draw surfaces. A set of them is a number with their bits.
+pub(crate) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed"];
+
+/// A set of [`AXES`].
+pub(crate) type Axes = u32;
+
 /// Which sides of triangles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Faces {

@@ -1,7 +1,7 @@
 //! The instances of a frame: every primitive of every visible node, posed once, in the order in which they are drawn.
 
-use super::Faces;
 use super::deformation::{Deformation, Joints};
+use super::{Axes, Faces};
 use crate::constants::WITHOUT_NORMALS;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
 use bytemuck::Zeroable;
@@ -25,10 +25,18 @@ pub(crate) struct Item {
     pub group: u32,
     /// Its first instance; points have four, the others one.
     pub instance: u32,
-    /// Indices, or vertices where there are none, of one instance.
-    pub elements: u32,
-    /// What they form.
+    /// Its indices in their page, or where it has none its vertices in what is bound.
+    pub elements: Range<u32>,
+    /// The page of its indices, if it is indexed.
+    pub index_page: Option<u32>,
+    /// The page of its vertices; none if they are bound for themselves.
+    pub vertex_page: Option<u32>,
+    /// What the elements form.
     pub topology: Topology,
+    /// What its program has to do.
+    pub axes: Axes,
+    /// Whether its fragments may be dropped.
+    pub masked: bool,
     /// Whether the transform turns the triangles around.
     pub mirrored: bool,
     /// Which sides of its triangles.
@@ -47,7 +55,7 @@ impl Item {
 
     /// Triangles of one instance.
     pub fn triangles(&self) -> u64 {
-        if self.topology == Topology::Triangles { u64::from(self.elements) / 3 } else { 0 }
+        if self.topology == Topology::Triangles { self.elements.len() as u64 / 3 } else { 0 }
     }
 }
 
@@ -172,6 +180,7 @@ impl WorldDraws {
         let node = scene.node(source.node);
         let primitive = &resources.geometry.primitives(source.mesh as usize)[source.primitive as usize];
         let material = resources.materials.index(primitive.material);
+        let properties = resources.materials.get(material);
         let matrix = &node.world_from_object;
         let mut instance = Instance::zeroed();
         instance.world_from_object = [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array());
@@ -197,14 +206,18 @@ impl WorldDraws {
             material: material as u32,
             group,
             instance: first,
-            elements: primitive.count,
-            topology: primitive.topology,
-            mirrored: source.joints.map_or_else(|| is_mirrored(node), |joints| joints.mirrored),
-            faces: if is_triangles && !resources.materials.get(material).double_sided {
-                Faces::Front
-            } else {
-                Faces::Both
+            elements: match &primitive.indices {
+                Some(indices) => indices.units.clone(),
+                None if primitive.is_bound_apart() => 0..primitive.count,
+                None => primitive.vertices.units.clone(),
             },
+            index_page: primitive.indices.as_ref().map(|indices| indices.page as u32),
+            vertex_page: (!primitive.is_bound_apart()).then_some(primitive.vertices.page as u32),
+            topology: primitive.topology,
+            axes: axes(primitive, properties),
+            masked: properties.masked,
+            mirrored: source.joints.map_or_else(|| is_mirrored(node), |joints| joints.mirrored),
+            faces: if is_triangles && !properties.double_sided { Faces::Front } else { Faces::Both },
             extent: extent(node, primitive, source),
             // A skin's joints place the mesh; the node's own transform does not.
             center: match source.joints {
@@ -226,6 +239,12 @@ fn extent(node: &Node, primitive: &GpuPrimitive, source: &Source) -> Option<Exte
     let half = 0.5 * (primitive.bounds.max - primitive.bounds.min);
     let matrix = &node.world_from_object;
     Some(Extent([matrix.x_axis * half.x, matrix.y_axis * half.y, matrix.z_axis * half.z].map(|axis| axis.truncate())))
+}
+
+fn axes(primitive: &GpuPrimitive, material: &GpuMaterial) -> Axes {
+    let axes =
+        [material.textured, material.occlusion_apart, material.normal_map, material.masked, primitive.skin.is_some()];
+    axes.iter().enumerate().fold(0, |axes, (bit, on)| axes | Axes::from(*on) << bit)
 }
 
 /// Materials of the same program lie together.

@@ -1,6 +1,6 @@
 //! The pipelines of programs that draw surfaces.
 
-use crate::draws::Faces;
+use crate::draws::{AXES, Axes, Faces};
 use crate::resources::{ATTRIBUTES, STRIDES};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, Shaders, compose};
@@ -8,11 +8,6 @@ use manypass_scene::Topology;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
-
-/// The axes of programs that draw surfaces. A set of them is a number with their bits.
-pub(super) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed"];
-
-pub(super) type Axes = u32;
 
 /// Which targets a program draws into, and how.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -1,12 +1,12 @@
 //! A list of draws with the pipelines and groups that it binds, and the loop over it.
 
 use super::Which;
-use super::pipelines::{AXES, Axes, Key, SurfacePipeline, Targets};
-use crate::draws::{Draw, Faces, Item};
+use super::pipelines::{Key, SurfacePipeline, Targets};
+use crate::draws::{AXES, Axes, Draw, Faces, Item};
 use crate::record::bind_groups::Resource;
 use crate::record::uniforms::Uniform;
 use crate::record::{Frame, PreparedView};
-use crate::resources::{Geometry, GpuMaterial, GpuPrimitive, Place};
+use crate::resources::{Geometry, GpuMaterial, Place};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
 use manypass_graph::PassContext;
@@ -33,7 +33,7 @@ enum Command {
     Bound(u32),
     Material(wgpu::BindGroup),
     Vertices(Vertices),
-    IndexPage(usize),
+    IndexPage(u32),
     Draw { elements: Range<u32>, instances: Range<u32>, is_indexed: bool },
 }
 
@@ -54,21 +54,10 @@ struct Shape {
 impl Shape {
     const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2;
 
-    fn of(item: &Item, primitive: &GpuPrimitive, material: &GpuMaterial, faces: Faces, is_reflected: bool) -> Self {
-        let axes = [
-            material.textured,
-            material.occlusion_apart,
-            material.normal_map,
-            material.masked,
-            primitive.skin.is_some(),
-        ];
-        Self {
-            axes: axes.iter().enumerate().fold(0, |axes, (bit, on)| axes | Axes::from(*on) << bit),
-            topology: item.topology,
-            faces,
-            // Discs face the eye however their object is mirrored.
-            mirrored: (item.mirrored && item.topology != Topology::Points) != is_reflected,
-        }
+    fn of(item: &Item, faces: Faces, is_reflected: bool) -> Self {
+        // Discs face the eye however their object is mirrored.
+        let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
+        Self { axes: item.axes, topology: item.topology, faces, mirrored }
     }
 
     fn index(&self) -> usize {
@@ -92,7 +81,7 @@ struct State {
     bound: Option<u32>,
     material: Option<u32>,
     vertices: Option<Vertices>,
-    index_page: Option<usize>,
+    index_page: Option<u32>,
 }
 
 /// The draws of a view that a pass draws, with the pass's program, targets and uniforms.
@@ -107,17 +96,16 @@ pub(super) struct Preparing<'p, 'f> {
 impl Preparing<'_, '_> {
     pub fn prepare(self, draws: &[Draw], which: Which) -> Result<PreparedList, ProgramError> {
         let Frame { resources, world, .. } = *self.frame;
+        let is_reflected = self.view.is_reflected();
         let mut by_shape = vec![None; Shape::COUNT];
         let mut list = PreparedList { bound: Vec::new(), commands: Vec::with_capacity(draws.len() + 64) };
         let mut state = State::default();
         for draw in draws {
             let item = &world.items[draw.item as usize];
-            let material = resources.materials.get(item.material as usize);
-            if which == Which::Hiding && (material.masked || item.topology != Topology::Triangles) {
+            if which == Which::Hiding && (item.masked || item.topology != Topology::Triangles) {
                 continue;
             }
-            let primitive = &resources.geometry.primitives(item.mesh as usize)[item.primitive as usize];
-            let shape = Shape::of(item, primitive, material, draw.faces, self.view.is_reflected());
+            let shape = Shape::of(item, draw.faces, is_reflected);
             let bound = match by_shape[shape.index()] {
                 Some(bound) => bound,
                 None => {
@@ -133,11 +121,12 @@ impl Preparing<'_, '_> {
             }
             if state.material != Some(item.material) {
                 let program = &list.bound[bound as usize].pipeline.program;
+                let material = resources.materials.get(item.material as usize);
                 let group = material_bind_group(self.frame, self.view, program, material)?;
                 list.commands.extend(group.map(Command::Material));
                 state.material = Some(item.material);
             }
-            list.push_draw(&mut state, draw, item, primitive);
+            list.push_draw(&mut state, draw, item, &resources.geometry);
         }
         Ok(list)
     }
@@ -151,37 +140,32 @@ impl Preparing<'_, '_> {
 }
 
 impl PreparedList {
-    fn push_draw(&mut self, state: &mut State, draw: &Draw, item: &Item, primitive: &GpuPrimitive) {
-        let is_apart = primitive.is_bound_apart();
-        let is_bound = match &state.vertices {
-            Some(Vertices::Page(page)) => !is_apart && *page == primitive.vertices.page,
-            Some(Vertices::Apart { vertices, .. }) => is_apart && *vertices == primitive.vertices,
-            None => false,
-        };
+    fn push_draw(&mut self, state: &mut State, draw: &Draw, item: &Item, geometry: &Geometry) {
+        let page = item.vertex_page.map(|page| page as usize);
+        let is_bound = matches!(state.vertices, Some(Vertices::Page(bound)) if page == Some(bound));
         if !is_bound {
-            let vertices = if is_apart {
-                Vertices::Apart { vertices: primitive.vertices.clone(), skin: primitive.skin.clone() }
-            } else {
-                Vertices::Page(primitive.vertices.page)
-            };
-            self.commands.push(Command::Vertices(vertices.clone()));
-            state.vertices = Some(vertices);
-        }
-        let instances = draw.instances.clone();
-        if let Some(indices) = &primitive.indices
-            && state.index_page != Some(indices.page)
-        {
-            self.commands.push(Command::IndexPage(indices.page));
-            state.index_page = Some(indices.page);
-        }
-        self.commands.push(match &primitive.indices {
-            // Points are the instances of one disc, whose corners are what is drawn.
-            _ if item.topology == Topology::Points => {
-                Command::Draw { elements: instances, instances: 0..primitive.count, is_indexed: false }
+            let vertices = page.map_or_else(
+                || {
+                    let primitive = &geometry.primitives(item.mesh as usize)[item.primitive as usize];
+                    Vertices::Apart { vertices: primitive.vertices.clone(), skin: primitive.skin.clone() }
+                },
+                Vertices::Page,
+            );
+            if state.vertices.as_ref() != Some(&vertices) {
+                self.commands.push(Command::Vertices(vertices.clone()));
+                state.vertices = Some(vertices);
             }
-            Some(indices) => Command::Draw { elements: indices.units.clone(), instances, is_indexed: true },
-            None if is_apart => Command::Draw { elements: 0..primitive.count, instances, is_indexed: false },
-            None => Command::Draw { elements: primitive.vertices.units.clone(), instances, is_indexed: false },
+        }
+        if item.index_page.is_some() && state.index_page != item.index_page {
+            self.commands.extend(item.index_page.map(Command::IndexPage));
+            state.index_page = item.index_page;
+        }
+        let (elements, instances) = (item.elements.clone(), draw.instances.clone());
+        self.commands.push(if item.topology == Topology::Points {
+            // Points are the instances of one disc, whose corners are what is drawn.
+            Command::Draw { elements: instances, instances: elements, is_indexed: false }
+        } else {
+            Command::Draw { elements, instances, is_indexed: item.index_page.is_some() }
         });
     }
 
@@ -204,7 +188,7 @@ impl PreparedList {
                 Command::Material(group) => pass.set_bind_group(2, group, &[]),
                 Command::Vertices(vertices) => bind_vertices(pass, geometry, vertices, frame.instances),
                 Command::IndexPage(page) => {
-                    if let Some(buffer) = geometry.indices.buffer(*page) {
+                    if let Some(buffer) = geometry.indices.buffer(*page as usize) {
                         pass.set_index_buffer(buffer.slice(..), wgpu::IndexFormat::Uint32);
                     }
                 }
