@@ -7,7 +7,7 @@ mod run;
 
 pub use output::RenderedView;
 
-use crate::draws::DrawOrder;
+use crate::draws::WorldDraws;
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
@@ -34,7 +34,7 @@ pub struct Renderer {
     uniforms: UniformArena,
     bind_groups: BindGroups,
     resources: SceneResources,
-    draw_order: DrawOrder,
+    world_draws: WorldDraws,
     instances: InstanceTable,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
@@ -79,7 +79,7 @@ impl Renderer {
             uniforms: UniformArena::new(&gpu.device),
             bind_groups: BindGroups::default(),
             resources: SceneResources::new(&gpu),
-            draw_order: DrawOrder::default(),
+            world_draws: WorldDraws::default(),
             instances: InstanceTable::new(&gpu),
             views: BTreeMap::new(),
             stats: FrameStats::default(),
@@ -100,12 +100,12 @@ impl Renderer {
     /// The scene does not fit the device's memory, or the device was lost.
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
         self.follow(scene);
-        self.notice_lights(scene, &scene.visible_nodes());
+        let is_lit = |id: &NodeId| scene.node(*id).light.is_some();
+        self.notice_lights(scene.visible_nodes().into_iter().filter(is_lit).count());
         Ok(self.gpu.check()?)
     }
 
-    fn notice_lights(&mut self, scene: &Scene, nodes: &[NodeId]) {
-        let count = nodes.iter().filter(|id| scene.node(**id).light.is_some()).count();
+    fn notice_lights(&mut self, count: usize) {
         if count > lights::LIGHTS_MAX as usize {
             self.resources.notice(format!("only the first {} of {count} lights are drawn", lights::LIGHTS_MAX));
         }
@@ -124,6 +124,7 @@ impl Renderer {
         self.forget_variables();
         self.resources = SceneResources::new(&self.gpu);
         self.instances = InstanceTable::new(&self.gpu);
+        self.world_draws = WorldDraws::default();
         self.bind_groups.clear();
         // The memory is free only once the device has noticed.
         self.gpu.wait();

@@ -2,6 +2,8 @@
 
 use crate::aov::Aov;
 use crate::effect::Effect;
+use crate::environment::Environment;
+use crate::exposure::Exposure;
 use crate::exposure::Metering;
 use crate::gpu::GpuError;
 use crate::pose::Pose;
@@ -12,6 +14,7 @@ use crate::view::View;
 use glam::Vec4;
 use manypass_graph::PlanError;
 use manypass_scene::Scene;
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 /// Everything about one frame but the scene.
@@ -61,6 +64,18 @@ pub enum Averaging {
     Both,
 }
 
+/// What a scene asks for where nobody says.
+pub(crate) struct SceneDefaults {
+    environment: Environment,
+    exposure: Exposure,
+}
+
+impl SceneDefaults {
+    pub fn of(scene: &Scene) -> Self {
+        Self { environment: Environment::of_scene(scene), exposure: Exposure::of_scene(scene) }
+    }
+}
+
 impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
@@ -81,11 +96,19 @@ impl FrameRequest {
 
     /// The same with settings that are left to the scene as they are for `scene`.
     pub fn resolved(&self, scene: &Scene) -> Self {
-        let mut request = self.clone();
-        let settings = &mut request.settings;
-        settings.environment.source = settings.environment.source.resolved(scene);
-        settings.exposure.stops = settings.exposure.stops.resolved(scene);
-        request
+        self.resolved_by(&LazyCell::new(|| SceneDefaults::of(scene)))
+    }
+
+    /// As [`Self::resolved`], of several requests for one scene.
+    pub(crate) fn resolved_by(&self, defaults: &LazyCell<SceneDefaults, impl FnOnce() -> SceneDefaults>) -> Self {
+        self.with(|settings| {
+            if settings.environment.source == Environment::Auto {
+                settings.environment.source = defaults.environment;
+            }
+            if settings.exposure.stops == Exposure::Scene {
+                settings.exposure.stops = defaults.exposure;
+            }
+        })
     }
 
     /// The same with other settings.

@@ -6,7 +6,7 @@ use crate::constants::WITHOUT_NORMALS;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
 use bytemuck::Zeroable;
 use glam::Vec3;
-use manypass_scene::{Node, NodeId, Scene, Topology};
+use manypass_scene::{Aabb, Node, NodeId, Scene, Topology};
 use std::ops::Range;
 
 /// The corners of the square around the disc of a point: as many instances it has.
@@ -63,7 +63,7 @@ impl Item {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent(pub [Vec3; 3]);
 
-/// Everything that may be drawn in a frame.
+/// Everything that may be drawn in a frame. It lasts from frame to frame, as mostly the next one is like the last.
 #[derive(Debug, Default)]
 pub(crate) struct WorldDraws {
     /// Opaque and masked ones first, by program, material and mesh.
@@ -74,6 +74,15 @@ pub(crate) struct WorldDraws {
     pub instances: Vec<Instance>,
     /// Joints and weights that the instances refer to.
     pub deformation: Deformation,
+    /// The nodes that give light.
+    pub lit: Vec<NodeId>,
+    /// The box around everything, in world space.
+    pub bounds_world: Aabb,
+    sources: Vec<Source>,
+    /// Of every source, for this frame and for the one that `order` is of.
+    keys: [Vec<Key>; 2],
+    /// The sources in the order of their keys; of equal keys the first comes first.
+    order: Vec<u32>,
 }
 
 /// Which primitive of which node, and where its joints and weights are.
@@ -82,6 +91,7 @@ struct Source {
     node: NodeId,
     mesh: u32,
     primitive: u32,
+    mirrored: bool,
     joints: Option<Joints>,
     first_weight: Option<u32>,
 }
@@ -89,63 +99,51 @@ struct Source {
 /// What the items are sorted by: items with an equal key can be one draw.
 type Key = (u64, u64);
 
-/// The order of the last frame, which mostly is that of the next.
-#[derive(Debug, Default)]
-pub(crate) struct DrawOrder {
-    keys: Vec<Key>,
-    order: Vec<u32>,
-}
-
 /// The bit of a key's first number that is set if the surface blends.
 const BLENDED: u64 = 1 << 63;
 
-impl DrawOrder {
-    /// With the places of `keys` in ascending order; of equal keys the first comes first.
-    fn update(&mut self, keys: Vec<Key>) -> &Self {
-        if self.keys != keys {
+impl WorldDraws {
+    /// Poses everything visible of `scene`.
+    pub fn update(&mut self, scene: &Scene, resources: &SceneResources) {
+        self.items.clear();
+        self.instances.clear();
+        self.lit.clear();
+        self.sources.clear();
+        self.deformation.joint_rows.clear();
+        self.deformation.morph_weights.clear();
+        self.keys[0].clear();
+        self.bounds_world = Aabb::EMPTY;
+        for id in scene.visible_nodes() {
+            let node = scene.node(id);
+            self.bounds_world = self.bounds_world.union(&node.bounds_world);
+            if node.light.is_some() {
+                self.lit.push(id);
+            }
+            if let Some(mesh) = node.mesh {
+                self.collect(scene, resources, id, mesh);
+            }
+        }
+        let [keys, sorted_keys] = &mut self.keys;
+        if keys != sorted_keys {
             self.order = (0..keys.len() as u32).collect();
             self.order.sort_by_key(|at| keys[*at as usize]);
-            self.keys = keys;
+            sorted_keys.clone_from(keys);
         }
-        self
-    }
-}
-
-impl WorldDraws {
-    /// Of all visible `nodes`. Joints and weights are appended for those that are deformed.
-    pub fn new(scene: &Scene, resources: &SceneResources, nodes: &[NodeId], order: &mut DrawOrder) -> Self {
-        let mut world = Self::default();
-        let (mut sources, mut keys) = (Vec::with_capacity(nodes.len()), Vec::with_capacity(nodes.len()));
-        for id in nodes {
-            world.collect(scene, resources, *id, &mut sources, &mut keys);
-        }
-        let order = order.update(keys);
-        world.items.reserve(sources.len());
-        world.instances.reserve(sources.len());
+        self.opaque_count = 0;
         let mut last = None;
         let mut group = 0;
-        for at in &order.order {
-            let (source, key) = (&sources[*at as usize], order.keys[*at as usize]);
-            if last.is_some_and(|last| last != key) {
-                group += 1;
-            }
+        for index in 0..self.order.len() {
+            let at = self.order[index] as usize;
+            let key = self.keys[0][at];
+            group += u32::from(last.is_some_and(|last| last != key));
             last = Some(key);
-            world.append(scene, resources, source, group);
-            world.opaque_count += usize::from(key.0 & BLENDED == 0);
+            self.append(scene, resources, self.sources[at], group);
+            self.opaque_count += usize::from(key.0 & BLENDED == 0);
         }
-        world
     }
 
-    fn collect(
-        &mut self,
-        scene: &Scene,
-        resources: &SceneResources,
-        id: NodeId,
-        sources: &mut Vec<Source>,
-        keys: &mut Vec<Key>,
-    ) {
+    fn collect(&mut self, scene: &Scene, resources: &SceneResources, id: NodeId, mesh: usize) {
         let node = scene.node(id);
-        let Some(mesh) = node.mesh else { return };
         let primitives = resources.geometry.primitives(mesh);
         let (mut joints, mut first_weight) = (None, None);
         for (index, primitive) in primitives.iter().enumerate() {
@@ -158,25 +156,26 @@ impl WorldDraws {
                 first_weight = Some(self.deformation.append_weights(weights, primitive.morph_count));
             }
             let joints = joints.filter(|_| primitive.skin.is_some());
-            let mirrored = joints.map_or_else(|| is_mirrored(node), |joints| joints.mirrored);
+            let mirrored = joints.map_or_else(|| node.world_from_object.determinant() < 0.0, |joints| joints.mirrored);
             let is_deformed = joints.is_some() || primitive.morph_count > 0;
             if !is_deformed && primitive.bounds.is_empty() {
                 continue;
             }
             let material = resources.materials.index(primitive.material);
             let properties = resources.materials.get(material);
-            keys.push(if properties.blended {
-                (BLENDED, sources.len() as u64)
+            self.keys[0].push(if properties.blended {
+                (BLENDED, self.sources.len() as u64)
             } else {
                 let program = u64::from(program_key(properties, is_deformed));
                 let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(mirrored);
                 (program << 32 | material as u64, mesh)
             });
-            sources.push(Source { node: id, mesh: mesh as u32, primitive: index as u32, joints, first_weight });
+            let (mesh, primitive) = (mesh as u32, index as u32);
+            self.sources.push(Source { node: id, mesh, primitive, mirrored, joints, first_weight });
         }
     }
 
-    fn append(&mut self, scene: &Scene, resources: &SceneResources, source: &Source, group: u32) {
+    fn append(&mut self, scene: &Scene, resources: &SceneResources, source: Source, group: u32) {
         let node = scene.node(source.node);
         let primitive = &resources.geometry.primitives(source.mesh as usize)[source.primitive as usize];
         let material = resources.materials.index(primitive.material);
@@ -216,9 +215,9 @@ impl WorldDraws {
             topology: primitive.topology,
             axes: axes(primitive, properties),
             masked: properties.masked,
-            mirrored: source.joints.map_or_else(|| is_mirrored(node), |joints| joints.mirrored),
+            mirrored: source.mirrored,
             faces: if is_triangles && !properties.double_sided { Faces::Front } else { Faces::Both },
-            extent: extent(node, primitive, source),
+            extent: extent(node, primitive, &source),
             // A skin's joints place the mesh; the node's own transform does not.
             center: match source.joints {
                 Some(_) => node.bounds_world.center(),
@@ -226,10 +225,6 @@ impl WorldDraws {
             },
         });
     }
-}
-
-fn is_mirrored(node: &Node) -> bool {
-    node.world_from_object.determinant() < 0.0
 }
 
 fn extent(node: &Node, primitive: &GpuPrimitive, source: &Source) -> Option<Extent> {

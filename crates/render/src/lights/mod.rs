@@ -37,7 +37,7 @@ pub struct LightTable {
 }
 
 impl LightTable {
-    /// Collects the lights of the visible `nodes`; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
+    /// Collects the lights of `nodes`; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
     /// only every n-th light, beginning with the k-th.
     pub fn new(scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
         let mut classes: [Vec<[[f32; 4]; 4]>; 3] = Default::default();

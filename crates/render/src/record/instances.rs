@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::gpu::changes::changed_parts;
 use crate::resources::Instance;
+use bytemuck::Zeroable;
 
 /// A buffer of instances that grows with them.
 #[derive(Debug)]
@@ -23,18 +24,21 @@ impl InstanceTable {
     }
 
     /// Uploads those of `instances` that changed, and says how many bytes that were.
-    pub fn write(&mut self, gpu: &Gpu, instances: Vec<Instance>) -> u64 {
-        let bytes: &[u8] = bytemuck::cast_slice(&instances);
+    pub fn write(&mut self, gpu: &Gpu, instances: &[Instance]) -> u64 {
+        const BYTES: usize = size_of::<Instance>();
+        let bytes: &[u8] = bytemuck::cast_slice(instances);
         let size = (bytes.len() as u64).max(64).next_power_of_two();
         if size > self.buffer.size() || 4 * size < self.buffer.size() {
             self.buffer = create(gpu, size);
             self.uploaded.clear();
         }
-        let changed = changed_parts(bytemuck::cast_slice(&self.uploaded), bytes, size_of::<Instance>());
+        let changed = changed_parts(bytemuck::cast_slice(&self.uploaded), bytes, BYTES);
+        self.uploaded.resize(instances.len(), Instance::zeroed());
         for part in &changed {
             gpu.queue.write_buffer(&self.buffer, part.start as u64, &bytes[part.clone()]);
+            let part = part.start / BYTES..part.end / BYTES;
+            self.uploaded[part.clone()].copy_from_slice(&instances[part]);
         }
-        self.uploaded = instances;
         changed.iter().map(|part| part.len() as u64).sum()
     }
 }

@@ -3,7 +3,7 @@
 use super::output::{Output, RadianceMean, ViewState};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
-use crate::draws::{DrawList, DrawOrder, WorldDraws};
+use crate::draws::{DrawList, WorldDraws};
 use crate::frame::Variables;
 use crate::gpu::Capabilities;
 use crate::lights::{self, LightTable};
@@ -13,7 +13,7 @@ use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
 use crate::view::{self, CameraStep, ViewUniform};
-use manypass_scene::{Aabb, NodeId, Scene};
+use manypass_scene::Scene;
 use std::rc::Rc;
 
 /// One view of the frame, as it was asked for.
@@ -29,13 +29,7 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    pub fn new(
-        name: &str,
-        request: &FrameRequest,
-        scene: &Scene,
-        capabilities: &Capabilities,
-    ) -> Result<Self, RenderError> {
-        let request = request.resolved(scene);
+    pub fn new(name: &str, request: FrameRequest, capabilities: &Capabilities) -> Result<Self, RenderError> {
         let limit = capabilities.max_texture_size;
         let scale = request.settings.render.scale;
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
@@ -67,8 +61,6 @@ impl Asked {
 /// What all views of a frame are prepared from.
 pub(super) struct World<'s> {
     pub scene: &'s Scene,
-    pub nodes: Vec<NodeId>,
-    pub bounds_world: Aabb,
     pub draws: WorldDraws,
     /// Most views share one.
     tables: Vec<(TableKey, Rc<LightTable>)>,
@@ -78,16 +70,10 @@ pub(super) struct World<'s> {
 type TableKey = (u32, Option<(u32, u32)>);
 
 impl<'s> World<'s> {
-    pub fn new(scene: &'s Scene, resources: &SceneResources, order: &mut DrawOrder) -> Self {
-        let nodes = scene.visible_nodes();
-        let bounds = nodes.iter().map(|id| &scene.node(*id).bounds_world);
-        Self {
-            scene,
-            bounds_world: bounds.fold(Aabb::EMPTY, |all, bounds| all.union(bounds)),
-            draws: WorldDraws::new(scene, resources, &nodes, order),
-            nodes,
-            tables: Vec::new(),
-        }
+    /// Of `scene`, from what the last frame drew.
+    pub fn new(scene: &'s Scene, resources: &SceneResources, mut draws: WorldDraws) -> Self {
+        draws.update(scene, resources);
+        Self { scene, draws, tables: Vec::new() }
     }
 
     fn light_table(&mut self, pre_exposure: f32, subset: Option<(u32, u32)>) -> Rc<LightTable> {
@@ -95,7 +81,7 @@ impl<'s> World<'s> {
         if let Some((_, table)) = self.tables.iter().find(|(known, _)| *known == key) {
             return table.clone();
         }
-        let table = Rc::new(LightTable::new(self.scene, &self.nodes, pre_exposure, subset));
+        let table = Rc::new(LightTable::new(self.scene, &self.draws.lit, pre_exposure, subset));
         self.tables.push((key, table.clone()));
         table
     }
@@ -126,7 +112,7 @@ impl Renderer {
         let Asked { request, size, output_size, .. } = asked;
         let settings = &request.settings;
         let pre_exposure = request.pre_exposure();
-        let range = request.camera.depth_range(&world.bounds_world);
+        let range = request.camera.depth_range(&world.draws.bounds_world);
         let jitter = view::jitter_px(request.sample_index, request.sample_count);
         let filtering = TextureFiltering::new(request.sample_index, request.sample_count, &self.gpu.capabilities);
         let uniform_at = |size: (u32, u32)| {

@@ -9,9 +9,10 @@ use crate::gpu::readback;
 use crate::passes::present::Target;
 use crate::passes::{direct, meter};
 use crate::record::{Frame, Legends, Recorder};
-use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
+use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError, SceneDefaults};
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
+use std::cell::LazyCell;
 
 /// A frame that was planned, and run if it was not only to be planned.
 struct Executed {
@@ -41,9 +42,10 @@ impl Renderer {
             return Err(RenderError::ViewTwice((*name).into()));
         }
         let capabilities = &self.gpu.capabilities;
+        let defaults = LazyCell::new(|| SceneDefaults::of(scene));
         let asked: Vec<Asked> = views
             .iter()
-            .map(|(name, request)| Asked::new(name, request, scene, capabilities))
+            .map(|(name, request)| Asked::new(name, request.resolved_by(&defaults), capabilities))
             .collect::<Result<_, _>>()?;
         let begins = |asked: &&Asked| purpose.is_picture() && asked.request.sample_index == 0;
         let begun: Vec<&str> = asked.iter().filter(begins).map(|asked| asked.name.as_str()).collect();
@@ -92,9 +94,9 @@ impl Renderer {
 
         // The world, once for all views.
         stats.uploaded_bytes += self.follow(scene);
-        let mut world = World::new(scene, &self.resources, &mut self.draw_order);
-        self.notice_lights(scene, &world.nodes);
-        stats.uploaded_bytes += self.instances.write(&self.gpu, std::mem::take(&mut world.draws.instances));
+        let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
+        self.notice_lights(world.draws.lit.len());
+        stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
         let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
             let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
             asked.request.previous.as_deref().filter(|_| wants_motion)
@@ -158,6 +160,7 @@ impl Renderer {
             // The executor gave textures of other shapes back, and nobody else shall keep them.
             self.bind_groups.clear();
         }
+        self.world_draws = world.draws;
         stats.pipelines_made = self.shaders.made() - pipelines_made;
         self.stats = stats;
         self.gpu.check()?;
