@@ -207,6 +207,7 @@ fn an_edited_scene_is_the_edited_scene_loaded() {
     for path in [Path::Deferred, Path::Forward] {
         let mut studio = studio();
         let mut live = renderer();
+        let mut anew = Renderer::new(live.gpu().clone()).unwrap();
         let mut last = picture(&mut live, &studio.scene, path);
         for (what, edit, most_bytes) in edits() {
             // The bytes of a frame that changes nothing are none.
@@ -216,7 +217,7 @@ fn an_edited_scene_is_the_edited_scene_loaded() {
             studio.scene.update_transforms();
             let edited = picture(&mut live, &studio.scene, path);
             let uploaded = live.stats().uploaded_bytes;
-            let mut anew = Renderer::new(live.gpu().clone()).unwrap();
+            anew.unload();
             let loaded = picture(&mut anew, &studio.scene, path);
             assert!(edited == loaded, "{path:?}: a scene that {what} is another picture when it is loaded");
             assert!(edited != last || what.starts_with("drops"), "{path:?}: one sees nothing of a scene that {what}");

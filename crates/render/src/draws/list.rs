@@ -99,8 +99,10 @@ impl Frustum {
         let Some(extent) = &item.extent else { return false };
         self.0.iter().any(|plane| {
             let normal = plane.truncate();
-            let reach: f32 = extent.0.iter().map(|axis: &Vec3| normal.dot(*axis).abs()).sum();
-            normal.dot(item.center) + plane.w + reach < 0.0
+            let distance = normal.dot(item.center) + plane.w;
+            let reach = || extent.0.iter().map(|axis: &Vec3| normal.dot(*axis).abs()).sum::<f32>();
+            // Most middles lie inside.
+            distance < 0.0 && distance + reach() < 0.0
         })
     }
 }

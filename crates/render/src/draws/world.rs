@@ -78,20 +78,23 @@ pub(crate) struct WorldDraws {
     pub lit: Vec<NodeId>,
     /// The box around everything, in world space.
     pub bounds_world: Aabb,
-    sources: Vec<Source>,
-    /// Of every source, for this frame and for the one that `order` is of.
+    posed: Vec<Posed>,
+    /// Of all that is posed, for this frame and for the one that `order` is of.
     keys: [Vec<Key>; 2],
-    /// The sources in the order of their keys; of equal keys the first comes first.
+    /// Places in `posed` in the order of their keys; of equal keys the first comes first.
     order: Vec<u32>,
 }
 
-/// Which primitive of which node, and where its joints and weights are.
-#[derive(Clone, Copy, Debug)]
-struct Source {
-    node: NodeId,
-    mesh: u32,
-    primitive: u32,
-    mirrored: bool,
+/// A primitive of a node in the order of the nodes, before its place is known.
+#[derive(Debug)]
+struct Posed {
+    item: Item,
+    instance: Instance,
+}
+
+/// Where the joints and weights of a node are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Deformed {
     joints: Option<Joints>,
     first_weight: Option<u32>,
 }
@@ -108,7 +111,7 @@ impl WorldDraws {
         self.items.clear();
         self.instances.clear();
         self.lit.clear();
-        self.sources.clear();
+        self.posed.clear();
         self.deformation.joint_rows.clear();
         self.deformation.morph_weights.clear();
         self.keys[0].clear();
@@ -129,82 +132,96 @@ impl WorldDraws {
             self.order.sort_by_key(|at| keys[*at as usize]);
             sorted_keys.clone_from(keys);
         }
+        self.place();
+    }
+
+    /// Puts what is posed into its order, and gives it its instances.
+    fn place(&mut self) {
         self.opaque_count = 0;
         let mut last = None;
         let mut group = 0;
-        for index in 0..self.order.len() {
-            let at = self.order[index] as usize;
-            let key = self.keys[0][at];
+        for at in &self.order {
+            let (posed, key) = (&self.posed[*at as usize], self.keys[0][*at as usize]);
             group += u32::from(last.is_some_and(|last| last != key));
             last = Some(key);
-            self.append(scene, resources, self.sources[at], group);
             self.opaque_count += usize::from(key.0 & BLENDED == 0);
+            // The corners of a point's disc read the object as vertices do, from a multiple of their number.
+            let copies = if posed.item.topology == Topology::Points { DISC_CORNERS } else { 1 };
+            let instance = (self.instances.len() as u32).next_multiple_of(copies);
+            self.instances.resize(instance as usize, Instance::zeroed());
+            self.instances.extend(std::iter::repeat_n(posed.instance, copies as usize));
+            self.items.push(Item { group, instance, ..posed.item.clone() });
         }
     }
 
     fn collect(&mut self, scene: &Scene, resources: &SceneResources, id: NodeId, mesh: usize) {
         let node = scene.node(id);
         let primitives = resources.geometry.primitives(mesh);
-        let (mut joints, mut first_weight) = (None, None);
+        let mut of_node = Deformed::default();
         for (index, primitive) in primitives.iter().enumerate() {
-            if let (Some(skin), true, None) = (node.skin, primitive.skin.is_some(), joints) {
-                joints = Some(self.deformation.append_joints(scene, skin));
+            if let (Some(skin), true, None) = (node.skin, primitive.skin.is_some(), of_node.joints) {
+                of_node.joints = Some(self.deformation.append_joints(scene, skin));
             }
-            if primitive.morph_count > 0 && first_weight.is_none() {
+            if primitive.morph_count > 0 && of_node.first_weight.is_none() {
                 let default_weights = scene.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.default_morph_weights);
                 let weights = if node.morph_weights.is_empty() { default_weights } else { &node.morph_weights };
-                first_weight = Some(self.deformation.append_weights(weights, primitive.morph_count));
+                of_node.first_weight = Some(self.deformation.append_weights(weights, primitive.morph_count));
             }
-            let joints = joints.filter(|_| primitive.skin.is_some());
-            let mirrored = joints.map_or_else(|| node.world_from_object.determinant() < 0.0, |joints| joints.mirrored);
-            let is_deformed = joints.is_some() || primitive.morph_count > 0;
+            let deformed = Deformed {
+                joints: of_node.joints.filter(|_| primitive.skin.is_some()),
+                first_weight: of_node.first_weight.filter(|_| primitive.morph_count > 0),
+            };
+            let is_deformed = deformed.joints.is_some() || deformed.first_weight.is_some();
             if !is_deformed && primitive.bounds.is_empty() {
                 continue;
             }
             let material = resources.materials.index(primitive.material);
             let properties = resources.materials.get(material);
+            let drawn = Drawn { node, primitive, properties, deformed };
+            let item = Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, ..drawn.item() };
             self.keys[0].push(if properties.blended {
-                (BLENDED, self.sources.len() as u64)
+                (BLENDED, self.posed.len() as u64)
             } else {
                 let program = u64::from(program_key(properties, is_deformed));
-                let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(mirrored);
+                let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(item.mirrored);
                 (program << 32 | material as u64, mesh)
             });
-            let (mesh, primitive) = (mesh as u32, index as u32);
-            self.sources.push(Source { node: id, mesh, primitive, mirrored, joints, first_weight });
+            self.posed.push(Posed { item, instance: drawn.instance(id) });
+        }
+    }
+}
+
+/// A primitive of a node with all that poses it.
+struct Drawn<'d> {
+    node: &'d Node,
+    primitive: &'d GpuPrimitive,
+    properties: &'d GpuMaterial,
+    deformed: Deformed,
+}
+
+impl Drawn<'_> {
+    fn instance(&self, id: NodeId) -> Instance {
+        let (primitive, matrix) = (self.primitive, &self.node.world_from_object);
+        let without_normals = if primitive.without_normals { WITHOUT_NORMALS } else { 0 };
+        let first_joint = self.deformed.joints.map_or(u32::MAX, |joints| joints.first);
+        let first_weight = self.deformed.first_weight.unwrap_or(0);
+        Instance {
+            world_from_object: [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array()),
+            ids: [(id.0 + 1) | without_normals, first_joint, first_weight, primitive.morph_count],
+            morph: [primitive.morph.start, primitive.vertex_count],
         }
     }
 
-    fn append(&mut self, scene: &Scene, resources: &SceneResources, source: Source, group: u32) {
-        let node = scene.node(source.node);
-        let primitive = &resources.geometry.primitives(source.mesh as usize)[source.primitive as usize];
-        let material = resources.materials.index(primitive.material);
-        let properties = resources.materials.get(material);
-        let matrix = &node.world_from_object;
-        let mut instance = Instance::zeroed();
-        instance.world_from_object = [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array());
-        let without_normals = if primitive.without_normals { WITHOUT_NORMALS } else { 0 };
-        instance.ids = [(source.node.0 + 1) | without_normals, u32::MAX, 0, primitive.morph_count];
-        instance.morph = [primitive.morph.start, primitive.vertex_count];
-        if let Some(joints) = source.joints {
-            instance.ids[1] = joints.first;
-        }
-        if let (true, Some(first_weight)) = (primitive.morph_count > 0, source.first_weight) {
-            instance.ids[2] = first_weight;
-        }
-        let is_points = primitive.topology == Topology::Points;
-        let is_triangles = primitive.topology == Topology::Triangles;
-        // The corners of a point's disc read the object as vertices do, from a multiple of their number.
-        let copies = if is_points { DISC_CORNERS } else { 1 };
-        let first = (self.instances.len() as u32).next_multiple_of(copies);
-        self.instances.resize(first as usize, Instance::zeroed());
-        self.instances.extend(std::iter::repeat_n(instance, copies as usize));
-        self.items.push(Item {
-            mesh: source.mesh,
-            primitive: source.primitive,
-            material: material as u32,
-            group,
-            instance: first,
+    /// All but what its place tells.
+    fn item(&self) -> Item {
+        let Self { node, primitive, properties, deformed } = self;
+        let has_sides = primitive.topology == Topology::Triangles && !properties.double_sided;
+        Item {
+            mesh: 0,
+            primitive: 0,
+            material: 0,
+            group: 0,
+            instance: 0,
             elements: match &primitive.indices {
                 Some(indices) => indices.units.clone(),
                 None if primitive.is_bound_apart() => 0..primitive.count,
@@ -215,25 +232,30 @@ impl WorldDraws {
             topology: primitive.topology,
             axes: axes(primitive, properties),
             masked: properties.masked,
-            mirrored: source.mirrored,
-            faces: if is_triangles && !properties.double_sided { Faces::Front } else { Faces::Both },
-            extent: extent(node, primitive, &source),
-            // A skin's joints place the mesh; the node's own transform does not.
-            center: match source.joints {
-                Some(_) => node.bounds_world.center(),
-                None => matrix.transform_point3(primitive.bounds.center()),
+            mirrored: match deformed.joints {
+                Some(joints) => joints.mirrored,
+                None => node.world_from_object.determinant() < 0.0,
             },
-        });
+            faces: if has_sides { Faces::Front } else { Faces::Both },
+            extent: self.extent(),
+            // A skin's joints place the mesh; the node's own transform does not.
+            center: match deformed.joints {
+                Some(_) => node.bounds_world.center(),
+                None => node.world_from_object.transform_point3(primitive.bounds.center()),
+            },
+        }
     }
-}
 
-fn extent(node: &Node, primitive: &GpuPrimitive, source: &Source) -> Option<Extent> {
-    if source.joints.is_some() || primitive.morph_count > 0 {
-        return None;
+    fn extent(&self) -> Option<Extent> {
+        if self.deformed.joints.is_some() || self.deformed.first_weight.is_some() {
+            return None;
+        }
+        let bounds = &self.primitive.bounds;
+        let half = 0.5 * (bounds.max - bounds.min);
+        let matrix = &self.node.world_from_object;
+        let axes = [matrix.x_axis * half.x, matrix.y_axis * half.y, matrix.z_axis * half.z];
+        Some(Extent(axes.map(|axis| axis.truncate())))
     }
-    let half = 0.5 * (primitive.bounds.max - primitive.bounds.min);
-    let matrix = &node.world_from_object;
-    Some(Extent([matrix.x_axis * half.x, matrix.y_axis * half.y, matrix.z_axis * half.z].map(|axis| axis.truncate())))
 }
 
 fn axes(primitive: &GpuPrimitive, material: &GpuMaterial) -> Axes {

@@ -71,6 +71,9 @@ pub(crate) struct Geometry {
     pub(crate) indices: Pages,
     morphs: Morphs,
     meshes: Vec<Arc<GpuMesh>>,
+    /// The primitives of all meshes, in their order, and where those of each begin and end: every frame walks through them.
+    primitives: Vec<GpuPrimitive>,
+    of_mesh: Vec<Range<u32>>,
 }
 
 /// What the meshes that are yet to be placed need.
@@ -145,12 +148,14 @@ impl Geometry {
             indices: Pages::new("indices", wgpu::BufferUsages::INDEX, 4),
             morphs: Morphs::new(&gpu.device),
             meshes: Vec::new(),
+            primitives: Vec::new(),
+            of_mesh: Vec::new(),
         }
     }
 
     /// The primitives of a mesh of the scene.
     pub(crate) fn primitives(&self, mesh: usize) -> &[GpuPrimitive] {
-        self.meshes.get(mesh).map_or(&[], |mesh| &mesh.primitives)
+        self.of_mesh.get(mesh).map_or(&[], |range| &self.primitives[range.start as usize..range.end as usize])
     }
 
     /// The table of displacements.
@@ -196,6 +201,13 @@ impl Geometry {
                 Arc::new(mesh)
             });
             self.meshes.push(known.clone());
+        }
+        self.primitives.clear();
+        self.of_mesh.clear();
+        for mesh in &self.meshes {
+            let first = self.primitives.len() as u32;
+            self.primitives.extend_from_slice(&mesh.primitives);
+            self.of_mesh.push(first..self.primitives.len() as u32);
         }
         for pages in [&mut self.vertices, &mut self.skins, &mut self.indices] {
             pages.flush(&gpu.queue);
