@@ -148,7 +148,7 @@ mod tests {
                 "my.toml:3:11: error: `9` is no value of `render.scale`, which takes a number from",
             ),
             ("scale = 1", "my.toml:1:1: error: no setting is called `scale`; did you mean `render.scale`?"),
-            ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `1,2` is no value of `render.scale`"),
+            ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `[1,2]` is no value of `render.scale`"),
             ("[render]\nscale = 1979-05-27", "my.toml:2:9: error: `1979-05-27` is no value of"),
             ("[tone_map]\ndither = 1\n[render]\nscale = ", "my.toml:4:"),
             ("[clusters]\nslices = 4\nslices = 5", "my.toml:3:"),
