@@ -29,6 +29,7 @@ mod scenes;
 mod session;
 mod settings;
 mod shot;
+mod tally;
 mod words;
 
 use clap::Parser;

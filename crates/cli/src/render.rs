@@ -17,6 +17,7 @@ use crate::report::{Entry, Outputs, Phases, Report};
 use crate::request::{effect_files, effect_values, effects, hidden_settings, picture_info, request};
 use crate::session::{self, ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
+use crate::tally::Tally;
 use crate::{camera, chosen, scenes, shot};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass::{Effect, Environment, FrameRequest, PairCounts, RenderError, Renderer, Settings};
@@ -42,8 +43,6 @@ struct Batch<'a> {
     bar: ProgressBar,
     /// What is read and written.
     places: Places,
-    /// Whether messages name their input.
-    has_several_inputs: bool,
     /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.
     start_ms: f64,
 }
@@ -65,11 +64,17 @@ struct LoadedInput {
 /// The failure of the only input, or how many of several failed.
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
-    let job = Job::new(args, inputs.items.len() > 1, &aov_names())?;
+    let job = Job::new(args, inputs.count() > 1, &aov_names())?;
     let mut effect_files = effect_files(&args.frame.change.effects)?;
     let settings = chosen::of_frame(&args.frame, &mut effect_files)?;
     job.check(&settings)?;
     let places = Places::new(args, &job, &inputs.items)?;
+    let is_lines = inputs.is_batch || job.frames.is_some();
+    let open_report =
+        || args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose();
+    if inputs.items.is_empty() {
+        return nothing_found(inputs, open_report()?);
+    }
     let (first, last) = job.frames.unwrap_or((0, 0));
     let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
     interrupt::heed(args.quiet);
@@ -80,7 +85,6 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let hidden = hidden_settings(&effect_files);
     let effect_values = effect_files.iter().map(effect_values).collect();
     let effects = effects(&renderer, effect_files)?;
-    let is_lines = inputs.is_batch || job.frames.is_some();
     let mut batch = Batch {
         args,
         job: &job,
@@ -89,18 +93,27 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         ahead,
         effects,
         effect_values,
-        report: args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose()?,
+        report: open_report()?,
         bar: progress_bar(count, args.quiet),
         places,
-        has_several_inputs: inputs.items.len() > 1,
         start_ms: ms_since(started),
     };
     batch.warn("the inputs", &inputs.warnings)?;
     batch.warn("--effect", &hidden)?;
-    let result = batch.render_all(&inputs.items);
+    let result = batch.render_all(inputs);
     batch.bar.finish_and_clear();
     let finished = batch.report.map_or(Ok(()), Report::finish);
     result.and(finished)
+}
+
+/// Says that none of several folders and patterns has an input.
+fn nothing_found(inputs: Inputs, mut report: Option<Report>) -> Result<(), Failure> {
+    let mut tally = Tally::of(inputs.count());
+    for (argument, failure) in inputs.unfound {
+        tally.add(&argument, None, failure, report.as_mut())?.print();
+    }
+    let finished = report.map_or(Ok(()), Report::finish);
+    tally.result().and(finished)
 }
 
 /// A bar for several pictures, on a terminal only.
@@ -115,29 +128,19 @@ fn progress_bar(count: u64, quiet: bool) -> ProgressBar {
 }
 
 impl Batch<'_> {
-    fn render_all(&mut self, items: &[Item]) -> Result<(), Failure> {
-        let mut first_kind = None;
-        let mut failed_count = 0;
-        for (item_index, item) in (0..).zip(items) {
-            let (input, mut frame) = (&item.input, None);
-            let Err(mut failure) = self.render_input(item_index, item, &mut frame) else { continue };
-            if let Some(report) = &mut self.report {
-                report.failed(&input.name(), frame, &failure)?;
-            }
-            if !self.has_several_inputs || matches!(failure.kind, Kind::DeviceLost | Kind::Interrupted) {
-                return Err(failure);
-            }
-            if !failure.message.contains(&input.name()) {
-                failure.message = format!("{}: {}", input.name(), failure.message);
-            }
+    fn render_all(&mut self, inputs: Inputs) -> Result<(), Failure> {
+        let mut tally = Tally::of(inputs.count());
+        for (argument, failure) in inputs.unfound {
+            let failure = tally.add(&argument, None, failure, self.report.as_mut())?;
             self.bar.suspend(|| failure.print());
-            first_kind.get_or_insert(failure.kind);
-            failed_count += 1;
         }
-        first_kind.map_or(Ok(()), |kind| {
-            let message = format!("{failed_count} of {} inputs failed", items.len());
-            Err(Failure::new(kind, message, "the messages above say why; the others are done"))
-        })
+        for (item_index, item) in (0..).zip(&inputs.items) {
+            let mut frame = None;
+            let Err(failure) = self.render_input(item_index, item, &mut frame) else { continue };
+            let failure = tally.add(&item.input.name(), frame, failure, self.report.as_mut())?;
+            self.bar.suspend(|| failure.print());
+        }
+        tally.result()
     }
 
     /// Says what is wrong without hindering the picture; with `--strict` it hinders it.
@@ -282,8 +285,9 @@ impl Batch<'_> {
         renderer.forget_variables();
         (phases.readback, phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
-        // The rest is in frames of their own, of one sample, that no phase counts.
-        let alone = FrameRequest { sample_count: 1, ..request };
+        // The rest is in frames of their own that no phase counts: plan and times of the first sample of the picture, which
+        // has the passes of variables; what is shown and counted in one whose only sample is in the middle of its pixels.
+        let alone = FrameRequest { sample_count: 1, ..request.clone() };
         let mut outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet: None, passes: Vec::new() };
         if shows_passes {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
@@ -297,8 +301,8 @@ impl Batch<'_> {
             }
         }
         if let Some(report) = &mut self.report {
-            let plan = renderer.plan(scene, &alone).map_err(failed)?;
-            let pass_times = renderer.pass_times(scene, &alone).map_err(failed)?;
+            let plan = renderer.plan(scene, &request).map_err(failed)?;
+            let pass_times = renderer.pass_times(scene, &request).map_err(failed)?;
             let pairs = if stats.lights == 0 {
                 PairCounts::default()
             } else {
