@@ -161,23 +161,25 @@ pub struct FrameArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// auto, studio, fill (a faint studio), none or an sRGB colour [default: auto: fill if the file has lights, else studio].
+    /// auto, studio, fill (a faint studio), none or a colour: sRGB (ff8800) or linear (1,0.25,0) [default: auto: fill if the
+    /// file has lights, else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Multiplies the environment [default: 1].
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub environment_intensity: Option<String>,
-    /// environment, transparent or an sRGB colour, which comes out as it is under every tone mapper and exposure
-    /// [default: environment].
+    /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), which comes out as it is under every tone
+    /// mapper and exposure [default: environment].
     #[arg(long)]
     pub background: Option<String>,
-    /// Stops, or auto: metered, with stops on top as in auto+1 or auto-0.5 [default: auto if the file has lights, else 0].
+    /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto if it
+    /// has lights, else 0 [default: scene].
     ///
     /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
     /// turns, at one size whatever --size is, under the file's lights and its glow. Within 2 stops of mid grey (0.18)
     /// nothing changes; beyond, of t stops that exceed them, t / (1 + 4 t) remain, so that night stays darker than day.
     /// .exr stays scene-linear without any exposure.
-    #[arg(long, value_name = "STOPS|auto", allow_hyphen_values = true)]
+    #[arg(long, value_name = "STOPS|auto|scene", allow_hyphen_values = true)]
     pub exposure: Option<String>,
     /// The tone mapper; short for --set tone_map.curve [default: neutral].
     #[arg(long, value_parser = PossibleValuesParser::new(manypass::Tonemap::NAMES))]
@@ -258,9 +260,10 @@ pub struct RenderArgs {
     /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
     /// where a folder has both m.glb and m.gltf), {frame} or {frame:04}, and {aov}. With --frames and --turntable a
     /// folder gets STEM_FRAME, and a file must hold {frame}. An output that is also read, or written twice, is refused.
+    /// Files named .manypass-….partial beside it are being written; those that a killed process left may be deleted.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
-    /// png, jpg, webp or exr [default: by the name of OUT].
+    /// png, jpg, webp or exr, for standard output or another ending, too [default: by the ending of OUT, else png].
     #[arg(long)]
     pub format: Option<String>,
     #[command(flatten)]
