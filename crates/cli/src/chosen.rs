@@ -62,9 +62,17 @@ impl Chosen<'_> {
         let hints: Vec<&str> = pairs.iter().map(|(key, _)| effect_hint(key, effects)).collect();
         if let Some(path) = self.file {
             let text = read_text(path, "name a TOML file")?;
+            let mut hint = "";
+            let mut set = |key: &str, written: &Written| {
+                effect::set(&mut settings, effects, key, written).inspect_err(|error| {
+                    if matches!(error, SettingsError::UnknownKey { .. }) {
+                        hint = effect_hint(key, effects);
+                    }
+                })
+            };
             SettingsFile::parse(&path.display().to_string(), &text)
-                .and_then(|file| file.apply(|key, written| effect::set(&mut settings, effects, key, written)))
-                .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}")))?;
+                .and_then(|file| file.apply(&mut set))
+                .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}{hint}")))?;
         }
         for (flag, key, value) in &self.flags {
             let Some(value) = value else { continue };

@@ -29,12 +29,12 @@ use std::fmt::{self, Display, Formatter};
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum SettingsError {
     /// No setting has that key.
-    #[error("no setting is called `{key}`; did you mean `{nearest}`?")]
+    #[error("no setting is called `{key}`{}", suggestion(nearest.as_deref()))]
     UnknownKey {
         /// The key that was given.
         key: String,
-        /// The key most like it.
-        nearest: String,
+        /// The key most like it, if any is like it.
+        nearest: Option<String>,
     },
     /// The value has another type or lies outside its range.
     #[error("`{value}` is no value of `{key}`, which takes {expected}")]
@@ -157,14 +157,20 @@ pub(crate) fn deserialize_group<'de, G: Group + Default, D: Deserializer<'de>>(d
 
 /// The error of a key that is not among `known`.
 pub(crate) fn unknown_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> SettingsError {
-    SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key, known).unwrap_or_default().into() }
+    SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key, known).map(Into::into) }
 }
 
-/// The known key with the smallest edit distance (Levenshtein 1966); where the key's last part is that of known keys, among
-/// those.
+fn suggestion(nearest: Option<&str>) -> String {
+    nearest.map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default()
+}
+
+/// The known key with the smallest edit distance (Levenshtein 1966), if two of three letters stay; where the key is the
+/// last part of known keys or their group, or has their last part, among those.
 fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
-    known.min_by_key(|known| (last(known) != last(key), edit_distance(key, known)))
+    let is_other = |known: &str| last(known) != last(key) && known.split('.').next() != Some(key);
+    let (is_other, distance, nearest) = known.map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
+    (!is_other || 3 * distance <= key.len()).then_some(nearest)
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {

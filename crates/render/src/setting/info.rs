@@ -315,7 +315,9 @@ impl SettingInfo {
                 _ => words(),
             },
             SettingType::Color => "a colour such as ff8800, or 3 numbers of at least 0 in linear light".into(),
-            SettingType::ChoiceOrColor => format!("{} or a colour such as ff8800", words()),
+            SettingType::ChoiceOrColor => {
+                format!("{}, a colour such as ff8800, or 3 numbers of at least 0 in linear light", words())
+            }
             SettingType::Exposure => {
                 format!("stops from -64 to 64, {}, or auto with stops such as auto+1 or auto-0.5", words())
             }
@@ -347,10 +349,10 @@ impl SettingInfo {
     pub fn range(&self) -> String {
         let words = self.choices.join(" ");
         match (&self.kind, self.min, self.max) {
-            (SettingType::ChoiceOrColor, ..) => format!("{words} rrggbb"),
+            (SettingType::ChoiceOrColor, ..) => format!("{words} rrggbb r,g,b"),
             (SettingType::Exposure, ..) => format!("{words} auto+N auto-N -64 to 64"),
             (SettingType::Boolean, ..) => "true false".into(),
-            (SettingType::Color, ..) => "rrggbb".into(),
+            (SettingType::Color, ..) => "rrggbb r,g,b".into(),
             _ if !words.is_empty() => words,
             (_, None, None) => "any".into(),
             (_, Some(min), None) => format!("from {min}"),

@@ -48,17 +48,19 @@ impl SettingType {
         let is_text = matches!(value, SettingValue::Text(_));
         let is_number = |text: &str| text.parse::<f64>().is_ok();
         match self {
-            Self::Number(NumberType { count: 1, .. }) | Self::Boolean if is_text => ", without quotes",
-            Self::Exposure if matches!(value, SettingValue::Text(text) if is_number(text)) => ", without quotes",
-            Self::Number(NumberType { count: 2.., .. }) if value.entries().is_none() => ", in brackets",
-            Self::List(_) if value.entries().is_none() => ", in brackets",
+            Self::Number(NumberType { count: 1, .. }) | Self::Boolean if is_text => "; write it without quotes",
+            Self::Exposure if matches!(value, SettingValue::Text(text) if is_number(text)) => {
+                "; write it without quotes"
+            }
+            Self::Number(NumberType { count: 2.., .. }) if value.entries().is_none() => "; write it in brackets",
+            Self::List(_) if value.entries().is_none() => "; write it in brackets",
             Self::Choice | Self::Text | Self::Path | Self::Color | Self::ChoiceOrColor if value.is_number() => {
-                ", in quotes"
+                "; write it in quotes"
             }
             Self::Number(NumberType { count: 1, .. }) | Self::Boolean | Self::Choice | Self::Text | Self::Path
                 if value.entries().is_some() =>
             {
-                ", without brackets"
+                "; write it without brackets"
             }
             _ => "",
         }

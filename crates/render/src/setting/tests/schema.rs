@@ -183,13 +183,13 @@ fn refusals_in_files_show_the_value_as_it_stands_and_name_the_remedy() {
     };
     for (text, expected) in [
         ("tone_map.curve = [\"agx\"]", "`[\"agx\"]` is no value of `tone_map.curve`, which takes neutral,"),
-        ("tone_map.curve = [\"agx\"]", "exponential or none, without brackets"),
+        ("tone_map.curve = [\"agx\"]", "exponential or none; write it without brackets"),
         (
             "render.scale = \"0.5\"",
-            "`0.5` is no value of `render.scale`, which takes a number from 0.25 to 2, without q",
+            "`0.5` is no value of `render.scale`, which takes a number from 0.25 to 2; write it without q",
         ),
-        ("background.source = 202428", "a colour such as ff8800, in quotes"),
-        ("exposure.stops = \"1.5\"", "such as auto+1 or auto-0.5, without quotes"),
+        ("background.source = 202428", "in linear light; write it in quotes"),
+        ("exposure.stops = \"1.5\"", "such as auto+1 or auto-0.5; write it without quotes"),
         ("environment.intensity = 1e39", "`1e39` is no value of `environment.intensity`, which takes a number of at"),
         ("environment.intensity = 1e39", "; 32 bits hold numbers up to 3.4028235e38"),
         ("environment.intensity = inf", "`inf` is no value"),
