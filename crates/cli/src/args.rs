@@ -26,7 +26,7 @@ const EXAMPLES: &str = "Examples:
   manypass adapters                                       what can render on this machine
 
 Exit codes: 0 done, 1 an input or output failed, 2 wrong usage, 3 no usable adapter, 4 device lost, 130 interrupted.
-A picture that does not fit into memory (`ulimit -v`, a container's limit, what is free) is refused with 1, a limit
+A picture that does not fit into memory (`ulimit -v`, a container's limit, what is free) is refused with 1, a limit \
 below what a driver needs with 3.";
 
 const RENDER_EXAMPLES: &str = "Examples:
@@ -36,8 +36,8 @@ const RENDER_EXAMPLES: &str = "Examples:
   manypass render a.glb --animation Walk --frames 0..47 --fps 24 -o 'walk/{frame:04}.png'
   cat a.glb | manypass render - -o - --format png > a.png
 
-Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and
---far change; else the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside.
+Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and \
+--far change; else the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside. \
 With --time, --frames or --animation the whole model is all that it covers while the animation plays.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
 Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`.";
@@ -104,10 +104,10 @@ pub enum GraphFormat {
 #[derive(Debug, Args)]
 pub struct ChangeArgs {
     /// Which shading path draws opaque surfaces; short for --set render.path [default: deferred].
-    #[arg(long, value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
     pub path: Option<String>,
     /// How lights are found for a pixel; short for --set lights.culling [default: clustered].
-    #[arg(long, value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
     pub light_culling: Option<String>,
     /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
     ///
@@ -170,7 +170,7 @@ pub struct FrameArgs {
     pub environment_intensity: Option<String>,
     /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), which comes out as it is under every tone
     /// mapper and exposure [default: environment].
-    #[arg(long)]
+    #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
     /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto if it
     /// has lights, else 0 [default: scene].
@@ -182,7 +182,7 @@ pub struct FrameArgs {
     #[arg(long, value_name = "STOPS|auto|scene", allow_hyphen_values = true)]
     pub exposure: Option<String>,
     /// The tone mapper; short for --set tone_map.curve [default: neutral].
-    #[arg(long, value_parser = PossibleValuesParser::new(manypass::Tonemap::NAMES))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Tonemap::NAMES))]
     pub tonemap: Option<String>,
     /// `all`, or names with commas: layers of .exr, or .png files of their own; --help says what each holds.
     #[arg(long, value_name = "all|LIST", long_help = manypass_offline::aov_docs::help())]
@@ -208,7 +208,7 @@ pub struct GraphArgs {
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
     /// Plan, without any adapter, for what every adapter of WebGPU or of WebGL 2 offers.
-    #[arg(long, conflicts_with = "adapter", value_parser = PossibleValuesParser::new(manypass::gpu::Floor::NAMES))]
+    #[arg(long, value_name = "NAME", conflicts_with = "adapter", value_parser = PossibleValuesParser::new(manypass::gpu::Floor::NAMES))]
     pub limits: Option<String>,
 }
 
@@ -238,7 +238,7 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub change: ChangeArgs,
     /// Render on the adapter whose name contains this.
-    #[arg(long)]
+    #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
 }
 

@@ -113,9 +113,10 @@ fn key_value(pair: &str) -> Result<(&str, &str), Failure> {
 /// The frame's own groups are known; what is in no file that was named cannot be.
 fn effect_hint(key: &str, effects: &[EffectFile]) -> &'static str {
     let group = |key: &str| key.split_once('.').map(|(group, _)| group.to_owned());
+    // A key without a group is none of an effect's, either.
     let is_known = Settings::declared().iter().any(|info| group(&info.key) == group(key));
     let is_given = effects.iter().any(|effect| group(key).is_some_and(|group| group == effect.name()));
-    if is_known || is_given { "" } else { "; settings of effects need --effect FILE" }
+    if is_known || is_given || group(key).is_none() { "" } else { "; settings of effects need --effect FILE" }
 }
 
 /// Where the keys are listed.

@@ -111,9 +111,9 @@ fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `WxH`.
+/// `WxH`, with a small or large letter or the sign of multiplication.
 pub fn size(text: &str) -> Result<(u32, u32), Failure> {
-    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let parsed = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     match parsed {
         Some((w, h)) if (1..=LARGEST_SIDE_PX).contains(&w) && (1..=LARGEST_SIDE_PX).contains(&h) => Ok((w, h)),
         _ => Err(Failure::usage(

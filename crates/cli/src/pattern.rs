@@ -154,6 +154,12 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
         return Ok((format, Output::Pattern(Pattern::new(&format!("{default_name}.{}", format.extension()))?)));
     };
     let path = Path::new(out);
+    // As a script writes them whose variable is empty: one would be a picture in the root, the other a hidden folder.
+    let is_ending_alone = out.strip_prefix('.').is_some_and(|end| Format::from_extension(end).is_some());
+    if out.is_empty() || is_ending_alone {
+        let hint = "name a file, such as -o picture.png, or a folder: -o DIR/";
+        return Err(Failure::usage(format!("`{out}` is no name of an output"), hint));
+    }
     if is_stdout(path) {
         let format = asked.ok_or_else(|| Failure::usage("standard output has no format", "add --format png"))?;
         if several || frame_count.is_some_and(|count| count > 1) {

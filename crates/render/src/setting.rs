@@ -164,13 +164,14 @@ fn suggestion(nearest: Option<&str>) -> String {
     nearest.map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default()
 }
 
-/// The known key with the smallest edit distance (Levenshtein 1966), if two of three letters stay; where the key is the
-/// last part of known keys or their group, or has their last part, among those.
+/// The known key with the smallest edit distance (Levenshtein 1966), if two of three letters stay; where the key has the last
+/// part of known keys, or is like the name of their group, among those.
 fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
-    let is_other = |known: &str| last(known) != last(key) && known.split('.').next() != Some(key);
-    let (is_other, distance, nearest) = known.map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
-    (!is_other || 3 * distance <= key.len()).then_some(nearest)
+    let is_like = |known: &str| 3 * edit_distance(key, known) <= key.len();
+    let is_other = |known: &str| last(known) != last(key) && !known.split('.').next().is_some_and(is_like);
+    let (is_other, _, nearest) = known.map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
+    (!is_other || is_like(nearest)).then_some(nearest)
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {

@@ -121,6 +121,17 @@ mod tests {
         );
         let nearest = settings.set("dither", "1").unwrap_err().to_string();
         assert!(nearest.contains("`tone_map.dither`?"), "{nearest}");
+        for (key, expected) in [
+            ("tonemap", Some("tone_map.curve")),
+            ("exposure", Some("exposure.stops")),
+            ("own_pass.x", None),
+            ("", None),
+        ] {
+            let SettingsError::UnknownKey { nearest, .. } = settings.set(key, "1").unwrap_err() else {
+                panic!("{key}")
+            };
+            assert_eq!(nearest.as_deref(), expected, "{key}");
+        }
         let error = settings.set("render.scale", "9").unwrap_err().to_string();
         assert!(error.contains("takes a number from 0.25 to 2"), "{error}");
         let error = settings.set("clusters.slices", "1.5").unwrap_err().to_string();
