@@ -11,6 +11,7 @@ mod exposure;
 mod failure;
 mod gather;
 mod graph;
+mod identity;
 mod input;
 mod inspect;
 mod interrupt;

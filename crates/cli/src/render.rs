@@ -285,8 +285,7 @@ impl Batch<'_> {
         renderer.forget_variables();
         (phases.readback, phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
-        // The rest is in frames of their own that no phase counts: plan and times of the first sample of the picture, which
-        // has the passes of variables; what is shown and counted in one whose only sample is in the middle of its pixels.
+        // The rest is in frames of their own, that no phase counts: what shows or counts pixels is of one sample.
         let alone = FrameRequest { sample_count: 1, ..request.clone() };
         let mut outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet: None, passes: Vec::new() };
         if shows_passes {
