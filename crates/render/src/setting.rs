@@ -60,7 +60,7 @@ pub enum Written {
     Text(String),
     /// The texts of the parts of a list.
     List(Vec<String>),
-    /// A value of a file. It must have the type that [`schema`] says: a text in quotes is no number.
+    /// A value of a file. It must have the type that [`schema()`] says: a text in quotes is no number.
     Typed(SettingValue),
 }
 
