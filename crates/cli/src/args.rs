@@ -26,7 +26,7 @@ const EXAMPLES: &str = "Examples:
   manypass adapters                                       what can render on this machine
 
 Exit codes: 0 done, 1 an input or output failed, 2 wrong usage, 3 no usable adapter, 4 device lost, 130 interrupted.
-A picture that does not fit into memory (`ulimit -v`, a container's limit, what is free) is refused with 1, a limit
+A picture that does not fit into memory (`ulimit -v`, a container's limit, what is free) is refused with 1, a limit \
 below what a driver needs with 3.";
 
 const RENDER_EXAMPLES: &str = "Examples:
@@ -36,8 +36,8 @@ const RENDER_EXAMPLES: &str = "Examples:
   manypass render a.glb --animation Walk --frames 0..47 --fps 24 -o 'walk/{frame:04}.png'
   cat a.glb | manypass render - -o - --format png > a.png
 
-Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and
---far change; else the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside.
+Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and \
+--far change; else the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside. \
 With --time, --frames or --animation the whole model is all that it covers while the animation plays.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
 Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`.";
@@ -104,10 +104,10 @@ pub enum GraphFormat {
 #[derive(Debug, Args)]
 pub struct ChangeArgs {
     /// Which shading path draws opaque surfaces; short for --set render.path [default: deferred].
-    #[arg(long, value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
     pub path: Option<String>,
     /// How lights are found for a pixel; short for --set lights.culling [default: clustered].
-    #[arg(long, value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
     pub light_culling: Option<String>,
     /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
     ///
@@ -161,26 +161,28 @@ pub struct FrameArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// auto, studio, fill (a faint studio), none or an sRGB colour [default: auto: fill if the file has lights, else studio].
+    /// auto, studio, fill (a faint studio), none or a colour: sRGB (ff8800) or linear (1,0.25,0) [default: auto: fill if the
+    /// file has lights, else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Multiplies the environment [default: 1].
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub environment_intensity: Option<String>,
-    /// environment, transparent or an sRGB colour, which comes out as it is under every tone mapper and exposure
-    /// [default: environment].
-    #[arg(long)]
+    /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), which comes out as it is under every tone
+    /// mapper and exposure [default: environment].
+    #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
-    /// Stops, or auto: metered, with stops on top as in auto+1 or auto-0.5 [default: auto if the file has lights, else 0].
+    /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto if it
+    /// has lights, else 0 [default: scene].
     ///
     /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
     /// turns, at one size whatever --size is, under the file's lights and its glow. Within 2 stops of mid grey (0.18)
     /// nothing changes; beyond, of t stops that exceed them, t / (1 + 4 t) remain, so that night stays darker than day.
     /// .exr stays scene-linear without any exposure.
-    #[arg(long, value_name = "STOPS|auto", allow_hyphen_values = true)]
+    #[arg(long, value_name = "STOPS|auto|scene", allow_hyphen_values = true)]
     pub exposure: Option<String>,
     /// The tone mapper; short for --set tone_map.curve [default: neutral].
-    #[arg(long, value_parser = PossibleValuesParser::new(manypass::Tonemap::NAMES))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Tonemap::NAMES))]
     pub tonemap: Option<String>,
     /// `all`, or names with commas: layers of .exr, or .png files of their own; --help says what each holds.
     #[arg(long, value_name = "all|LIST", long_help = manypass_offline::aov_docs::help())]
@@ -206,7 +208,7 @@ pub struct GraphArgs {
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
     /// Plan, without any adapter, for what every adapter of WebGPU or of WebGL 2 offers.
-    #[arg(long, conflicts_with = "adapter", value_parser = PossibleValuesParser::new(manypass::gpu::Floor::NAMES))]
+    #[arg(long, value_name = "NAME", conflicts_with = "adapter", value_parser = PossibleValuesParser::new(manypass::gpu::Floor::NAMES))]
     pub limits: Option<String>,
 }
 
@@ -236,7 +238,7 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub change: ChangeArgs,
     /// Render on the adapter whose name contains this.
-    #[arg(long)]
+    #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
 }
 
@@ -258,9 +260,10 @@ pub struct RenderArgs {
     /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
     /// where a folder has both m.glb and m.gltf), {frame} or {frame:04}, and {aov}. With --frames and --turntable a
     /// folder gets STEM_FRAME, and a file must hold {frame}. An output that is also read, or written twice, is refused.
+    /// Files named .manypass-….partial beside it are being written; those that a killed process left may be deleted.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
-    /// png, jpg, webp or exr [default: by the name of OUT].
+    /// png, jpg, webp or exr, for standard output or another ending, too [default: by the ending of OUT, else png].
     #[arg(long)]
     pub format: Option<String>,
     #[command(flatten)]

@@ -7,7 +7,7 @@ use crate::input::Input;
 use crate::job;
 use crate::pattern::is_stdout;
 use crate::places::Places;
-use crate::request::{effect_files, effects};
+use crate::request::{effect_files, effect_values, effects};
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use crate::{chosen, scenes};
 use manypass::{Background, Environment, Exposure, FrameRequest, RenderError, Settings, Tonemap, View};
@@ -38,6 +38,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     }
     let mut effect_files = effect_files(&args.change.effects)?;
     let settings = chosen::of_change(bare(), &args.change, &mut effect_files)?;
+    let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
     let failed = |error: RenderError| still_failure(&error.into());
     let mut renderer = session::open(args.adapter.as_deref())?;
     let load_started = Instant::now();
@@ -100,6 +101,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "path": path,
         "light_culling": light_culling,
         "settings": settings,
+        "effects": effect_values,
         "lights": stats.lights,
         "draws": stats.draws,
         "triangles": stats.triangles,

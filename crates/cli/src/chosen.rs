@@ -62,9 +62,17 @@ impl Chosen<'_> {
         let hints: Vec<&str> = pairs.iter().map(|(key, _)| effect_hint(key, effects)).collect();
         if let Some(path) = self.file {
             let text = read_text(path, "name a TOML file")?;
+            let mut hint = "";
+            let mut set = |key: &str, written: &Written| {
+                effect::set(&mut settings, effects, key, written).inspect_err(|error| {
+                    if matches!(error, SettingsError::UnknownKey { .. }) {
+                        hint = effect_hint(key, effects);
+                    }
+                })
+            };
             SettingsFile::parse(&path.display().to_string(), &text)
-                .and_then(|file| file.apply(|key, written| effect::set(&mut settings, effects, key, written)))
-                .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}")))?;
+                .and_then(|file| file.apply(&mut set))
+                .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}{hint}")))?;
         }
         for (flag, key, value) in &self.flags {
             let Some(value) = value else { continue };
@@ -105,9 +113,10 @@ fn key_value(pair: &str) -> Result<(&str, &str), Failure> {
 /// The frame's own groups are known; what is in no file that was named cannot be.
 fn effect_hint(key: &str, effects: &[EffectFile]) -> &'static str {
     let group = |key: &str| key.split_once('.').map(|(group, _)| group.to_owned());
+    // A key without a group is none of an effect's, either.
     let is_known = Settings::declared().iter().any(|info| group(&info.key) == group(key));
     let is_given = effects.iter().any(|effect| group(key).is_some_and(|group| group == effect.name()));
-    if is_known || is_given { "" } else { "; settings of effects need --effect FILE" }
+    if is_known || is_given || group(key).is_none() { "" } else { "; settings of effects need --effect FILE" }
 }
 
 /// Where the keys are listed.

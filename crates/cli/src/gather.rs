@@ -27,8 +27,10 @@ pub struct Item {
 /// All inputs of a call, in the order of the arguments, and by name within one argument.
 #[derive(Debug, Default)]
 pub struct Inputs {
-    /// One or more.
+    /// All that were found.
     pub items: Vec<Item>,
+    /// Folders and patterns in which no input was found, beside other arguments: as they were typed, and why.
+    pub unfound: Vec<(String, Failure)>,
     /// Whether an argument stands for as many inputs as there happen to be, or there are several arguments.
     pub is_batch: bool,
     /// Folders that could not be looked into.
@@ -43,10 +45,10 @@ fn is_gltf(path: &Path) -> bool {
 impl Inputs {
     /// Everything that `arguments` name. A folder is every glTF file in it and, if `recursive`, in the folders below. An
     /// argument with `*`, `?` or `**` that is no file itself is every glTF file that matches. Hidden files and folders
-    /// are left out, links to folders are not followed.
+    /// are left out, links to folders are not followed. A folder or pattern without any does not hinder other arguments.
     ///
     /// # Errors
-    /// If a folder that was named cannot be read, or an argument stands for no glTF file.
+    /// Wrong usage, or the only argument is a folder that cannot be read or stands for no glTF file.
     pub fn gather(arguments: &[String], recursive: bool) -> Result<Self, Failure> {
         let mut gathered = Self { is_batch: arguments.len() > 1, ..Self::default() };
         let mut inputs = Vec::new();
@@ -59,15 +61,24 @@ impl Inputs {
             }
             gathered.is_batch = true;
             let files = if is_pattern {
-                matching(argument, &mut gathered.warnings)?
+                matching(argument, &mut gathered.warnings)
             } else {
-                in_folder(path, recursive, &mut gathered.warnings)?
+                in_folder(path, recursive, &mut gathered.warnings)
             };
-            inputs.extend(files.into_iter().map(Input::File));
+            match files {
+                Ok(files) => inputs.extend(files.into_iter().map(Input::File)),
+                Err(failure) if arguments.len() == 1 => return Err(failure),
+                Err(failure) => gathered.unfound.push((argument.clone(), failure)),
+            }
         }
         let names = names(&inputs);
         gathered.items = inputs.into_iter().zip(names).map(|(input, names)| Item { input, names }).collect();
         Ok(gathered)
+    }
+
+    /// How many inputs there are, with those that were not found.
+    pub fn count(&self) -> usize {
+        self.items.len() + self.unfound.len()
     }
 }
 
@@ -85,7 +96,8 @@ pub fn in_folder(folder: &Path, recursive: bool, warnings: &mut Vec<String>) -> 
     let parts: &[&str] = if recursive { &["**", "*"] } else { &["*"] };
     collect(folder, parts, &mut files, warnings);
     if files.is_empty() {
-        let hint = if recursive { hint } else { "add --recursive to look into its folders, too" };
+        let has_folders = entries(folder, "*", &mut Vec::new()).iter().any(|(path, _)| path.is_dir());
+        let hint = if recursive || !has_folders { hint } else { "add --recursive to look into its folders, too" };
         return Err(failed(&"it holds no .glb or .gltf file", hint));
     }
     files.sort();
@@ -273,7 +285,10 @@ mod tests {
         assert_eq!(found("/.h*/*", false), "p");
         let parents = Inputs::gather(&[format!("{}/in/**", root.display())], false).expect("found");
         assert_eq!(parents.items.iter().map(|item| item.names.parent.as_str()).collect::<Vec<_>>(), ["deep", "in"]);
-        assert!(Inputs::gather(&[format!("{}/x*", root.display())], false).is_err());
+        let nothing = format!("{}/x*", root.display());
+        assert!(Inputs::gather(std::slice::from_ref(&nothing), false).is_err());
+        let others = Inputs::gather(&[nothing.clone(), "demo:hall".into()], false).expect("one of two");
+        assert!(others.items.len() == 1 && others.count() == 2 && others.unfound[0].0 == nothing, "{others:?}");
         let _ = fs::remove_dir_all(root);
     }
 }

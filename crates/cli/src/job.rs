@@ -111,9 +111,9 @@ fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `WxH`.
+/// `WxH`, with a small or large letter or the sign of multiplication.
 pub fn size(text: &str) -> Result<(u32, u32), Failure> {
-    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let parsed = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     match parsed {
         Some((w, h)) if (1..=LARGEST_SIDE_PX).contains(&w) && (1..=LARGEST_SIDE_PX).contains(&h) => Ok((w, h)),
         _ => Err(Failure::usage(
@@ -141,20 +141,19 @@ pub fn camera(args: &FrameArgs) -> Result<CameraSpec, Failure> {
     camera::spec(args, false)
 }
 
-/// The names of AOVs, each once.
+/// The names of AOVs, each once; `all`, wherever it stands, is every one.
 ///
 /// # Errors
 /// A name that is none.
 pub fn aovs(text: Option<&str>, names: &[&str]) -> Result<Vec<String>, Failure> {
     let Some(text) = text else { return Ok(Vec::new()) };
-    if text == "all" {
-        return Ok(names.iter().map(|name| (*name).to_owned()).collect());
+    let asked: Vec<&str> = text.split(',').map(str::trim).collect();
+    if let Some(name) = asked.iter().find(|name| **name != "all" && !names.contains(name)) {
+        return Err(Failure::usage(format!("unknown AOV `{name}`"), format!("AOVs: all, {}", names.join(", "))));
     }
+    let asked = if asked.contains(&"all") { names.to_vec() } else { asked };
     let mut found: Vec<String> = Vec::new();
-    for name in text.split(',').map(str::trim) {
-        if !names.contains(&name) {
-            return Err(Failure::usage(format!("unknown AOV `{name}`"), format!("AOVs: all, {}", names.join(", "))));
-        }
+    for name in asked {
         if !found.iter().any(|other| other == name) {
             found.push(name.to_owned());
         }

@@ -11,6 +11,7 @@ mod exposure;
 mod failure;
 mod gather;
 mod graph;
+mod identity;
 mod input;
 mod inspect;
 mod interrupt;
@@ -29,6 +30,7 @@ mod scenes;
 mod session;
 mod settings;
 mod shot;
+mod tally;
 mod words;
 
 use clap::Parser;

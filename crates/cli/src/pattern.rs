@@ -154,6 +154,12 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
         return Ok((format, Output::Pattern(Pattern::new(&format!("{default_name}.{}", format.extension()))?)));
     };
     let path = Path::new(out);
+    // As a script writes them whose variable is empty: one would be a picture in the root, the other a hidden folder.
+    let is_ending_alone = out.strip_prefix('.').is_some_and(|end| Format::from_extension(end).is_some());
+    if out.is_empty() || is_ending_alone {
+        let hint = "name a file, such as -o picture.png, or a folder: -o DIR/";
+        return Err(Failure::usage(format!("`{out}` is no name of an output"), hint));
+    }
     if is_stdout(path) {
         let format = asked.ok_or_else(|| Failure::usage("standard output has no format", "add --format png"))?;
         if several || frame_count.is_some_and(|count| count > 1) {
@@ -175,11 +181,20 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
             Ok((format, Output::Pattern(Pattern::new(&file)?)))
         }
         Some(extension) => {
-            let named = Format::from_extension(extension).ok_or_else(|| unknown(extension))?;
-            if asked.is_some_and(|asked| asked != named) {
-                return Err(Failure::usage(format!("--format and `{out}` disagree"), "leave --format out"));
+            let named = Format::from_extension(extension);
+            if let (Some(asked), Some(named)) = (asked, named)
+                && asked != named
+            {
+                let message = format!("--format {} and `{out}` disagree", asked.extension());
+                return Err(Failure::usage(message, "leave --format out, or give the file another ending"));
             }
-            Ok((named, Output::Pattern(Pattern::of_flag("-o", path, frame_count.is_some())?)))
+            // An ending that says nothing is a name like any other where the format is given.
+            let format = asked.or(named).ok_or_else(|| {
+                let hint =
+                    format!("formats: png, jpg, webp, exr; add --format for another ending, or name a folder: {out}/");
+                Failure::usage(format!("unknown format `{extension}`"), hint)
+            })?;
+            Ok((format, Output::Pattern(Pattern::of_flag("-o", path, frame_count.is_some())?)))
         }
     }
 }
@@ -187,6 +202,27 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_format_that_is_given_takes_any_ending_that_is_no_other_format() {
+        use crate::args::{Cli, Command};
+        use clap::Parser as _;
+        let output = |words: &[&str]| {
+            let words = [&["manypass", "render", "a.glb"], words].concat();
+            let Command::Render(args) = Cli::try_parse_from(words).expect("arguments").command else { panic!() };
+            output(&args, false, None)
+        };
+        for format in ["png", "jpg", "webp", "exr"] {
+            let (found, place) = output(&["-o", "x.foo", "--format", format]).expect(format);
+            assert_eq!((found.extension(), place), (format, Output::Pattern(Pattern::literal("x.foo"))));
+            let failure = output(&["-o", if format == "png" { "x.jpg" } else { "x.png" }, "--format", format]);
+            assert!(failure.expect_err(format).message.contains("disagree"), "{format}");
+        }
+        let (found, _) = output(&["-o", "x.JPEG", "--format", "jpg"]).expect("the same format");
+        assert_eq!(found, Format::Jpg);
+        let failure = output(&["-o", "x.foo"]).expect_err("no format");
+        assert!(failure.hint.contains("--format") && failure.hint.contains("x.foo/"), "{failure:?}");
+    }
 
     #[test]
     fn placeholders_are_filled_in_and_others_refused() {

@@ -3,61 +3,20 @@
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::gather::Item;
+use crate::identity::{Known, Lookup, Place, is_file};
 use crate::input::Input;
 use crate::job::Job;
 use crate::output;
 use crate::pattern::{Output, is_stdout};
 use manypass_offline::atomic;
 use manypass_scene::gltf_file;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// The most pictures whose files are checked before the first is drawn; those of the rest are checked as their turn comes.
 const CHECKED_AT_START: u64 = 20_000;
-
-/// What tells a file that is there apart, whatever its name: device and inode.
-type FileId = (u64, u64);
-
-#[cfg(unix)]
-fn file_id(metadata: &fs::Metadata) -> Option<FileId> {
-    use std::os::unix::fs::MetadataExt;
-    Some((metadata.dev(), metadata.ino()))
-}
-
-/// The standard library does not tell here; canonical paths do.
-#[cfg(not(unix))]
-fn file_id(_: &fs::Metadata) -> Option<FileId> {
-    None
-}
-
-/// Files by place and by identity, each with what it is.
-#[derive(Debug, Default)]
-struct Known {
-    by_path: BTreeMap<PathBuf, String>,
-    by_id: BTreeMap<FileId, String>,
-}
-
-impl Known {
-    fn get(&self, place: &Place) -> Option<&str> {
-        let by_id = place.id.and_then(|id| self.by_id.get(&id));
-        self.by_path.get(&place.path).or(by_id).map(String::as_str)
-    }
-
-    fn insert(&mut self, place: Place, what: String) {
-        if let Some(id) = place.id {
-            self.by_id.insert(id, what.clone());
-        }
-        self.by_path.insert(place.path, what);
-    }
-}
-
-/// Where a file is or would be, without links and dots, and which one is there.
-struct Place {
-    path: PathBuf,
-    id: Option<FileId>,
-}
 
 /// What a call reads and writes.
 #[derive(Debug, Default)]
@@ -68,8 +27,7 @@ pub struct Places {
     dumps: BTreeSet<PathBuf>,
     /// Folders in which another output has a name as `--dump-passes` gives them.
     numbered: BTreeSet<PathBuf>,
-    /// The places of folders that were looked up.
-    folders: BTreeMap<PathBuf, PathBuf>,
+    lookup: Lookup,
     checked_pictures: u64,
 }
 
@@ -144,7 +102,7 @@ impl Places {
 
     fn read(&mut self, path: &Path, what: String) {
         if is_file(path) {
-            let place = self.place(path);
+            let place = self.lookup.place(path);
             self.reads.insert(place, what);
         }
     }
@@ -182,9 +140,9 @@ impl Places {
         let place = match fs::symlink_metadata(path) {
             // Devices and pipes take what comes and keep nothing that could be lost.
             Ok(_) if is_open && !is_file(path) => return Ok(()),
-            Ok(_) => self.place(path),
+            Ok(_) => self.lookup.place(path),
             // Most outputs are not there yet, and long sequences have many.
-            Err(_) => Place { path: self.path_without_link(path), id: None },
+            Err(_) => self.lookup.absent(path),
         };
         let shown = path.display();
         self.refuse_read(&place, path)?;
@@ -208,7 +166,7 @@ impl Places {
 
     /// Adds a folder of pictures of passes; their names are known only when they are drawn.
     fn write_dump(&mut self, folder: &Path) -> Result<(), Failure> {
-        let place = self.place(folder).path;
+        let place = self.lookup.place(folder).path;
         self.refuse_dump_beside(self.numbered.contains(&place), folder)?;
         if !self.dumps.insert(place) {
             let message = format!("the passes of two pictures would be written to {}", folder.display());
@@ -216,7 +174,7 @@ impl Places {
         }
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         for path in entries.filter(|entry| is_pass_picture(&entry.file_name())).map(|entry| entry.path()) {
-            let place = self.place(&path);
+            let place = self.lookup.place(&path);
             self.refuse_read(&place, &path)?;
         }
         Ok(())
@@ -236,50 +194,6 @@ impl Places {
         let message = format!("--dump-passes could replace another output at {}", path.display());
         Err(Failure::usage(message, "give --dump-passes a folder of its own"))
     }
-
-    /// Where `path` leads. Folders that are not there yet are taken as they are written.
-    fn place(&mut self, path: &Path) -> Place {
-        let id = fs::metadata(path).ok().filter(fs::Metadata::is_file).as_ref().and_then(file_id);
-        let target = fs::canonicalize(path).ok().filter(|_| path.is_symlink());
-        Place { path: target.map_or_else(|| self.path_without_link(path), same_case), id }
-    }
-
-    /// Where `path` is, if it is no link itself.
-    fn path_without_link(&mut self, path: &Path) -> PathBuf {
-        let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return same_case(resolve(path)) };
-        let folder = self.folders.entry(folder.to_owned()).or_insert_with(|| resolve(folder));
-        same_case(folder.join(name))
-    }
-}
-
-/// Whether a regular file is there, also where an open descriptor is named.
-fn is_file(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|metadata| metadata.is_file())
-}
-
-/// Upper and lower case name the same file on these systems, unless somebody changed that.
-fn same_case(path: PathBuf) -> PathBuf {
-    if cfg!(any(windows, target_os = "macos")) { path.to_string_lossy().to_lowercase().into() } else { path }
-}
-
-/// A path without links and dots, whether it is there or not.
-fn resolve(path: &Path) -> PathBuf {
-    let mut resolved = if path.is_absolute() { PathBuf::new() } else { std::env::current_dir().unwrap_or_default() };
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => {
-                resolved.pop();
-            }
-            part => {
-                resolved.push(part);
-                if let Ok(there) = fs::canonicalize(&resolved) {
-                    resolved = there;
-                }
-            }
-        }
-    }
-    resolved
 }
 
 /// Whether a name is one that `--dump-passes` may give: `NN-NAME.png`.

@@ -94,9 +94,9 @@ pub struct Entry<'a> {
     pub phases: Phases,
     /// Numbers of its last sample.
     pub stats: &'a FrameStats,
-    /// The passes of a frame.
+    /// The passes of its first sample.
     pub plan: &'a Plan,
-    /// Measured in a frame of its own.
+    /// Measured in the first sample, drawn once more.
     pub pass_times: &'a [PassTime],
     /// Counted in a frame of its own.
     pub pairs: PairCounts,

@@ -53,7 +53,16 @@ pub fn usage_failure(error: &clap::Error) -> Failure {
         relevant.lines().map(str::trim).filter(|line| !line.is_empty()).partition(|line| line.starts_with("tip: "));
     let command = std::env::args_os().nth(1).and_then(|name| name.into_string().ok());
     let command = command.filter(|name| Cli::command().find_subcommand(name).is_some());
-    let help = command.map_or("see `manypass --help`".into(), |name| format!("see `manypass {name} --help`"));
+    let is_model = |word: &String| word.ends_with(".glb") || word.ends_with(".gltf");
+    let model = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok()).find(is_model);
+    let help = match (command, model) {
+        (Some(name), Some(model)) if model.starts_with('-') => {
+            format!("write ./{model} if that is a file; see `manypass {name} --help`")
+        }
+        (Some(name), _) => format!("see `manypass {name} --help`"),
+        (None, Some(model)) => format!("write `manypass render {model}`; see `manypass --help`"),
+        (None, None) => "see `manypass --help`".into(),
+    };
     // A value that looks like a flag is seldom what was meant, and `--` would make it an input.
     let tips = tips.iter().map(|tip| tip.trim_start_matches("tip: ")).filter(|tip| !tip.starts_with("to pass '-"));
     let tips: Vec<&str> = tips.collect();

@@ -60,6 +60,30 @@ fn folders_below_are_found_and_names_tell_models_apart() {
 }
 
 #[test]
+fn folders_and_patterns_without_a_model_do_not_hinder_other_inputs() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("empty-folder");
+    folder.write("tri.glb", &triangle_glb([1.0, 0.5, 0.0]));
+    std::fs::create_dir(folder.join("empty")).expect("a folder");
+    let report = |name: &str| lines(&std::fs::read_to_string(folder.join(name)).expect("report"));
+    let run = render(&folder, &["empty", "gone*.glb", "tri.glb", "-o", "out/", "--report", "r.jsonl"]).expect(1);
+    for part in ["cannot read empty: it holds no", "matches `gone*.glb`", "2 of 3 inputs failed", "the others are done"]
+    {
+        assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
+    }
+    assert_eq!(files(&folder.join("out")), ["tri.png"]);
+    let found: Vec<_> =
+        report("r.jsonl").iter().map(|line| (line["input"].clone(), line["error"].is_string())).collect();
+    assert_eq!(found, [("empty".into(), true), ("gone*.glb".into(), true), ("tri.glb".into(), false)]);
+
+    let run = render(&folder, &["empty", "gone*.glb", "-o", "none/", "--report", "n.jsonl"]).expect(1);
+    assert!(run.stderr.ends_with("error: 2 of 2 inputs failed\nhint: the messages above say why\n"), "{}", run.stderr);
+    assert!(report("n.jsonl").len() == 2 && !folder.join("none").exists());
+}
+
+#[test]
 fn a_frame_alone_has_its_number() {
     if !has_adapter() {
         return;

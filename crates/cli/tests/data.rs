@@ -161,6 +161,18 @@ fn a_report_says_what_was_read_done_and_written() {
         assert!(has(&report["plan"]["passes"], name) && has(&report["passes"], name), "{name}: {}", report["plan"]);
     }
     assert_eq!(report["texture_bytes"], report["plan"]["bytes"]["aliased"]);
+
+    // The passes are those of the samples that were drawn, as `graph` shows them: radiance has a mean of its own.
+    let flags = ["tri.glb", "--size", "16x16", "--samples", "2", "--aov", "radiance"];
+    run_in(&folder, &[&["render"], &flags[..], &["-o", "b.png", "--report", "b.json"]].concat()).expect(0);
+    let graph = run_in(&folder, &[&["graph"], &flags[..], &["--format", "json"]].concat()).expect(0).text();
+    let [graph, report] = [graph, std::fs::read_to_string(folder.join("b.json")).expect("a report")]
+        .map(|text| serde_json::from_str::<Value>(&text).expect("JSON"));
+    let names = |passes: &Value| -> Vec<Value> {
+        passes.as_array().expect("passes").iter().map(|pass| pass["name"].clone()).collect()
+    };
+    assert_eq!(report["plan"]["passes"], json!(names(&graph["plan"]["passes"])));
+    assert!(has(&report["passes"], "accumulate.radiance"), "{}", report["passes"]);
 }
 
 /// The values of a PNG of a variable, channel by channel, as `docs/aovs.md` says.

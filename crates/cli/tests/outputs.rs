@@ -109,6 +109,18 @@ fn a_full_disk_is_named_and_its_device_stays() {
     assert!(run.code == 1 && run.stderr.starts_with("error: no space left to write standard output"), "{run:?}");
 }
 
+#[test]
+fn a_format_that_is_given_is_written_under_any_name() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("format");
+    let run = render(&folder, &[&SMALL[..], &["-o", "a.foo", "--format", "png", "--aov", "depth"]].concat(), 0);
+    assert!(run.stderr.is_empty(), "{}", run.stderr);
+    assert_eq!(folder.names(), ["a.depth.png", "a.foo", "tri.glb"]);
+    assert!(std::fs::read(folder.join("a.foo")).expect("there").starts_with(b"\x89PNG"));
+}
+
 /// What an interrupted call says.
 const INTERRUPTED: &str = "interrupting after this step; once more stops at once\nerror: interrupted\nhint: ";
 

@@ -96,9 +96,17 @@ fn errors_begin_with_file_line_and_column_and_keep_their_lines() {
         (
             &["--effect", "lines.wgsl", "--settings", "value.toml"],
             2,
-            "value.toml:2:9: error: `0.5,2,0`",
+            "value.toml:2:9: error: `[0.5,2,0]`",
             "each from 0 to 1",
         ),
+        // Without the effect its table is unknown.
+        (
+            &["--settings", "value.toml"],
+            2,
+            "value.toml:2:1: error: no setting is called `lines.color`\n",
+            "need --effect FILE",
+        ),
+        (&["--set", "lines.x=1"], 2, "error: no setting is called `lines.x`\n", "need --effect FILE"),
         (&["--settings", "syntax.toml"], 2, "syntax.toml:2:8: error: ", "2 | rest = = 1\n  |        ^"),
         (
             &["--effect", "lines.wgsl", "--set", "lines.rest=2"],
@@ -186,6 +194,9 @@ fn bench_takes_effects_and_settings() {
         info["passes"].as_array().is_some_and(|passes| passes.iter().any(|pass| pass["name"] == "lines")),
         "{info}"
     );
+    let effect = &info["effects"][0];
+    assert!(effect["name"] == "lines" && effect["path"] == "lines.wgsl", "{info}");
+    assert_eq!(effect["settings"]["lines.color"], serde_json::json!([0.0, 0.0, 1.0]));
     let blue = image::open(folder.join("b.png")).expect("a picture").to_rgb8().get_pixel(4, 4).0;
     assert_eq!(blue, [0, 0, 255]);
     let run = run_in(&folder, &["bench", "tri.glb", "--effect", "lines.wgsl", "--png", "lines.wgsl"]).expect(2);

@@ -9,7 +9,7 @@ use manypass::LegendEntry;
 const CELL_PX: u32 = 320;
 /// The space around pictures in pixels.
 const MARGIN_PX: u32 = 8;
-/// The height of a label in pixels: an 8-pixel font and a line of space on either side.
+/// The height of a line of a label in pixels: an 8-pixel font and a line of space on either side.
 const LABEL_PX: u32 = 12;
 
 /// A picture of the sheet.
@@ -38,26 +38,34 @@ pub fn contact_sheet(entries: &[Entry<'_>]) -> Result<(u32, u32, Vec<u8>), Encod
         check_length(entry.width, entry.height, 4, entry.rgba8.len())?;
         pictures.push(small(entry));
     }
-    let widest_legend = entries.iter().map(|entry| legend_width(entry.legend)).max().unwrap_or(0).min(CELL_PX);
-    let cell_width = pictures.iter().map(RgbaImage::width).max().unwrap_or(1).max(64).max(widest_legend);
+    // A letter of space keeps labels side by side apart.
+    let words = |entry: &Entry<'_>| legend_width(entry.legend).max(text_width(entry.label) + 8);
+    let widest_words = entries.iter().map(words).max().unwrap_or(0).min(CELL_PX);
+    let cell_width = pictures.iter().map(RgbaImage::width).max().unwrap_or(1).max(64).max(widest_words);
     let cell_height = pictures.iter().map(RgbaImage::height).max().unwrap_or(1);
-    // A row is as high as its longest legend wants it.
+    let labels: Vec<Vec<String>> = entries.iter().map(|entry| label_lines(entry.label, cell_width)).collect();
+    // A row is as high as its longest label and legend want it.
     let rows_px: Vec<u32> = entries
         .chunks(columns as usize)
-        .map(|row| {
-            let lines = row.iter().map(|entry| legend_lines(entry.legend, cell_width)).max().unwrap_or(0);
-            cell_height + (1 + lines) * LABEL_PX + MARGIN_PX
+        .zip(labels.chunks(columns as usize))
+        .map(|(row, labels)| {
+            let lines = row.iter().zip(labels);
+            let lines = lines.map(|(entry, label)| label.len() as u32 + legend_lines(entry.legend, cell_width));
+            cell_height + lines.max().unwrap_or(0) * LABEL_PX + MARGIN_PX
         })
         .collect();
     let (step_x, height) = (cell_width + MARGIN_PX, rows_px.iter().sum::<u32>().max(MARGIN_PX));
     let mut sheet = RgbaImage::from_pixel(columns * step_x + MARGIN_PX, height + MARGIN_PX, Rgba([32, 32, 32, 255]));
-    for (index, (entry, picture)) in entries.iter().zip(&pictures).enumerate() {
+    for (index, ((entry, picture), label)) in entries.iter().zip(&pictures).zip(&labels).enumerate() {
         let x = MARGIN_PX + index as u32 % columns * step_x;
         let y = MARGIN_PX + rows_px.iter().take(index / columns as usize).sum::<u32>();
         imageops::overlay(&mut sheet, picture, i64::from(x), i64::from(y));
-        let label_y = y + cell_height + 2;
-        draw_label(&mut sheet, entry.label, x, label_y, cell_width);
-        draw_legend(&mut sheet, entry.legend, x, label_y + LABEL_PX, cell_width);
+        let mut line_y = y + cell_height + 2;
+        for line in label {
+            draw_label(&mut sheet, line, x, line_y, cell_width);
+            line_y += LABEL_PX;
+        }
+        draw_legend(&mut sheet, entry.legend, x, line_y, cell_width);
     }
     Ok((sheet.width(), sheet.height(), sheet.into_raw()))
 }
@@ -74,13 +82,41 @@ fn small(entry: &Entry<'_>) -> RgbaImage {
     imageops::thumbnail(&image, scaled(entry.width), scaled(entry.height))
 }
 
+/// The width of a line of text, in pixels.
+fn text_width(text: &str) -> u32 {
+    8 * text.chars().count() as u32
+}
+
+/// The lines of a label that is `width_px` wide at most: broken at spaces, and within words that are longer alone. At least
+/// one.
+fn label_lines(label: &str, width_px: u32) -> Vec<String> {
+    let letters = (width_px / 8).max(1) as usize;
+    let mut lines = vec![String::new()];
+    for word in label.split(' ') {
+        let word: Vec<char> = word.chars().collect();
+        for (index, piece) in word.chunks(letters).enumerate() {
+            let Some(line) = lines.last_mut() else { continue };
+            let length = line.chars().count();
+            if length > 0 && (index > 0 || length + 1 + piece.len() > letters) {
+                lines.push(piece.iter().collect());
+            } else {
+                if length > 0 {
+                    line.push(' ');
+                }
+                line.extend(piece);
+            }
+        }
+    }
+    lines
+}
+
 /// The side of a legend's squares of colour, and how far from them its words begin, in pixels.
 const SQUARE_PX: u32 = 8;
 const WORDS_PX: u32 = 12;
 
 /// The width of the widest entry of a legend, in pixels.
 fn legend_width(legend: &[LegendEntry]) -> u32 {
-    legend.iter().map(|entry| WORDS_PX + 8 * entry.label.chars().count() as u32).max().unwrap_or(0)
+    legend.iter().map(|entry| WORDS_PX + text_width(&entry.label)).max().unwrap_or(0)
 }
 
 /// How many lines a legend takes.
@@ -127,11 +163,25 @@ mod tests {
         let entry = |label| Entry { label, width: 64, height: 32, rgba8: &red, legend: &[] };
         let entries = [entry("geometry"), entry("lights"), entry("tonemap ☃")];
         let (width, height, pixels) = contact_sheet(&entries).expect("sheet");
-        assert_eq!((width, height), (2 * 72 + 8, 2 * 52 + 8));
+        // The longest label has nine letters.
+        assert_eq!((width, height), (2 * 88 + 8, 2 * 52 + 8));
         let at = |x: u32, y: u32| pixels[(y * width + x) as usize * 4];
-        assert_eq!((at(8, 8), at(80, 8), at(8, 60)), (255, 255, 255));
-        let lit = |y0: u32| (y0..y0 + 8).any(|y| (8..72).any(|x| at(x, y) == 230));
-        assert!(lit(42) && lit(94));
+        assert_eq!((at(8, 8), at(96, 8), at(8, 60)), (255, 255, 255));
+        let lit = |x0: u32, y0: u32| (y0..y0 + 8).any(|y| (x0..x0 + 8).any(|x| at(x, y) == 230));
+        assert!(lit(8, 42) && lit(8, 94) && lit(8 + 8 * 8, 94));
+    }
+
+    #[test]
+    fn long_labels_widen_cells_and_then_break() {
+        assert_eq!(label_lines("a.b > c", 64), ["a.b > c"]);
+        assert_eq!(label_lines("debug.opaque > drawn", 96), ["debug.opaque", "> drawn"]);
+        assert_eq!(label_lines("abcdefghij k", 64), ["abcdefgh", "ij k"]);
+        assert_eq!(label_lines("", 64), [""]);
+        let label = "effect.of.a.long.name > ".repeat(3);
+        let red = [255, 0, 0, 255].repeat(16 * 16);
+        let entry = Entry { label: label.trim_end(), width: 16, height: 16, rgba8: &red, legend: &[] };
+        // Two of its words do not fit into the 40 letters of the widest cell.
+        assert_eq!(contact_sheet(&[entry]).map(|(w, h, _)| (w, h)).ok(), Some((320 + 16, 16 + 3 * 12 + 8 + 8)));
     }
 
     #[test]

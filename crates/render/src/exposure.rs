@@ -87,12 +87,15 @@ impl FromStr for Exposure {
     type Err = ExposureError;
 
     fn from_str(text: &str) -> Result<Self, ExposureError> {
-        let stops = |text: &str| text.parse().ok().filter(|stops: &f32| stops.is_finite() && stops.abs() <= 64.0);
+        let in_range = |stops: &f64| stops.abs() <= 64.0;
+        let stops = |text: &str| text.parse().ok().filter(in_range).map(|stops| stops as f32);
+        // As the schema of settings says it: digits, with a dot or without.
+        let is_plain = |text: &str| text.bytes().all(|letter| letter.is_ascii_digit() || letter == b'.');
         let exposure = match text.trim().strip_prefix("auto") {
             None if text.trim() == "scene" => Some(Self::Scene),
             None => stops(text.trim()).map(Self::Stops),
             Some("") => Some(Self::AUTO),
-            Some(rest) if rest.starts_with(['+', '-']) => {
+            Some(rest) if rest.strip_prefix(['+', '-']).is_some_and(is_plain) => {
                 stops(rest).map(|compensation_stops| Self::Auto { compensation_stops })
             }
             Some(_) => None,

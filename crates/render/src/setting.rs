@@ -8,6 +8,7 @@ mod field;
 mod file;
 mod info;
 mod schema;
+mod typed;
 
 pub use color::LinearColor;
 pub(crate) use declare::{choices, settings};
@@ -20,6 +21,7 @@ use crate::diagnostic::Diagnostic;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 use serde::ser::{SerializeMap, Serializer};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
@@ -27,12 +29,12 @@ use std::fmt::{self, Display, Formatter};
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum SettingsError {
     /// No setting has that key.
-    #[error("no setting is called `{key}`; did you mean `{nearest}`?")]
+    #[error("no setting is called `{key}`{}", suggestion(nearest.as_deref()))]
     UnknownKey {
         /// The key that was given.
         key: String,
-        /// The key most like it.
-        nearest: String,
+        /// The key most like it, if any is like it.
+        nearest: Option<String>,
     },
     /// The value has another type or lies outside its range.
     #[error("`{value}` is no value of `{key}`, which takes {expected}")]
@@ -50,28 +52,39 @@ pub enum SettingsError {
 }
 
 /// A value as somebody wrote it: on the command line, where commas stand between the parts of a vector or list, or in a
-/// file, where a list keeps its parts apart.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+/// file, whose values have types.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(from = "SettingValue")]
 pub enum Written {
-    /// One text.
+    /// One text, of a value of any type.
     Text(String),
     /// The texts of the parts of a list.
     List(Vec<String>),
+    /// A value of a file. It must have the type that [`schema()`] says: a text in quotes is no number.
+    Typed(SettingValue),
 }
 
 impl Written {
-    /// The text, without space around it; none of a list.
-    pub fn text(&self) -> Option<&str> {
-        if let Self::Text(text) = self { Some(text.trim()) } else { None }
+    /// The text, without space around it if it has no type; none of a list.
+    pub fn text(&self) -> Option<Cow<'_, str>> {
+        match self {
+            Self::Text(text) => Some(text.trim().into()),
+            Self::List(_) => None,
+            Self::Typed(SettingValue::Text(text)) => Some(text.into()),
+            Self::Typed(value) => value.entries().is_none().then(|| value.to_string().into()),
+        }
     }
 
     /// The parts of a list, or of a text with commas between them; an empty text has none.
-    pub fn parts(&self) -> Vec<&str> {
+    pub fn parts(&self) -> Vec<Cow<'_, str>> {
         match self {
             Self::Text(text) if text.trim().is_empty() => Vec::new(),
-            Self::Text(text) => text.split(',').map(str::trim).collect(),
-            Self::List(parts) => parts.iter().map(|part| part.trim()).collect(),
+            Self::Text(text) => text.split(',').map(|part| part.trim().into()).collect(),
+            Self::List(parts) => parts.iter().map(|part| part.trim().into()).collect(),
+            Self::Typed(value) => match value.entries() {
+                Some(entries) => entries.iter().map(|entry| entry.to_string().into()).collect(),
+                None => vec![value.to_string().into()],
+            },
         }
     }
 }
@@ -84,20 +97,20 @@ impl From<&str> for Written {
 
 impl From<SettingValue> for Written {
     fn from(value: SettingValue) -> Self {
-        match value {
-            SettingValue::List(values) => Self::List(values.iter().map(ToString::to_string).collect()),
-            SettingValue::Integers(values) => Self::List(values.iter().map(ToString::to_string).collect()),
-            SettingValue::Numbers(values) => Self::List(values.iter().map(ToString::to_string).collect()),
-            value => Self::Text(value.to_string()),
-        }
+        Self::Typed(value)
     }
 }
 
+/// As it stands, but for the quotes of a text that is no part of a list.
 impl Display for Written {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => f.write_str(text.trim()),
             Self::List(parts) => f.write_str(&parts.join(",")),
+            // JSON knows no infinity.
+            Self::Typed(SettingValue::Text(text)) => f.write_str(text),
+            Self::Typed(SettingValue::Number(number)) => write!(f, "{number:?}"),
+            Self::Typed(value) => f.write_str(&serde_json::to_string(value).map_err(|_| fmt::Error)?),
         }
     }
 }
@@ -144,14 +157,21 @@ pub(crate) fn deserialize_group<'de, G: Group + Default, D: Deserializer<'de>>(d
 
 /// The error of a key that is not among `known`.
 pub(crate) fn unknown_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> SettingsError {
-    SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key, known).unwrap_or_default().into() }
+    SettingsError::UnknownKey { key: key.into(), nearest: nearest_key(key, known).map(Into::into) }
 }
 
-/// The known key with the smallest edit distance (Levenshtein 1966); where the key's last part is that of known keys, among
-/// those.
+fn suggestion(nearest: Option<&str>) -> String {
+    nearest.map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default()
+}
+
+/// The known key with the smallest edit distance (Levenshtein 1966), if two of three letters stay; where the key has the last
+/// part of known keys, or is like the name of their group, among those.
 fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
-    known.min_by_key(|known| (last(known) != last(key), edit_distance(key, known)))
+    let is_like = |known: &str| 3 * edit_distance(key, known) <= key.len();
+    let is_other = |known: &str| last(known) != last(key) && !known.split('.').next().is_some_and(is_like);
+    let (is_other, _, nearest) = known.map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
+    (!is_other || is_like(nearest)).then_some(nearest)
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {

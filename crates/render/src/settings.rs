@@ -121,6 +121,17 @@ mod tests {
         );
         let nearest = settings.set("dither", "1").unwrap_err().to_string();
         assert!(nearest.contains("`tone_map.dither`?"), "{nearest}");
+        for (key, expected) in [
+            ("tonemap", Some("tone_map.curve")),
+            ("exposure", Some("exposure.stops")),
+            ("own_pass.x", None),
+            ("", None),
+        ] {
+            let SettingsError::UnknownKey { nearest, .. } = settings.set(key, "1").unwrap_err() else {
+                panic!("{key}")
+            };
+            assert_eq!(nearest.as_deref(), expected, "{key}");
+        }
         let error = settings.set("render.scale", "9").unwrap_err().to_string();
         assert!(error.contains("takes a number from 0.25 to 2"), "{error}");
         let error = settings.set("clusters.slices", "1.5").unwrap_err().to_string();
@@ -148,7 +159,7 @@ mod tests {
                 "my.toml:3:11: error: `9` is no value of `render.scale`, which takes a number from",
             ),
             ("scale = 1", "my.toml:1:1: error: no setting is called `scale`; did you mean `render.scale`?"),
-            ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `1,2` is no value of `render.scale`"),
+            ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `[1,2]` is no value of `render.scale`"),
             ("[render]\nscale = 1979-05-27", "my.toml:2:9: error: `1979-05-27` is no value of"),
             ("[tone_map]\ndither = 1\n[render]\nscale = ", "my.toml:4:"),
             ("[clusters]\nslices = 4\nslices = 5", "my.toml:3:"),

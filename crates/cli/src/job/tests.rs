@@ -25,6 +25,13 @@ fn lists_may_begin_with_a_minus() {
 }
 
 #[test]
+fn all_variables_are_all_wherever_that_stands() {
+    for list in ["all", "all,depth", "depth, all", "depth,normal,depth"] {
+        assert_eq!(job(&["--aov", list]).expect(list).aovs, ["depth", "normal"], "{list}");
+    }
+}
+
+#[test]
 fn what_set_changes_last_decides_what_fits_together() {
     let flags = ["-o", "a.jpg", "--background", "transparent", "--set", "background.source=ff0000"];
     assert_eq!(job(&flags).expect("a colour").format, Format::Jpg);

@@ -26,7 +26,7 @@ const BACKGROUNDS: [(&str, Background); 2] =
     [("environment", Background::Environment), ("transparent", Background::Transparent)];
 
 fn read<T: Copy>(words: &[(&str, T)], color: fn([f32; 3]) -> T, written: &Written) -> Option<T> {
-    let word = written.text().and_then(|text| words.iter().find(|(word, _)| *word == text));
+    let word = written.text().and_then(|text| words.iter().find(|(word, _)| *word == &*text));
     word.map(|(_, value)| *value).or_else(|| LinearColor::read(written).map(|LinearColor(linear)| color(linear)))
 }
 

@@ -35,7 +35,7 @@ impl SettingField for LinearColor {
     }
 
     fn read(written: &Written) -> Option<Self> {
-        if let Some(color) = written.text().and_then(Self::of_hex) {
+        if let Some(color) = written.text().and_then(|text| Self::of_hex(&text)) {
             return Some(color);
         }
         <[f32; 3]>::read(written).filter(|linear| linear.iter().all(|value| *value >= 0.0)).map(Self)

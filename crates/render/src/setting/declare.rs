@@ -140,7 +140,7 @@ macro_rules! choices {
             }
 
             fn read(written: &$crate::setting::Written) -> Option<Self> {
-                Self::named(written.text()?)
+                Self::named(&written.text()?)
             }
 
             fn value(&self) -> $crate::setting::SettingValue {

@@ -38,7 +38,7 @@ macro_rules! number_field {
             }
 
             fn read(written: &Written) -> Option<Self> {
-                Scalar::$scalar.read(written.text()?).map(|number| number as $type)
+                Scalar::$scalar.read(&written.text()?).map(|number| number as $type)
             }
 
             fn value(&self) -> SettingValue {
@@ -97,7 +97,7 @@ impl SettingField for String {
     }
 
     fn read(written: &Written) -> Option<Self> {
-        written.text().map(str::to_owned)
+        written.text().map(Into::into)
     }
 
     fn value(&self) -> SettingValue {
@@ -111,7 +111,7 @@ impl SettingField for PathBuf {
     }
 
     fn read(written: &Written) -> Option<Self> {
-        written.text().map(PathBuf::from)
+        written.text().map(|text| PathBuf::from(&*text))
     }
 
     fn value(&self) -> SettingValue {
@@ -130,7 +130,10 @@ impl<T: SettingField> SettingField for Vec<T> {
     }
 
     fn read(written: &Written) -> Option<Self> {
-        written.parts().into_iter().map(|part| T::read(&part.into())).collect()
+        if let Written::Typed(value) = written {
+            return value.entries()?.into_iter().map(|entry| T::read(&entry.into())).collect();
+        }
+        written.parts().into_iter().map(|part| T::read(&Written::from(&*part))).collect()
     }
 
     fn value(&self) -> SettingValue {

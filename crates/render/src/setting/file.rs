@@ -1,6 +1,6 @@
 //! A file of settings: TOML, whose tables are the groups of keys.
 
-use super::{SettingsError, Written};
+use super::{SettingValue, SettingsError, Written};
 use crate::diagnostic::Diagnostic;
 use std::ops::Range;
 use toml::Spanned;
@@ -64,10 +64,9 @@ fn collect(table: &DeTable<'_>, prefix: &str, entries: &mut Vec<Entry>) {
             DeValue::Table(inner) => collect(inner, &format!("{key}."), entries),
             inner => {
                 let written = match inner {
-                    DeValue::Array(values) => {
-                        Written::List(values.iter().map(Spanned::get_ref).map(value_text).collect())
-                    }
-                    inner => Written::Text(value_text(inner)),
+                    // No type of a setting.
+                    DeValue::Datetime(time) => Written::Text(time.to_string()),
+                    inner => typed(inner).into(),
                 };
                 entries.push(Entry { key, key_range: name.span(), value: written, value_range: value.span() });
             }
@@ -75,20 +74,18 @@ fn collect(table: &DeTable<'_>, prefix: &str, entries: &mut Vec<Entry>) {
     }
 }
 
-/// A value as the command line writes it: without quotes, and what is nested in a list without brackets.
-fn value_text(value: &DeValue<'_>) -> String {
+/// A value with its type. What no setting takes becomes a text that none takes.
+fn typed(value: &DeValue<'_>) -> SettingValue {
     match value {
-        DeValue::String(text) => text.to_string(),
-        DeValue::Integer(number) if number.radix() != 10 => i64::from_str_radix(number.as_str(), number.radix())
-            .map_or_else(|_| number.to_string(), |number| number.to_string()),
-        DeValue::Integer(number) => number.as_str().to_owned(),
-        DeValue::Float(number) => number.as_str().to_owned(),
-        DeValue::Boolean(flag) => flag.to_string(),
-        DeValue::Datetime(time) => time.to_string(),
-        DeValue::Array(values) => {
-            let parts: Vec<String> = values.iter().map(Spanned::get_ref).map(value_text).collect();
-            parts.join(",")
+        DeValue::String(text) => SettingValue::Text(text.to_string()),
+        DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
+            .map_or_else(|_| SettingValue::Text(number.to_string()), SettingValue::Integer),
+        DeValue::Float(number) => {
+            number.as_str().parse().map_or_else(|_| SettingValue::Text(number.to_string()), SettingValue::Number)
         }
-        DeValue::Table(_) => "a table".into(),
+        DeValue::Boolean(flag) => SettingValue::Boolean(*flag),
+        DeValue::Datetime(time) => SettingValue::Text(time.to_string()),
+        DeValue::Array(values) => SettingValue::List(values.iter().map(Spanned::get_ref).map(typed).collect()),
+        DeValue::Table(_) => SettingValue::Text("a table".into()),
     }
 }

@@ -144,12 +144,15 @@ impl Display for SettingValue {
     }
 }
 
+/// The largest number of 32 bits.
+pub(super) const F32_MAX: f64 = f32::MAX as f64;
+
 impl Scalar {
     /// The number of a text; none if it is none of this kind.
     pub(crate) fn read(self, text: &str) -> Option<f64> {
         let number: f64 = text.parse().ok()?;
         let fits = match self {
-            Self::F32 => (number as f32).is_finite(),
+            Self::F32 => number.abs() <= F32_MAX,
             Self::I32 => number.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number),
             Self::U32 => number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number),
         };
@@ -252,7 +255,8 @@ impl SettingInfo {
     /// # Errors
     /// It is none of the type, or one of its numbers lies outside the range.
     pub fn read<T: SettingField>(&self, written: &Written) -> Result<T, SettingsError> {
-        let value = T::read(written).filter(|value| value.numbers().into_iter().all(|number| self.contains(number)));
+        let value = self.is_typed(written).then(|| T::read(written)).flatten();
+        let value = value.filter(|value| value.numbers().into_iter().all(|number| self.contains(number)));
         value.ok_or_else(|| self.refuse(written))
     }
 
@@ -261,7 +265,8 @@ impl SettingInfo {
     /// # Errors
     /// There is another number of components, one of them is no number of the type, or lies outside the range.
     pub fn components(&self, written: &Written) -> Result<Vec<f64>, SettingsError> {
-        let components = self.kind.numbers().and_then(|numbers| {
+        let numbers = self.kind.numbers().filter(|_| self.is_typed(written));
+        let components = numbers.and_then(|numbers| {
             let components: Option<Vec<f64>> = written.parts().iter().map(|part| numbers.scalar.read(part)).collect();
             components.filter(|components| components.len() == usize::from(numbers.count))
         });
@@ -273,9 +278,25 @@ impl SettingInfo {
         self.min.is_none_or(|min| number >= min) && self.max.is_none_or(|max| number <= max)
     }
 
+    /// Whether what was written has this setting's type, if it has one.
+    fn is_typed(&self, written: &Written) -> bool {
+        if let Written::Typed(value) = written { self.kind.admits(value) } else { true }
+    }
+
     /// That a value is none of this setting's.
     pub(crate) fn refuse(&self, written: &Written) -> SettingsError {
-        SettingsError::BadValue { key: self.key.to_string(), value: written.to_string(), expected: self.expected() }
+        let is_too_large =
+            |part: &str| part.parse::<f64>().is_ok_and(|number| number.is_infinite() || number.abs() > F32_MAX);
+        let is_f32 = self.kind.numbers().is_some_and(|numbers| numbers.scalar == Scalar::F32);
+        let has_no_end = is_f32 && self.max.is_none_or(|max| max > F32_MAX);
+        let mut expected = self.expected();
+        if has_no_end && written.parts().iter().any(|part| is_too_large(part)) {
+            expected.push_str(&format!("; 32 bits hold numbers up to {:e}", f32::MAX));
+        }
+        if let Written::Typed(value) = written {
+            expected.push_str(self.kind.remedy(value));
+        }
+        SettingsError::BadValue { key: self.key.to_string(), value: written.to_string(), expected }
     }
 
     /// The type and the range, in words.
@@ -294,7 +315,9 @@ impl SettingInfo {
                 _ => words(),
             },
             SettingType::Color => "a colour such as ff8800, or 3 numbers of at least 0 in linear light".into(),
-            SettingType::ChoiceOrColor => format!("{} or a colour such as ff8800", words()),
+            SettingType::ChoiceOrColor => {
+                format!("{}, a colour such as ff8800, or 3 numbers of at least 0 in linear light", words())
+            }
             SettingType::Exposure => {
                 format!("stops from -64 to 64, {}, or auto with stops such as auto+1 or auto-0.5", words())
             }
@@ -316,8 +339,8 @@ impl SettingInfo {
         let what = kind.numbers().map_or("", NumberType::expected);
         match (self.min, self.max) {
             (None, None) => what.into(),
-            (Some(min), None) => format!("{what}{each} at least {min}"),
-            (None, Some(max)) => format!("{what}{each} at most {max}"),
+            (Some(min), None) => format!("{what}{each} of at least {min}"),
+            (None, Some(max)) => format!("{what}{each} of at most {max}"),
             (Some(min), Some(max)) => format!("{what}{each} from {min} to {max}"),
         }
     }
@@ -326,10 +349,10 @@ impl SettingInfo {
     pub fn range(&self) -> String {
         let words = self.choices.join(" ");
         match (&self.kind, self.min, self.max) {
-            (SettingType::ChoiceOrColor, ..) => format!("{words} rrggbb"),
+            (SettingType::ChoiceOrColor, ..) => format!("{words} rrggbb r,g,b"),
             (SettingType::Exposure, ..) => format!("{words} auto+N auto-N -64 to 64"),
             (SettingType::Boolean, ..) => "true false".into(),
-            (SettingType::Color, ..) => "rrggbb".into(),
+            (SettingType::Color, ..) => "rrggbb r,g,b".into(),
             _ if !words.is_empty() => words,
             (_, None, None) => "any".into(),
             (_, Some(min), None) => format!("from {min}"),

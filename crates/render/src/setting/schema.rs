@@ -1,7 +1,11 @@
 //! A JSON Schema of files of settings, by which editors complete and check them.
 
+use super::info::F32_MAX;
 use super::{LinearColor, NumberType, Scalar, SettingInfo, SettingType};
 use serde_json::{Map, Value, json};
+
+/// `auto` with at most 64 stops.
+const AUTO_PATTERN: &str = r"^auto[+-]0*((64(\.0*)?|([1-5]?[0-9]|6[0-3])(\.[0-9]*)?)|\.[0-9]+)$";
 
 /// The schema (draft 2020-12) of a file that may hold all of `infos`: their dotted keys as nested tables.
 ///
@@ -61,16 +65,18 @@ fn described(info: &SettingInfo) -> Value {
 
 fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
     let color = || {
-        let linear =
-            json!({ "type": "array", "items": { "type": "number", "minimum": 0 }, "minItems": 3, "maxItems": 3 });
+        let linear = json!({ "type": "number", "minimum": 0, "maximum": F32_MAX });
+        let linear = json!({ "type": "array", "items": linear, "minItems": 3, "maxItems": 3 });
         vec![json!({ "type": "string", "pattern": LinearColor::PATTERN }), linear]
     };
     let words = || json!({ "enum": info.choices });
     match kind {
         SettingType::Number(NumberType { scalar, count }) => {
             let mut number = json!({ "type": if *scalar == Scalar::F32 { "number" } else { "integer" } });
-            info.min.inspect(|min| number["minimum"] = whole(*min));
-            info.max.inspect(|max| number["maximum"] = whole(*max));
+            // What 32 bits do not hold is refused, too.
+            let end = (*scalar == Scalar::F32).then_some(F32_MAX);
+            info.min.or(end.map(|end| -end)).inspect(|min| number["minimum"] = whole(*min));
+            info.max.or(end).inspect(|max| number["maximum"] = whole(*max));
             if *count == 1 {
                 return number;
             }
@@ -86,7 +92,7 @@ fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
         SettingType::Exposure => json!({ "anyOf": [
             words(),
             { "type": "number", "minimum": -64, "maximum": 64 },
-            { "type": "string", "pattern": r"^auto[+-][0-9]+(\.[0-9]+)?$" },
+            { "type": "string", "pattern": AUTO_PATTERN },
         ] }),
         SettingType::Text | SettingType::Path => json!({ "type": "string" }),
         SettingType::List(entry) => json!({ "type": "array", "items": typed(info, entry) }),

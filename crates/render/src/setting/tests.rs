@@ -2,6 +2,8 @@
 use super::*;
 use std::path::PathBuf;
 
+mod schema;
+
 choices! {
     /// Words.
     pub enum Shape {
@@ -160,7 +162,7 @@ fn files_keep_the_parts_of_lists_apart_and_defaults_come_back() {
     assert!(group.flag && group.direction == [0.0, 0.5, -1.0] && group.size_px == [1, 16], "{group:?}");
     assert_eq!((group.levels, group.shapes), (vec![0.5], vec![Shape::Round]));
     let error = read("[everything]\nlevels = [0.5, 2]").unwrap_err();
-    assert!(error.starts_with("a.toml:2:10: error: `0.5,2` is no value of `everything.levels`"), "{error}");
+    assert!(error.starts_with("a.toml:2:10: error: `[0.5,2]` is no value of `everything.levels`"), "{error}");
     assert!(read("everything.flag = [true]").unwrap_err().contains("true or false"));
 
     // Every default is a value of its own text, and of its own JSON.

@@ -1,0 +1,80 @@
+//! An input of a batch: read, on the device, and metered.
+
+use super::{Batch, failed};
+use crate::ahead::ReadAhead;
+use crate::deliver::check_ids;
+use crate::exposure::Taken;
+use crate::failure::{Failure, say};
+use crate::gather::Item;
+use crate::provenance::{InputFile, input_files};
+use crate::report::Phases;
+use crate::request::request;
+use crate::session::ms_since;
+use crate::shot::{pose, time_secs, view};
+use crate::{camera, coverage, interrupt, memory, scenes, shot};
+use manypass::Environment;
+use manypass_scene::{Framing, Scene};
+use std::time::Instant;
+
+/// An input in memory and on the device.
+pub(super) struct Loaded {
+    /// As it was read, in the pose of the latest picture.
+    pub scene: Scene,
+    /// What an automatic camera shows whole.
+    pub framing: Framing,
+    /// The exposure of all its pictures.
+    pub exposure: Taken,
+    /// What its reader and the renderer warned of.
+    pub warnings: Vec<String>,
+    /// The files it was read from; only with a report.
+    pub files: Vec<InputFile>,
+}
+
+impl Batch<'_> {
+    /// Reads an input and hands it to the device; says what is wrong with it.
+    ///
+    /// # Errors
+    /// It cannot be read or drawn, or there are warnings where those are errors.
+    pub(super) fn load(&mut self, item: &Item, phases: &mut Phases) -> Result<Loaded, Failure> {
+        let start = Instant::now();
+        // Two scenes at once need not fit into memory.
+        self.renderer.unload();
+        let (mut scene, mut warnings) = ReadAhead::take(&mut self.ahead, &item.input)?;
+        interrupt::check()?;
+        check_ids(self.job, &scene)?;
+        let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
+        scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
+        memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
+        let framing = shot::framing(&mut scene, self.args)?;
+        phases.load = ms_since(start);
+        let start = Instant::now();
+        self.renderer.load(&scene).map_err(failed)?;
+        phases.decode = self.renderer.decode_ms();
+        phases.upload = ms_since(start) - phases.decode;
+        interrupt::check()?;
+        warnings.extend(self.renderer.warnings());
+        let args = self.args;
+        if scene.animations.is_empty() && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {
+            warnings.push("it has no animation; every time shows it as it stands".into());
+        }
+        if self.settings.environment.source == Environment::None && coverage::is_dark(&scene) {
+            warnings.push("nothing lights it: the file has no lights, and --environment is none".into());
+        }
+        self.warn(&item.input.name(), &warnings)?;
+        if let Some(hint) = camera::hint(&self.job.camera, &scene, &framing).filter(|_| !args.quiet) {
+            self.bar.suspend(|| say(format_args!("hint: {}: {hint}", item.input.name())));
+        }
+        let start = Instant::now();
+        let exposure = self.meter(&mut scene, &framing)?;
+        phases.meter = ms_since(start);
+        Ok(Loaded { scene, framing, exposure, warnings, files })
+    }
+
+    /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.
+    fn meter(&mut self, scene: &mut Scene, framing: &Framing) -> Result<Taken, Failure> {
+        let (args, job) = (self.args, self.job);
+        pose(scene, args, time_secs(args, 0).map(|_| 0.0))?;
+        let camera = view(scene, framing, args, job, 0.0)?;
+        Taken::new(&mut self.renderer, scene, &request(args, job, &self.settings, camera, scene))
+    }
+}

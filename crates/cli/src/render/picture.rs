@@ -1,0 +1,172 @@
+//! One picture of a batch: drawn, put into its files, reported.
+
+use super::load::Loaded;
+use super::{Batch, failed};
+use crate::deliver::Delivery;
+use crate::failure::Failure;
+use crate::gather::Item;
+use crate::report::{Entry, Outputs, Phases};
+use crate::request::{picture_info, request};
+use crate::session::{ms_since, still_failure};
+use crate::shot::{pose, previous_pose, time_secs, view};
+use crate::{coverage, exposure, interrupt, memory, output};
+use manypass::{FrameRequest, FrameStats, PairCounts};
+use manypass_offline::PictureInfo;
+use manypass_offline::still::accumulate;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// A picture that is drawn, and what its report says of it.
+struct Drawn {
+    request: FrameRequest,
+    info: PictureInfo,
+    phases: Phases,
+    /// Of its last sample.
+    stats: FrameStats,
+    /// Pixels of radiance that half floats clamped; none if no radiance was read.
+    clamped_pixels: Option<u64>,
+    warnings: Vec<String>,
+}
+
+impl Batch<'_> {
+    /// Draws the picture of a frame and writes its files; `output` is the name of its file for the report.
+    ///
+    /// # Errors
+    /// It cannot be drawn or written, there are warnings where those are errors, or the user has said stop.
+    pub(super) fn render_picture(
+        &mut self,
+        item: &Item,
+        loaded: &mut Loaded,
+        frame: u32,
+        output: &str,
+        phases: Phases,
+    ) -> Result<(), Failure> {
+        let mut drawn = self.draw(item, loaded, frame, phases)?;
+        let mut delivery =
+            Delivery::begin(&mut self.renderer, &drawn.request, self.job, &drawn.info, (&item.names, frame))?;
+        drawn.clamped_pixels = drawn.request.averages_radiance().then(|| self.renderer.clamped_pixels());
+        if let Some(warning) = exposure::clamped_warning(drawn.clamped_pixels.unwrap_or(0)) {
+            self.warn(&item.input.name(), std::slice::from_ref(&warning))?;
+            drawn.warnings.push(warning);
+        }
+        delivery.finish()?;
+        // Their memory is the next picture's.
+        self.renderer.forget_variables();
+        (drawn.phases.readback, drawn.phases.encode) = (delivery.readback_ms, delivery.encode_ms);
+
+        // The rest is in frames of their own, that no phase counts: what shows or counts pixels is of one sample.
+        let alone = FrameRequest { sample_count: 1, ..drawn.request.clone() };
+        let (contact_sheet, passes) = self.show_passes(item, loaded, frame, &alone)?;
+        if self.report.is_some() {
+            let outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet, passes };
+            self.report_picture(item, loaded, &drawn, &alone, (outputs, &delivery))?;
+        }
+        // The frames of the report had variables, too.
+        self.renderer.forget_variables();
+        Ok(())
+    }
+
+    /// Poses the scene and draws all samples.
+    fn draw(&mut self, item: &Item, loaded: &mut Loaded, frame: u32, mut phases: Phases) -> Result<Drawn, Failure> {
+        let (args, job) = (self.args, self.job);
+        let Loaded { scene, framing, exposure, warnings, .. } = loaded;
+        let previous = previous_pose(scene, framing, args, job, frame)?;
+        pose(scene, args, time_secs(args, frame))?;
+        let camera = view(scene, framing, args, job, frame as f32)?;
+        let effects = self.effects.clone();
+        let mut request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        exposure.expose(&mut request);
+        let mut warnings = warnings.clone();
+        let compiled_ms = self.renderer.compile_ms();
+        if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
+            let warning = ["the picture is empty: no surface is in view".to_owned()];
+            self.warn(&item.input.name(), &warning)?;
+            warnings.extend(warning);
+        }
+        let shows_passes = job.dump_passes.is_some() || job.contact_sheet.is_some();
+        let renderer = &mut self.renderer;
+        let budget = memory::budget(job, &request, &renderer.gpu().adapter, shows_passes, self.report.is_some())?;
+        renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
+        let start = Instant::now();
+        let looked_ms = renderer.compile_ms();
+        let drawn =
+            accumulate(renderer, scene, &request, args.frame.samples, |_| !interrupt::STOP.load(Ordering::SeqCst));
+        // The budget is this picture's alone, whether it was drawn or not.
+        renderer.set_memory_budget(None);
+        drawn.map_err(|error| {
+            let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
+            refused.unwrap_or_else(|| still_failure(&error))
+        })?;
+        renderer.wait();
+        phases.compile = renderer.compile_ms() - compiled_ms;
+        phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
+        let stats = renderer.stats();
+        let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
+        Ok(Drawn { request, info, phases, stats, clamped_pixels: None, warnings })
+    }
+
+    /// Writes the pictures of all passes where they are asked for; gives the paths of the contact sheet and of those that
+    /// have files of their own.
+    fn show_passes(
+        &mut self,
+        item: &Item,
+        loaded: &Loaded,
+        frame: u32,
+        request: &FrameRequest,
+    ) -> Result<(Option<String>, Vec<String>), Failure> {
+        let (folder, sheet) = (&self.job.dump_passes, &self.job.contact_sheet);
+        if folder.is_none() && sheet.is_none() {
+            return Ok((None, Vec::new()));
+        }
+        let pictures = self.renderer.passes(&loaded.scene, request).map_err(failed)?;
+        let mut passes = Vec::new();
+        if let Some(folder) = folder {
+            passes = output::write_passes(&folder.expand(&item.names, frame, "rgba"), &pictures)?;
+        }
+        let Some(sheet) = sheet else { return Ok((None, passes)) };
+        let path = sheet.expand(&item.names, frame, "rgba");
+        output::write_sheet(&path, &pictures)?;
+        Ok((Some(path.display().to_string()), passes))
+    }
+
+    /// Adds a picture to the report; `alone` is the request of one sample.
+    fn report_picture(
+        &mut self,
+        item: &Item,
+        loaded: &Loaded,
+        drawn: &Drawn,
+        alone: &FrameRequest,
+        (outputs, delivery): (Outputs<'_>, &Delivery),
+    ) -> Result<(), Failure> {
+        let (Some(report), renderer, scene) = (&mut self.report, &mut self.renderer, &loaded.scene) else {
+            return Ok(());
+        };
+        let plan = renderer.plan(scene, &drawn.request).map_err(failed)?;
+        let pass_times = renderer.pass_times(scene, &drawn.request).map_err(failed)?;
+        let pairs = if drawn.stats.lights == 0 {
+            PairCounts::default()
+        } else {
+            renderer.count_pairs(scene, alone).map_err(failed)?
+        };
+        report.rendered(&Entry {
+            input: &item.input.name(),
+            input_files: &loaded.files,
+            outputs,
+            info: &drawn.info,
+            effects: &self.effect_values,
+            settings: &self.settings,
+            size: (self.job.width, self.job.height),
+            samples: self.args.frame.samples,
+            adapter: &renderer.gpu().adapter,
+            phases: drawn.phases,
+            stats: &drawn.stats,
+            plan: &plan,
+            pass_times: &pass_times,
+            pairs,
+            aov_ranges: &delivery.aov_ranges,
+            exposure: loaded.exposure.report(),
+            clamped_pixels: drawn.clamped_pixels,
+            warnings: &drawn.warnings,
+        })
+    }
+}
