@@ -79,7 +79,7 @@ fn studio() -> Studio {
     let skinned = add_mesh(&mut scene, bent, at(-0.4, 0.3, 1.0));
     let joint = scene.add_node(None, at(-0.4, 0.4, 1.0));
     let inverse_bind_matrices = vec![Mat4::IDENTITY; 2];
-    scene.skins.push(Skin { joints: vec![skinned, joint], inverse_bind_matrices, ..Default::default() });
+    scene.skins.push(Skin { joints: vec![skinned, joint], inverse_bind_matrices });
     scene.node_mut(skinned).skin = Some(0);
     let mut dots = cube(0.4, bumpy);
     (dots.topology, dots.indices) = (manypass_scene::Topology::Points, vec![3, 1, 7, 11]);
