@@ -282,8 +282,8 @@ impl Batch<'_> {
         renderer.forget_variables();
         (phases.readback, phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
-        // The rest is in frames of their own, of one sample, that no phase counts.
-        let alone = FrameRequest { sample_count: 1, ..request };
+        // The rest is in frames of their own, that no phase counts: what shows or counts pixels is of one sample.
+        let alone = FrameRequest { sample_count: 1, ..request.clone() };
         let mut outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet: None, passes: Vec::new() };
         if shows_passes {
             let pictures = renderer.passes(scene, &alone).map_err(failed)?;
@@ -297,8 +297,8 @@ impl Batch<'_> {
             }
         }
         if let Some(report) = &mut self.report {
-            let plan = renderer.plan(scene, &alone).map_err(failed)?;
-            let pass_times = renderer.pass_times(scene, &alone).map_err(failed)?;
+            let plan = renderer.plan(scene, &request).map_err(failed)?;
+            let pass_times = renderer.pass_times(scene, &request).map_err(failed)?;
             let pairs = if stats.lights == 0 {
                 PairCounts::default()
             } else {

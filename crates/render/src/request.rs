@@ -28,7 +28,7 @@ pub struct FrameRequest {
     pub clip_plane_world: Option<Vec4>,
     /// Which of the accumulated frames this is; 0 starts anew.
     pub sample_index: u32,
-    /// How many frames are accumulated.
+    /// How many frames are accumulated. A single one needs no means: its picture is made of its radiance at once.
     pub sample_count: u32,
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
     /// as a live view wants it. Otherwise a picture depends on nothing before its first sample.
@@ -49,7 +49,8 @@ pub struct FrameRequest {
     pub effects: Vec<Arc<dyn Effect>>,
 }
 
-/// What is averaged over the samples of a picture. A single sample holds both.
+/// What is averaged over the samples of a picture, and so what can be read of it. The picture of a single sample is the
+/// same whatever is averaged; its radiance is kept unless this is [`Self::Display`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Averaging {
     /// Colours of the display, after the tone curve: edges are smooth however bright one side is.
@@ -67,7 +68,7 @@ impl FrameRequest {
         self.sample_count > 1 && self.averaging != Averaging::Radiance
     }
 
-    /// Whether radiance can be read when all samples are drawn, even if they are several.
+    /// Whether radiance can be read when all samples are drawn.
     pub fn averages_radiance(&self) -> bool {
         self.averaging != Averaging::Display || self.want_aovs.contains(&Aov::Radiance)
     }

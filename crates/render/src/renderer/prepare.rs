@@ -1,6 +1,6 @@
 //! From what a frame is asked for to views that can be recorded.
 
-use super::output::{Output, RadianceMean, ViewState};
+use super::output::{MeansOf, Output, ViewState};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, DrawOrder, WorldDraws};
@@ -23,7 +23,7 @@ pub(super) struct Asked {
     /// The size at which it is shaded; the picture itself is as large as the request says.
     pub size: (u32, u32),
     pub output_size: (u32, u32),
-    pub radiance_mean: RadianceMean,
+    pub means_of: MeansOf,
     /// The passes that its variables need, and whether any variable is wanted.
     pub wants_variables: bool,
 }
@@ -52,7 +52,7 @@ impl Asked {
             name: name.into(),
             size,
             output_size: (width, height),
-            radiance_mean: RadianceMean::of(&request),
+            means_of: MeansOf::request(&request),
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
             request,
         })
@@ -60,7 +60,15 @@ impl Asked {
 
     /// Which of the two sums holds the mean so far.
     pub fn previous_sum(&self, state: &ViewState) -> usize {
-        if self.request.sample_index == 0 { 0 } else { state.latest_sum }
+        if self.request.sample_index == 0 { 1 } else { state.latest_sum }
+    }
+
+    /// Whether a sample that adds to those before it finds what they left.
+    pub fn finds_means(&self, state: &ViewState) -> bool {
+        let is_first = self.request.sample_index == 0;
+        is_first
+            || self.means_of == state.means_of
+                && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
     }
 }
 
@@ -195,8 +203,8 @@ impl Renderer {
     ) -> Option<&'o Output> {
         match purpose {
             Purpose::Meter(_) => None,
-            Purpose::Plan => Some(slot.insert(Output::planned(&self.gpu, asked.output_size, asked.radiance_mean))),
-            _ => Some(Output::of(&self.gpu, slot, asked.output_size, asked.radiance_mean)),
+            Purpose::Plan => Some(slot.insert(Output::planned(&self.gpu, asked.output_size, asked.means_of))),
+            _ => Some(Output::of(&self.gpu, slot, asked.output_size, asked.means_of)),
         }
     }
 }

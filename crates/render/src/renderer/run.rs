@@ -74,11 +74,18 @@ impl Renderer {
         states: &mut [ViewState],
         purpose: &mut Purpose<'_>,
     ) -> Result<Executed, RenderError> {
+        if purpose.is_picture() && !asked.iter().zip(&*states).all(|(asked, state)| asked.finds_means(state)) {
+            return Err(RenderError::Missing(
+                "there is no mean for this sample to be added to: all samples of a picture have one size, one \
+                 `sample_count` and one `averaging`",
+            ));
+        }
         let is_kept = !matches!(purpose, Purpose::Plan | Purpose::Meter(_));
-        let output_bytes =
-            asked.iter().zip(&*states).filter(|_| is_kept).map(|(asked, state)| {
-                Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.radiance_mean)
-            });
+        let output_bytes = asked
+            .iter()
+            .zip(&*states)
+            .filter(|_| is_kept)
+            .map(|(asked, state)| Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.means_of));
         let output_bytes: u64 = output_bytes.sum();
         check_budget(self.memory_budget_bytes, output_bytes)?;
         if output_bytes > 0 {
@@ -166,7 +173,7 @@ impl Renderer {
         for (((asked, state), ready), recorded) in asked.iter().zip(states).zip(&ready).zip(recorded) {
             if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_)) {
                 state.latest_sum = 1 - asked.previous_sum(state);
-                state.radiance_mean = asked.radiance_mean;
+                state.means_of = asked.means_of;
                 state.pre_exposure = asked.request.pre_exposure();
                 state.background_radiance = asked.request.background_radiance();
             }
@@ -248,7 +255,7 @@ fn record_view<'f>(
             export = Some(r.graph.export(meter));
         }
         (_, _, Some((output, previous_sum))) => {
-            let means = output.means(r.graph, asked.radiance_mean, previous_sum);
+            let means = output.means(r.graph, asked.means_of, previous_sum);
             let picture = Picture {
                 display: output.display(r.graph),
                 target: target_of(purpose),
