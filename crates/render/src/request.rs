@@ -192,7 +192,9 @@ pub struct FrameStats {
     pub lights: u32,
     /// Entries of all lists of lights.
     pub list_entries: u64,
-    /// Milliseconds to build the lists of lights.
+    /// Views whose lists of lights were made for the frame, because something changed that they are made of.
+    pub light_lists_made: u32,
+    /// Milliseconds to make the lists of lights, or to find that they are still right.
     pub culling_ms: f64,
     /// Bind groups that were made for the frame, because nothing alike was bound in the frames before.
     pub bind_groups_made: u64,

@@ -4,6 +4,7 @@ use super::{DISPLAY, Renderer};
 use crate::aov::{Aov, AovPixels, AovTextures};
 use crate::frame::Means;
 use crate::gpu::{Gpu, readback};
+use crate::lights::KeptLists;
 use crate::passes::accumulate::{Mean, SUM};
 use crate::record::ViewTables;
 use crate::request::{FrameRequest, RenderError};
@@ -33,6 +34,8 @@ pub(super) struct Output {
 #[derive(Debug)]
 pub(super) struct ViewState {
     pub tables: ViewTables,
+    /// The lists of lights that `tables` hold.
+    pub lists: Option<KeptLists>,
     pub output: Option<Output>,
     /// Which of the two sums holds the last frame's.
     pub latest_sum: usize,
@@ -51,6 +54,7 @@ impl ViewState {
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             tables: ViewTables::new(gpu),
+            lists: None,
             output: None,
             latest_sum: 0,
             means_of: MeansOf::Nothing,
