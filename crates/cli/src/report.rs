@@ -187,6 +187,7 @@ impl Report {
             "triangles": stats.triangles,
             "lights": stats.lights,
             "list_entries": stats.list_entries,
+            "light_lists_made": stats.light_lists_made,
             "bind_groups_made": stats.bind_groups_made,
             "pipelines_made": stats.pipelines_made,
             "uploaded_bytes": stats.uploaded_bytes,

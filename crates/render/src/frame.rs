@@ -81,8 +81,8 @@ pub fn effect_passes<'f>(
     Ok(outputs)
 }
 
-/// From radiance to the picture: accumulation over the samples of a still, the display transform, and the caller's
-/// target if there is one.
+/// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform, and
+/// the caller's target if there is one.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
@@ -99,23 +99,24 @@ pub fn output_passes(
     let of_display = share(accumulate::Average::Display(curve));
     let of_radiance = share(accumulate::Average::Radiance);
     let background = settings.background.source;
-    let is_done = tone_map::Display { curve: tone_map::Tonemap::None, exposure: 1.0, background };
+    let is_done = tone_map::Display { curve: tone_map::Tonemap::None, exposure: 1.0, background, is_mean: true };
+    let is_linear = tone_map::Display { curve, exposure, ..is_done };
     let (mean, left) = match means {
-        Means::Display(mean) => (accumulate::record(r, "accumulate", of_display, radiance, mean)?, is_done),
-        Means::Radiance(mean) => {
-            let mean = accumulate::record(r, "accumulate", of_radiance, radiance, mean)?;
-            (mean, tone_map::Display { curve, exposure, background })
-        }
+        Means::None => (None, tone_map::Display { is_mean: false, ..is_linear }),
+        Means::Display(mean) => (Some(accumulate::record(r, "accumulate", of_display, radiance, mean)?), is_done),
+        Means::Radiance(mean) => (Some(accumulate::record(r, "accumulate", of_radiance, radiance, mean)?), is_linear),
         Means::Both([mean, mean_of_radiance]) => {
             // Beside the other it has a name of its own.
             let linear = accumulate::record(r, "accumulate.radiance", of_radiance, radiance, mean_of_radiance)?;
             r.graph.export(linear);
-            (accumulate::record(r, "accumulate", of_display, radiance, mean)?, is_done)
+            (Some(accumulate::record(r, "accumulate", of_display, radiance, mean)?), is_done)
         }
     };
-    let display = tone_map::record(r, &settings.tone_map, left, &mean, display)?;
+    let display = tone_map::record(r, &settings.tone_map, left, mean.as_ref().unwrap_or(radiance), display)?;
     let display = crate::passes::debug::record(r, &settings.debug, display)?;
-    r.graph.export(mean);
+    if let Some(mean) = mean {
+        r.graph.export(mean);
+    }
     if let Some(target) = target {
         present::record(r, &display, target)?;
     }
@@ -138,12 +139,14 @@ pub struct Variables {
 /// The means over the samples so far, each with the texture for the next one.
 #[derive(Debug)]
 pub enum Means {
+    /// None: there is one sample, and nobody reads its radiance.
+    None,
     /// Of display colours.
-    Display([Handle; 2]),
+    Display(accumulate::Mean),
     /// Of radiance.
-    Radiance([Handle; 2]),
+    Radiance(accumulate::Mean),
     /// Of display colours, then of radiance.
-    Both([[Handle; 2]; 2]),
+    Both([accumulate::Mean; 2]),
 }
 
 /// The picture that a view ends in.

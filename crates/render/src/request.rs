@@ -31,7 +31,7 @@ pub struct FrameRequest {
     pub clip_plane_world: Option<Vec4>,
     /// Which of the accumulated frames this is; 0 starts anew.
     pub sample_index: u32,
-    /// How many frames are accumulated.
+    /// How many frames are accumulated. A single one needs no means: its picture is made of its radiance at once.
     pub sample_count: u32,
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
     /// as a live view wants it. Otherwise a picture depends on nothing before its first sample.
@@ -52,7 +52,8 @@ pub struct FrameRequest {
     pub effects: Vec<Arc<dyn Effect>>,
 }
 
-/// What is averaged over the samples of a picture. A single sample holds both.
+/// What is averaged over the samples of a picture, and so what can be read of it. The picture of a single sample is the
+/// same whatever is averaged; its radiance is kept unless this is [`Self::Display`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Averaging {
     /// Colours of the display, after the tone curve: edges are smooth however bright one side is.
@@ -82,7 +83,7 @@ impl FrameRequest {
         self.sample_count > 1 && self.averaging != Averaging::Radiance
     }
 
-    /// Whether radiance can be read when all samples are drawn, even if they are several.
+    /// Whether radiance can be read when all samples are drawn.
     pub fn averages_radiance(&self) -> bool {
         self.averaging != Averaging::Display || self.want_aovs.contains(&Aov::Radiance)
     }
@@ -214,7 +215,9 @@ pub struct FrameStats {
     pub lights: u32,
     /// Entries of all lists of lights.
     pub list_entries: u64,
-    /// Milliseconds to build the lists of lights.
+    /// Views whose lists of lights were made for the frame, because something changed that they are made of.
+    pub light_lists_made: u32,
+    /// Milliseconds to make the lists of lights, or to find that they are still right.
     pub culling_ms: f64,
     /// Bind groups that were made for the frame, because nothing alike was bound in the frames before.
     pub bind_groups_made: u64,

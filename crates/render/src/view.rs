@@ -5,7 +5,7 @@ use glam::{Mat4, Vec2, Vec4};
 use manypass_scene::{Aabb, Framing, Projection, Scene};
 
 /// From where, and how, the scene is seen.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The camera's transform: it looks along its −Z, with its +Y up.
     pub world_from_view: Mat4,
@@ -236,7 +236,8 @@ impl View {
 }
 
 /// The offset of a sample from the pixel's middle, in pixels: the R2 sequence (Roberts 2018), which fills the square
-/// evenly for any number of samples. A single sample lies in the middle.
+/// evenly for any number of samples. A single sample lies in the middle. A sample stays within its pixel: lists of lights
+/// are those of all samples.
 pub fn jitter_px(sample_index: u32, sample_count: u32) -> Vec2 {
     if sample_count <= 1 {
         return Vec2::ZERO;
@@ -252,6 +253,12 @@ mod tests {
     use super::*;
     use crate::shader::layout::assert_same_layout;
     use glam::Vec3;
+
+    #[test]
+    fn samples_stay_within_their_pixels() {
+        let farthest = (0..10_000).map(|sample| jitter_px(sample, 10_000).abs().max_element()).fold(0.0, f32::max);
+        assert!((0.49..=0.5).contains(&farthest), "{farthest}");
+    }
 
     #[test]
     fn shading_at_another_size_keeps_the_shape_of_what_is_seen() {

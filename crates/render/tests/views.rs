@@ -213,16 +213,17 @@ fn a_frame_like_the_last_one_makes_and_uploads_nothing() {
         settings.environment.source = Environment::Studio;
         settings.background.source = Background::Environment;
     });
-    renderer.render(&test.scene, &request).unwrap();
-    let first = renderer.stats();
-    assert!(first.bind_groups_made > 0 && first.pipelines_made > 0 && first.uploaded_bytes > 0, "{first:?}");
-    // The two textures of the mean change places.
-    renderer.render(&test.scene, &request).unwrap();
-    for _ in 0..3 {
+    for averaging in [Averaging::Display, Averaging::Radiance] {
+        let request = FrameRequest { averaging, ..request.clone() };
         renderer.render(&test.scene, &request).unwrap();
-        let stats = renderer.stats();
-        let made = (stats.bind_groups_made, stats.pipelines_made, stats.uploaded_bytes);
-        assert_eq!(made, (0, 0, 0));
+        let first = renderer.stats();
+        assert!(first.bind_groups_made > 0 && first.pipelines_made > 0 && first.uploaded_bytes > 0, "{first:?}");
+        for _ in 0..3 {
+            renderer.render(&test.scene, &request).unwrap();
+            let stats = renderer.stats();
+            let made = (stats.bind_groups_made, stats.pipelines_made, stats.uploaded_bytes, stats.light_lists_made);
+            assert_eq!(made, (0, 0, 0, 0), "{averaging:?}");
+        }
     }
     // Another camera is another uniform, other lists and other instances.
     let mut moved = request.clone();

@@ -4,28 +4,61 @@
 //! Billeter & Assarsson 2012, "Clustered Deferred and Forward Shading"). A light is put into a cluster if its sphere
 //! touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row of
 //! tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has no
-//! compute. A spot must touch the cluster with its cone, too. Writes: `lights`, `cluster_table`, `cluster_lights`; read in `lights.wgsl` alone.
+//! compute. A spot must touch the cluster with its cone, too. They are kept from frame to frame while nothing changes that
+//! they were made of; jitter is none of it, because a sample stays within its pixel. Writes: `lights`, `cluster_table`,
+//! `cluster_lights`; read in `lights.wgsl` alone.
 
 mod clusters;
+mod grid;
+mod kept;
 mod reach;
 mod settings;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
+pub use kept::{KeptLists, ListsOf};
 pub use reach::{Cone, Reach};
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
 
 use crate::colour::finite_product;
 use crate::constants::TEXELS_PER_LIGHT;
-use crate::view::{DepthRange, View};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use manypass_scene::{LightKind, NodeId, Scene};
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub const LIGHTS_MAX: u32 = 65_535;
 
+/// What one light of a table is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Source {
+    kind: LightKind,
+    color_linear: Vec3,
+    intensity: f32,
+    range_m: Option<f32>,
+    /// The last two axes of the node's matrix: −direction, of any length, and place.
+    z_axis: Vec3,
+    position: Vec3,
+}
+
+/// The lights of the visible `nodes`, of a `subset` = (k, n) only every n-th, beginning with the k-th.
+fn sources(scene: &Scene, nodes: &[NodeId], subset: Option<(u32, u32)>) -> impl Iterator<Item = Source> {
+    let of_node = |id: &NodeId| {
+        let node = scene.node(*id);
+        let light = scene.lights.get(node.light?)?;
+        let [z_axis, position] = [node.world_from_object.z_axis, node.world_from_object.w_axis].map(Vec4::truncate);
+        let (kind, color_linear) = (light.kind, light.color_linear);
+        Some(Source { kind, color_linear, intensity: light.intensity, range_m: light.range_m, z_axis, position })
+    };
+    let (k, n) = subset.map_or((0, 1), |(k, n)| (k, n.max(1)));
+    let numbered = (0..LIGHTS_MAX).zip(nodes.iter().filter_map(of_node));
+    numbered.filter(move |(number, _)| number % n == k).map(|(_, source)| source)
+}
+
 /// The lights of a scene, those that no list holds first.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
+    /// What it was made of.
+    sources: Vec<Source>,
+    pre_exposure: f32,
     /// Four texels a light: position and 1/range², intensity and cone scale, direction and cone offset, zero.
     pub texels: Vec<[f32; 4]>,
     /// What every light reaches that has a range, in world space.
@@ -42,19 +75,10 @@ impl LightTable {
     pub fn new(scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
         let mut classes: [Vec<[[f32; 4]; 4]>; 3] = Default::default();
         let mut reaches = Vec::new();
-        let mut number = 0;
-        for id in nodes {
-            if number == LIGHTS_MAX {
-                break;
-            }
-            let node = scene.node(*id);
-            let Some(light) = node.light.and_then(|light| scene.lights.get(light)) else { continue };
-            number += 1;
-            if subset.is_some_and(|(k, n)| (number - 1) % n.max(1) != k) {
-                continue;
-            }
-            let position = node.world_from_object.w_axis.truncate();
-            let direction = (-node.world_from_object.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
+        let sources: Vec<Source> = sources(scene, nodes, subset).collect();
+        for light in &sources {
+            let position = light.position;
+            let direction = (-light.z_axis).normalize_or(Vec3::NEG_Z);
             let intensity = (light.color_linear * pre_exposure).map(|color| finite_product(color, light.intensity));
             // cos·scale + offset goes from 0 at the outer cone to 1 at the inner one (glTF, KHR_lights_punctual).
             let (scale, offset) = match light.kind {
@@ -83,7 +107,19 @@ impl LightTable {
         }
         let directional_count = classes[0].len() as u32;
         let global_count = directional_count + classes[1].len() as u32;
-        Self { texels: classes.into_iter().flatten().flatten().collect(), reaches, directional_count, global_count }
+        let texels = classes.into_iter().flatten().flatten().collect();
+        Self { sources, pre_exposure, texels, reaches, directional_count, global_count }
+    }
+
+    /// Whether [`Self::new`] would make the same again.
+    pub fn is_of(&self, scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> bool {
+        self.pre_exposure == pre_exposure && self.sources.iter().copied().eq(sources(scene, nodes, subset))
+    }
+
+    /// Whether lists of both are the same: the lights may differ, but not in number and in what they reach.
+    fn has_lists_of(&self, other: &Self) -> bool {
+        let counts = |table: &Self| (table.len(), table.directional_count, table.global_count);
+        counts(self) == counts(other) && self.reaches == other.reaches
     }
 
     /// The number of lights.
@@ -96,18 +132,11 @@ impl LightTable {
         self.texels.is_empty()
     }
 
-    /// The lists of a view, within `limits` if clustered.
-    pub fn cluster(
-        &self,
-        view: &View,
-        range: DepthRange,
-        target: &Target,
-        culling: LightCulling,
-        settings: &ClusterSettings,
-        limits: ListLimits,
-    ) -> ClusterLists {
+    /// The lists of a view, within its limits if clustered.
+    pub fn cluster(&self, of: &ListsOf) -> ClusterLists {
+        let ListsOf { view, range, target, culling, settings, limits } = of;
         match culling {
-            LightCulling::Clustered => ClusterLists::build(self, view, range, target, settings, limits),
+            LightCulling::Clustered => ClusterLists::build(self, view, *range, target, settings, *limits),
             LightCulling::None => ClusterLists::everything(self, target.size),
         }
     }

@@ -5,7 +5,7 @@ use manypass_scene::LightKind;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// All that a light with a range reaches.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// The middle of a sphere around it.
     pub center: Vec3,
@@ -17,7 +17,7 @@ pub struct Reach {
 
 /// A cone with its tip at the light. At a distance t from the tip, up to the range, it is a disc of radius t · tangent;
 /// the round cap is taken to be flat and a little wider.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     tip: Vec3,
     /// Of length 1.

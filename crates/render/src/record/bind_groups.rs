@@ -59,6 +59,12 @@ impl BindGroups {
         self.groups.borrow_mut().clear();
     }
 
+    /// Forgets those that the frame did without, with the textures that they hold.
+    pub fn forget_unused(&self) {
+        let frame = self.frame.get();
+        self.groups.borrow_mut().retain(|_, (_, last)| *last == frame);
+    }
+
     /// How many were made since the frame began.
     pub fn made(&self) -> u64 {
         self.made.get()

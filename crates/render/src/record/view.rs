@@ -8,7 +8,7 @@ use crate::draws::DrawList;
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::lights::{ClusterLists, LightTable};
+use crate::lights::{ClusterLists, ClusterUniform, LightTable};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::view::ViewUniform;
@@ -83,13 +83,15 @@ impl ViewTables {
         }
     }
 
-    /// Uploads what changed, and says how many bytes that were.
-    pub fn write(&mut self, gpu: &Gpu, table: &LightTable, lists: &ClusterLists) -> u64 {
+    /// Uploads what changed, and says how many bytes that were. Without `lists` those that are there stay.
+    pub fn write(&mut self, gpu: &Gpu, table: &LightTable, lists: Option<&ClusterLists>) -> u64 {
         let (device, queue) = (&gpu.device, &gpu.queue);
         // The lists were made to fit.
         let mut written = self.lights.write(device, queue, &table.texels).unwrap_or(0);
-        written += self.cluster_table.write(device, queue, &lists.table).unwrap_or(0);
-        written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
+        if let Some(lists) = lists {
+            written += self.cluster_table.write(device, queue, &lists.table).unwrap_or(0);
+            written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
+        }
         written
     }
 }
@@ -102,8 +104,8 @@ pub(crate) struct Viewed<'a> {
     pub uniform: ViewUniform,
     pub draws: Rc<DrawList>,
     pub sampling: Sampling,
-    pub table: &'a LightTable,
-    pub lists: &'a ClusterLists,
+    pub light_count: u32,
+    pub cluster_grid: &'a ClusterUniform,
     pub environment: &'a EnvironmentUniform,
 }
 
@@ -120,7 +122,7 @@ impl Viewed<'_> {
         let texture = |table: &DataTexture| Resource::Texture(table.view().clone());
         let resources = frame_tables.frame_group([
             Resource::Uniform(uniforms.push(&self.uniform)),
-            Resource::Uniform(uniforms.push(&self.lists.uniform)),
+            Resource::Uniform(uniforms.push(self.cluster_grid)),
             texture(&tables.lights),
             texture(&tables.cluster_table),
             texture(&tables.cluster_lights),
@@ -132,7 +134,7 @@ impl Viewed<'_> {
             name: self.name,
             size: self.size,
             uniform: self.uniform,
-            light_count: self.table.len(),
+            light_count: self.light_count,
             is_environment_dark: self.environment.is_dark(),
             goes_on: self.goes_on,
             draws: self.draws,

@@ -4,7 +4,8 @@ use super::{DISPLAY, Renderer};
 use crate::aov::{Aov, AovPixels, AovTextures};
 use crate::frame::Means;
 use crate::gpu::{Gpu, readback};
-use crate::passes::accumulate::SUM;
+use crate::lights::KeptLists;
+use crate::passes::accumulate::{Mean, SUM};
 use crate::record::ViewTables;
 use crate::request::{FrameRequest, RenderError};
 use manypass_graph::{Graph, Handle, TextureDesc};
@@ -22,10 +23,10 @@ struct Kept {
 #[derive(Debug)]
 pub(super) struct Output {
     size: (u32, u32),
-    /// The mean of display colours; of radiance where that is the only one.
-    sums: [Kept; 2],
-    /// The mean of radiance beside that of display colours.
-    radiance_sums: Option<[Kept; 2]>,
+    /// The mean of display colours; of radiance where that is the only one. None, one or two textures.
+    sums: Vec<Kept>,
+    /// The mean of radiance beside that of display colours. None or two textures.
+    radiance_sums: Vec<Kept>,
     display: Kept,
 }
 
@@ -33,11 +34,13 @@ pub(super) struct Output {
 #[derive(Debug)]
 pub(super) struct ViewState {
     pub tables: ViewTables,
+    /// The lists of lights that `tables` hold.
+    pub lists: Option<KeptLists>,
     pub output: Option<Output>,
     /// Which of the two sums holds the last frame's.
     pub latest_sum: usize,
-    /// Where the last frame left the mean of radiance, and what it is multiplied by.
-    pub radiance_mean: RadianceMean,
+    /// What the last frame left means of, and what their radiance is multiplied by.
+    pub means_of: MeansOf,
     pub pre_exposure: f32,
     /// What radiance is laid over where it is read: the background colour as radiance.
     pub background_radiance: Option<[f32; 3]>,
@@ -51,9 +54,10 @@ impl ViewState {
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             tables: ViewTables::new(gpu),
+            lists: None,
             output: None,
             latest_sum: 0,
-            radiance_mean: RadianceMean::None,
+            means_of: MeansOf::Nothing,
             pre_exposure: 1.0,
             background_radiance: None,
             clamped_pixels: AtomicU64::new(0),
@@ -62,25 +66,47 @@ impl ViewState {
     }
 }
 
-/// Where the mean of radiance is.
+/// What a view's means are of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum RadianceMean {
-    /// There is none.
-    None,
-    /// It is the only mean.
-    Only,
-    /// It lies beside that of display colours.
-    Beside,
+pub(super) enum MeansOf {
+    /// There are none: the picture is made of the radiance of the only sample.
+    Nothing,
+    /// The radiance of the only sample, to be read.
+    OneSample,
+    /// Display colours.
+    Display,
+    /// Radiance.
+    Radiance,
+    /// Display colours, and beside them radiance.
+    Both,
 }
 
-impl RadianceMean {
-    /// Where a frame of `request` leaves it.
-    pub fn of(request: &FrameRequest) -> Self {
+impl MeansOf {
+    /// Those that a frame of `request` leaves.
+    pub fn request(request: &FrameRequest) -> Self {
+        let is_alone = request.sample_count <= 1 && request.sample_index == 0;
         match (request.averages_display(), request.averages_radiance()) {
-            (false, _) => Self::Only,
-            (true, true) => Self::Beside,
-            (true, false) => Self::None,
+            (false, false) if is_alone => Self::Nothing,
+            (false, true) if is_alone => Self::OneSample,
+            (false, _) => Self::Radiance,
+            (true, false) => Self::Display,
+            (true, true) => Self::Both,
         }
+    }
+
+    /// The number of textures for the first mean and for that beside it.
+    fn counts(self) -> [usize; 2] {
+        match self {
+            Self::Nothing => [0, 0],
+            Self::OneSample => [1, 0],
+            Self::Display | Self::Radiance => [2, 0],
+            Self::Both => [2, 2],
+        }
+    }
+
+    /// Whether the next sample adds to them.
+    pub fn go_on(self) -> bool {
+        !matches!(self, Self::Nothing | Self::OneSample)
     }
 }
 
@@ -102,62 +128,74 @@ fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): 
 
 impl Output {
     /// Bytes of the textures that [`Self::of`] would create.
-    pub fn missing_bytes(slot: Option<&Self>, size: (u32, u32), radiance: RadianceMean) -> u64 {
+    pub fn missing_bytes(slot: Option<&Self>, size: (u32, u32), means_of: MeansOf) -> u64 {
         let shape = |format| TextureDesc::new_2d(size.0, size.1, format).bytes();
         let known = slot.filter(|output| output.size == size);
-        let picture_bytes = if known.is_some() { 0 } else { 2 * shape(SUM) + shape(DISPLAY) };
-        let has_radiance =
-            radiance != RadianceMean::Beside || known.is_some_and(|output| output.radiance_sums.is_some());
-        picture_bytes + if has_radiance { 0 } else { 2 * shape(SUM) }
+        let picture_bytes = if known.is_some() { 0 } else { shape(DISPLAY) };
+        let held = known.map_or([0; 2], |output| [output.sums.len(), output.radiance_sums.len()]);
+        let missing: usize =
+            means_of.counts().into_iter().zip(held).map(|(wanted, held)| wanted.saturating_sub(held)).sum();
+        picture_bytes + missing as u64 * shape(SUM)
+    }
+
+    /// Whether it is for pictures of `size`.
+    pub fn is_of(&self, size: (u32, u32)) -> bool {
+        self.size == size
     }
 
     fn new(gpu: &Gpu, size: (u32, u32), texture_size: (u32, u32)) -> Self {
-        Self {
-            size,
-            sums: ["accumulate.sum"; 2].map(|label| create(gpu, label, SUM, texture_size)),
-            radiance_sums: None,
-            display: create(gpu, "display", DISPLAY, texture_size),
-        }
+        let display = create(gpu, "display", DISPLAY, texture_size);
+        Self { size, sums: Vec::new(), radiance_sums: Vec::new(), display }
     }
 
-    fn with_radiance(&mut self, gpu: &Gpu, radiance: RadianceMean, texture_size: (u32, u32)) {
-        if radiance == RadianceMean::Beside && self.radiance_sums.is_none() {
-            self.radiance_sums =
-                Some(["accumulate.radiance_sum"; 2].map(|label| create(gpu, label, SUM, texture_size)));
+    /// Adds the textures that these means take beyond those that are there.
+    fn with_means(&mut self, gpu: &Gpu, means_of: MeansOf, texture_size: (u32, u32)) {
+        let [sums, radiance_sums] = means_of.counts();
+        while self.sums.len() < sums {
+            self.sums.push(create(gpu, "accumulate.sum", SUM, texture_size));
+        }
+        while self.radiance_sums.len() < radiance_sums {
+            self.radiance_sums.push(create(gpu, "accumulate.radiance_sum", SUM, texture_size));
         }
     }
 
     /// For a plan that is never run: the shapes of pictures of `size`, with next to no memory behind them.
-    pub fn planned(gpu: &Gpu, size: (u32, u32), radiance: RadianceMean) -> Self {
+    pub fn planned(gpu: &Gpu, size: (u32, u32), means_of: MeansOf) -> Self {
         let mut output = Self::new(gpu, size, (1, 1));
-        output.with_radiance(gpu, radiance, (1, 1));
+        output.with_means(gpu, means_of, (1, 1));
         output
     }
 
-    /// The textures for pictures of `size`, with a second mean if `radiance` lies beside the first.
-    pub fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32), radiance: RadianceMean) -> &'a Self {
+    /// The textures for pictures of `size`, with those for the means. Textures of other means stay until the size changes,
+    /// so that one who shows single samples and refines them in turn makes none.
+    pub fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32), means_of: MeansOf) -> &'a Self {
         if slot.as_ref().is_some_and(|output| output.size != size) {
             *slot = None;
         }
         let output = slot.get_or_insert_with(|| Self::new(gpu, size, size));
-        output.with_radiance(gpu, radiance, size);
+        output.with_means(gpu, means_of, size);
         output
     }
 
     /// The means in a graph; `previous` of the two textures holds that of the samples so far.
-    pub fn means(&self, graph: &mut Graph<'_>, radiance: RadianceMean, previous: usize) -> Means {
+    pub fn means(&self, graph: &mut Graph<'_>, means_of: MeansOf, previous: usize) -> Means {
         let desc = TextureDesc::new_2d(self.size.0, self.size.1, SUM);
-        let mut pair = |sums: &[Kept; 2], names: [&'static str; 2]| {
-            let mut import = |name, index: usize| graph.import(name, desc, sums[index & 1].view.clone());
-            [import(names[0], previous), import(names[1], 1 - (previous & 1))]
+        let mut mean = |sums: &[Kept], names: [&'static str; 2]| {
+            let mut import = |name, index: usize| Some(graph.import(name, desc, sums.get(index & 1)?.view.clone()));
+            let previous_mean = if means_of.go_on() { import(names[0], previous) } else { None };
+            Some(Mean { previous: previous_mean, next: import(names[1], 1 - (previous & 1))? })
         };
-        let mean = pair(&self.sums, ["accumulate.previous", "accumulate.sum"]);
-        match (radiance, &self.radiance_sums) {
-            (RadianceMean::Only, _) => Means::Radiance(mean),
-            (RadianceMean::Beside, Some(sums)) => {
-                Means::Both([mean, pair(sums, ["accumulate.previous_radiance", "accumulate.radiance_sum"])])
+        let first = mean(&self.sums, ["accumulate.previous", "accumulate.sum"]);
+        match (means_of, first) {
+            (MeansOf::Nothing, _) | (_, None) => Means::None,
+            (MeansOf::OneSample | MeansOf::Radiance, Some(first)) => Means::Radiance(first),
+            (MeansOf::Display, Some(first)) => Means::Display(first),
+            (MeansOf::Both, Some(first)) => {
+                match mean(&self.radiance_sums, ["accumulate.previous_radiance", "accumulate.radiance_sum"]) {
+                    Some(second) => Means::Both([first, second]),
+                    None => Means::Display(first),
+                }
             }
-            (RadianceMean::None | RadianceMean::Beside, _) => Means::Display(mean),
         }
     }
 
@@ -187,17 +225,20 @@ impl RenderedView<'_> {
     /// As [`Renderer::read_radiance_rows_async`].
     ///
     /// # Errors
-    /// Radiance was not averaged, or the device was lost.
+    /// Radiance was not kept, or the device was lost.
     pub async fn read_radiance_rows_async(&self, rows: Range<u32>) -> Result<Vec<f32>, RenderError> {
         let (state, output) = (self.state, self.output);
-        let sums = match (state.radiance_mean, &output.radiance_sums) {
-            (RadianceMean::Only, _) => &output.sums,
-            (RadianceMean::Beside, Some(sums)) => sums,
-            _ => return Err(RenderError::Missing("radiance was not averaged: the request must ask for it")),
+        let sums = match state.means_of {
+            MeansOf::OneSample | MeansOf::Radiance => output.sums.as_slice(),
+            MeansOf::Both => &output.radiance_sums,
+            MeansOf::Nothing | MeansOf::Display => &[],
         };
+        let sum = sums.get(state.latest_sum & 1).ok_or(RenderError::Missing(
+            "radiance was not kept: the request must ask for it with `averaging`, or with the variable",
+        ))?;
         let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
         let is_first_band = rows.start == 0;
-        let bytes = readback::read_rows(self.gpu, &sums[state.latest_sum & 1].texture, rows).await?;
+        let bytes = readback::read_rows(self.gpu, &sum.texture, rows).await?;
         let mut radiance = readback::reserved(bytes.len() / 4)?;
         radiance.extend(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
         drop(bytes);
@@ -292,11 +333,11 @@ impl Renderer {
     }
 
     /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top. Over a background
-    /// colour it is opaque: the colour is the radiance that the exposure shows with that value. Of several samples there
-    /// is one only if the request's [`crate::Averaging`] says so, or it wants the variable.
+    /// colour it is opaque: the colour is the radiance that the exposure shows with that value. There is one only if the
+    /// request's [`crate::Averaging`] says so, or it wants the variable.
     ///
     /// # Errors
-    /// Nothing was rendered yet, or radiance was not averaged, or the device was lost.
+    /// Nothing was rendered yet, or radiance was not kept, or the device was lost.
     pub async fn read_radiance_async(&self) -> Result<Vec<f32>, RenderError> {
         self.read_radiance_rows_async(0..u32::MAX).await
     }
@@ -318,7 +359,7 @@ impl Renderer {
     /// As [`Self::read_radiance_async`], waiting.
     ///
     /// # Errors
-    /// Nothing was rendered yet, or the device was lost.
+    /// As [`Self::read_radiance_async`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_radiance(&mut self) -> Result<Vec<f32>, RenderError> {
         pollster::block_on(self.read_radiance_async())

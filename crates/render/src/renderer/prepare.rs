@@ -1,18 +1,18 @@
 //! From what a frame is asked for to views that can be recorded.
 
-use super::output::{Output, RadianceMean, ViewState};
+use super::output::{MeansOf, Output, ViewState};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
 use crate::frame::Variables;
-use crate::gpu::Capabilities;
-use crate::lights::{self, LightTable};
-use crate::record::{PreparedView, ViewTables, Viewed};
+use crate::gpu::{Capabilities, Gpu};
+use crate::lights::{self, ClusterLists, KeptLists, LightTable, ListsOf};
+use crate::record::{PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
-use crate::view::{self, CameraStep, ViewUniform};
+use crate::view::{self, CameraStep, DepthRange, ViewUniform};
 use manypass_scene::Scene;
 use std::rc::Rc;
 
@@ -23,7 +23,7 @@ pub(super) struct Asked {
     /// The size at which it is shaded; the picture itself is as large as the request says.
     pub size: (u32, u32),
     pub output_size: (u32, u32),
-    pub radiance_mean: RadianceMean,
+    pub means_of: MeansOf,
     /// The passes that its variables need, and whether any variable is wanted.
     pub wants_variables: bool,
 }
@@ -46,7 +46,7 @@ impl Asked {
             name: name.into(),
             size,
             output_size: (width, height),
-            radiance_mean: RadianceMean::of(&request),
+            means_of: MeansOf::request(&request),
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
             request,
         })
@@ -54,7 +54,15 @@ impl Asked {
 
     /// Which of the two sums holds the mean so far.
     pub fn previous_sum(&self, state: &ViewState) -> usize {
-        if self.request.sample_index == 0 { 0 } else { state.latest_sum }
+        if self.request.sample_index == 0 { 1 } else { state.latest_sum }
+    }
+
+    /// Whether a sample that adds to those before it finds what they left.
+    pub fn finds_means(&self, state: &ViewState) -> bool {
+        let is_first = self.request.sample_index == 0;
+        is_first
+            || self.means_of == state.means_of
+                && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
     }
 }
 
@@ -76,12 +84,20 @@ impl<'s> World<'s> {
         Self { scene, draws, tables: Vec::new() }
     }
 
-    fn light_table(&mut self, pre_exposure: f32, subset: Option<(u32, u32)>) -> Rc<LightTable> {
+    /// The table of lights; that which the view has from its last frame if it is still right.
+    fn light_table(
+        &mut self,
+        pre_exposure: f32,
+        subset: Option<(u32, u32)>,
+        kept: Option<&Rc<LightTable>>,
+    ) -> Rc<LightTable> {
         let key = (pre_exposure.to_bits(), subset);
         if let Some((_, table)) = self.tables.iter().find(|(known, _)| *known == key) {
             return table.clone();
         }
-        let table = Rc::new(LightTable::new(self.scene, &self.draws.lit, pre_exposure, subset));
+        let kept = kept.filter(|table| table.is_of(self.scene, &self.draws.lit, pre_exposure, subset));
+        let make = || Rc::new(LightTable::new(self.scene, &self.draws.lit, pre_exposure, subset));
+        let table = kept.cloned().unwrap_or_else(make);
         self.tables.push((key, table.clone()));
         table
     }
@@ -105,7 +121,7 @@ impl Renderer {
         &self,
         asked: &Asked,
         world: &mut World<'_>,
-        tables: &mut ViewTables,
+        state: &mut ViewState,
         has_previous: bool,
         stats: &mut FrameStats,
     ) -> Result<Ready, RenderError> {
@@ -123,19 +139,12 @@ impl Renderer {
         };
         let uniform = uniform_at(*size);
         let draws = Rc::new(DrawList::new(&world.draws, &uniform));
-        let started = web_time::Instant::now();
-        let table = world.light_table(pre_exposure, request.light_subset);
-        let aspect = output_size.0 as f32 / output_size.1 as f32;
-        let target = lights::Target { size: *size, aspect, jitter_px: jitter };
-        let limits = lights::ListLimits::of(self.gpu.capabilities.max_texture_size);
-        let (culling, clusters) = (settings.lights.culling, &settings.clusters);
-        let lists = table.cluster(&request.camera, range, &target, culling, clusters, limits);
+        let (lists, made) = self.lists_of(asked, range, world, state.lists.take(), stats);
+        let ViewState { tables, lists: kept, .. } = state;
+        let lists: &KeptLists = kept.insert(lists);
         stats.draws += (draws.opaque.len() + draws.blended.len()) as u32;
         stats.triangles += draws.triangles;
-        stats.lights = stats.lights.max(table.len());
-        stats.list_entries += lists.lights.len() as u64;
-        stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
-        stats.uploaded_bytes += tables.write(&self.gpu, &table, &lists);
+        stats.uploaded_bytes += tables.write(&self.gpu, &lists.table, made.as_ref());
         let environment = request.environment_uniform();
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
             let viewed = Viewed {
@@ -145,8 +154,8 @@ impl Renderer {
                 uniform,
                 draws: draws.clone(),
                 sampling: filtering.sampling,
-                table: &table,
-                lists: &lists,
+                light_count: lists.table.len(),
+                cluster_grid: &lists.uniform,
                 environment: &environment,
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
@@ -172,17 +181,53 @@ impl Renderer {
         })
     }
 
-    /// The textures that a view's picture goes to; none where the frame is metered.
-    pub(super) fn output_of<'o>(
+    /// The lists of lights of a view: those that it has from its last frame if they are still right; else new ones, which
+    /// are given, too.
+    fn lists_of(
         &self,
         asked: &Asked,
-        slot: &'o mut Option<Output>,
-        purpose: &Purpose<'_>,
-    ) -> Option<&'o Output> {
-        match purpose {
-            Purpose::Meter(_) => None,
-            Purpose::Plan => Some(slot.insert(Output::planned(&self.gpu, asked.output_size, asked.radiance_mean))),
-            _ => Some(Output::of(&self.gpu, slot, asked.output_size, asked.radiance_mean)),
-        }
+        range: DepthRange,
+        world: &mut World<'_>,
+        kept: Option<KeptLists>,
+        stats: &mut FrameStats,
+    ) -> (KeptLists, Option<ClusterLists>) {
+        let started = web_time::Instant::now();
+        let Asked { request, size, output_size, .. } = asked;
+        let of = ListsOf {
+            view: request.camera,
+            range,
+            target: lights::Target { size: *size, aspect: output_size.0 as f32 / output_size.1 as f32 },
+            culling: request.settings.lights.culling,
+            settings: request.settings.clusters.clone(),
+            limits: lights::ListLimits::of(self.gpu.capabilities.max_texture_size),
+        };
+        let known = kept.as_ref().map(|lists| &lists.table);
+        let table = world.light_table(request.pre_exposure(), request.light_subset, known);
+        let (lists, made) = match kept.and_then(|lists| lists.with(&table, &of)) {
+            Some(lists) => (lists, None),
+            None => {
+                let made = table.cluster(&of);
+                stats.light_lists_made += 1;
+                (KeptLists::new(table, of, &made), Some(made))
+            }
+        };
+        stats.lights = stats.lights.max(lists.table.len());
+        stats.list_entries += lists.entries;
+        stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
+        (lists, made)
+    }
+}
+
+/// The textures that a view's picture goes to; none where the frame is metered.
+pub(super) fn output_of<'o>(
+    gpu: &Gpu,
+    asked: &Asked,
+    slot: &'o mut Option<Output>,
+    purpose: &Purpose<'_>,
+) -> Option<&'o Output> {
+    match purpose {
+        Purpose::Meter(_) => None,
+        Purpose::Plan => Some(slot.insert(Output::planned(gpu, asked.output_size, asked.means_of))),
+        _ => Some(Output::of(gpu, slot, asked.output_size, asked.means_of)),
     }
 }

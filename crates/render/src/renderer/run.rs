@@ -1,7 +1,7 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
 use super::output::{Output, ViewState};
-use super::prepare::{Asked, Ready, World};
+use super::prepare::{Asked, Ready, World, output_of};
 use super::{Purpose, Renderer};
 use crate::aov::AovExports;
 use crate::frame::{self, Picture, Variables};
@@ -76,12 +76,7 @@ impl Renderer {
         states: &mut [ViewState],
         purpose: &mut Purpose<'_>,
     ) -> Result<Executed, RenderError> {
-        let is_kept = !matches!(purpose, Purpose::Plan | Purpose::Meter(_));
-        let output_bytes =
-            asked.iter().zip(&*states).filter(|_| is_kept).map(|(asked, state)| {
-                Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.radiance_mean)
-            });
-        let output_bytes: u64 = output_bytes.sum();
+        let output_bytes = missing_output_bytes(asked, states, purpose)?;
         check_budget(self.memory_budget_bytes, output_bytes)?;
         if output_bytes > 0 {
             // They hold the textures whose place others take.
@@ -113,7 +108,7 @@ impl Renderer {
         let ready: Vec<Ready> = asked
             .iter()
             .zip(&mut *states)
-            .map(|(asked, state)| self.ready(asked, &mut world, &mut state.tables, has_previous, &mut stats))
+            .map(|(asked, state)| self.ready(asked, &mut world, state, has_previous, &mut stats))
             .collect::<Result<_, _>>()?;
 
         // The frame.
@@ -131,13 +126,12 @@ impl Renderer {
             legends: &legends,
         };
         let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
-        let mut recorded = Vec::with_capacity(asked.len());
-        for ((asked, state), ready) in asked.iter().zip(&mut *states).zip(&ready) {
-            let previous_sum = asked.previous_sum(state);
-            let output = self.output_of(asked, &mut state.output, purpose);
-            let output = output.map(|output| (output, previous_sum));
-            recorded.push(record_view(&mut graph, &frame, asked, ready, output, purpose)?);
-        }
+        let recorded: Vec<Recorded> = asked
+            .iter()
+            .zip(&mut *states)
+            .zip(&ready)
+            .map(|((asked, state), ready)| record_view(&mut graph, &frame, asked, ready, state, purpose))
+            .collect::<Result<_, _>>()?;
         let plan = graph.plan()?;
         let bytes = plan.bytes();
         (stats.texture_bytes, stats.texture_bytes_unaliased) = (bytes.aliased, bytes.unaliased);
@@ -158,25 +152,14 @@ impl Renderer {
         stats.bind_groups_made = self.bind_groups.made();
         if missing_bytes > 0 {
             // The executor gave textures of other shapes back, and nobody else shall keep them.
-            self.bind_groups.clear();
+            self.bind_groups.forget_unused();
         }
         self.world_draws = world.draws;
         stats.pipelines_made = self.shaders.made() - pipelines_made;
         self.stats = stats;
         self.gpu.check()?;
 
-        // What the views keep.
-        for (((asked, state), ready), recorded) in asked.iter().zip(states).zip(&ready).zip(recorded) {
-            if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_)) {
-                state.latest_sum = 1 - asked.previous_sum(state);
-                state.radiance_mean = asked.radiance_mean;
-                state.pre_exposure = asked.request.pre_exposure();
-                state.background_radiance = asked.request.background_radiance();
-            }
-            if asked.wants_variables && purpose.is_picture() {
-                state.aovs = recorded.variables.textures(&run, ready.variables_uniform)?;
-            }
-        }
+        keep(asked, states, &ready, recorded, &run, purpose)?;
         if purpose.is_picture() && asked.iter().any(|asked| asked.wants_variables) {
             self.executor.release_exports(&run);
         }
@@ -220,13 +203,56 @@ impl Renderer {
     }
 }
 
+/// Bytes of the textures that the pictures of a frame take beyond those that its views have.
+///
+/// # Errors
+/// A sample has nothing to be added to.
+fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose<'_>) -> Result<u64, RenderError> {
+    if purpose.is_picture() && !asked.iter().zip(states).all(|(asked, state)| asked.finds_means(state)) {
+        return Err(RenderError::Missing(
+            "there is no mean for this sample to be added to: all samples of a picture have one size, one \
+             `sample_count` and one `averaging`",
+        ));
+    }
+    if matches!(purpose, Purpose::Plan | Purpose::Meter(_)) {
+        return Ok(0);
+    }
+    let missing_bytes = |(asked, state): (&Asked, &ViewState)| {
+        Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.means_of)
+    };
+    Ok(asked.iter().zip(states).map(missing_bytes).sum())
+}
+
+/// Leaves in `states` what the frame left of their views.
+fn keep(
+    asked: &[Asked],
+    states: &mut [ViewState],
+    ready: &[Ready],
+    recorded: Vec<Recorded>,
+    run: &Run,
+    purpose: &Purpose<'_>,
+) -> Result<(), RenderError> {
+    for (((asked, state), ready), recorded) in asked.iter().zip(states).zip(ready).zip(recorded) {
+        if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_)) {
+            state.latest_sum = 1 - asked.previous_sum(state);
+            state.means_of = asked.means_of;
+            state.pre_exposure = asked.request.pre_exposure();
+            state.background_radiance = asked.request.background_radiance();
+        }
+        if asked.wants_variables && purpose.is_picture() {
+            state.aovs = recorded.variables.textures(run, ready.variables_uniform)?;
+        }
+    }
+    Ok(())
+}
+
 /// Records all passes of a view.
 fn record_view<'f>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
     asked: &'f Asked,
     ready: &'f Ready,
-    output: Option<(&Output, usize)>,
+    state: &mut ViewState,
     purpose: &Purpose<'_>,
 ) -> Result<Recorded, RenderError> {
     let request = &asked.request;
@@ -241,7 +267,8 @@ fn record_view<'f>(
     let outputs = frame::view_passes(&mut r, &request.settings, &of_view)?;
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let mut export = None;
-    match (purpose, &outputs.gbuffer, output) {
+    let previous_sum = asked.previous_sum(state);
+    match (purpose, &outputs.gbuffer, output_of(frame.gpu, asked, &mut state.output, purpose)) {
         (Purpose::Pairs(_), Some(gbuffer), _) => {
             let pairs = direct::record_counting(&mut r, gbuffer)?;
             export = Some(r.graph.export(pairs));
@@ -250,8 +277,8 @@ fn record_view<'f>(
             let meter = meter::record(&mut r, &outputs.radiance)?;
             export = Some(r.graph.export(meter));
         }
-        (_, _, Some((output, previous_sum))) => {
-            let means = output.means(r.graph, asked.radiance_mean, previous_sum);
+        (_, _, Some(output)) => {
+            let means = output.means(r.graph, asked.means_of, previous_sum);
             let picture = Picture {
                 display: output.display(r.graph),
                 target: target_of(purpose),

@@ -5,7 +5,8 @@
 // negative alpha where a sample reached the limit of half floats or was no number: its value is too small.
 // Program: accumulate. Axes: curve_0, curve_1, curve_2, scaled.
 
-import package::constants::{HALF_FLOAT_MAX, RADIANCE_MAX};
+import package::constants::RADIANCE_MAX;
+import package::shaders::scrub::scrubbed;
 import package::shaders::tone_curve::display_linear;
 
 struct Accumulation {
@@ -45,8 +46,8 @@ fn is_finite(texel: vec4f) -> bool {
 @fragment
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let texel = radiance_at(position.xy);
-    // Neither infinite nor NaN, whatever an effect wrote, so that the mean is never spoilt for good.
-    let sample = min(max(texel, vec4f(0.0)), vec4f(HALF_FLOAT_MAX));
+    // So that the mean is never spoilt for good.
+    let sample = scrubbed(texel);
     var before = vec4f(0.0);
     // What was never written may be a NaN. The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (position.x >= 0.0) & (accumulation.keep > 0.0) {

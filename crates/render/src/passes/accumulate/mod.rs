@@ -54,6 +54,15 @@ pub struct Share {
     pub exposure: f32,
 }
 
+/// The mean of the frames so far, and where that with this frame goes.
+#[derive(Debug)]
+pub struct Mean {
+    /// What the frames before left; none if this is the only one.
+    pub previous: Option<Handle>,
+    /// What this frame leaves.
+    pub next: Handle,
+}
+
 /// Records the pass, under the name `name`.
 ///
 /// # Errors
@@ -63,7 +72,7 @@ pub fn record(
     name: &'static str,
     Share { average, sample_index, exposure }: Share,
     radiance: &Handle,
-    [previous, next]: [Handle; 2],
+    Mean { previous, next }: Mean,
 ) -> Result<Handle, ProgramError> {
     let mut axes = match average {
         Average::Display(curve) => curve.axes().to_vec(),
@@ -87,7 +96,8 @@ pub fn record(
     r.fullscreen(name, "accumulate", &axes)
         .uniform("accumulation", &uniform)
         .read("radiance", radiance)
-        .read("previous", &previous)
+        // The first frame looks at nothing before it, but something has to be bound.
+        .read("previous", previous.as_ref().unwrap_or(radiance))
         .draw_into(next, ColorLoad::Discard)
 }
 

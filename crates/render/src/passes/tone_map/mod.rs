@@ -1,9 +1,10 @@
-//! tone_map: from the mean over the samples to the picture: tone curve (unless the samples have it already), background
-//! colour, sRGB, dithering.
+//! tone_map: from the mean over the samples, or from the only one, to the picture: tone curve (unless the samples have it
+//! already), background colour, sRGB, dithering.
 //!
 //! Sources: see `tone_curve.wgsl`; compositing in linear light after Porter & Duff 1984, "over". Reads: the mean of
-//! radiance or of display colours. Writes: the output, in display colours. A background colour comes after the curve, so
-//! that it is that colour under every curve and at every exposure.
+//! radiance or of display colours; of a single sample its radiance, which is filtered linearly where it has another size
+//! (`render.scale`). Writes: the output, in display colours. A background colour comes after the curve, so that it is that
+//! colour under every curve and at every exposure.
 
 mod settings;
 
@@ -12,7 +13,7 @@ use crate::environment::Background;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 pub use crate::tone_curve::Tonemap;
-use manypass_graph::{ColorLoad, Handle};
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
 pub use settings::ToneMapSettings;
 
 /// The uniform of `tone_map.wgsl`; a test compares the two layouts.
@@ -27,18 +28,32 @@ struct ToneMapUniform {
     background_srgb: [f32; 3],
     /// Multiplies radiance.
     exposure: f32,
+    /// 1 / width and height of the picture.
+    inverse_size_px: [f32; 2],
+    /// How much of an alpha below 0 counts, turned positive.
+    negative_alpha: f32,
+    /// Zero.
+    padding: f32,
 }
 
 impl ToneMapUniform {
-    fn new(background: Background, dither: f32, exposure: f32) -> Self {
+    fn new(Display { exposure, background, is_mean, .. }: Display, dither: f32, output: &TextureDesc) -> Self {
         let background_linear = if let Background::Color(color) = background { color } else { [0.0; 3] };
         // The shader's own encoding may be off by more than a byte's rounding allows on some adapters.
         let background_srgb = background_linear.map(|linear: f32| srgb_from_linear(linear.clamp(0.0, 1.0)));
-        Self { background_linear, dither, background_srgb, exposure }
+        Self {
+            background_linear,
+            dither,
+            background_srgb,
+            exposure,
+            inverse_size_px: [1.0 / output.width as f32, 1.0 / output.height as f32],
+            negative_alpha: if is_mean { 1.0 } else { 0.0 },
+            padding: 0.0,
+        }
     }
 }
 
-/// What is left to do for a mean.
+/// What is left to do.
 #[derive(Clone, Copy, Debug)]
 pub struct Display {
     /// The curve that the samples did not go through yet.
@@ -47,6 +62,8 @@ pub struct Display {
     pub exposure: f32,
     /// What lies behind.
     pub background: Background,
+    /// Whether it is for a mean, in which negative alpha marks clamped pixels, or for the radiance of one frame.
+    pub is_mean: bool,
 }
 
 /// Records the pass.
@@ -56,17 +73,22 @@ pub struct Display {
 pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &ToneMapSettings,
-    Display { curve, exposure, background }: Display,
-    mean: &Handle,
+    left: Display,
+    radiance: &Handle,
     output: Handle,
 ) -> Result<Handle, ProgramError> {
-    let mut axes = curve.axes().to_vec();
-    if matches!(background, Background::Color(_)) {
+    let mut axes = left.curve.axes().to_vec();
+    if matches!(left.background, Background::Color(_)) {
         axes.push("over_color");
     }
+    let (from, to) = (radiance.desc(), output.desc());
+    if (from.width, from.height) != (to.width, to.height) {
+        axes.push("scaled");
+    }
+    let uniform = ToneMapUniform::new(left, settings.dither, &to);
     r.fullscreen("tone_map", "tone_map", &axes)
-        .read("radiance", mean)
-        .uniform("tone_map", &ToneMapUniform::new(background, settings.dither, exposure))
+        .read("radiance", radiance)
+        .uniform("tone_map", &uniform)
         .draw_into(output, ColorLoad::Discard)
 }
 
@@ -81,7 +103,7 @@ mod tests {
             "tone_map",
             "ToneMap",
             ToneMapUniform,
-            [background_linear, dither, background_srgb, exposure]
+            [background_linear, dither, background_srgb, exposure, inverse_size_px, negative_alpha, padding]
         );
     }
 }

@@ -1,10 +1,12 @@
-// tone_map: from the mean over the samples to the picture: tone curve (unless the samples have it already), background
-// colour, sRGB, dithering.
-// Source of the noise: Jimenez 2014. Reads: the mean (associated alpha; negative alpha marks clamped pixels). Writes:
-// display colour, unassociated alpha; opaque over a background colour.
-// Program: tone_map. Axes: curve_0, curve_1, curve_2, over_color.
+// tone_map: from the mean over the samples, or from the only one, to the picture: tone curve (unless the samples have it
+// already), background colour, sRGB, dithering.
+// Source of the noise: Jimenez 2014. Reads: the mean (associated alpha; negative alpha marks clamped pixels) or the frame's
+// radiance, which is filtered linearly where it was shaded at another size than the picture's (`scaled`). Writes: display
+// colour, unassociated alpha; opaque over a background colour.
+// Program: tone_map. Axes: curve_0, curve_1, curve_2, over_color, scaled.
 
 import package::shaders::colour::srgb_from_linear;
+import package::shaders::scrub::scrubbed;
 import package::shaders::tone_curve::display_linear;
 
 struct ToneMap {
@@ -16,10 +18,26 @@ struct ToneMap {
     background_srgb: vec3f,
     // Multiplies radiance; 1 where the samples went through the curve already.
     exposure: f32,
+    // 1 / width and height of the picture.
+    inverse_size_px: vec2f,
+    // How much of an alpha below 0 counts, turned positive: 1 in a mean, whose sign is a mark; 0 in radiance.
+    negative_alpha: f32,
+    // Zero.
+    padding: f32,
 }
 
 @group(1) @binding(0) var<uniform> tone_map: ToneMap;
 @group(1) @binding(1) var radiance: texture_2d<f32>;
+@if(scaled) @group(0) @binding(2) var linear_clamp: sampler;
+
+fn radiance_at(position_px: vec2f) -> vec4f {
+    @if(scaled) {
+        return textureSampleLevel(radiance, linear_clamp, position_px * tone_map.inverse_size_px, 0.0);
+    }
+    @if(!scaled) {
+        return textureLoad(radiance, vec2i(position_px), 0);
+    }
+}
 
 // Interleaved gradient noise (Jimenez 2014): the same for the same pixel on every run.
 fn dither_noise(pixel: vec2f) -> f32 {
@@ -36,8 +54,10 @@ fn encoded(color_linear: vec3f, position_px: vec2f, amplitude: f32) -> vec3f {
 
 @fragment
 fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let texel = textureLoad(radiance, vec2i(position.xy), 0);
-    let coverage = abs(texel.a);
+    let found = radiance_at(position.xy);
+    let alpha = max(found.a, 0.0) - tone_map.negative_alpha * min(found.a, 0.0);
+    let texel = scrubbed(vec4f(found.rgb, alpha));
+    let coverage = texel.a;
     let color = display_linear(texel.rgb / max(coverage, 1e-6) * tone_map.exposure);
     @if(over_color) {
         // Alpha in steps of 1/255, and so much less dither: the same as the transparent picture laid over the colour.
