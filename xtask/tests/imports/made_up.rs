@@ -109,11 +109,12 @@ fn what_only_tests_have_is_left_out() {
             #[cfg(test)] impl<T: Iterator<Item = u8>> B for T { fn f() { crate::a::f() } } pub fn b() { crate::c::C; }"),
         ("c.rs", "pub struct C;"),
         ("common.rs", "use crate::a;"),
-        ("a/below.rs", "use crate::b;"),
+        ("a/below.rs", "use crate::b; mod deeper;"),
+        ("a/below/deeper.rs", "use crate::b;"),
     ]);
     assert_eq!((imports_of(&tree, "a.rs"), imports_of(&tree, "b.rs")), (vec!["c.rs".into()], vec!["c.rs".into()]));
     assert_eq!(tree.files().into_iter().collect::<Vec<_>>(), ["a.rs", "b.rs", "c.rs", "lib.rs"]);
-    assert_eq!(tree.test_files().iter().collect::<Vec<_>>(), ["a/below.rs", "common.rs"]);
+    assert_eq!(tree.test_files().iter().collect::<Vec<_>>(), ["a/below.rs", "a/below/deeper.rs", "common.rs"]);
 }
 
 #[test]

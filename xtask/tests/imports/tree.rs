@@ -42,6 +42,12 @@ type Target = (usize, Option<String>);
 /// Paths that lead to themselves end here.
 const DEPTH_MAX: usize = 24;
 
+/// The file of the module `name` below `above`.
+fn file_below(files: &BTreeMap<String, String>, above: &[String], name: &str) -> Option<String> {
+    let stem = [above, &[name.to_owned()]].concat().join("/");
+    [format!("{stem}.rs"), format!("{stem}/mod.rs")].into_iter().find(|file| files.contains_key(file))
+}
+
 impl Tree {
     /// The crate of these files, whose names begin at the folder of `lib.rs`. Modules under `cfg(test)` are left out.
     ///
@@ -73,10 +79,7 @@ impl Tree {
         self.by_path.insert(path.clone(), index);
         self.macros.extend(parsed.macros.iter().map(|name| (name.clone(), index)));
         self.modules.push(Module { path: path.clone(), file: file.clone(), parsed });
-        let file_of = |name: &str| {
-            let stem = [&path[..], &[name.to_owned()]].concat().join("/");
-            [format!("{stem}.rs"), format!("{stem}/mod.rs")].into_iter().find(|file| files.contains_key(file))
-        };
+        let file_of = |name: &str| file_below(files, &path, name);
         for (name, inline) in std::mem::take(&mut self.modules[index].parsed.children) {
             let child = [&path[..], std::slice::from_ref(&name)].concat();
             match inline {
@@ -87,8 +90,18 @@ impl Tree {
                 }
             }
         }
-        let tests = self.modules[index].parsed.test_children.iter().filter_map(|name| file_of(name));
-        self.test_files.extend(tests);
+        let tests = self.modules[index].parsed.test_children.clone();
+        tests.iter().for_each(|name| self.add_tests(files, &path, name));
+    }
+
+    /// The file of a module that only tests have, and those of the modules below it.
+    fn add_tests(&mut self, files: &BTreeMap<String, String>, above: &[String], name: &str) {
+        let Some(file) = file_below(files, above, name) else { return };
+        let path = [above, &[name.to_owned()]].concat();
+        let parsed = tokens::parse(&files[&file]).unwrap_or_else(|error| panic!("{file}: {error}"));
+        let children = parsed.children.into_iter().filter(|(_, inline)| inline.is_none()).map(|(name, _)| name);
+        children.chain(parsed.test_children).for_each(|name| self.add_tests(files, &path, &name));
+        self.test_files.insert(file);
     }
 
     fn child(&self, module: usize, name: &str) -> Option<usize> {
