@@ -23,6 +23,8 @@ pub(crate) fn run() -> Result<()> {
     check(&mut cargo(["build", "--release", "-p", "manypass-cli"]))?;
     println!("\nThe frame graph, one core:");
     check(cargo(["bench", "--quiet", "-p", "manypass-graph", "--bench", "plan"]).env("RUST_LOG", "off"))?;
+    println!("\nA frame of 10,000 nodes with as many meshes, outside the adapter:");
+    check(cargo(["bench", "--quiet", "-p", "manypass", "--bench", "nodes"]).env("RUST_LOG", "off"))?;
     println!("\nLights, without shadows and anti-aliasing (pairs: of pixel and light):");
     println!(
         "{:18} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10} {:>9}  picture",

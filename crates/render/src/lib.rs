@@ -1,7 +1,7 @@
 //! Manypass: a deferred, multi-pass renderer. The same frame natively, headless without a GPU, and in the browser on
 //! WebGPU and WebGL 2.
 //!
-//! [`Renderer`] draws a [`scene::Scene`] as a [`FrameRequest`] says. The frame itself is one function, in [`frame`].
+//! [`Renderer`] draws a [`scene::Scene`] as a [`FrameRequest`] says. The frame itself is one page, `frame.rs`.
 //!
 //! ```
 //! use manypass::{FrameRequest, Gpu, Renderer, scene};
@@ -27,13 +27,13 @@ mod draws;
 pub mod effect;
 pub mod environment;
 pub mod exposure;
-pub mod frame;
-pub mod gbuffer;
+mod frame;
+mod gbuffer;
 pub mod gpu;
-pub mod lights;
-pub mod passes;
+mod lights;
+mod passes;
 mod pose;
-pub mod record;
+mod record;
 mod render_settings;
 mod renderer;
 mod request;
@@ -42,7 +42,7 @@ mod setting;
 pub mod settings;
 pub mod shader;
 mod tone_curve;
-pub mod view;
+mod view;
 
 pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
 pub use diagnostic::Diagnostic;
@@ -55,6 +55,7 @@ pub use lights::LightCulling;
 pub use manypass_graph as graph;
 pub use manypass_graph::Plan;
 pub use manypass_scene as scene;
+pub use passes::debug::DebugView;
 pub use passes::present::Target;
 pub use passes::tone_map::Tonemap;
 pub use pose::Pose;

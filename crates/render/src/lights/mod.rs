@@ -16,7 +16,7 @@ mod settings;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
 pub use kept::{KeptLists, ListsOf};
-pub use reach::{Cone, Reach};
+pub use reach::Reach;
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
 
 use crate::colour::finite_product;
@@ -125,11 +125,6 @@ impl LightTable {
     /// The number of lights.
     pub fn len(&self) -> u32 {
         self.texels.len() as u32 / TEXELS_PER_LIGHT
-    }
-
-    /// Whether there is no light.
-    pub fn is_empty(&self) -> bool {
-        self.texels.is_empty()
     }
 
     /// The lists of a view, within its limits if clustered.
