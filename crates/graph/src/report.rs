@@ -5,8 +5,12 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use crate::graph::Export;
-use crate::tap::{Tap, Untapped, copied_format};
-use crate::times::{Timestamps, pass_times, read_ticks};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::tap::copied_format;
+use crate::tap::{Tap, Untapped};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::times::read_ticks;
+use crate::times::{Timestamps, pass_times};
 
 /// A recorded frame. Submit its encoder, then call [`Run::read`] if taps or GPU
 /// times are wanted; otherwise drop it.

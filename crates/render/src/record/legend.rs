@@ -29,6 +29,7 @@ impl Legends {
     }
 
     /// That of the pass whose name in the graph is `pass`; empty if it has none.
+    #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser reads no pictures of passes"))]
     pub fn of(&self, pass: &str) -> Vec<LegendEntry> {
         self.0.borrow().iter().find(|(name, _)| name == pass).map(|(_, entries)| entries.clone()).unwrap_or_default()
     }
