@@ -4,6 +4,7 @@ mod metering;
 mod output;
 mod prepare;
 mod run;
+mod variables;
 
 pub use output::RenderedView;
 
@@ -12,11 +13,14 @@ use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
 use crate::record::{BindGroups, FrameTables, InstanceTable, SurfacePipelines, UniformArena};
+#[cfg(not(target_arch = "wasm32"))]
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
-use manypass_graph::{Executor, PassTime, Plan};
+#[cfg(not(target_arch = "wasm32"))]
+use manypass_graph::Plan;
+use manypass_graph::{Executor, PassTime};
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use std::collections::BTreeMap;
@@ -49,6 +53,8 @@ enum Purpose<'t> {
     /// A frame that is added to the picture, which nobody looks at yet.
     Sample,
     Target(&'t Target),
+    /// Variables alone, beside the picture.
+    Variables,
     Pictures(Vec<PassPicture>),
     Pairs(PairCounts),
     Times(Vec<PassTime>),
@@ -59,9 +65,14 @@ enum Purpose<'t> {
 }
 
 impl Purpose<'_> {
-    /// Whether the frame is one of those that make the picture, whose variables can be read afterwards.
+    /// Whether the frame is one of those that make the picture.
     fn is_picture(&self) -> bool {
         matches!(self, Self::Picture | Self::Sample | Self::Target(_))
+    }
+
+    /// Whether the frame's variables can be read afterwards.
+    fn has_variables(&self) -> bool {
+        self.is_picture() || matches!(self, Self::Variables)
     }
 }
 

@@ -7,7 +7,7 @@ mod common;
 
 use common::{floats, ids, inner_pixels, plain_request, renderer};
 use glam::{DVec2, DVec3, Mat4, Quat, Vec3, Vec4};
-use manypass::{Aov, Exposure, FrameRequest, Path, Pose, Renderer, View};
+use manypass::{Aov, Averaging, Exposure, FrameRequest, Path, Pose, Renderer, View, WgslEffect};
 use manypass_scene::{
     AlphaMode, Camera, Material, Mesh, MorphTarget, Node, NodeId, Primitive, Projection, Scene, ShadingModel, Skin,
     primitives,
@@ -299,6 +299,55 @@ fn passes_for_variables_run_only_for_them() {
     request.sample_index = 0;
     renderer.render(&test.scene, &request).unwrap();
     assert!(renderer.read_aov(Aov::ObjectId).is_err());
+}
+
+/// What it makes depends on every frame that it saw.
+const ECHO: &str = "@fragment fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    return radiance_at(pixel) + 0.5 * previous_at(pixel);
+}";
+
+#[test]
+fn variables_beside_the_picture_leave_it_as_it_is() {
+    let test = scenes::rows_of_spheres();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    let mut request = plain_request(&test.scene, SIZE);
+    (request.sample_count, request.averaging, request.goes_on) = (3, Averaging::Both, true);
+    let mut earlier = request.camera;
+    earlier.world_from_view *= Mat4::from_rotation_y(0.05);
+    let wanted = [Aov::Depth, Aov::Normal, Aov::ObjectId, Aov::Motion, Aov::Emission, Aov::BaseColor];
+    let previous = Some(Arc::new(Pose::capture(&test.scene, earlier)));
+    let variables = FrameRequest { want_aovs: wanted.to_vec(), previous, ..request.clone() };
+    let read = |renderer: &mut Renderer| wanted.map(|aov| renderer.read_aov(aov).unwrap());
+    renderer.render(&test.scene, &variables).unwrap();
+    let of_the_frame = read(&mut renderer);
+    for (path, scale) in [(Path::Deferred, 1.0), (Path::Forward, 1.0), (Path::Deferred, 0.5)] {
+        let mut pictures = |is_asked: bool| {
+            let effect = Arc::new(WgslEffect::new(renderer.gpu(), &format!("{path:?}{is_asked}"), ECHO).unwrap());
+            let change = |request: &FrameRequest, sample_index| {
+                let mut request = request.with(|settings| {
+                    (settings.render.path, settings.render.scale) = (path, scale);
+                });
+                request.sample_index = sample_index;
+                request.effects = vec![effect.clone()];
+                request
+            };
+            // The mean goes on after the variables, and so does the echo in a picture that begins anew.
+            let frames = [0, 1, 2, 0].map(|sample_index| {
+                renderer.render(&test.scene, &change(&request, sample_index)).unwrap();
+                if is_asked {
+                    renderer.draw_variables(&test.scene, &change(&variables, sample_index)).unwrap();
+                    assert!(read(&mut renderer) == of_the_frame, "{path:?} {scale}: sample {sample_index}");
+                }
+                (renderer.read_display().unwrap(), renderer.read_radiance().unwrap())
+            });
+            frames.to_vec()
+        };
+        let alone = pictures(false);
+        assert!(alone[0].1 != alone[3].1, "nothing is kept that could be spoilt");
+        assert!(pictures(true) == alone, "{path:?} {scale}: variables change the picture");
+    }
 }
 
 #[test]

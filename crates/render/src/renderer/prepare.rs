@@ -226,7 +226,7 @@ pub(super) fn output_of<'o>(
     purpose: &Purpose<'_>,
 ) -> Option<&'o Output> {
     match purpose {
-        Purpose::Meter(_) => None,
+        Purpose::Meter(_) | Purpose::Variables => None,
         Purpose::Plan => Some(slot.insert(Output::planned(gpu, asked.output_size, asked.means_of))),
         _ => Some(Output::of(gpu, slot, asked.output_size, asked.means_of)),
     }

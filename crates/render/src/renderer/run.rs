@@ -9,7 +9,7 @@ use crate::gpu::readback;
 use crate::passes::present::Target;
 use crate::passes::{direct, meter};
 use crate::record::{Frame, Legends, Recorder};
-use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError, SceneDefaults};
+use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 use std::cell::LazyCell;
@@ -47,7 +47,7 @@ impl Renderer {
             .iter()
             .map(|(name, request)| Asked::new(name, request.resolved_by(&defaults), capabilities))
             .collect::<Result<_, _>>()?;
-        let begins = |asked: &&Asked| purpose.is_picture() && asked.request.sample_index == 0;
+        let begins = |asked: &&Asked| purpose.has_variables() && asked.request.sample_index == 0;
         let begun: Vec<&str> = asked.iter().filter(begins).map(|asked| asked.name.as_str()).collect();
         self.forget_variables_of(|name| begun.contains(&name));
         // A plan leaves no trace in what the views keep.
@@ -160,7 +160,7 @@ impl Renderer {
         self.gpu.check()?;
 
         keep(asked, states, &ready, recorded, &run, purpose)?;
-        if purpose.is_picture() && asked.iter().any(|asked| asked.wants_variables) {
+        if purpose.has_variables() && asked.iter().any(|asked| asked.wants_variables) {
             self.executor.release_exports(&run);
         }
         Ok(Executed { plan, run: Some(run), export, legends: legends.take() })
@@ -192,7 +192,7 @@ impl Renderer {
                 let report = run.read(&self.gpu.device);
                 let picture = |tap| {
                     let picture = crate::aov::tap_picture(tap)?;
-                    Some(PassPicture { legend: legends.of(&tap.pass), ..picture })
+                    Some(crate::request::PassPicture { legend: legends.of(&tap.pass), ..picture })
                 };
                 *pictures = report.taps.iter().filter_map(picture).collect();
             }
@@ -214,7 +214,7 @@ fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose
              `sample_count` and one `averaging`",
         ));
     }
-    if matches!(purpose, Purpose::Plan | Purpose::Meter(_)) {
+    if matches!(purpose, Purpose::Plan | Purpose::Meter(_) | Purpose::Variables) {
         return Ok(0);
     }
     let missing_bytes = |(asked, state): (&Asked, &ViewState)| {
@@ -233,13 +233,13 @@ fn keep(
     purpose: &Purpose<'_>,
 ) -> Result<(), RenderError> {
     for (((asked, state), ready), recorded) in asked.iter().zip(states).zip(ready).zip(recorded) {
-        if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_)) {
+        if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_) | Purpose::Variables) {
             state.latest_sum = 1 - asked.previous_sum(state);
             state.means_of = asked.means_of;
             state.pre_exposure = asked.request.pre_exposure();
             state.background_radiance = asked.request.background_radiance();
         }
-        if asked.wants_variables && purpose.is_picture() {
+        if asked.wants_variables && purpose.has_variables() {
             state.aovs = recorded.variables.textures(run, ready.variables_uniform)?;
         }
     }
@@ -256,6 +256,11 @@ fn record_view<'f>(
     purpose: &Purpose<'_>,
 ) -> Result<Recorded, RenderError> {
     let request = &asked.request;
+    if matches!(purpose, Purpose::Variables) {
+        let mut r = Recorder::new(graph, frame, &ready.view);
+        let outputs = frame::variable_passes(&mut r, &ready.variables)?;
+        return Ok(Recorded { variables: AovExports::new(r.graph, outputs), export: None });
+    }
     let (variables, of_view) = match &ready.variables_view {
         Some(view) => {
             let mut r = Recorder::new(graph, frame, view);
