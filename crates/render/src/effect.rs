@@ -2,6 +2,7 @@
 
 mod file;
 mod header;
+mod padding;
 mod scan;
 mod uniforms;
 
@@ -102,17 +103,10 @@ impl WgslEffect {
     /// # Errors
     /// The device refuses what [`EffectFile::parse`] does not foresee.
     pub fn compile(gpu: &Gpu, effect: EffectFile) -> Result<Self, ProgramError> {
-        let EffectFile { file, text, name, module, slots, uniforms } = effect;
+        let EffectFile { file, mut text, name, mut module, slots, uniforms } = effect;
         let invalid = |message: String| ProgramError::Invalid { pass: name.clone(), message };
-        let is_odd = |block: &&Block| block.is_used && !block.bytes.len().is_multiple_of(16);
-        if let Some(block) = uniforms.blocks.iter().find(is_odd).filter(|_| !gpu.capabilities.uniforms_of_any_size) {
-            let message = format!(
-                "the uniform `{}` has {} bytes, and uniforms of this adapter (WebGL 2) are multiples of 16: put it into a \
-                 struct and fill that up with members whose names begin with `padding`",
-                block.name,
-                block.bytes.len()
-            );
-            return Err(ProgramError::Misplaced { pass: name, message });
+        if !gpu.capabilities.uniforms_of_any_size {
+            (text, module) = padding::filled_up(&file, &name, text, module, &uniforms)?;
         }
         #[cfg(not(target_arch = "wasm32"))]
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -291,7 +285,8 @@ fn textures<'h>(
 fn buffer(gpu: &Gpu, block: &Block) -> wgpu::Buffer {
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(&block.name),
-        size: block.bytes.len() as u64,
+        // Where uniforms are filled up, what the members leave is never read.
+        size: block.bytes.len().next_multiple_of(padding::BLOCK_STEP_BYTES) as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
