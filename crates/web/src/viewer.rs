@@ -1,94 +1,28 @@
 //! The exported API.
 
+mod variables;
+
+use crate::camera;
+use crate::canvas::Canvas;
 use crate::options::{self, Options};
-use crate::{
-    blit::Blit,
-    camera::{self, Orbit},
+use crate::types::{
+    BackendName, EffectFiles, ExposureInfo, OrbitObject, RenderOptions, Resources, ViewerInfo, decode_uri, object,
+    read_orbit, read_resources,
 };
 use manypass::{
-    Averaging, Effect, EffectFile, FrameRequest, Gpu, Metering, Renderer, View, WgslEffect,
+    Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
     scene::{Aabb, Framing, Scene, demo, gltf_file},
 };
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 
 /// So many frames are averaged while nothing moves, as on the command line.
 const REFINED_SAMPLES: u32 = 16;
 
-/// Every canvas takes it; WebGPU canvases have no sRGB format, so the last shader encodes.
-const CANVAS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-
-#[wasm_bindgen(typescript_custom_section)]
-const TYPES: &str = r#"
-/** Which API draws. `auto` takes WebGPU where there is an adapter, else WebGL 2. */
-export type Backend = "auto" | "webgpu" | "webgl";
-/** The adapter in use, and the size of the picture in pixels. */
-export interface ViewerInfo { backend: "webgpu" | "webgl"; adapter: string; driver: string; width: number; height: number; }
-/**
- * A camera that looks at `target` (metres) from `radius` metres away. Yaw 0 degrees looks along -Z and grows towards +X;
- * positive pitch looks down from above. What is missing is as in `startOrbit()`.
- */
-export interface Orbit { yaw?: number; pitch?: number; radius?: number; target?: [number, number, number]; }
-/** How frames are drawn; what is left out keeps its value. */
-export interface RenderOptions {
-  path?: "deferred" | "forward";
-  lightCulling?: "clustered" | "none";
-  /** Lights nothing, or with the built-in studio; `auto` takes the studio, faint where the model has lights. */
-  environment?: "auto" | "studio" | "none";
-  tonemap?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
-  /** Stops, or metered once for a model: "auto", "auto+1", "auto-0.5". Null: "auto" where the model has lights, else 0. */
-  exposure?: number | string | null;
-  /** Only the lights k, k + n, k + 2n, … of [k, n]; null takes all. */
-  lightSubset?: [number, number] | null;
-  /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32, "tone_map.curve": "agx" }`. */
-  settings?: Record<string, number | boolean | string | (number | string)[]>;
-}
-/**
- * An effect of one's own, as on the command line: the name of its file, which stands in errors, the file's text, and settings
- * by key (`{ "echo.share": 0.25 }`).
- */
-export interface EffectFile { file: string; source: string; settings?: RenderOptions["settings"]; }
-/** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
-export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
-/** What a `.gltf` refers to: its relative addresses as written in the file, and the bytes. */
-export type Resources = Map<string, Uint8Array> | Record<string, Uint8Array>;
-"#;
-
-#[wasm_bindgen]
-extern "C" {
-    /// `Backend` of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "Backend")]
-    pub type BackendName;
-    /// `ViewerInfo` of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "ViewerInfo")]
-    pub type ViewerInfo;
-    /// `Orbit` of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "Orbit")]
-    pub type OrbitObject;
-    /// `RenderOptions` of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "RenderOptions")]
-    pub type RenderOptions;
-    /// `ExposureInfo` of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "ExposureInfo")]
-    pub type ExposureInfo;
-    /// Effects of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "EffectFile[]")]
-    pub type EffectFiles;
-    /// `Resources` of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "Resources | undefined")]
-    pub type Resources;
-}
-
 /// A canvas with a renderer behind it.
 #[wasm_bindgen]
 pub struct Viewer {
-    canvas: web_sys::HtmlCanvasElement,
-    surface: wgpu::Surface<'static>,
-    /// The size that `surface` was configured for.
-    surface_size: Option<(u32, u32)>,
-    adapter: wgpu::Adapter,
-    blit: Blit,
+    canvas: Canvas,
     renderer: Renderer,
     scene: Option<Scene>,
     /// What an automatic camera shows whole.
@@ -100,6 +34,10 @@ pub struct Viewer {
     effects: Vec<Arc<dyn Effect>>,
     /// The last frame that was drawn, for those that are added to it.
     last: Option<FrameRequest>,
+    /// From where the frame before that was seen.
+    camera_before: Option<View>,
+    /// The variables that were drawn of the last frame.
+    drawn: Vec<Aov>,
     /// What was metered of the scene as it is first seen, so that the picture does not breathe while the view turns.
     metering: Option<Metering>,
     /// Whether anyone asks for radiance beside the picture.
@@ -121,68 +59,28 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
         "auto" => wgpu::Backends::GL,
         _ => return Err(JsError::new(&format!("backend is `{name}`: expected `auto`, `webgpu` or `webgl`"))),
     };
-    Viewer::bind(canvas, backends, &name).await
-}
-
-/// What the user reads when there is no device; wgpu's own words come last.
-fn no_device(error: &dyn std::fmt::Display, name: &str) -> JsError {
-    let lacking = match name {
-        "webgpu" => "no WebGPU",
-        "webgl" => "no WebGL 2",
-        _ => "neither WebGPU nor WebGL 2",
-    };
-    JsError::new(&format!(
-        "This browser offers {lacking}. Turn on hardware acceleration in its settings, or try another browser.\n({error})"
-    ))
+    let (canvas, gpu) = Canvas::bind(canvas, backends, &name).await?;
+    Ok(Viewer {
+        canvas,
+        renderer: Renderer::new(gpu)?,
+        scene: None,
+        framing: Framing::of_bounds(&Aabb::EMPTY),
+        warnings: Vec::new(),
+        options: Options::default(),
+        effects: Vec::new(),
+        last: None,
+        camera_before: None,
+        drawn: Vec::new(),
+        metering: None,
+        keeps_radiance: false,
+    })
 }
 
 impl Viewer {
-    async fn bind(canvas: web_sys::HtmlCanvasElement, backends: wgpu::Backends, name: &str) -> Result<Self, JsError> {
-        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        descriptor.backends = backends;
-        let instance = wgpu::Instance::new(descriptor);
-        let surface = instance
-            .create_surface(wgpu::SurfaceTarget::Canvas(canvas.clone()))
-            .map_err(|error| no_device(&error, name))?;
-        let adapter = instance
-            .request_adapter(&wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() })
-            .await
-            .map_err(|error| no_device(&error, name))?;
-        let gpu = Gpu::from_adapter(&adapter).await.map_err(|error| no_device(&error, name))?;
-        let blit = Blit::new(&gpu.device, CANVAS);
-        let renderer = Renderer::new(gpu)?;
-        Ok(Self {
-            canvas,
-            surface,
-            surface_size: None,
-            adapter,
-            blit,
-            renderer,
-            scene: None,
-            framing: Framing::of_bounds(&Aabb::EMPTY),
-            warnings: Vec::new(),
-            options: Options::default(),
-            effects: Vec::new(),
-            last: None,
-            metering: None,
-            keeps_radiance: false,
-        })
-    }
-
-    fn size(&self) -> (u32, u32) {
-        (self.canvas.width().max(1), self.canvas.height().max(1))
-    }
-
-    fn aspect(&self) -> f32 {
-        let (width, height) = self.size();
-        width as f32 / height as f32
-    }
-
     fn take(&mut self, scene: Scene, warnings: Vec<String>) -> Result<(), JsError> {
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
-        self.last = None;
-        self.metering = None;
+        self.forget_frame();
         self.renderer.load(&scene)?;
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
@@ -191,31 +89,16 @@ impl Viewer {
         Ok(())
     }
 
+    /// Shows the picture of the renderer.
     fn show(&mut self) -> Result<(), JsError> {
-        let size = self.size();
-        let gpu = self.renderer.gpu();
-        if self.surface_size != Some(size) {
-            let mut configuration = self
-                .surface
-                .get_default_config(&self.adapter, size.0, size.1)
-                .ok_or_else(|| JsError::new("this canvas cannot be drawn on by the adapter"))?;
-            configuration.format = CANVAS;
-            self.surface.configure(&gpu.device, &configuration);
-            self.surface_size = Some(size);
-        }
-        let output = match self.surface.get_current_texture() {
-            wgpu::CurrentSurfaceTexture::Success(output) | wgpu::CurrentSurfaceTexture::Suboptimal(output) => output,
-            other => {
-                self.surface_size = None;
-                return Err(JsError::new(&format!("the canvas gave nothing to draw into: {other:?}")));
-            }
-        };
         let picture = self.renderer.display_view().ok_or_else(|| JsError::new("nothing was rendered yet"))?;
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.blit.record(&gpu.device, &mut encoder, &picture, &output.texture.create_view(&Default::default()));
-        gpu.queue.submit([encoder.finish()]);
-        gpu.queue.present(output);
-        Ok(())
+        self.canvas.show(self.renderer.gpu(), &picture)
+    }
+
+    /// Forgets the last frame, because another scene comes in its place.
+    fn forget_frame(&mut self) {
+        (self.last, self.camera_before, self.metering) = (None, None, None);
+        self.drawn.clear();
     }
 }
 
@@ -266,8 +149,7 @@ impl Viewer {
         let index = index.ok_or_else(|| JsError::new(&format!("there is no scene `{name_or_index}`")))?;
         scene.show_scene(index)?;
         self.framing = Framing::of_scene(scene);
-        self.last = None;
-        self.metering = None;
+        self.forget_frame();
         Ok(())
     }
 
@@ -277,8 +159,8 @@ impl Viewer {
     /// # Errors
     /// When no model is loaded, or the device fails.
     pub async fn render(&mut self, orbit: Option<OrbitObject>) -> Result<(), JsError> {
-        let (width, height) = self.size();
-        let aspect = self.aspect();
+        let (width, height) = self.canvas.size();
+        let aspect = self.canvas.aspect();
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
         let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, &self.framing, aspect)));
         let (world_from_view, projection) = camera::resolve(orbit, scene, &self.framing, aspect);
@@ -287,7 +169,8 @@ impl Viewer {
         request.sample_count = REFINED_SAMPLES;
         request.effects.clone_from(&self.effects);
         request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
-        self.last = None;
+        self.camera_before = self.last.take().map(|last| last.camera);
+        self.drawn.clear();
         let exposure = self.options.exposure(scene);
         if self.metering.is_none() && request.needs_metering(exposure) {
             let (world_from_view, projection) = camera::resolve(None, scene, &self.framing, aspect);
@@ -307,8 +190,8 @@ impl Viewer {
     /// When the device fails.
     pub async fn refine(&mut self) -> Result<bool, JsError> {
         let (Some(scene), Some(request)) = (&self.scene, &mut self.last) else { return Ok(false) };
-        let size = (self.canvas.width().max(1), self.canvas.height().max(1));
-        if request.sample_index + 1 >= request.sample_count || size != (request.width, request.height) {
+        let is_complete = request.sample_index + 1 >= request.sample_count;
+        if is_complete || self.canvas.size() != (request.width, request.height) {
             return Ok(false);
         }
         request.sample_index += 1;
@@ -368,6 +251,7 @@ impl Viewer {
         };
         if last.averaging == Averaging::Display {
             (last.averaging, last.sample_index) = (Averaging::Both, 0);
+            self.drawn.clear();
             self.renderer.render_async(scene, last).await?;
         }
         Ok(self.renderer.read_radiance_async().await?)
@@ -388,7 +272,7 @@ impl Viewer {
     /// The orbit from which a user sets out: where the model's first camera stands, or else around the whole model.
     #[wasm_bindgen(js_name = startOrbit)]
     pub fn start_orbit(&self) -> Option<OrbitObject> {
-        let orbit = camera::start(self.scene.as_ref()?, &self.framing, self.aspect());
+        let orbit = camera::start(self.scene.as_ref()?, &self.framing, self.canvas.aspect());
         let target = js_sys::Float32Array::from(orbit.target_world.to_array().as_slice());
         let entries: [(&str, JsValue); 4] = [
             ("yaw", orbit.yaw_deg.into()),
@@ -414,65 +298,11 @@ impl Viewer {
 
     /// The adapter in use, and the size of the picture.
     pub fn info(&self) -> ViewerInfo {
-        let adapter = self.adapter.get_info();
-        let backend = if adapter.backend == wgpu::Backend::Gl { "webgl" } else { "webgpu" };
-        let (width, height) = self.size();
-        let entries: [(&str, JsValue); 5] = [
-            ("backend", backend.into()),
-            ("adapter", adapter.name.as_str().into()),
-            ("driver", adapter.driver.as_str().into()),
-            ("width", width.into()),
-            ("height", height.into()),
-        ];
-        object(&entries).unchecked_into()
+        self.canvas.info()
     }
 
     /// Frees the GPU's memory and lets go of the canvas. The viewer cannot be used afterwards.
     pub fn dispose(self) {
         self.renderer.gpu().device.destroy();
     }
-}
-
-fn object(entries: &[(&str, JsValue)]) -> JsValue {
-    let object = js_sys::Object::new();
-    for (key, value) in entries {
-        // Setting a property of a plain object cannot fail.
-        let _ = js_sys::Reflect::set(&object, &(*key).into(), value);
-    }
-    object.into()
-}
-
-/// An orbit from JavaScript; what is missing, or no number, is taken from `start`.
-fn read_orbit(value: &JsValue, start: Orbit) -> Orbit {
-    let number = |object: &JsValue, key: &JsValue| {
-        js_sys::Reflect::get(object, key).ok()?.as_f64().map(|n| n as f32).filter(|n| n.is_finite())
-    };
-    let target = js_sys::Reflect::get(value, &"target".into()).unwrap_or(JsValue::UNDEFINED);
-    let mut target_world = start.target_world;
-    for axis in 0..3 {
-        target_world[axis as usize] = number(&target, &axis.into()).unwrap_or(target_world[axis as usize]);
-    }
-    Orbit {
-        yaw_deg: number(value, &"yaw".into()).unwrap_or(start.yaw_deg),
-        pitch_deg: number(value, &"pitch".into()).unwrap_or(start.pitch_deg),
-        radius_m: number(value, &"radius".into()).filter(|m| *m > 0.0).unwrap_or(start.radius_m),
-        target_world,
-    }
-}
-
-/// `uri` without percent-encoding; as it is where that is broken.
-fn decode_uri(uri: &str) -> String {
-    js_sys::decode_uri_component(uri).map_or_else(|_| uri.to_owned(), String::from)
-}
-
-fn read_resources(resources: &JsValue) -> BTreeMap<String, Vec<u8>> {
-    let entries = match resources.dyn_ref::<js_sys::Map>() {
-        Some(map) => js_sys::Array::from(&map.entries()),
-        None => resources.dyn_ref::<js_sys::Object>().map(js_sys::Object::entries).unwrap_or_default(),
-    };
-    let pair = |entry: JsValue| {
-        let entry = js_sys::Array::from(&entry);
-        Some((entry.get(0).as_string()?, entry.get(1).dyn_ref::<js_sys::Uint8Array>()?.to_vec()))
-    };
-    entries.iter().filter_map(pair).collect()
 }

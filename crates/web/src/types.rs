@@ -1,0 +1,133 @@
+//! What goes to JavaScript and comes from it: the types of the page's interface, and values of them.
+
+use crate::camera::Orbit;
+use std::collections::BTreeMap;
+use wasm_bindgen::prelude::*;
+
+#[wasm_bindgen(typescript_custom_section)]
+const TYPES: &str = r#"
+/** Which API draws. `auto` takes WebGPU where there is an adapter, else WebGL 2. */
+export type Backend = "auto" | "webgpu" | "webgl";
+/** The adapter in use, and the size of the picture in pixels. */
+export interface ViewerInfo { backend: "webgpu" | "webgl"; adapter: string; driver: string; width: number; height: number; }
+/**
+ * A camera that looks at `target` (metres) from `radius` metres away. Yaw 0 degrees looks along -Z and grows towards +X;
+ * positive pitch looks down from above. What is missing is as in `startOrbit()`.
+ */
+export interface Orbit { yaw?: number; pitch?: number; radius?: number; target?: [number, number, number]; }
+/** How frames are drawn; what is left out keeps its value. */
+export interface RenderOptions {
+  path?: "deferred" | "forward";
+  lightCulling?: "clustered" | "none";
+  /** Lights nothing, or with the built-in studio; `auto` takes the studio, faint where the model has lights. */
+  environment?: "auto" | "studio" | "none";
+  tonemap?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
+  /** Stops, or metered once for a model: "auto", "auto+1", "auto-0.5". Null: "auto" where the model has lights, else 0. */
+  exposure?: number | string | null;
+  /** Only the lights k, k + n, k + 2n, … of [k, n]; null takes all. */
+  lightSubset?: [number, number] | null;
+  /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32, "tone_map.curve": "agx" }`. */
+  settings?: Record<string, number | boolean | string | (number | string)[]>;
+}
+/**
+ * An effect of one's own, as on the command line: the name of its file, which stands in errors, the file's text, and settings
+ * by key (`{ "echo.share": 0.25 }`).
+ */
+export interface EffectFile { file: string; source: string; settings?: RenderOptions["settings"]; }
+/** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
+export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
+/** The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds. */
+export type VariableName = "base_color" | "occlusion" | "normal" | "normal_view" | "position" | "depth" | "metallic" | "roughness"
+  | "emission" | "motion" | "object_id" | "material_id" | "radiance";
+/** The values of a variable: `channels` a pixel, rows from the top. Those of ids are a Uint32Array, all others a Float32Array. */
+export interface Variable { name: VariableName; width: number; height: number; channels: number; data: Float32Array | Uint32Array; }
+/**
+ * What a pixel shows: the ids of the node and the material, which are their indices plus 1, their names, empty where the file
+ * gives none, and where the surface is, in metres.
+ */
+export interface Picked {
+  objectId: number; object: string; materialId: number; material: string; position: [number, number, number];
+}
+/** What a `.gltf` refers to: its relative addresses as written in the file, and the bytes. */
+export type Resources = Map<string, Uint8Array> | Record<string, Uint8Array>;
+"#;
+
+#[wasm_bindgen]
+extern "C" {
+    /// `Backend` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "Backend")]
+    pub type BackendName;
+    /// `ViewerInfo` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "ViewerInfo")]
+    pub type ViewerInfo;
+    /// `Orbit` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "Orbit")]
+    pub type OrbitObject;
+    /// `RenderOptions` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "RenderOptions")]
+    pub type RenderOptions;
+    /// `ExposureInfo` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "ExposureInfo")]
+    pub type ExposureInfo;
+    /// `VariableName` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "VariableName")]
+    pub type VariableName;
+    /// `Variable` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "Variable")]
+    pub type Variable;
+    /// `Picked` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "Picked")]
+    pub type Picked;
+    /// Effects of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "EffectFile[]")]
+    pub type EffectFiles;
+    /// `Resources` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "Resources | undefined")]
+    pub type Resources;
+}
+
+/// An object of JavaScript.
+pub fn object(entries: &[(&str, JsValue)]) -> JsValue {
+    let object = js_sys::Object::new();
+    for (key, value) in entries {
+        // Setting a property of a plain object cannot fail.
+        let _ = js_sys::Reflect::set(&object, &(*key).into(), value);
+    }
+    object.into()
+}
+
+/// An orbit from JavaScript; what is missing, or no number, is taken from `start`.
+pub fn read_orbit(value: &JsValue, start: Orbit) -> Orbit {
+    let number = |object: &JsValue, key: &JsValue| {
+        js_sys::Reflect::get(object, key).ok()?.as_f64().map(|n| n as f32).filter(|n| n.is_finite())
+    };
+    let target = js_sys::Reflect::get(value, &"target".into()).unwrap_or(JsValue::UNDEFINED);
+    let mut target_world = start.target_world;
+    for axis in 0..3 {
+        target_world[axis as usize] = number(&target, &axis.into()).unwrap_or(target_world[axis as usize]);
+    }
+    Orbit {
+        yaw_deg: number(value, &"yaw".into()).unwrap_or(start.yaw_deg),
+        pitch_deg: number(value, &"pitch".into()).unwrap_or(start.pitch_deg),
+        radius_m: number(value, &"radius".into()).filter(|m| *m > 0.0).unwrap_or(start.radius_m),
+        target_world,
+    }
+}
+
+/// `uri` without percent-encoding; as it is where that is broken.
+pub fn decode_uri(uri: &str) -> String {
+    js_sys::decode_uri_component(uri).map_or_else(|_| uri.to_owned(), String::from)
+}
+
+/// The files that a model refers to, by their relative addresses.
+pub fn read_resources(resources: &JsValue) -> BTreeMap<String, Vec<u8>> {
+    let entries = match resources.dyn_ref::<js_sys::Map>() {
+        Some(map) => js_sys::Array::from(&map.entries()),
+        None => resources.dyn_ref::<js_sys::Object>().map(js_sys::Object::entries).unwrap_or_default(),
+    };
+    let pair = |entry: JsValue| {
+        let entry = js_sys::Array::from(&entry);
+        Some((entry.get(0).as_string()?, entry.get(1).dyn_ref::<js_sys::Uint8Array>()?.to_vec()))
+    };
+    entries.iter().filter_map(pair).collect()
+}
