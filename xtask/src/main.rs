@@ -18,7 +18,8 @@ cargo xtask COMMAND
               --no-browser   leave out the web build and the browser tests
   web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
               --fast         compile sooner to a larger module, for work on the package
-  browser   only the browser tests, with the web package as it was built last (about 3 minutes)
+  browser   only the browser tests, with the web package as it was built last, or else built as by `web --fast` (about
+              3 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
   bench     measure the frame graph and the demo against forward and brute force; ratios within one run
   goldens   write the golden pictures again; look at every change before you commit it
   setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core, NumPy and OpenEXR
@@ -44,8 +45,8 @@ fn main() -> Result<()> {
         }
         ["test"] => test(&mut steps, true),
         ["test", "--no-browser"] => test(&mut steps, false),
-        ["web"] => web_package(&mut steps, web::Size::Small),
-        ["web", "--fast"] => web_package(&mut steps, web::Size::Fast),
+        ["web"] => web_package(&mut steps, web::Size::Small, web::Warnings::Shown),
+        ["web", "--fast"] => web_package(&mut steps, web::Size::Fast, web::Warnings::Shown),
         ["browser"] => browser_tests(&mut steps),
         ["bench"] => {
             steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
@@ -72,12 +73,16 @@ fn manypass(arguments: &[&str]) -> Result<()> {
     step::check(cargo(["run", "--release", "-p", "manypass-cli", "--"]).args(arguments))
 }
 
-fn web_package(steps: &mut Steps, size: web::Size) {
+fn web_package(steps: &mut Steps, size: web::Size, warnings: web::Warnings) {
     steps.run("wasm target", "1 s; 2 min to install", || setup::wasm().map(drop));
-    steps.run("web package", "4 min", || web::build(size));
+    steps.run("web package", "4 min", || web::build(size, warnings));
 }
 
 fn browser_tests(steps: &mut Steps) {
+    if !web::is_built() {
+        println!("there is no web package in target/web yet: it is built as by `cargo xtask web --fast`");
+        web_package(steps, web::Size::Fast, web::Warnings::Shown);
+    }
     steps.run("browser", "1 s; 2 min to install", setup::browser);
     steps.run_counted("browser tests", "3 min", browser::test);
 }
@@ -94,7 +99,7 @@ fn test(steps: &mut Steps, with_browser: bool) {
     });
     steps.run_tests("tests", "5 min", cargo(["test", "--workspace", "--no-fail-fast"]));
     if with_browser {
-        web_package(steps, web::Size::Small);
+        web_package(steps, web::Size::Small, web::Warnings::Refused);
         browser_tests(steps);
     } else {
         // The web package and the browser tests.

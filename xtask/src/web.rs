@@ -2,10 +2,14 @@
 
 use crate::{
     setup::{self, WASM_TARGET, WasmCompiler},
-    step::{cargo, check, output_of, root},
+    step::{cargo, output_of, root},
 };
-use anyhow::{Context, Result};
-use std::{path::Path, process::Command};
+use anyhow::{Context, Result, ensure};
+use std::{
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
 
 /// How the module is compiled.
 #[derive(Clone, Copy)]
@@ -16,25 +20,56 @@ pub(crate) enum Size {
     Fast,
 }
 
+/// What becomes of the compiler's warnings.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Warnings {
+    /// They are shown: another compiler may find others, and the package is good nevertheless.
+    Shown,
+    /// The build fails.
+    Refused,
+}
+
+fn folder() -> PathBuf {
+    root().join("target/web")
+}
+
+/// Whether there is a package.
+pub(crate) fn is_built() -> bool {
+    ["index.html", "manypass_web.js", "manypass_web_bg.wasm"].into_iter().all(|name| folder().join(name).is_file())
+}
+
 /// Writes `target/web`: JavaScript, types, wasm and the page.
-pub(crate) fn build(size: Size) -> Result<()> {
+pub(crate) fn build(size: Size, warnings: Warnings) -> Result<()> {
     let (profile, profile_folder) = match size {
         Size::Small => ("web", "web"),
         Size::Fast => ("dev", "debug"),
     };
-    let arguments = ["build", "-p", "manypass-web", "--lib", "--target", WASM_TARGET, "--profile", profile];
+    let arguments = [
+        "build",
+        "-p",
+        "manypass-web",
+        "--lib",
+        "--target",
+        WASM_TARGET,
+        "--profile",
+        profile,
+        "--message-format",
+        "json-render-diagnostics",
+    ];
     // Folders of their own: Debian's compiler is another version and would rebuild everything each time, and a native
     // build that runs meanwhile would have to be waited for.
     let target = match setup::wasm()? {
         WasmCompiler::Rustup => {
             let target = root().join("target/wasm-rustup");
             // Nothing reads line numbers of a wasm module.
-            check(cargo(arguments).arg("--target-dir").arg(&target).env("CARGO_PROFILE_DEV_DEBUG", "none"))?;
+            let mut command = cargo(arguments);
+            compile(command.arg("--target-dir").arg(&target).env("CARGO_PROFILE_DEV_DEBUG", "none"), warnings)?;
             target
         }
         WasmCompiler::Debian => {
             let target = root().join("target/wasm-debian");
-            check(
+            // It is older than the workspace's, and its warnings are none of ours.
+            compile(
                 Command::new("/usr/bin/cargo")
                     .args(arguments)
                     .args(["-Zbuild-std=std,panic_abort", "--target-dir"])
@@ -44,12 +79,13 @@ pub(crate) fn build(size: Size) -> Result<()> {
                     .env("RUSTC_BOOTSTRAP", "1")
                     .env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", "wasm-ld-19")
                     .env_remove("RUSTUP_TOOLCHAIN"),
+                Warnings::Shown,
             )?;
             target
         }
     };
     let module = target.join(WASM_TARGET).join(profile_folder).join("manypass_web.wasm");
-    let folder = root().join("target/web");
+    let folder = folder();
     std::fs::create_dir_all(&folder)?;
     wasm_bindgen_cli_support::Bindgen::new()
         .input_path(&module)
@@ -69,6 +105,20 @@ pub(crate) fn build(size: Size) -> Result<()> {
         let compressed = compressed_len(&entry.path()).map_or(String::new(), |bytes| format!(", {bytes} with brotli"));
         println!("    target/web/{}: {} bytes{compressed}", entry.file_name().display(), raw.len());
     }
+    Ok(())
+}
+
+/// Runs cargo, which tells of warnings each time, also of what it compiled before.
+fn compile(command: &mut Command, warnings: Warnings) -> Result<()> {
+    let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {command:?}"))?;
+    let mut has_warnings = false;
+    for line in BufReader::new(child.stdout.take().context("no output to read")?).lines() {
+        let message: serde_json::Value = serde_json::from_str(&line?)?;
+        has_warnings |= message["reason"] == "compiler-message" && message["message"]["level"] == "warning";
+    }
+    let status = child.wait()?;
+    ensure!(status.success(), "{command:?} ended with {status}");
+    ensure!(!has_warnings || warnings == Warnings::Shown, "the compiler has warnings; they are above");
     Ok(())
 }
 

@@ -1,0 +1,118 @@
+//! What is drawn, and in which ways.
+
+use super::variables;
+use crate::step::root;
+use anyhow::Result;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// A model that is drawn natively and in the browser.
+pub(super) struct Case {
+    pub name: &'static str,
+    /// `demo:NAME`, a file of this repository, or one below the shared assets.
+    pub model: &'static str,
+    pub size: (u32, u32),
+    /// By the forward path instead of the deferred one.
+    is_forward: bool,
+    /// With the effect [`ECHO`], and its settings.
+    pub echo: Option<Echo>,
+    /// Whether the variables of a frame are read too; of [`variables::MODEL`].
+    pub has_variables: bool,
+    /// In the studio at a million times its light, without exposure.
+    is_dazzling: bool,
+}
+
+/// Settings of the effect that adds what it made in the frame before.
+#[derive(Clone, Copy)]
+pub(super) struct Echo {
+    share: f64,
+    gain: f64,
+}
+
+const ECHO: &str = "xtask/browser/echo.wgsl";
+
+/// The cases whose lights are also drawn in eight groups that must add up.
+pub(super) const GROUPS: [&str; 2] = ["hall", "lightfield_10000"];
+const SQUARE: (u32, u32) = (256, 256);
+pub(super) const WIDE: (u32, u32) = (320, 180);
+const FAINT: Option<Echo> = Some(Echo { share: 0.25, gain: 0.5 });
+const WHOLE: Option<Echo> = Some(Echo { share: 1.0, gain: 1.0 });
+
+const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case {
+    Case { name, model, size, is_forward: false, echo: None, has_variables: false, is_dazzling: false }
+}
+
+pub(super) const CASES: [Case; 15] = [
+    Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
+    Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward-echo", variables::MODEL, WIDE) },
+    Case { is_forward: true, ..case("hall-forward", variables::MODEL, WIDE) },
+    Case { has_variables: true, ..case("hall", variables::MODEL, WIDE) },
+    // A white floor under three lights of 10⁶ cd, a part of which glows: emission, lights and studio all end at the limit of
+    // half floats, and the effect adds that to itself.
+    Case { echo: WHOLE, is_dazzling: true, ..case("bright", "xtask/browser/bright.gltf", SQUARE) },
+    case("shadow_mapping_spots", "renderling/shadow_mapping_spots.glb", SQUARE),
+    case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)),
+    case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)),
+    case("DamagedHelmet", "", SQUARE),
+    case("BoxTextured", "", SQUARE),
+    case("NormalTangentMirrorTest", "", SQUARE),
+    case("AlphaBlendModeTest", "", SQUARE),
+    case("CesiumMan", "", SQUARE),
+    case("MorphStressTest", "", SQUARE),
+    case("TextureSettingsTest", "", SQUARE),
+];
+
+impl Case {
+    /// The flags of the command line.
+    pub fn arguments(&self) -> Vec<String> {
+        let mut arguments = Vec::new();
+        if self.is_forward {
+            arguments.extend(["--path", "forward"].map(String::from));
+        }
+        if self.is_dazzling {
+            let flags = ["--environment", "studio", "--environment-intensity", "1000000", "--exposure", "0"];
+            arguments.extend(flags.map(String::from));
+        }
+        if let Some(Echo { share, gain }) = self.echo {
+            arguments.extend(["--effect".into(), ECHO.into()]);
+            arguments.extend([
+                "--set".into(),
+                format!("echo.share={share}"),
+                "--set".into(),
+                format!("echo.gain={gain}"),
+            ]);
+        }
+        arguments
+    }
+
+    /// What the page is told: options of `configure`, and effects.
+    pub fn page(&self) -> Result<(Value, Value)> {
+        let mut options = json!({});
+        if self.is_forward {
+            options["path"] = "forward".into();
+        }
+        if self.is_dazzling {
+            options["environment"] = "studio".into();
+            options["exposure"] = 0.into();
+            options["settings"] = json!({ "environment.intensity": 1e6 });
+        }
+        let Some(Echo { share, gain }) = self.echo else { return Ok((options, json!([]))) };
+        let source = std::fs::read_to_string(root().join(ECHO))?;
+        let settings = json!({ "echo.share": share, "echo.gain": gain });
+        Ok((options, json!([{ "file": ECHO, "source": source, "settings": settings }])))
+    }
+
+    /// What the command line and the browser are given; none if this machine does not have the model.
+    pub fn input(&self, assets: &Path) -> Option<String> {
+        if self.model.starts_with("demo:") {
+            return Some(self.model.to_owned());
+        }
+        let name = self.name;
+        let path = match self.model {
+            "" => assets.join(format!("khronos-sample-assets/Models/{name}/glTF-Binary/{name}.glb")),
+            model if model.starts_with("xtask/") => root().join(model),
+            model => assets.join(model),
+        };
+        path.is_file().then(|| path.display().to_string())
+    }
+}
