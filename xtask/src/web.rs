@@ -6,7 +6,7 @@ use crate::{
 };
 use anyhow::{Context, Result, ensure};
 use std::{
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, IsTerminal},
     path::{Path, PathBuf},
     process::{Command, Stdio},
 };
@@ -44,18 +44,7 @@ pub(crate) fn build(size: Size, warnings: Warnings) -> Result<()> {
         Size::Small => ("web", "web"),
         Size::Fast => ("dev", "debug"),
     };
-    let arguments = [
-        "build",
-        "-p",
-        "manypass-web",
-        "--lib",
-        "--target",
-        WASM_TARGET,
-        "--profile",
-        profile,
-        "--message-format",
-        "json-render-diagnostics",
-    ];
+    let arguments = ["build", "-p", "manypass-web", "--lib", "--target", WASM_TARGET, "--profile", profile];
     // Folders of their own: Debian's compiler is another version and would rebuild everything each time, and a native
     // build that runs meanwhile would have to be waited for.
     let target = match setup::wasm()? {
@@ -108,13 +97,19 @@ pub(crate) fn build(size: Size, warnings: Warnings) -> Result<()> {
     Ok(())
 }
 
-/// Runs cargo, which tells of warnings each time, also of what it compiled before.
+/// Runs cargo and shows what the compiler says. Cargo tells of warnings each time, also of what it compiled before.
 fn compile(command: &mut Command, warnings: Warnings) -> Result<()> {
-    let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {command:?}"))?;
+    let format = if std::io::stderr().is_terminal() { "json-diagnostic-rendered-ansi" } else { "json" };
+    command.args(["--message-format", format]).stdout(Stdio::piped());
+    let mut child = command.spawn().with_context(|| format!("starting {command:?}"))?;
     let mut has_warnings = false;
     for line in BufReader::new(child.stdout.take().context("no output to read")?).lines() {
-        let message: serde_json::Value = serde_json::from_str(&line?)?;
-        has_warnings |= message["reason"] == "compiler-message" && message["message"]["level"] == "warning";
+        let line: serde_json::Value = serde_json::from_str(&line?)?;
+        let message = &line["message"];
+        if let Some(rendered) = message["rendered"].as_str() {
+            eprint!("{rendered}");
+        }
+        has_warnings |= message["level"] == "warning";
     }
     let status = child.wait()?;
     ensure!(status.success(), "{command:?} ended with {status}");
