@@ -42,10 +42,9 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
     Case { name, model, size, is_forward: false, echo: None, has_variables: false, is_dazzling: false }
 }
 
-pub(super) const CASES: [Case; 15] = [
+pub(super) const CASES: [Case; 14] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
-    Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward-echo", variables::MODEL, WIDE) },
-    Case { is_forward: true, ..case("hall-forward", variables::MODEL, WIDE) },
+    Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     Case { has_variables: true, ..case("hall", variables::MODEL, WIDE) },
     // A white floor under three lights of 10⁶ cd, a part of which glows: emission, lights and studio all end at the limit of
     // half floats, and the effect adds that to itself.
