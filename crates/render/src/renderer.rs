@@ -12,7 +12,7 @@ use crate::draws::WorldDraws;
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
-use crate::record::{BindGroups, FrameTables, InstanceTable, SurfacePipelines, UniformArena};
+use crate::record::{BindGroups, Bundles, FrameTables, InstanceTable, SurfacePipelines, UniformArena};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
@@ -37,6 +37,7 @@ pub struct Renderer {
     tables: FrameTables,
     uniforms: UniformArena,
     bind_groups: BindGroups,
+    bundles: Bundles,
     resources: SceneResources,
     world_draws: WorldDraws,
     instances: InstanceTable,
@@ -89,6 +90,7 @@ impl Renderer {
             tables: FrameTables::new(&gpu),
             uniforms: UniformArena::new(&gpu.device),
             bind_groups: BindGroups::default(),
+            bundles: Bundles::default(),
             resources: SceneResources::new(&gpu),
             world_draws: WorldDraws::default(),
             instances: InstanceTable::new(&gpu),
@@ -127,6 +129,7 @@ impl Renderer {
         let Some(written_bytes) = self.resources.follow(&self.gpu, scene) else { return 0 };
         // They hold textures and tables whose place others took.
         self.bind_groups.clear();
+        self.bundles.clear();
         written_bytes
     }
 
@@ -137,6 +140,7 @@ impl Renderer {
         self.instances = InstanceTable::new(&self.gpu);
         self.world_draws = WorldDraws::default();
         self.bind_groups.clear();
+        self.bundles.clear();
         // The memory is free only once the device has noticed.
         self.gpu.wait();
     }

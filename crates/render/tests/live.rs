@@ -252,3 +252,30 @@ fn memory_is_given_back() {
     assert!(renderer.scene_bytes() <= 64 << 10, "{} bytes are left", renderer.scene_bytes());
     assert!(bytes > 64 << 10);
 }
+
+#[test]
+fn what_is_drawn_from_bundles_is_what_is_drawn_at_once() {
+    let Studio { mut scene, .. } = studio();
+    for index in 0..300 {
+        let material = Some(index % 5);
+        let cube = Primitive { material, ..primitives::cube(Vec3::splat(0.05)) };
+        let place = Vec3::new((index % 20) as f32 * 0.1 - 1.0, 0.4 + (index / 20) as f32 * 0.08, 1.1);
+        add_mesh(&mut scene, cube, Node { translation: place, ..Node::default() });
+    }
+    scene.update_transforms();
+    let (mut live, mut anew) = (renderer(), renderer());
+    for frame in 0..10 {
+        let mut request = request(&scene, Path::Deferred);
+        match frame {
+            // Some leave the picture, and come back.
+            4..=6 => request.camera.world_from_view *= Mat4::from_rotation_y(0.35),
+            7 => scene.node_mut(NodeId(40)).is_visible = false,
+            _ => (),
+        }
+        live.render(&scene, &request).unwrap();
+        anew.unload();
+        anew.render(&scene, &request).unwrap();
+        let read = |renderer: &mut Renderer| (renderer.read_display().unwrap(), renderer.read_radiance().unwrap());
+        assert!(read(&mut live) == read(&mut anew), "frame {frame}");
+    }
+}

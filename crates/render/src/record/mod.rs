@@ -17,7 +17,7 @@ pub use view::PreparedView;
 pub(crate) use bind_groups::BindGroups;
 pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
-pub(crate) use surfaces::SurfacePipelines;
+pub(crate) use surfaces::{Bundles, SurfacePipelines};
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
 pub(crate) use uniforms::UniformArena;
 pub(crate) use view::{ViewTables, Viewed};
@@ -45,6 +45,7 @@ pub struct Frame<'f> {
     pub(crate) tables: &'f FrameTables,
     pub(crate) uniforms: &'f UniformArena,
     pub(crate) bind_groups: &'f BindGroups,
+    pub(crate) bundles: &'f Bundles,
     pub(crate) legends: &'f Legends,
 }
 
@@ -112,7 +113,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
 
     /// A pass that draws surfaces of the view with the program `program`.
     pub fn surfaces(&mut self, name: impl Into<Cow<'static, str>>, program: &'static str) -> SurfacePass<'_, 'f> {
-        let pass = self.graph.pass(name);
-        SurfacePass::new(pass, self.frame, self.view, program)
+        let name = name.into();
+        let pass = self.graph.pass(name.clone());
+        SurfacePass::new((name, pass), self.frame, self.view, program)
     }
 }

@@ -84,6 +84,7 @@ impl Renderer {
         }
         self.uniforms.begin();
         self.bind_groups.begin();
+        self.bundles.begin();
         let pipelines_made = self.shaders.made();
         let mut stats = FrameStats::default();
 
@@ -123,6 +124,7 @@ impl Renderer {
             tables: &self.tables,
             uniforms: &self.uniforms,
             bind_groups: &self.bind_groups,
+            bundles: &self.bundles,
             legends: &legends,
         };
         let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));

@@ -1,18 +1,22 @@
 //! Passes that draw the scene's surfaces.
 
+mod bundles;
 mod pipelines;
 mod prepared;
 
+pub(crate) use bundles::Bundles;
 pub(crate) use pipelines::SurfacePipelines;
 
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::draws::Draw;
 use crate::shader::program::ProgramError;
+use bundles::PassKey;
 use bytemuck::Pod;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass};
 use pipelines::Targets;
 use prepared::Preparing;
+use std::borrow::Cow;
 
 /// Which of the draws of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +30,7 @@ pub enum Which {
 /// A pass that draws surfaces and is being declared: its targets, and what its shader binds in group 1, by WGSL name.
 #[must_use = "nothing is drawn before `draw`"]
 pub struct SurfacePass<'r, 'f> {
+    name: Cow<'static, str>,
     pass: Pass<'r, 'f>,
     frame: &'f Frame<'f>,
     view: &'f PreparedView,
@@ -37,8 +42,13 @@ pub struct SurfacePass<'r, 'f> {
 }
 
 impl<'r, 'f> SurfacePass<'r, 'f> {
-    pub(super) fn new(pass: Pass<'r, 'f>, frame: &'f Frame<'f>, view: &'f PreparedView, program: &'static str) -> Self {
-        Self { pass, frame, view, program, uniforms: Vec::new(), colors: Vec::new(), blend: None, depth: None }
+    pub(super) fn new(
+        (name, pass): (Cow<'static, str>, Pass<'r, 'f>),
+        frame: &'f Frame<'f>,
+        view: &'f PreparedView,
+        program: &'static str,
+    ) -> Self {
+        Self { name, pass, frame, view, program, uniforms: Vec::new(), colors: Vec::new(), blend: None, depth: None }
     }
 
     /// The next colour target. Without one no fragment is shaded. Returns the version that holds the result.
@@ -88,15 +98,16 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     }
 
     fn draw(self, draws: &'f [Draw], which: Which) -> Result<(), ProgramError> {
-        let Self { pass, frame, view, program, uniforms, colors, blend, depth } = self;
+        let Self { name, pass, frame, view, program, uniforms, colors, blend, depth } = self;
         let Some((depth, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
         let targets = Targets { colors, blend, depth, depth_write };
-        let preparing = Preparing { frame, view, program, targets, uniforms: &uniforms };
-        let list = preparing.prepare(draws, which)?;
-        pass.draw(move |context| list.draw(context, frame, view));
+        let preparing = Preparing { frame, view, program, targets: &targets, uniforms: &uniforms };
+        let chunks = preparing.prepare(draws, which)?;
+        let key = PassKey { view: view.name.clone(), pass: name };
+        pass.draw(move |context| frame.bundles.draw(context.render_pass, (frame, view), (key, targets), chunks));
         Ok(())
     }
 }

@@ -39,6 +39,12 @@ pub(crate) struct SurfacePipeline {
     pub pipeline: wgpu::RenderPipeline,
 }
 
+impl PartialEq for SurfacePipeline {
+    fn eq(&self, other: &Self) -> bool {
+        self.pipeline == other.pipeline
+    }
+}
+
 /// Every pipeline that draws surfaces made so far.
 #[derive(Debug, Default)]
 pub(crate) struct SurfacePipelines {

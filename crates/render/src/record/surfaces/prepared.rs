@@ -1,4 +1,4 @@
-//! A list of draws with the pipelines and groups that it binds, and the loop over it.
+//! A list of draws as commands, with the pipelines and groups that they bind.
 
 use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
@@ -9,38 +9,44 @@ use crate::record::{Frame, PreparedView};
 use crate::resources::{Geometry, GpuMaterial, Place};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
-use manypass_graph::PassContext;
 use manypass_scene::Topology;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// So many of the world's items make a chunk.
+const CHUNK_ITEMS: u32 = 128;
+
 /// A pipeline with the groups that are the same for all of its draws.
-struct Bound {
+#[derive(Debug, PartialEq)]
+pub(super) struct Bound {
     pipeline: Arc<SurfacePipeline>,
     pass: Option<wgpu::BindGroup>,
     object: Option<wgpu::BindGroup>,
 }
 
 /// Which vertices are bound: those of a whole page, or those of one primitive with its skin.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Vertices {
-    Page(usize),
-    Apart { vertices: Place, skin: Option<Place> },
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Vertices {
+    Page(u32),
+    Apart(Arc<(Place, Option<Place>)>),
 }
 
 /// What is to be done, in order. What stays as it is from one draw to the next is not done again.
-enum Command {
-    Bound(u32),
+#[derive(Debug, PartialEq)]
+pub(super) enum Command {
+    Bound(Arc<Bound>),
     Material(wgpu::BindGroup),
     Vertices(Vertices),
     IndexPage(u32),
     Draw { elements: Range<u32>, instances: Range<u32>, is_indexed: bool },
 }
 
-/// Draws with all that they bind.
-pub(super) struct PreparedList {
-    bound: Vec<Bound>,
-    commands: Vec<Command>,
+/// Draws of neighbouring items, with all that they bind.
+#[derive(Debug, PartialEq)]
+pub(super) struct Chunk {
+    /// Which part of the list it is.
+    pub index: u32,
+    pub commands: Vec<Command>,
 }
 
 /// What tells the pipelines of one pass apart, as a number below [`Shape::COUNT`].
@@ -84,21 +90,27 @@ struct State {
     index_page: Option<u32>,
 }
 
+/// What gives the next chunk its index: it begins with a draw of another stretch of items.
+fn chunk_of(draw: &Draw) -> u32 {
+    draw.item / CHUNK_ITEMS
+}
+
 /// The draws of a view that a pass draws, with the pass's program, targets and uniforms.
 pub(super) struct Preparing<'p, 'f> {
     pub frame: &'f Frame<'f>,
     pub view: &'f PreparedView,
     pub program: &'static str,
-    pub targets: Targets,
+    pub targets: &'p Targets,
     pub uniforms: &'p [(&'static str, Uniform)],
 }
 
 impl Preparing<'_, '_> {
-    pub fn prepare(self, draws: &[Draw], which: Which) -> Result<PreparedList, ProgramError> {
+    pub fn prepare(self, draws: &[Draw], which: Which) -> Result<Vec<Chunk>, ProgramError> {
         let Frame { resources, world, .. } = *self.frame;
         let is_reflected = self.view.is_reflected();
         let mut by_shape = vec![None; Shape::COUNT];
-        let mut list = PreparedList { bound: Vec::new(), commands: Vec::with_capacity(draws.len() + 64) };
+        let mut all_bound: Vec<Arc<Bound>> = Vec::new();
+        let mut chunks: Vec<Chunk> = Vec::new();
         let mut state = State::default();
         for draw in draws {
             let item = &world.items[draw.item as usize];
@@ -109,26 +121,32 @@ impl Preparing<'_, '_> {
             let bound = match by_shape[shape.index()] {
                 Some(bound) => bound,
                 None => {
-                    let bound = list.bound.len() as u32;
+                    let bound = all_bound.len() as u32;
                     by_shape[shape.index()] = Some(bound);
-                    list.bound.push(self.bind(shape)?);
+                    all_bound.push(self.bind(shape)?.into());
                     bound
                 }
             };
+            let index = chunk_of(draw);
+            if chunks.last().is_none_or(|last| last.index != index) {
+                chunks.push(Chunk { index, commands: Vec::with_capacity(CHUNK_ITEMS as usize + 8) });
+                state = State::default();
+            }
+            let Some(Chunk { commands, .. }) = chunks.last_mut() else { continue };
             if state.bound != Some(bound) {
-                list.commands.push(Command::Bound(bound));
+                commands.push(Command::Bound(all_bound[bound as usize].clone()));
                 (state.bound, state.material) = (Some(bound), None);
             }
             if state.material != Some(item.material) {
-                let program = &list.bound[bound as usize].pipeline.program;
+                let program = &all_bound[bound as usize].pipeline.program;
                 let material = resources.materials.get(item.material as usize);
                 let group = material_bind_group(self.frame, self.view, program, material)?;
-                list.commands.extend(group.map(Command::Material));
+                commands.extend(group.map(Command::Material));
                 state.material = Some(item.material);
             }
-            list.push_draw(&mut state, draw, item, &resources.geometry);
+            push_draw(commands, &mut state, draw, item, &resources.geometry);
         }
-        Ok(list)
+        Ok(chunks)
     }
 
     fn bind(&self, shape: Shape) -> Result<Bound, ProgramError> {
@@ -139,84 +157,124 @@ impl Preparing<'_, '_> {
     }
 }
 
-impl PreparedList {
-    fn push_draw(&mut self, state: &mut State, draw: &Draw, item: &Item, geometry: &Geometry) {
-        let page = item.vertex_page.map(|page| page as usize);
-        let is_bound = matches!(state.vertices, Some(Vertices::Page(bound)) if page == Some(bound));
-        if !is_bound {
-            let vertices = page.map_or_else(
-                || {
-                    let primitive = &geometry.primitives(item.mesh as usize)[item.primitive as usize];
-                    Vertices::Apart { vertices: primitive.vertices.clone(), skin: primitive.skin.clone() }
-                },
-                Vertices::Page,
-            );
-            if state.vertices.as_ref() != Some(&vertices) {
-                self.commands.push(Command::Vertices(vertices.clone()));
-                state.vertices = Some(vertices);
-            }
+fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, item: &Item, geometry: &Geometry) {
+    let is_bound = matches!(state.vertices, Some(Vertices::Page(page)) if item.vertex_page == Some(page));
+    if !is_bound {
+        let vertices = item.vertex_page.map_or_else(
+            || {
+                let primitive = &geometry.primitives(item.mesh as usize)[item.primitive as usize];
+                Vertices::Apart(Arc::new((primitive.vertices.clone(), primitive.skin.clone())))
+            },
+            Vertices::Page,
+        );
+        if state.vertices.as_ref() != Some(&vertices) {
+            commands.push(Command::Vertices(vertices.clone()));
+            state.vertices = Some(vertices);
         }
-        if item.index_page.is_some() && state.index_page != item.index_page {
-            self.commands.extend(item.index_page.map(Command::IndexPage));
-            state.index_page = item.index_page;
-        }
-        let (elements, instances) = (item.elements.clone(), draw.instances.clone());
-        self.commands.push(if item.topology == Topology::Points {
-            // Points are the instances of one disc, whose corners are what is drawn.
-            Command::Draw { elements: instances, instances: elements, is_indexed: false }
-        } else {
-            Command::Draw { elements, instances, is_indexed: item.index_page.is_some() }
-        });
     }
+    if item.index_page.is_some() && state.index_page != item.index_page {
+        commands.extend(item.index_page.map(Command::IndexPage));
+        state.index_page = item.index_page;
+    }
+    let (elements, instances) = (item.elements.clone(), draw.instances.clone());
+    commands.push(if item.topology == Topology::Points {
+        // Points are the instances of one disc, whose corners are what is drawn.
+        Command::Draw { elements: instances, instances: elements, is_indexed: false }
+    } else {
+        Command::Draw { elements, instances, is_indexed: item.index_page.is_some() }
+    });
+}
 
-    pub fn draw(&self, context: &mut PassContext<'_, '_>, frame: &Frame<'_>, view: &PreparedView) {
-        let pass = &mut *context.render_pass;
-        let geometry = &frame.resources.geometry;
-        pass.set_bind_group(0, &view.group, &[]);
-        for command in &self.commands {
-            match command {
-                Command::Bound(bound) => {
-                    let bound = &self.bound[*bound as usize];
-                    pass.set_pipeline(&bound.pipeline.pipeline);
-                    if let Some(group) = &bound.pass {
-                        pass.set_bind_group(1, group, &[]);
-                    }
-                    if let Some(object) = &bound.object {
-                        pass.set_bind_group(3, object, &[]);
-                    }
+/// What commands are encoded into: a pass, or a bundle.
+pub(super) trait Encoder<'e> {
+    fn pipeline(&mut self, pipeline: &'e wgpu::RenderPipeline);
+    fn group(&mut self, index: u32, group: &'e wgpu::BindGroup);
+    fn vertices(&mut self, slot: u32, buffer: wgpu::BufferSlice<'e>);
+    fn indices(&mut self, buffer: wgpu::BufferSlice<'e>);
+    fn draw(&mut self, elements: Range<u32>, instances: Range<u32>, is_indexed: bool);
+}
+
+macro_rules! encoders {
+    ($life:lifetime: $($encoder:ty),*) => {
+        $(impl<$life> Encoder<$life> for $encoder {
+            fn pipeline(&mut self, pipeline: &$life wgpu::RenderPipeline) {
+                self.set_pipeline(pipeline);
+            }
+
+            fn group(&mut self, index: u32, group: &$life wgpu::BindGroup) {
+                self.set_bind_group(index, group, &[]);
+            }
+
+            fn vertices(&mut self, slot: u32, buffer: wgpu::BufferSlice<$life>) {
+                self.set_vertex_buffer(slot, buffer);
+            }
+
+            fn indices(&mut self, buffer: wgpu::BufferSlice<$life>) {
+                self.set_index_buffer(buffer, wgpu::IndexFormat::Uint32);
+            }
+
+            fn draw(&mut self, elements: Range<u32>, instances: Range<u32>, is_indexed: bool) {
+                if is_indexed {
+                    self.draw_indexed(elements, 0, instances);
+                } else {
+                    <$encoder>::draw(self, elements, instances);
                 }
-                Command::Material(group) => pass.set_bind_group(2, group, &[]),
-                Command::Vertices(vertices) => bind_vertices(pass, geometry, vertices, frame.instances),
-                Command::IndexPage(page) => {
-                    if let Some(buffer) = geometry.indices.buffer(*page as usize) {
-                        pass.set_index_buffer(buffer.slice(..), wgpu::IndexFormat::Uint32);
-                    }
+            }
+        })*
+    };
+}
+
+encoders!('e: wgpu::RenderPass<'_>, wgpu::RenderBundleEncoder<'e>);
+
+/// Encodes a chunk, whatever was bound before.
+pub(super) fn encode<'e>(
+    chunk: &'e Chunk,
+    encoder: &mut impl Encoder<'e>,
+    frame: &'e Frame<'_>,
+    view: &'e PreparedView,
+) {
+    let geometry = &frame.resources.geometry;
+    encoder.group(0, &view.group);
+    for command in &chunk.commands {
+        match command {
+            Command::Bound(bound) => {
+                encoder.pipeline(&bound.pipeline.pipeline);
+                bound.pass.iter().for_each(|group| encoder.group(1, group));
+                bound.object.iter().for_each(|group| encoder.group(3, group));
+            }
+            Command::Material(group) => encoder.group(2, group),
+            Command::Vertices(vertices) => bind_vertices(encoder, geometry, vertices, frame.instances),
+            Command::IndexPage(page) => {
+                if let Some(buffer) = geometry.indices.buffer(*page as usize) {
+                    encoder.indices(buffer.slice(..));
                 }
-                Command::Draw { elements, instances, is_indexed: true } => {
-                    pass.draw_indexed(elements.clone(), 0, instances.clone());
-                }
-                Command::Draw { elements, instances, is_indexed: false } => {
-                    pass.draw(elements.clone(), instances.clone());
-                }
+            }
+            Command::Draw { elements, instances, is_indexed } => {
+                encoder.draw(elements.clone(), instances.clone(), *is_indexed);
             }
         }
     }
 }
 
 /// Binds vertices, then skins if there are some, then instances: as the buffers of pipelines follow each other.
-fn bind_vertices(pass: &mut wgpu::RenderPass<'_>, geometry: &Geometry, vertices: &Vertices, instances: &wgpu::Buffer) {
+fn bind_vertices<'e>(
+    encoder: &mut impl Encoder<'e>,
+    geometry: &'e Geometry,
+    vertices: &Vertices,
+    instances: &'e wgpu::Buffer,
+) {
     let mut slot = 0;
-    let mut bind = |buffer: Option<wgpu::BufferSlice<'_>>| {
+    let mut bind = |buffer: Option<wgpu::BufferSlice<'e>>| {
         if let Some(buffer) = buffer {
-            pass.set_vertex_buffer(slot, buffer);
+            encoder.vertices(slot, buffer);
             slot += 1;
         }
     };
     match vertices {
-        Vertices::Page(page) => bind(geometry.vertices.buffer(*page).map(|buffer| buffer.slice(..))),
-        Vertices::Apart { vertices, skin } => {
-            bind(geometry.vertices.slice(vertices));
-            bind(skin.as_ref().and_then(|skin| geometry.skins.slice(skin)));
+        Vertices::Page(page) => bind(geometry.vertices.buffer(*page as usize).map(|buffer| buffer.slice(..))),
+        Vertices::Apart(places) => {
+            bind(geometry.vertices.slice(&places.0));
+            bind(places.1.as_ref().and_then(|skin| geometry.skins.slice(skin)));
         }
     }
     bind(Some(instances.slice(..)));

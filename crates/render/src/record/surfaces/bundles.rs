@@ -1,0 +1,120 @@
+//! What a pass draws frame after frame is encoded once, in render bundles: the device's own lists of commands.
+//!
+//! A list of draws is cut into chunks of the world's items, so that what comes into sight or leaves it changes its own chunk
+//! alone. A chunk that was drawn alike in the last frame becomes a bundle; any other is drawn command by command.
+
+use super::pipelines::Targets;
+use super::prepared::{Chunk, encode};
+use crate::record::{Frame, PreparedView};
+use std::borrow::Cow;
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+
+/// What so many frames did without is given back.
+const KEPT_FRAMES: u64 = 4;
+/// A bundle of fewer commands costs more than it saves.
+const COMMANDS_MIN: usize = 16;
+
+/// A pass of a view.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub(super) struct PassKey {
+    pub view: Cow<'static, str>,
+    pub pass: Cow<'static, str>,
+}
+
+/// What all draws of a pass have in common, beside what their commands say.
+#[derive(Debug, PartialEq)]
+struct Common {
+    targets: Targets,
+    view: wgpu::BindGroup,
+    instances: wgpu::Buffer,
+}
+
+#[derive(Debug, Default)]
+struct PassBundles {
+    common: Option<Common>,
+    /// By the index of the chunk.
+    chunks: HashMap<u32, KeptChunk>,
+    last_frame: u64,
+}
+
+#[derive(Debug)]
+struct KeptChunk {
+    chunk: Chunk,
+    bundle: Option<wgpu::RenderBundle>,
+}
+
+/// The bundles of all passes that draw surfaces.
+#[derive(Debug, Default)]
+pub(crate) struct Bundles {
+    passes: RefCell<HashMap<PassKey, PassBundles>>,
+    frame: Cell<u64>,
+}
+
+impl Bundles {
+    /// Begins a frame: forgets the passes that the last ones did without.
+    pub fn begin(&self) {
+        let frame = self.frame.get() + 1;
+        self.frame.set(frame);
+        self.passes.borrow_mut().retain(|_, pass| pass.last_frame + KEPT_FRAMES >= frame);
+    }
+
+    /// Forgets all, with the buffers and textures that they hold.
+    pub fn clear(&self) {
+        self.passes.borrow_mut().clear();
+    }
+
+    /// Draws `chunks` in a pass, those that it drew before from their bundles.
+    pub(super) fn draw(
+        &self,
+        render_pass: &mut wgpu::RenderPass<'_>,
+        (frame, view): (&Frame<'_>, &PreparedView),
+        (key, targets): (PassKey, Targets),
+        chunks: Vec<Chunk>,
+    ) {
+        let common = Common { targets, view: view.group.clone(), instances: frame.instances.clone() };
+        let mut passes = self.passes.borrow_mut();
+        let pass = passes.entry(key).or_default();
+        pass.last_frame = self.frame.get();
+        let common = match &mut pass.common {
+            Some(known) if *known == common => known,
+            known => {
+                pass.chunks.clear();
+                known.insert(common)
+            }
+        };
+        for chunk in chunks {
+            let index = chunk.index;
+            match pass.chunks.get_mut(&index).filter(|known| known.chunk == chunk) {
+                Some(known) => {
+                    let make = || bundle(&known.chunk, common, frame, view);
+                    render_pass.execute_bundles([&*known.bundle.get_or_insert_with(make)]);
+                }
+                None => {
+                    encode(&chunk, render_pass, frame, view);
+                    if chunk.commands.len() >= COMMANDS_MIN {
+                        pass.chunks.insert(index, KeptChunk { chunk, bundle: None });
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn bundle(chunk: &Chunk, common: &Common, frame: &Frame<'_>, view: &PreparedView) -> wgpu::RenderBundle {
+    let Targets { colors, depth, depth_write, .. } = &common.targets;
+    let color_formats: Vec<_> = colors.iter().copied().map(Some).collect();
+    let mut encoder = frame.gpu.device.create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {
+        label: Some("surfaces"),
+        color_formats: &color_formats,
+        depth_stencil: Some(wgpu::RenderBundleDepthStencil {
+            format: *depth,
+            depth_read_only: !depth_write,
+            stencil_read_only: true,
+        }),
+        sample_count: 1,
+        multiview: None,
+    });
+    encode(chunk, &mut encoder, frame, view);
+    encoder.finish(&wgpu::RenderBundleDescriptor { label: Some("surfaces") })
+}
