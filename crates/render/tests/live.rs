@@ -279,3 +279,31 @@ fn what_is_drawn_from_bundles_is_what_is_drawn_at_once() {
         assert!(read(&mut live) == read(&mut anew), "frame {frame}");
     }
 }
+
+#[test]
+fn what_a_mesh_lacks_is_not_taken_from_another() {
+    let mut scene = scenes::rows_of_spheres().scene;
+    let mut renderer = renderer();
+    let before = picture(&mut renderer, &scene, Path::Deferred);
+    assert_eq!(renderer.warnings(), Vec::<String>::new());
+    let mut torn = primitives::cube(Vec3::ONE);
+    torn.indices[4] = 24;
+    let torn = add_mesh(&mut scene, torn, Node::default());
+    // More points than vertices, which is fine: they lie in the middle of a sphere.
+    let mut dots = primitives::cube(Vec3::splat(0.001));
+    (dots.topology, dots.indices) = (manypass_scene::Topology::Points, vec![0; 100]);
+    dots.morph_targets = vec![MorphTarget { positions: vec![[0.0; 3]; 24], ..Default::default() }];
+    let node = scene.nodes.iter().find(|node| node.mesh == Some(3)).unwrap().clone();
+    let translation = scene.meshes[3].primitives[0].bounds.center();
+    add_mesh(&mut scene, dots, Node { translation, ..Node { mesh: None, ..node } });
+    // Nor are nodes read that name what is not there.
+    scene.add_node(None, Node { mesh: Some(99), skin: Some(99), light: Some(99), ..Node::default() });
+    scene.update_transforms();
+    assert!(picture(&mut renderer, &scene, Path::Deferred) == before);
+    let warnings = renderer.warnings();
+    assert!(matches!(&warnings[..], [warning] if warning.contains("does not have")), "{warnings:?}");
+    scene.remove_node(torn);
+    scene.meshes.remove(scene.node(torn).mesh.unwrap());
+    renderer.load(&scene).unwrap();
+    assert_eq!(renderer.warnings(), Vec::<String>::new());
+}

@@ -1,7 +1,7 @@
 //! Meshes on the device: vertices, skins and indices in pages, morph targets in a table.
 
 use super::pages::{Pages, Place};
-use super::vertices::{Packed, SkinVertex, Vertex};
+use super::vertices::{Packed, SkinVertex, Vertex, drawn_vertices};
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -88,7 +88,7 @@ struct Expected {
 impl Expected {
     fn of(mesh: &Mesh) -> Self {
         let of_primitive = |primitive: &Primitive| {
-            let count = primitive.positions.len() as u64;
+            let count = drawn_vertices(primitive) as u64;
             let targets = primitive.morph_targets.len() as u64;
             let is_deformed = targets > 0 || !primitive.joints.is_empty();
             Self {
@@ -241,6 +241,14 @@ impl Geometry {
         let mut uploaded = GpuMesh { source: Arc::downgrade(mesh), primitives: Vec::new(), warnings: Vec::new() };
         let mut displacement_bytes = 0;
         for primitive in mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty()) {
+            // They would be those of another mesh in the page.
+            if primitive.indices.iter().any(|index| *index as usize >= primitive.positions.len()) {
+                uploaded.warnings.push(format!(
+                    "mesh {} has indices of vertices that it does not have; they are not drawn",
+                    quoted(mesh)
+                ));
+                continue;
+            }
             match self.upload_primitive(gpu, primitive, expected) {
                 Some(of_primitive) => {
                     displacement_bytes += 16 * u64::from(of_primitive.morph.end - of_primitive.morph.start);
@@ -269,7 +277,7 @@ impl Geometry {
         let count = |length: usize| u32::try_from(length).ok();
         let vertex_count = count(packed.vertices.len())?;
         let vertices = self.vertices.take(device, vertex_count, expected.vertices)?;
-        expected.vertices -= u64::from(vertex_count);
+        expected.vertices = expected.vertices.saturating_sub(vertex_count.into());
         let mut placed = GpuPrimitive {
             vertices,
             skin: None,
@@ -285,12 +293,12 @@ impl Geometry {
         };
         if !packed.skins.is_empty() {
             placed.skin = self.skins.take(device, vertex_count, expected.skins);
-            expected.skins -= u64::from(vertex_count);
+            expected.skins = expected.skins.saturating_sub(vertex_count.into());
         }
         if !packed.indices.is_empty() {
             placed.count = count(packed.indices.len())?;
             placed.indices = self.indices.take(device, placed.count, expected.indices);
-            expected.indices = expected.indices.saturating_sub(u64::from(placed.count));
+            expected.indices = expected.indices.saturating_sub(placed.count.into());
         }
         if placed.skin.is_none() != packed.skins.is_empty() || placed.indices.is_none() != packed.indices.is_empty() {
             self.vertices.give_back(&placed.vertices);

@@ -107,13 +107,18 @@ impl Packed {
     }
 }
 
+/// How many vertices a primitive has on the device.
+pub(super) fn drawn_vertices(primitive: &Primitive) -> usize {
+    if are_gathered(primitive) { primitive.indices.len() } else { primitive.positions.len() }
+}
+
+fn are_gathered(primitive: &Primitive) -> bool {
+    primitive.topology == Topology::Points && !primitive.indices.is_empty()
+}
+
 /// Points in the order of their indices, without indices: they are drawn as instances, which have none.
 fn in_drawing_order(primitive: &Primitive) -> Cow<'_, Primitive> {
-    if primitive.topology == Topology::Points && !primitive.indices.is_empty() {
-        Cow::Owned(gathered(primitive))
-    } else {
-        Cow::Borrowed(primitive)
-    }
+    if are_gathered(primitive) { Cow::Owned(gathered(primitive)) } else { Cow::Borrowed(primitive) }
 }
 
 fn gathered(primitive: &Primitive) -> Primitive {
