@@ -88,31 +88,14 @@ impl Renderer {
         let pipelines_made = self.shaders.made();
         let mut stats = FrameStats::default();
 
-        // The world, once for all views.
-        stats.uploaded_bytes += self.follow(scene);
-        let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
-        self.notice_lights(world.draws.lit.len());
-        stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
-        let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
-            let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
-            asked.request.previous.as_deref().filter(|_| wants_motion)
-        });
-        let has_previous = previous.is_some_and(|previous| {
-            let texels = previous.append_to(scene, &mut world.draws.deformation);
-            let written = self.resources.write_previous_nodes(&self.gpu, &texels);
-            stats.uploaded_bytes += written.unwrap_or(0);
-            written.is_some()
-        });
-        stats.uploaded_bytes += self.resources.write_deformation(&self.gpu, &world.draws.deformation);
+        let (mut world, has_previous) = self.world(scene, asked, &mut stats);
 
-        // The views.
         let ready: Vec<Ready> = asked
             .iter()
             .zip(&mut *states)
             .map(|(asked, state)| self.ready(asked, &mut world, state, has_previous, &mut stats))
             .collect::<Result<_, _>>()?;
 
-        // The frame.
         let legends = Legends::default();
         let frame = Frame {
             gpu: &self.gpu,
@@ -166,6 +149,27 @@ impl Renderer {
             self.executor.release_exports(&run);
         }
         Ok(Executed { plan, run: Some(run), export, legends: legends.take() })
+    }
+
+    /// Brings the device up to date with the scene, once for all views. Also says whether it knows where everything was
+    /// before.
+    fn world<'s>(&mut self, scene: &'s Scene, asked: &[Asked], stats: &mut FrameStats) -> (World<'s>, bool) {
+        stats.uploaded_bytes += self.follow(scene);
+        let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
+        self.notice_lights(world.draws.lit.len());
+        stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
+        let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
+            let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
+            asked.request.previous.as_deref().filter(|_| wants_motion)
+        });
+        let has_previous = previous.is_some_and(|previous| {
+            let texels = previous.append_to(scene, &mut world.draws.deformation);
+            let written = self.resources.write_previous_nodes(&self.gpu, &texels);
+            stats.uploaded_bytes += written.unwrap_or(0);
+            written.is_some()
+        });
+        stats.uploaded_bytes += self.resources.write_deformation(&self.gpu, &world.draws.deformation);
+        (world, has_previous)
     }
 
     /// Reads what the purpose is for.
