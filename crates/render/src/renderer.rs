@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 /// The format of the finished picture: display colours, encoded in the shader.
 pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// Draws scenes.
+/// Draws scenes. It may be moved to another thread.
 pub struct Renderer {
     gpu: Gpu,
     shaders: Shaders,
@@ -329,5 +329,16 @@ impl Renderer {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn plan(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Plan, RenderError> {
         pollster::block_on(self.run(scene, &[("", request)], &mut Purpose::Plan))
+    }
+}
+
+#[cfg(all(test, not(target_arch = "wasm32")))]
+mod tests {
+    use super::Renderer;
+
+    #[test]
+    fn a_renderer_may_be_moved_to_another_thread() {
+        fn check<T: Send>() {}
+        check::<Renderer>();
     }
 }

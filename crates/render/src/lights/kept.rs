@@ -2,7 +2,7 @@
 
 use super::{ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightTable, ListLimits, Target};
 use crate::view::{DepthRange, View};
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// What lists are made of beside the lights.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub struct ListsOf {
 pub struct KeptLists {
     of: ListsOf,
     /// The lights.
-    pub table: Rc<LightTable>,
+    pub table: Arc<LightTable>,
     /// Shape of the grid.
     pub uniform: ClusterUniform,
     /// Entries of all lists.
@@ -35,13 +35,13 @@ pub struct KeptLists {
 
 impl KeptLists {
     /// What is kept of `lists`.
-    pub fn new(table: Rc<LightTable>, of: ListsOf, lists: &ClusterLists) -> Self {
+    pub fn new(table: Arc<LightTable>, of: ListsOf, lists: &ClusterLists) -> Self {
         Self { of, table, uniform: lists.uniform, entries: lists.lights.len() as u64 }
     }
 
     /// The same for `table`, if the lists of its lights are these.
-    pub fn with(self, table: &Rc<LightTable>, of: &ListsOf) -> Option<Self> {
-        let is_same = self.of == *of && (Rc::ptr_eq(&self.table, table) || self.table.has_lists_of(table));
+    pub fn with(self, table: &Arc<LightTable>, of: &ListsOf) -> Option<Self> {
+        let is_same = self.of == *of && (Arc::ptr_eq(&self.table, table) || self.table.has_lists_of(table));
         is_same.then(|| Self { table: table.clone(), ..self })
     }
 }

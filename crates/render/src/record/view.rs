@@ -14,7 +14,7 @@ use crate::shader::Shaders;
 use crate::view::ViewUniform;
 use manypass_graph::TextureDesc;
 use std::borrow::Cow;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// One camera of a frame, prepared before its passes are recorded.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ pub struct PreparedView {
     pub is_environment_dark: bool,
     /// Whether the frame goes on from the view's last one, so that histories hold what that left.
     pub goes_on: bool,
-    pub(crate) draws: Rc<DrawList>,
+    pub(crate) draws: Arc<DrawList>,
     /// How samplers of textures filter.
     pub(crate) sampling: Sampling,
     /// Group 0 of all programs.
@@ -102,7 +102,7 @@ pub(crate) struct Viewed<'a> {
     pub size: (u32, u32),
     pub goes_on: bool,
     pub uniform: ViewUniform,
-    pub draws: Rc<DrawList>,
+    pub draws: Arc<DrawList>,
     pub sampling: Sampling,
     pub light_count: u32,
     pub cluster_grid: &'a ClusterUniform,

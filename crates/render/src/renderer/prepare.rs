@@ -14,7 +14,7 @@ use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
 use manypass_scene::Scene;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// One view of the frame, as it was asked for.
 pub(super) struct Asked {
@@ -71,7 +71,7 @@ pub(super) struct World<'s> {
     pub scene: &'s Scene,
     pub draws: WorldDraws,
     /// Most views share one.
-    tables: Vec<(TableKey, Rc<LightTable>)>,
+    tables: Vec<(TableKey, Arc<LightTable>)>,
 }
 
 /// What a table of lights is made for: the bits of the pre-exposure, and the subset of the lights.
@@ -89,14 +89,14 @@ impl<'s> World<'s> {
         &mut self,
         pre_exposure: f32,
         subset: Option<(u32, u32)>,
-        kept: Option<&Rc<LightTable>>,
-    ) -> Rc<LightTable> {
+        kept: Option<&Arc<LightTable>>,
+    ) -> Arc<LightTable> {
         let key = (pre_exposure.to_bits(), subset);
         if let Some((_, table)) = self.tables.iter().find(|(known, _)| *known == key) {
             return table.clone();
         }
         let kept = kept.filter(|table| table.is_of(self.scene, &self.draws.lit, pre_exposure, subset));
-        let make = || Rc::new(LightTable::new(self.scene, &self.draws.lit, pre_exposure, subset));
+        let make = || Arc::new(LightTable::new(self.scene, &self.draws.lit, pre_exposure, subset));
         let table = kept.cloned().unwrap_or_else(make);
         self.tables.push((key, table.clone()));
         table
@@ -138,7 +138,7 @@ impl Renderer {
             ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.sampling.anisotropy.into(), ..uniform }
         };
         let uniform = uniform_at(*size);
-        let draws = Rc::new(DrawList::new(&world.draws, &uniform));
+        let draws = Arc::new(DrawList::new(&world.draws, &uniform));
         let (lists, made) = self.lists_of(asked, range, world, state.lists.take(), stats);
         let ViewState { tables, lists: kept, .. } = state;
         let lists: &KeptLists = kept.insert(lists);
