@@ -257,13 +257,14 @@ pub struct RenderArgs {
     pub recursive: bool,
     /// A file, a folder, a pattern, a device or pipe, or `-` for standard output [default: STEM.png].
     ///
+    /// A name without an ending, or with a slash at its end, is a folder, which is made if it is not there.
     /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
     /// where a folder has both m.glb and m.gltf), {frame} or {frame:04}, and {aov}. With --frames and --turntable a
     /// folder gets STEM_FRAME, and a file must hold {frame}. An output that is also read, or written twice, is refused.
     /// Files named .manypass-….partial beside it are being written; those that a killed process left may be deleted.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
-    /// png, jpg, webp or exr, for standard output or another ending, too [default: by the ending of OUT, else png].
+    /// png, jpg, webp or exr, for standard output, a folder or another ending, too [default: by the ending of OUT, else png].
     #[arg(long)]
     pub format: Option<String>,
     #[command(flatten)]

@@ -152,7 +152,8 @@ fn collect(folder: &Path, parts: &[&str], files: &mut Vec<PathBuf>, warnings: &m
     for path in found {
         if !rest.is_empty() {
             collect(&path, rest, files, warnings);
-        } else if is_gltf(&path) && path.is_file() {
+        } else if is_gltf(&path) && !path.is_dir() {
+            // What cannot be read, such as a link to nowhere, is an input that fails, and not one that is missed.
             files.push(path);
         }
     }

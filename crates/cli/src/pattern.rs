@@ -123,6 +123,9 @@ impl Pattern {
     }
 }
 
+/// What is read has these endings; one mistyped letter shall not cost a model.
+const INPUT_ENDINGS: [&str; 6] = ["glb", "gltf", "bin", "wgsl", "toml", "ktx2"];
+
 /// Whether any placeholder stands in `path`, beside what may.
 fn has_placeholders(path: &Path) -> bool {
     let text = path.to_string_lossy();
@@ -188,6 +191,10 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
                 let message = format!("--format {} and `{out}` disagree", asked.extension());
                 return Err(Failure::usage(message, "leave --format out, or give the file another ending"));
             }
+            if INPUT_ENDINGS.iter().any(|ending| extension.eq_ignore_ascii_case(ending)) {
+                let message = format!("`{out}` ends as an input does, and a picture could take the place of one");
+                return Err(Failure::usage(message, "give the picture another ending, such as .png"));
+            }
             // An ending that says nothing is a name like any other where the format is given.
             let format = asked.or(named).ok_or_else(|| {
                 let hint =
@@ -217,6 +224,10 @@ mod tests {
             assert_eq!((found.extension(), place), (format, Output::Pattern(Pattern::literal("x.foo"))));
             let failure = output(&["-o", if format == "png" { "x.jpg" } else { "x.png" }, "--format", format]);
             assert!(failure.expect_err(format).message.contains("disagree"), "{format}");
+        }
+        for name in ["other.glb", "a/Other.GLTF", "own_pass.wgsl", "settings.toml", "buffer.bin"] {
+            let failure = output(&["-o", name, "--format", "png"]).expect_err(name);
+            assert!(failure.code() == 2 && failure.message.contains("as an input"), "{failure:?}");
         }
         let (found, _) = output(&["-o", "x.JPEG", "--format", "jpg"]).expect("the same format");
         assert_eq!(found, Format::Jpg);

@@ -81,6 +81,17 @@ fn folders_and_patterns_without_a_model_do_not_hinder_other_inputs() {
     let run = render(&folder, &["empty", "gone*.glb", "-o", "none/", "--report", "n.jsonl"]).expect(1);
     assert!(run.stderr.ends_with("error: 2 of 2 inputs failed\nhint: the messages above say why\n"), "{}", run.stderr);
     assert!(report("n.jsonl").len() == 2 && !folder.join("none").exists());
+
+    // A model that cannot be read is not one that is not there.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("nowhere.glb", folder.join("empty/lost.glb")).expect("a link");
+        for input in ["empty", "empty/*.glb"] {
+            let run = render(&folder, &[input, "tri.glb", "-o", "link/"]).expect(1);
+            let is_said = run.stderr.contains("empty/lost.glb") && run.stderr.contains("1 of 2 inputs failed");
+            assert!(is_said, "{}", run.stderr);
+        }
+    }
 }
 
 #[test]

@@ -232,6 +232,17 @@ fn reports_passes_and_contact_sheets_are_written() {
     assert_eq!((depth.color(), depth.width()), (image::ColorType::L16, 64));
     let passes = std::fs::read_dir(folder.join("passes")).expect("passes").count();
     assert!(passes >= 5 && picture(&folder.join("sheet.png")).width() > 128);
+
+    // Several samples have a pass that adds them up, in the plan and among the pictures.
+    folder.write("tri.glb", &triangle_glb([1.0, 1.0, 1.0]));
+    let flags = ["--size", "64x36", "--samples", "2", "--dump-passes", "two", "--report", "two.json"];
+    run_in(&folder, &[&["render", "tri.glb"], &flags[..]].concat()).expect(0);
+    let report = json(&std::fs::read_to_string(folder.join("two.json")).expect("report"));
+    let has_mean = |list: &serde_json::Value| list.to_string().contains("accumulate");
+    assert!(
+        has_mean(&report["passes"]) && has_mean(&report["plan"]) && has_mean(&report["outputs"]["passes"]),
+        "{report}"
+    );
 }
 
 #[test]

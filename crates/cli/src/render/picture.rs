@@ -54,12 +54,11 @@ impl Batch<'_> {
         self.renderer.forget_variables();
         (drawn.phases.readback, drawn.phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
-        // The rest is in frames of their own, that no phase counts: what shows or counts pixels is of one sample.
-        let alone = FrameRequest { sample_count: 1, ..drawn.request.clone() };
-        let (contact_sheet, passes) = self.show_passes(item, loaded, frame, &alone)?;
+        // The rest is in frames of their own, that no phase counts. Passes are those of the first sample, as in the plan.
+        let (contact_sheet, passes) = self.show_passes(item, loaded, frame, &drawn.request)?;
         if self.report.is_some() {
             let outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet, passes };
-            self.report_picture(item, loaded, &drawn, &alone, (outputs, &delivery))?;
+            self.report_picture(item, loaded, &drawn, (outputs, &delivery))?;
         }
         // The frames of the report had variables, too.
         self.renderer.forget_variables();
@@ -129,13 +128,12 @@ impl Batch<'_> {
         Ok((Some(path.display().to_string()), passes))
     }
 
-    /// Adds a picture to the report; `alone` is the request of one sample.
+    /// Adds a picture to the report.
     fn report_picture(
         &mut self,
         item: &Item,
         loaded: &Loaded,
         drawn: &Drawn,
-        alone: &FrameRequest,
         (outputs, delivery): (Outputs<'_>, &Delivery),
     ) -> Result<(), Failure> {
         let (Some(report), renderer, scene) = (&mut self.report, &mut self.renderer, &loaded.scene) else {
@@ -146,7 +144,7 @@ impl Batch<'_> {
         let pairs = if drawn.stats.lights == 0 {
             PairCounts::default()
         } else {
-            renderer.count_pairs(scene, alone).map_err(failed)?
+            renderer.count_pairs(scene, &drawn.request).map_err(failed)?
         };
         report.rendered(&Entry {
             input: &item.input.name(),
