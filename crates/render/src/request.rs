@@ -223,7 +223,8 @@ pub struct FrameStats {
     pub bind_groups_made: u64,
     /// Programs and pipelines that were made for the frame.
     pub pipelines_made: u64,
-    /// Bytes of uniforms, instances, lights, lists and poses that were uploaded for the frame, because they changed.
+    /// Bytes that were uploaded for the frame because they changed: uniforms, instances, lights, lists, poses, and what of the
+    /// scene is new since the last frame or [`crate::Renderer::load`].
     pub uploaded_bytes: u64,
     /// Bytes of the frame's textures after aliasing.
     pub texture_bytes: u64,
