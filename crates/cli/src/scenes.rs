@@ -23,7 +23,7 @@ pub fn show(scene: &mut Scene, asked: Option<&str>, warnings: &mut Vec<String>) 
         .map_err(|error| Failure::new(Kind::Failed, error, "join its meshes, or show another --scene"))?;
     warnings.retain(|warning| !warning.contains("draws nothing"));
     if !scene.draws_anything() {
-        warnings.push(format!("at \"/scenes/{index}\": the scene draws nothing; it has no node with a mesh"));
+        warnings.push(format!("at \"/scenes/{index}\": the scene draws nothing; it has no visible node with a mesh"));
     }
     Ok(())
 }

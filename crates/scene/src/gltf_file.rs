@@ -233,7 +233,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     animation::read_animations(&mut document, &mut scene)?;
     scene.update_transforms();
     match scene.drawn_primitives() {
-        0 => document.warn("/scene", "the scene draws nothing; it has no node with a mesh"),
+        0 => document.warn("/scene", "the scene draws nothing; it has no visible node with a mesh"),
         1..=MAX_DRAWN_PRIMITIVES => {}
         count => {
             let message = format!(
