@@ -1,10 +1,10 @@
 //! What one view draws: those of the world's items that it may show.
 
 use super::Faces;
-use super::world::{Item, WorldDraws};
+use super::world::{BLOCK_ITEMS, Item, WorldDraws};
 use crate::view::ViewUniform;
 use glam::{Mat4, Vec3, Vec4};
-use manypass_scene::Topology;
+use manypass_scene::{Aabb, Topology};
 use std::ops::Range;
 
 /// So many vertices that nobody sees cost no more than another draw.
@@ -40,12 +40,18 @@ impl DrawList {
         let (opaque, blended) = world.items.split_at(world.opaque_count);
         list.opaque.reserve(opaque.len());
         let mut last_group = None;
-        for (index, item) in opaque.iter().enumerate() {
-            if frustum.excludes(item) {
+        for (block, (items, bounds)) in opaque.chunks(BLOCK_ITEMS).zip(&world.blocks).enumerate() {
+            let sight = bounds.map_or(Sight::Part, |bounds| frustum.sight(&bounds));
+            if sight == Sight::None {
                 continue;
             }
-            list.append_opaque(index as u32, item, last_group == Some(item.group));
-            last_group = Some(item.group);
+            for (index, item) in items.iter().enumerate() {
+                if sight == Sight::Part && frustum.excludes(item) {
+                    continue;
+                }
+                list.append_opaque((block * BLOCK_ITEMS + index) as u32, item, last_group == Some(item.group));
+                last_group = Some(item.group);
+            }
         }
         let distance_m = |item: &Item| -view.view_from_world.transform_point3(item.center).z;
         let mut visible: Vec<(f32, u32)> = blended
@@ -85,6 +91,14 @@ impl DrawList {
     }
 }
 
+/// How much of something a view may show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sight {
+    None,
+    Part,
+    Whole,
+}
+
 /// The planes of a view's frustum: a point lies inside where the distance to all is at least 0.
 struct Frustum([Vec4; 6]);
 
@@ -92,6 +106,23 @@ impl Frustum {
     fn new(clip_from_world: &Mat4) -> Self {
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
         Self([w + x, w - x, w + y, w - y, w - z, z])
+    }
+
+    /// How much of an upright box lies inside.
+    fn sight(&self, bounds: &Aabb) -> Sight {
+        let (center, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+        let mut sight = Sight::Whole;
+        for plane in &self.0 {
+            let normal = plane.truncate();
+            let (distance, reach) = (normal.dot(center) + plane.w, normal.abs().dot(half));
+            if distance + reach < 0.0 {
+                return Sight::None;
+            }
+            // Where a distance is no number, items are looked at one by one.
+            let is_inside = distance - reach >= 0.0;
+            sight = if is_inside { sight } else { Sight::Part };
+        }
+        sight
     }
 
     /// Whether nothing of `item` can be seen: the whole of its box lies outside one of the planes, or it has none.

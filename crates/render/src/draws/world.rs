@@ -53,11 +53,20 @@ impl Item {
         self.instance..self.instance + if self.topology == Topology::Points { DISC_CORNERS } else { 1 }
     }
 
+    /// An upright box around it; none if it is deformed.
+    pub fn bounds_world(&self) -> Option<Aabb> {
+        let half: Vec3 = self.extent.as_ref()?.0.iter().map(|axis| axis.abs()).sum();
+        Some(Aabb { min: self.center - half, max: self.center + half })
+    }
+
     /// Triangles of one instance.
     pub fn triangles(&self) -> u64 {
         if self.topology == Topology::Triangles { self.elements.len() as u64 / 3 } else { 0 }
     }
 }
+
+/// So many items are tested together before each is for itself.
+pub(crate) const BLOCK_ITEMS: usize = 128;
 
 /// Half the edges of a box in world space, which need not be upright.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +79,9 @@ pub(crate) struct WorldDraws {
     pub items: Vec<Item>,
     /// How many of them do not blend.
     pub opaque_count: usize,
-    /// What they refer to.
+    /// The box around every [`BLOCK_ITEMS`] of them, in world space; none where one is deformed.
+    pub blocks: Vec<Option<Aabb>>,
+    /// What the items refer to.
     pub instances: Vec<Instance>,
     /// Joints and weights that the instances refer to.
     pub deformation: Deformation,
@@ -109,6 +120,7 @@ impl WorldDraws {
     /// Poses everything visible of `scene`.
     pub fn update(&mut self, scene: &Scene, resources: &SceneResources) {
         self.items.clear();
+        self.blocks.clear();
         self.instances.clear();
         self.lit.clear();
         self.posed.clear();
@@ -150,6 +162,12 @@ impl WorldDraws {
             let instance = (self.instances.len() as u32).next_multiple_of(copies);
             self.instances.resize(instance as usize, Instance::zeroed());
             self.instances.extend(std::iter::repeat_n(posed.instance, copies as usize));
+            if self.items.len().is_multiple_of(BLOCK_ITEMS) {
+                self.blocks.push(Some(Aabb::EMPTY));
+            }
+            if let Some(block) = self.blocks.last_mut() {
+                *block = block.zip(posed.item.bounds_world()).map(|(block, bounds)| block.union(&bounds));
+            }
             self.items.push(Item { group, instance, ..posed.item.clone() });
         }
     }

@@ -2,7 +2,7 @@
 
 use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
-use crate::draws::{AXES, Axes, Draw, Faces, Item};
+use crate::draws::{AXES, Axes, BLOCK_ITEMS, Draw, Faces, Item};
 use crate::record::bind_groups::Resource;
 use crate::record::uniforms::Uniform;
 use crate::record::{Frame, PreparedView};
@@ -13,8 +13,8 @@ use manypass_scene::Topology;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// So many of the world's items make a chunk.
-const CHUNK_ITEMS: u32 = 128;
+/// So many of the world's items make a chunk: those that are culled together.
+const CHUNK_ITEMS: u32 = BLOCK_ITEMS as u32;
 
 /// A pipeline with the groups that are the same for all of its draws.
 #[derive(Debug, PartialEq)]
