@@ -111,6 +111,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "list_entries": stats.list_entries,
         "light_lists_made": stats.light_lists_made,
         "bind_groups_made": stats.bind_groups_made,
+        "bundles_executed": stats.bundles_executed,
         "pipelines_made": stats.pipelines_made,
         "uploaded_bytes": stats.uploaded_bytes,
         "pairs_visited": pairs.pairs_visited,

@@ -189,6 +189,7 @@ impl Report {
             "list_entries": stats.list_entries,
             "light_lists_made": stats.light_lists_made,
             "bind_groups_made": stats.bind_groups_made,
+            "bundles_executed": stats.bundles_executed,
             "pipelines_made": stats.pipelines_made,
             "uploaded_bytes": stats.uploaded_bytes,
             "pairs_visited": entry.pairs.pairs_visited,

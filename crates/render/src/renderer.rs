@@ -37,6 +37,8 @@ pub struct Renderer {
     tables: FrameTables,
     uniforms: UniformArena,
     bind_groups: BindGroups,
+    /// Lights of visible nodes, be they drawn or too many.
+    light_count: usize,
     bundles: Bundles,
     resources: SceneResources,
     world_draws: WorldDraws,
@@ -90,6 +92,7 @@ impl Renderer {
             tables: FrameTables::new(&gpu),
             uniforms: UniformArena::new(&gpu.device),
             bind_groups: BindGroups::default(),
+            light_count: 0,
             bundles: Bundles::default(),
             resources: SceneResources::new(&gpu),
             world_draws: WorldDraws::default(),
@@ -114,23 +117,19 @@ impl Renderer {
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
         self.follow(scene);
         let is_lit = |id: &NodeId| scene.node(*id).light.is_some();
-        self.notice_lights(scene.visible_nodes().into_iter().filter(is_lit).count());
+        self.light_count = scene.visible_nodes().into_iter().filter(is_lit).count();
         Ok(self.gpu.check()?)
-    }
-
-    fn notice_lights(&mut self, count: usize) {
-        if count > lights::LIGHTS_MAX as usize {
-            self.resources.notice(format!("only the first {} of {count} lights are drawn", lights::LIGHTS_MAX));
-        }
     }
 
     /// As [`Self::load`], and says how many bytes were uploaded.
     fn follow(&mut self, scene: &Scene) -> u64 {
-        let Some(written_bytes) = self.resources.follow(&self.gpu, scene) else { return 0 };
-        // They hold textures and tables whose place others took.
-        self.bind_groups.clear();
-        self.bundles.clear();
-        written_bytes
+        let followed = self.resources.follow(&self.gpu, scene);
+        if followed.has_moved {
+            // They hold buffers, textures and tables whose place others took.
+            self.bind_groups.clear();
+            self.bundles.clear();
+        }
+        followed.written_bytes
     }
 
     /// Gives back all that the scene takes on the device, for whoever has to read the next scene first.
@@ -165,7 +164,12 @@ impl Renderer {
 
     /// What of the scene was left out, or replaced, on the device.
     pub fn warnings(&self) -> Vec<String> {
-        self.resources.warnings()
+        let mut warnings = self.resources.warnings();
+        if self.light_count > lights::LIGHTS_MAX as usize {
+            let (drawn, count) = (lights::LIGHTS_MAX, self.light_count);
+            warnings.push(format!("only the first {drawn} of {count} lights are drawn"));
+        }
+        warnings
     }
 
     /// Milliseconds in which decoding images held up the upload of the scene.

@@ -221,6 +221,8 @@ pub struct FrameStats {
     pub culling_ms: f64,
     /// Bind groups that were made for the frame, because nothing alike was bound in the frames before.
     pub bind_groups_made: u64,
+    /// Render bundles that were executed, in place of the draws that they hold.
+    pub bundles_executed: u64,
     /// Programs and pipelines that were made for the frame.
     pub pipelines_made: u64,
     /// Bytes that were uploaded for the frame because they changed: uniforms, instances, lights, lists, poses, and what of the

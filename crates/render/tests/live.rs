@@ -222,6 +222,9 @@ fn an_edited_scene_is_the_edited_scene_loaded() {
             assert!(edited == loaded, "{path:?}: a scene that {what} is another picture when it is loaded");
             assert!(edited != last || what.starts_with("drops"), "{path:?}: one sees nothing of a scene that {what}");
             assert!(uploaded <= most_bytes, "{path:?}: a scene that {what} uploads {uploaded} bytes");
+            if ["moves", "changes a material", "morphs"].contains(&what) {
+                assert_eq!(live.stats().bind_groups_made, 0, "{path:?}: a scene that {what}");
+            }
             last = edited;
         }
     }
@@ -277,6 +280,13 @@ fn what_is_drawn_from_bundles_is_what_is_drawn_at_once() {
         anew.render(&scene, &request).unwrap();
         let read = |renderer: &mut Renderer| (renderer.read_display().unwrap(), renderer.read_radiance().unwrap());
         assert!(read(&mut live) == read(&mut anew), "frame {frame}");
+        // A stretch is encoded when it comes for the second time: never in a frame that is the first of its kind.
+        let bundles = [live.stats().bundles_executed, anew.stats().bundles_executed];
+        match frame {
+            0 => assert_eq!(bundles, [0, 0]),
+            1..=3 | 8..=9 => assert!(bundles[0] > 0 && bundles[1] == 0, "frame {frame}: {bundles:?}"),
+            _ => assert_eq!(bundles[1], 0, "frame {frame}"),
+        }
     }
 }
 

@@ -7,7 +7,8 @@ use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
 use std::ops::Range;
 
-/// So many vertices that nobody sees cost no more than another draw.
+/// So many vertices that nobody sees are drawn rather than a draw call more: a GPU takes a thousand million vertices a
+/// second, and a call about a microsecond in a browser.
 const HIDDEN_ELEMENTS_MAX: u64 = 1536;
 
 /// One draw call.

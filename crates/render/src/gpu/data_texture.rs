@@ -49,7 +49,8 @@ impl DataTexture {
         if rows > device.limits().max_texture_dimension_2d {
             return None;
         }
-        if rows > self.texture.height() {
+        let height = self.texture.height();
+        if rows > height || 4 * rows.max(1).next_power_of_two() < height {
             self.resize(device, (bytes.len() / self.texel_bytes()) as u32);
             self.uploaded.clear();
         }

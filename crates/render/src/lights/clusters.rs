@@ -1,6 +1,6 @@
 //! Which lights touch which clusters.
 
-use super::grid::{Grid, Span};
+use super::grid::{Grid, Span, Target};
 use super::reach::Reach;
 use super::{ClusterSettings, LightTable};
 use crate::constants::{LIST_WIDTH, TABLE_WIDTH};
@@ -20,15 +20,6 @@ pub struct ClusterUniform {
     pub directional_count: u32,
     /// The number of lights that are in no list.
     pub global_count: u32,
-}
-
-/// What the lists are for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Target {
-    /// Width and height in pixels.
-    pub size: (u32, u32),
-    /// Width by height of what is seen; that of `size`, but for the rounding of sizes.
-    pub aspect: f32,
 }
 
 /// What the textures that hold the lists have room for.

@@ -1,9 +1,18 @@
 //! The grid of clusters in view space, and which of its tiles a light touches.
 
 use super::reach::{Cone, Frustum, Reach};
-use super::{ClusterSettings, Target};
+use super::settings::ClusterSettings;
 use crate::view::{DepthRange, View};
 use glam::{Vec2, Vec3};
+
+/// What the lists are for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+    /// Width by height of what is seen; that of `size`, but for the rounding of sizes.
+    pub aspect: f32,
+}
 
 /// The tiles `first..end` of one row of clusters that a light touches. A row of clusters is a row of tiles in one slice.
 #[derive(Clone, Copy, Default)]

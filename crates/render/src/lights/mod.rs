@@ -14,7 +14,8 @@ mod kept;
 mod reach;
 mod settings;
 
-pub use clusters::{ClusterLists, ClusterUniform, ListLimits, Target};
+pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
+pub use grid::Target;
 pub use kept::{KeptLists, ListsOf};
 pub use reach::Reach;
 pub use settings::{ClusterSettings, LightCulling, LightSettings};

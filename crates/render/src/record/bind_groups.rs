@@ -5,9 +5,9 @@ use crate::shader::Program;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
-/// A bind group that so many frames did without is given back, and with it the textures that it holds. Two suffice for
+/// What so many frames did without is given back, be it a bind group or a bundle, and with it the textures that it holds. Two suffice for
 /// what alternates, such as the two textures of a mean.
-const KEPT_FRAMES: u64 = 4;
+pub(super) const KEPT_FRAMES: u64 = 4;
 
 /// Something that a shader binds.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

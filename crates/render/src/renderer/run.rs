@@ -4,6 +4,7 @@ use super::output::{Output, ViewState};
 use super::prepare::{Asked, Ready, World, output_of};
 use super::{Purpose, Renderer};
 use crate::aov::AovExports;
+use crate::draws::Deformation;
 use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
 use crate::passes::present::Target;
@@ -135,6 +136,7 @@ impl Renderer {
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([encoder.finish()]);
         stats.bind_groups_made = self.bind_groups.made();
+        stats.bundles_executed = self.bundles.executed();
         if missing_bytes > 0 {
             // The executor gave textures of other shapes back, and nobody else shall keep them.
             self.bind_groups.forget_unused();
@@ -156,7 +158,7 @@ impl Renderer {
     fn world<'s>(&mut self, scene: &'s Scene, asked: &[Asked], stats: &mut FrameStats) -> (World<'s>, bool) {
         stats.uploaded_bytes += self.follow(scene);
         let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
-        self.notice_lights(world.draws.lit.len());
+        self.light_count = world.draws.lit.len();
         stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
         let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
             let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
@@ -168,7 +170,8 @@ impl Renderer {
             stats.uploaded_bytes += written.unwrap_or(0);
             written.is_some()
         });
-        stats.uploaded_bytes += self.resources.write_deformation(&self.gpu, &world.draws.deformation);
+        let Deformation { joint_rows, morph_weights } = &world.draws.deformation;
+        stats.uploaded_bytes += self.resources.write_deformation(&self.gpu, joint_rows, morph_weights);
         (world, has_previous)
     }
 

@@ -1,13 +1,11 @@
 //! How much memory a scene takes when it is uploaded, from the headers of its images and the lengths of its lists.
 
+use super::STRIDES;
 use super::packing::{ImageSource, wanted};
 use manypass_scene::Scene;
 
 /// Images that are decoded, given mips or on their way to the device at one time.
 const IMAGES_IN_FLIGHT: u64 = 6;
-/// Bytes of a vertex, and of its joints and weights.
-const VERTEX_BYTES: u64 = 64;
-const SKIN_BYTES: u64 = 24;
 /// Bytes of what a morph target moves at one vertex: three texels of four floats.
 const MORPH_BYTES: u64 = 48;
 
@@ -24,12 +22,13 @@ pub fn upload_bytes(scene: &Scene) -> u64 {
     let (sum, largest, count) =
         sizes.fold((0, 0, 0u64), |(sum, largest, count), bytes: u64| (sum + bytes, bytes.max(largest), count + 1));
     let primitives = scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let [vertex_bytes, skin_bytes, _] = STRIDES;
     let geometry: u64 = primitives
         .map(|primitive| {
             let vertices = primitive.positions.len() as u64;
             let is_deformed = !primitive.joints.is_empty() || !primitive.morph_targets.is_empty();
-            let per_vertex = VERTEX_BYTES
-                + if is_deformed { SKIN_BYTES } else { 0 }
+            let per_vertex = vertex_bytes
+                + if is_deformed { skin_bytes } else { 0 }
                 + MORPH_BYTES * primitive.morph_targets.len() as u64;
             vertices * per_vertex + 4 * primitive.indices.len() as u64
         })

@@ -19,7 +19,6 @@ pub(crate) use textures::Textures;
 pub(crate) use vertices::{ATTRIBUTES, Instance, STRIDES};
 
 use crate::constants::DATA_WIDTH;
-use crate::draws::Deformation;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use manypass_scene::{Material, Scene, Texture};
@@ -41,8 +40,18 @@ pub(crate) struct SceneResources {
     pub previous_nodes: DataTexture,
     /// The surfaces that are there.
     followed: Option<Surfaces>,
-    /// What the tables of the frame could not hold.
-    notices: Vec<String>,
+    /// Whether joints and weights, and the previous nodes, did not fit their tables in the last frame.
+    is_deformation_too_large: bool,
+    are_nodes_too_many: bool,
+}
+
+/// What [`SceneResources::follow`] did.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Followed {
+    /// Bytes that were uploaded.
+    pub written_bytes: u64,
+    /// Whether buffers or textures were given back, or others took their place.
+    pub has_moved: bool,
 }
 
 /// What materials on the device are made from.
@@ -82,26 +91,35 @@ impl SceneResources {
             morph_weights: table("morph_weights", wgpu::TextureFormat::R32Float),
             previous_nodes: table("previous_nodes", wgpu::TextureFormat::Rgba32Float),
             followed: None,
-            notices: Vec::new(),
+            is_deformation_too_large: false,
+            are_nodes_too_many: false,
         }
     }
 
-    /// Uploads what `scene` has that is not there yet, and gives back what it no longer has. Says how many bytes that wrote;
-    /// None if nothing has changed.
-    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Option<u64> {
+    /// Uploads what `scene` has that is not there yet, and gives back what it no longer has.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Followed {
         let geometry_bytes = self.geometry.follow(gpu, &scene.meshes);
-        if self.followed.as_ref().is_some_and(|followed| followed.are_those_of(scene)) {
-            return geometry_bytes;
+        let mut followed = Followed { written_bytes: geometry_bytes.unwrap_or(0), has_moved: geometry_bytes.is_some() };
+        if !self.followed.as_ref().is_some_and(|followed| followed.are_those_of(scene)) {
+            let textures = self.textures.follow(gpu, scene);
+            followed.written_bytes += textures.written_bytes + self.materials.follow(gpu, scene, &self.textures);
+            followed.has_moved |= textures.has_moved;
+            self.followed = Some(Surfaces::of(scene));
         }
-        let texture_bytes = self.textures.follow(gpu, scene);
-        let material_bytes = self.materials.follow(gpu, scene, &self.textures);
-        self.followed = Some(Surfaces::of(scene));
-        Some(geometry_bytes.unwrap_or(0) + texture_bytes + material_bytes)
+        followed
     }
 
     /// What was left out, or replaced.
     pub fn warnings(&self) -> Vec<String> {
-        self.textures.warnings().chain(self.geometry.warnings()).chain(&self.notices).cloned().collect()
+        let tables = [
+            (
+                self.is_deformation_too_large,
+                "the joints or morph weights do not fit a texture of this adapter; they keep their last pose",
+            ),
+            (self.are_nodes_too_many, "the nodes do not fit a texture of this adapter; motion is 0"),
+        ];
+        let of_tables = tables.into_iter().filter(|(is_so, _)| *is_so).map(|(_, warning)| warning.to_owned());
+        self.textures.warnings().chain(self.geometry.warnings()).cloned().chain(of_tables).collect()
     }
 
     /// Bytes of meshes and textures.
@@ -111,13 +129,10 @@ impl SceneResources {
 
     /// Uploads the transforms of skins and the weights of morph targets of this frame, where they changed, and says how many
     /// bytes that were.
-    pub fn write_deformation(&mut self, gpu: &Gpu, deformation: &Deformation) -> u64 {
-        let joints = self.joint_matrices.write(&gpu.device, &gpu.queue, &deformation.joint_rows);
-        let weights = self.morph_weights.write(&gpu.device, &gpu.queue, &deformation.morph_weights);
-        let message = "the joints or morph weights do not fit a texture of this adapter; they keep their last pose";
-        if joints.is_none() || weights.is_none() {
-            self.notice(message);
-        }
+    pub fn write_deformation(&mut self, gpu: &Gpu, joint_rows: &[[f32; 4]], morph_weights: &[f32]) -> u64 {
+        let joints = self.joint_matrices.write(&gpu.device, &gpu.queue, joint_rows);
+        let weights = self.morph_weights.write(&gpu.device, &gpu.queue, morph_weights);
+        self.is_deformation_too_large = joints.is_none() || weights.is_none();
         joints.unwrap_or(0) + weights.unwrap_or(0)
     }
 
@@ -125,17 +140,7 @@ impl SceneResources {
     /// warning, if they do not fit a texture.
     pub fn write_previous_nodes(&mut self, gpu: &Gpu, texels: &[[f32; 4]]) -> Option<u64> {
         let written = self.previous_nodes.write(&gpu.device, &gpu.queue, texels);
-        if written.is_none() {
-            self.notice("the nodes do not fit a texture of this adapter; motion is 0");
-        }
+        self.are_nodes_too_many = written.is_none();
         written
-    }
-
-    /// Says something once.
-    pub fn notice(&mut self, message: impl Into<String>) {
-        let message = message.into();
-        if !self.notices.contains(&message) {
-            self.notices.push(message);
-        }
     }
 }

@@ -1,5 +1,6 @@
 //! Textures on the device: those that materials use, by the images that they are made from.
 
+use super::Followed;
 use super::decode::{Decoded, decode_all};
 use super::filtering::Sampling;
 use super::mips::MipChain;
@@ -63,13 +64,14 @@ impl Textures {
     }
 
     /// Uploads every image that a material uses and that is not there yet, and gives back those that none uses any more.
-    /// Says how many bytes that wrote.
-    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
+    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Followed {
         let started = web_time::Instant::now();
         let all: Vec<(ImageSource, Content)> =
             wanted(scene).into_iter().filter_map(|source| Some((source, content_of(scene, source)?))).collect();
         let contents: BTreeSet<Content> = all.iter().map(|(_, content)| *content).collect();
+        let known = self.uploaded.len();
         self.uploaded.retain(|content, _| contents.contains(content));
+        let has_moved = self.uploaded.len() < known;
         let is_new = |(_, content): &&(ImageSource, Content)| !self.uploaded.contains_key(content);
         let new: BTreeMap<Content, ImageSource> =
             all.iter().filter(is_new).map(|(source, content)| (*content, *source)).collect();
@@ -90,7 +92,7 @@ impl Textures {
             upload_ms += started.elapsed().as_secs_f64() * 1e3;
         });
         self.decode_ms = (started.elapsed().as_secs_f64() * 1e3 - upload_ms).max(0.0);
-        written_bytes
+        Followed { written_bytes, has_moved }
     }
 
     /// What could not be decoded.

@@ -5,14 +5,13 @@
 
 use super::pipelines::Targets;
 use super::prepared::{Chunk, encode};
+use crate::record::bind_groups::KEPT_FRAMES;
 use crate::record::{Frame, PreparedView};
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
-/// What so many frames did without is given back.
-const KEPT_FRAMES: u64 = 4;
-/// A bundle of fewer commands costs more than it saves.
+/// Fewer commands are not worth a bundle of their own.
 const COMMANDS_MIN: usize = 16;
 
 /// A pass of a view.
@@ -49,6 +48,7 @@ struct KeptChunk {
 pub(crate) struct Bundles {
     passes: RefCell<HashMap<PassKey, PassBundles>>,
     frame: Cell<u64>,
+    executed: Cell<u64>,
 }
 
 impl Bundles {
@@ -56,7 +56,13 @@ impl Bundles {
     pub fn begin(&self) {
         let frame = self.frame.get() + 1;
         self.frame.set(frame);
+        self.executed.set(0);
         self.passes.borrow_mut().retain(|_, pass| pass.last_frame + KEPT_FRAMES >= frame);
+    }
+
+    /// How many were executed since the frame began.
+    pub fn executed(&self) -> u64 {
+        self.executed.get()
     }
 
     /// Forgets all, with the buffers and textures that they hold.
@@ -88,6 +94,7 @@ impl Bundles {
             match pass.chunks.get_mut(&index).filter(|known| known.chunk == chunk) {
                 Some(known) => {
                     let make = || bundle(&known.chunk, common, frame, view);
+                    self.executed.set(self.executed.get() + 1);
                     render_pass.execute_bundles([&*known.bundle.get_or_insert_with(make)]);
                 }
                 None => {
