@@ -37,6 +37,7 @@ fn scene() -> Scene {
         intensity: 3.0,
         range_m: None,
         kind: LightKind::Directional,
+        ..Light::default()
     };
     scene.lights.push(sun);
     scene.add_node(None, Node { light: Some(0), rotation: Quat::from_rotation_x(-1.0), ..Default::default() });

@@ -112,11 +112,11 @@ fn the_faint_studio_is_as_faint_beside_every_lamp() {
     let material = Material { base_color_factor: Vec3::splat(0.8).extend(1.0), ..matte() };
     put(&mut scene, material, Vec3::ZERO);
     scene.lights.push(Light {
-        name: String::new(),
         color_linear: Vec3::ONE,
         intensity: 1.0,
         range_m: None,
         kind: LightKind::Point,
+        ..Light::default()
     });
     scene.add_node(None, Node { light: Some(0), translation: Vec3::new(-4.0, 0.5, 1.0), ..Node::default() });
     let mut renderer = renderer();

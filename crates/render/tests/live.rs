@@ -177,11 +177,11 @@ fn edits() -> Vec<Edit> {
                 let light = Some(studio.scene.lights.len());
                 let kind = LightKind::Point;
                 studio.scene.lights.push(Light {
-                    name: String::new(),
                     color_linear: Vec3::X,
                     intensity: 9.0,
                     range_m: Some(3.0),
                     kind,
+                    ..Light::default()
                 });
                 studio.scene.add_node(None, Node { light, translation: Vec3::new(0.5, 1.5, 0.5), ..Node::default() });
             },

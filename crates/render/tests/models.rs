@@ -61,6 +61,7 @@ fn add_lamps(scene: &mut Scene, bounds: &Aabb) {
             intensity: 0.25 * radius_m * radius_m,
             range_m: Some((0.6 + 0.03 * i as f32) * radius_m),
             kind: LightKind::Point,
+            ..Light::default()
         });
         let translation = bounds.center() + 0.8 * radius_m * direction;
         scene.add_node(None, Node { translation, light, ..Node::default() });

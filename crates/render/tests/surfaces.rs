@@ -199,11 +199,11 @@ fn points_and_lines_without_normals_show_base_color_and_emission_and_take_no_lig
                 put(&mut scene, bundle, lit, Node::default());
                 let kind = LightKind::Directional;
                 scene.lights.push(Light {
-                    name: String::new(),
                     color_linear: Vec3::ONE,
                     intensity: 9.0,
                     range_m: None,
                     kind,
+                    ..Light::default()
                 });
                 scene.add_node(None, Node { light: Some(0), ..Node::default() });
                 let found = middle(&mut scene, |request| {

@@ -78,11 +78,11 @@ impl Hall {
     fn light(&mut self, color: Vec3, intensity_cd: f32, range_m: f32, kind: LightKind) -> usize {
         let range_m = Some(range_m);
         self.scene.lights.push(Light {
-            name: String::new(),
             color_linear: color,
             intensity: intensity_cd,
             range_m,
             kind,
+            ..Light::default()
         });
         self.scene.lights.len() - 1
     }

@@ -31,4 +31,24 @@ pub struct Light {
     pub range_m: Option<f32>,
     /// The shape of its emission.
     pub kind: LightKind,
+    /// The radius in metres of the sphere that gives the light, for the width of its penumbrae; 0 is a point. Of directional
+    /// light this is the tangent of half the angle that its source takes in the sky.
+    pub radius_m: f32,
+    /// Whether surfaces keep its light from what lies behind them.
+    pub casts_shadows: bool,
+}
+
+impl Default for Light {
+    /// A white point of one candela that casts shadows.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            color_linear: Vec3::ONE,
+            intensity: 1.0,
+            range_m: None,
+            kind: LightKind::Point,
+            radius_m: 0.0,
+            casts_shadows: true,
+        }
+    }
 }

@@ -98,6 +98,8 @@ pub struct Material {
     pub alpha_mode: AlphaMode,
     /// Whether back faces are drawn, with their normal turned.
     pub double_sided: bool,
+    /// Whether its surfaces keep light from what lies behind them.
+    pub casts_shadow: bool,
 }
 
 impl Default for Material {
@@ -118,6 +120,7 @@ impl Default for Material {
             emissive_texture: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
+            casts_shadow: true,
         }
     }
 }

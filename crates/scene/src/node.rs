@@ -37,6 +37,8 @@ pub struct Node {
     pub morph_weights: Vec<f32>,
     /// Whether the node, and all below it, is drawn and gives light.
     pub is_visible: bool,
+    /// Whether its mesh keeps light from what lies behind it; not inherited.
+    pub casts_shadow: bool,
     /// `world_from_object`, as of the last [`Scene::update_transforms`].
     pub world_from_object: Mat4,
     /// A box in world space around the node's mesh, posed by skin and morph targets, as of the last
@@ -83,6 +85,7 @@ impl Default for Node {
             light: None,
             morph_weights: Vec::new(),
             is_visible: true,
+            casts_shadow: true,
             world_from_object: Mat4::IDENTITY,
             bounds_world: Aabb::EMPTY,
             placed: Placed::default(),

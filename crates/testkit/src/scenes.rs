@@ -105,7 +105,7 @@ impl Builder {
             range_m: range.map(f64::from),
         });
         let light = Some(self.scene.lights.len());
-        self.scene.lights.push(Light { name: String::new(), color_linear: color, intensity, range_m: range, kind });
+        self.scene.lights.push(Light { color_linear: color, intensity, range_m: range, kind, ..Light::default() });
         let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
         self.scene.add_node(None, Node { translation: position, rotation, light, ..Node::default() });
     }

@@ -68,7 +68,7 @@ fn put(scene: &mut Scene, mut primitive: Primitive, material: Material, translat
 fn shine(scene: &mut Scene, kind: LightKind, color: [f32; 3], intensity: f32, at: Vec3, towards: Vec3) {
     let light = Some(scene.lights.len());
     let color_linear = Vec3::from(color);
-    scene.lights.push(Light { name: String::new(), color_linear, intensity, range_m: None, kind });
+    scene.lights.push(Light { color_linear, intensity, range_m: None, kind, ..Light::default() });
     let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, (towards - at).normalize());
     scene.add_node(None, Node { translation: at, rotation, light, ..Node::default() });
 }

@@ -63,7 +63,7 @@ pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadErr
             return Err(json.error("range", "expected a number above 0"));
         }
         let color_linear = Vec3::from(document.clamped(&json, "color", [1.0; 3], f32::MAX)?);
-        lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind });
+        lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind, ..Light::default() });
     }
     Ok(lights)
 }
