@@ -5,15 +5,25 @@ use crate::effect::Effect;
 use crate::gbuffer::{Gbuffer, ViewOutputs};
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, present, tone_map,
+    accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, present, shadows,
+    tone_map,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
+use crate::shadows::FrameShadows;
 use crate::view::CameraStep;
 use manypass_graph::Handle;
 use std::sync::Arc;
+
+/// What all views of a frame share: the maps of their shadows.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn shared_passes(r: &mut Recorder<'_, '_>, shadows: &FrameShadows, atlas: Handle) -> Result<(), ProgramError> {
+    shadows::record(r, shadows, atlas)
+}
 
 /// Everything from geometry to radiance, for one camera. Mirrors and probes call it again with other cameras.
 ///

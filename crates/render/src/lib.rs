@@ -41,6 +41,7 @@ mod resources;
 mod setting;
 pub mod settings;
 pub mod shader;
+mod shadows;
 mod tone_curve;
 mod view;
 
@@ -65,4 +66,5 @@ pub use renderer::{RenderedView, Renderer};
 pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 pub use resources::estimate::upload_bytes;
 pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsFile};
+pub use shadows::ShadowFilter;
 pub use view::View;

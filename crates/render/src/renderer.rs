@@ -4,6 +4,7 @@ mod metering;
 mod output;
 mod prepare;
 mod run;
+mod shadows;
 mod variables;
 
 pub use output::RenderedView;
@@ -23,6 +24,7 @@ use manypass_graph::Plan;
 use manypass_graph::{Executor, PassTime};
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
+use shadows::ShadowState;
 use std::collections::BTreeMap;
 
 /// The format of the finished picture: display colours, encoded in the shader.
@@ -43,6 +45,7 @@ pub struct Renderer {
     resources: SceneResources,
     world_draws: WorldDraws,
     instances: InstanceTable,
+    shadows: ShadowState,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
     stats: FrameStats,
@@ -97,6 +100,7 @@ impl Renderer {
             resources: SceneResources::new(&gpu),
             world_draws: WorldDraws::default(),
             instances: InstanceTable::new(&gpu),
+            shadows: ShadowState::new(&gpu),
             views: BTreeMap::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
@@ -129,6 +133,7 @@ impl Renderer {
             self.bind_groups.clear();
             self.bundles.clear();
         }
+        self.shadows.scene_version += u64::from(followed.has_moved || followed.written_bytes > 0);
         followed.written_bytes
     }
 
@@ -137,6 +142,7 @@ impl Renderer {
         self.forget_variables();
         self.resources = SceneResources::new(&self.gpu);
         self.instances = InstanceTable::new(&self.gpu);
+        self.shadows = ShadowState::new(&self.gpu);
         self.world_draws = WorldDraws::default();
         self.bind_groups.clear();
         self.bundles.clear();

@@ -219,6 +219,20 @@ pub struct FrameStats {
     pub light_lists_made: u32,
     /// Milliseconds to make the lists of lights, or to find that they are still right.
     pub culling_ms: f64,
+    /// Lights that cast shadows and have shadow maps.
+    pub shadowed_lights: u32,
+    /// Tiles of shadow maps that were drawn for the frame.
+    pub shadow_tiles_drawn: u32,
+    /// Tiles of shadow maps that were kept from the frames before, because nothing in them changed.
+    pub shadow_tiles_kept: u32,
+    /// Lights whose shadow maps are less than half as fine as the picture asks for, because the atlas is full.
+    pub lights_starved: u32,
+    /// Lights that should cast shadows and for whose shadow maps the atlas has no place: they shine through everything.
+    pub lights_beyond_atlas: u32,
+    /// Lights inside of surfaces that glow, such as a bulb, which cast no shadow of theirs.
+    pub lights_in_emitters: u32,
+    /// Bytes of the texture of all shadow maps.
+    pub texture_bytes_of_shadows: u64,
     /// Bind groups that were made for the frame, because nothing alike was bound in the frames before.
     pub bind_groups_made: u64,
     /// Render bundles that were executed, in place of the draws that they hold.

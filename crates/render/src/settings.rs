@@ -47,6 +47,7 @@ compose! {
     exposure: crate::exposure::ExposureSettings,
     lights: crate::lights::LightSettings,
     clusters: crate::lights::ClusterSettings,
+    shadows: crate::shadows::ShadowSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
     debug: crate::passes::debug::DebugSettings,
 }

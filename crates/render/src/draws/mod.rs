@@ -14,6 +14,22 @@ pub(crate) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map",
 /// A set of [`AXES`].
 pub(crate) type Axes = u32;
 
+/// The axis of materials that are textured.
+pub(crate) const TEXTURED: Axes = 1;
+/// The axis of materials that drop fragments.
+pub(crate) const MASKED: Axes = 1 << 3;
+/// The axis of surfaces that skins or morph targets move.
+pub(crate) const DEFORMED: Axes = 1 << 4;
+
+/// A part of a texture that shows the world on its own.
+#[derive(Debug)]
+pub struct Tile {
+    /// X and y of its corner, width and height, in texels.
+    pub rectangle: [u32; 4],
+    /// What is drawn there.
+    pub(crate) draws: Vec<Draw>,
+}
+
 /// Which sides of triangles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Faces {

@@ -41,8 +41,14 @@ pub(crate) struct Item {
     pub mirrored: bool,
     /// Which sides of its triangles.
     pub faces: Faces,
-    /// None if it is deformed, so that its box is not known.
+    /// None if it is deformed, so that only an upright box is known.
     pub extent: Option<Extent>,
+    /// An upright box around it; it may be too large.
+    pub bounds_world: Aabb,
+    /// Whether it keeps light from what lies behind it.
+    pub casts_shadow: bool,
+    /// Whether its material emits light.
+    pub emits: bool,
     /// What tells its distance, in world space.
     pub center: Vec3,
 }
@@ -51,12 +57,6 @@ impl Item {
     /// Its instances.
     pub fn instances(&self) -> Range<u32> {
         self.instance..self.instance + if self.topology == Topology::Points { DISC_CORNERS } else { 1 }
-    }
-
-    /// An upright box around it; none if it is deformed.
-    pub fn bounds_world(&self) -> Option<Aabb> {
-        let half: Vec3 = self.extent.as_ref()?.0.iter().map(|axis| axis.abs()).sum();
-        Some(Aabb { min: self.center - half, max: self.center + half })
     }
 
     /// Triangles of one instance.
@@ -71,6 +71,14 @@ pub(crate) const BLOCK_ITEMS: usize = 128;
 /// Half the edges of a box in world space, which need not be upright.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent(pub [Vec3; 3]);
+
+impl Extent {
+    /// The upright box around the box around `center`.
+    fn around(&self, center: Vec3) -> Aabb {
+        let half: Vec3 = self.0.iter().map(|axis| axis.abs()).sum();
+        Aabb { min: center - half, max: center + half }
+    }
+}
 
 /// Everything that may be drawn in a frame. It lasts from frame to frame, as mostly the next one is like the last.
 #[derive(Debug, Default)]
@@ -166,7 +174,8 @@ impl WorldDraws {
                 self.blocks.push(Some(Aabb::EMPTY));
             }
             if let Some(block) = self.blocks.last_mut() {
-                *block = block.zip(posed.item.bounds_world()).map(|(block, bounds)| block.union(&bounds));
+                let bounds = posed.item.extent.as_ref().map(|_| posed.item.bounds_world);
+                *block = block.zip(bounds).map(|(block, bounds)| block.union(&bounds));
             }
             self.items.push(Item { group, instance, ..posed.item.clone() });
         }
@@ -234,6 +243,12 @@ impl Drawn<'_> {
     fn item(&self) -> Item {
         let Self { node, primitive, properties, deformed } = self;
         let has_sides = primitive.topology == Topology::Triangles && !properties.double_sided;
+        let extent = self.extent();
+        // A skin's joints place the mesh; the node's own transform does not.
+        let center = match deformed.joints {
+            Some(_) => node.bounds_world.center(),
+            None => node.world_from_object.transform_point3(primitive.bounds.center()),
+        };
         Item {
             mesh: 0,
             primitive: 0,
@@ -255,12 +270,11 @@ impl Drawn<'_> {
                 None => node.world_from_object.determinant() < 0.0,
             },
             faces: if has_sides { Faces::Front } else { Faces::Both },
-            extent: self.extent(),
-            // A skin's joints place the mesh; the node's own transform does not.
-            center: match deformed.joints {
-                Some(_) => node.bounds_world.center(),
-                None => node.world_from_object.transform_point3(primitive.bounds.center()),
-            },
+            bounds_world: extent.as_ref().map_or(node.bounds_world, |extent| extent.around(center)),
+            casts_shadow: node.casts_shadow && properties.casts_shadow,
+            emits: properties.emits,
+            extent,
+            center,
         }
     }
 

@@ -20,6 +20,11 @@ pub struct ClusterUniform {
     pub directional_count: u32,
     /// The number of lights that are in no list.
     pub global_count: u32,
+    /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 1 if
+    /// penumbrae are as wide as lights make them, the bias in texels.
+    pub shadow_filter: [f32; 4],
+    /// The number of lights before the first that is in lists and casts a shadow, and zeros.
+    pub first_caster: [u32; 4],
 }
 
 /// What the textures that hold the lists have room for.
@@ -64,6 +69,8 @@ impl ClusterLists {
                 slice_from_log_distance: [0.0; 2],
                 directional_count: table.directional_count,
                 global_count: table.global_count,
+                shadow_filter: [0.0; 4],
+                first_caster: [table.first_caster, 0, 0, 0],
             },
             table: vec![[0, lights.len() as u32]],
             lights,
@@ -107,6 +114,8 @@ impl ClusterLists {
                 slice_from_log_distance: grid.slice_from_log_distance(),
                 directional_count: table.directional_count,
                 global_count: table.global_count,
+                shadow_filter: [0.0; 4],
+                first_caster: [table.first_caster, 0, 0, 0],
             },
             table: lists,
             lights,
@@ -407,7 +416,7 @@ mod tests {
             "forward",
             "ClusterGrid",
             ClusterUniform,
-            [size, slice_from_log_distance, directional_count, global_count]
+            [size, slice_from_log_distance, directional_count, global_count, shadow_filter, first_caster]
         );
     }
 }

@@ -31,10 +31,13 @@ pub const LIGHTS_MAX: u32 = 65_535;
 /// What one light of a table is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
+    node: NodeId,
     kind: LightKind,
     color_linear: Vec3,
     intensity: f32,
     range_m: Option<f32>,
+    radius_m: f32,
+    casts_shadows: bool,
     /// The last two axes of the node's matrix: −direction, of any length, and place.
     z_axis: Vec3,
     position: Vec3,
@@ -46,15 +49,43 @@ fn sources(scene: &Scene, nodes: &[NodeId], subset: Option<(u32, u32)>) -> impl 
         let node = scene.node(*id);
         let light = scene.lights.get(node.light?)?;
         let [z_axis, position] = [node.world_from_object.z_axis, node.world_from_object.w_axis].map(Vec4::truncate);
-        let (kind, color_linear) = (light.kind, light.color_linear);
-        Some(Source { kind, color_linear, intensity: light.intensity, range_m: light.range_m, z_axis, position })
+        Some(Source {
+            node: *id,
+            kind: light.kind,
+            color_linear: light.color_linear,
+            intensity: light.intensity,
+            range_m: light.range_m,
+            radius_m: light.radius_m,
+            casts_shadows: light.casts_shadows,
+            z_axis,
+            position,
+        })
     };
     let (k, n) = subset.map_or((0, 1), |(k, n)| (k, n.max(1)));
     let numbered = (0..LIGHTS_MAX).zip(nodes.iter().filter_map(of_node));
     numbered.filter(move |(number, _)| number % n == k).map(|(_, source)| source)
 }
 
-/// The lights of a scene, those that no list holds first.
+/// Where a light of a table is, as far as its shadows depend on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableLight {
+    /// The node that holds it.
+    pub node: NodeId,
+    /// The shape of its emission.
+    pub kind: LightKind,
+    /// Its place in world space.
+    pub position: Vec3,
+    /// Whither it shines, of length 1.
+    pub direction: Vec3,
+    /// How far it reaches, in metres.
+    pub range_m: Option<f32>,
+    /// Its radius in metres; of directional light the tangent of half the angle it takes in the sky.
+    pub radius_m: f32,
+    /// Whether surfaces keep its light from what lies behind them.
+    pub casts_shadows: bool,
+}
+
+/// The lights of a scene, those that no list holds first; of those in lists the ones that cast shadows last.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     /// What it was made of.
@@ -68,14 +99,18 @@ pub struct LightTable {
     pub directional_count: u32,
     /// The number of lights before the first that has a range.
     pub global_count: u32,
+    /// The number of lights before the first that has a range and casts a shadow.
+    pub first_caster: u32,
+    /// The lights, in the order of their texels.
+    pub lights: Vec<TableLight>,
 }
 
 impl LightTable {
     /// Collects the lights of `nodes`; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
     /// only every n-th light, beginning with the k-th.
     pub fn new(scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
-        let mut classes: [Vec<[[f32; 4]; 4]>; 3] = Default::default();
-        let mut reaches = Vec::new();
+        let mut classes: [Vec<([[f32; 4]; 4], TableLight)>; 4] = Default::default();
+        let mut reaches: [Vec<Reach>; 2] = Default::default();
         let sources: Vec<Source> = sources(scene, nodes, subset).collect();
         for light in &sources {
             let position = light.position;
@@ -100,16 +135,27 @@ impl LightTable {
                 (LightKind::Directional, _) => 0,
                 (_, None) => 1,
                 (_, Some(range)) => {
-                    reaches.push(Reach::of_light(light.kind, position, direction, range));
-                    2
+                    let casts = usize::from(light.casts_shadows);
+                    reaches[casts].push(Reach::of_light(light.kind, position, direction, range));
+                    2 + casts
                 }
             };
-            classes[class].push(texels);
+            let Source { node, kind, radius_m, casts_shadows, .. } = *light;
+            let light = TableLight { node, kind, position, direction, range_m: range, radius_m, casts_shadows };
+            classes[class].push((texels, light));
         }
-        let directional_count = classes[0].len() as u32;
-        let global_count = directional_count + classes[1].len() as u32;
-        let texels = classes.into_iter().flatten().flatten().collect();
-        Self { sources, pre_exposure, texels, reaches, directional_count, global_count }
+        let [directional, global, quiet, _] = classes.each_ref().map(|class| class.len() as u32);
+        let (texels, lights): (Vec<_>, Vec<_>) = classes.into_iter().flatten().unzip();
+        Self {
+            sources,
+            pre_exposure,
+            texels: texels.into_iter().flatten().collect(),
+            reaches: reaches.concat(),
+            directional_count: directional,
+            global_count: directional + global,
+            first_caster: directional + global + quiet,
+            lights,
+        }
     }
 
     /// Whether [`Self::new`] would make the same again.

@@ -13,4 +13,5 @@ pub mod linear_depth;
 pub mod meter;
 pub mod motion;
 pub mod present;
+pub mod shadows;
 pub mod tone_map;

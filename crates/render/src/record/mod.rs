@@ -11,13 +11,14 @@ mod view;
 
 pub use fullscreen::{ADD, Fullscreen, PicturePart};
 pub use legend::LegendEntry;
-pub use surfaces::{SurfacePass, Which};
+pub use surfaces::{SurfacePass, TilePass, Which};
 pub use view::PreparedView;
 
 pub(crate) use bind_groups::BindGroups;
 pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
 pub(crate) use surfaces::{Bundles, SurfacePipelines};
+pub(crate) use tables::depth_texture;
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
 pub(crate) use uniforms::UniformArena;
 pub(crate) use view::{ViewTables, Viewed};
@@ -41,7 +42,6 @@ pub struct Frame<'f> {
     pub(crate) surface_pipelines: &'f SurfacePipelines,
     pub(crate) resources: &'f SceneResources,
     pub(crate) world: &'f WorldDraws,
-    pub(crate) instances: &'f wgpu::Buffer,
     pub(crate) tables: &'f FrameTables,
     pub(crate) uniforms: &'f UniformArena,
     pub(crate) bind_groups: &'f BindGroups,
@@ -109,6 +109,12 @@ impl<'r, 'f> Recorder<'r, 'f> {
     ) -> Fullscreen<'_, 'f> {
         let pass = self.graph.pass(name);
         Fullscreen::new(pass, self.frame, self.view, Shading::Own(pipeline, own))
+    }
+
+    /// A pass that draws many small pictures of what casts shadows, with the program `program`.
+    pub fn tiles(&mut self, name: impl Into<Cow<'static, str>>, program: &'static str) -> TilePass<'_, 'f> {
+        let pass = self.graph.pass(name);
+        TilePass::new(pass, self.frame, self.view, program)
     }
 
     /// A pass that draws surfaces of the view with the program `program`.

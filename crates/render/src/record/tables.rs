@@ -27,7 +27,7 @@ const fn slot(name: &'static str, ty: wgpu::BindingType) -> FrameSlot {
 
 /// Group 0 of all programs: one layout, so that it is bound once a pass whatever is drawn. A stage has 16 textures, and
 /// counts those of a layout that it does not read: here may be 6 at most.
-pub(crate) const FRAME_GROUP: [FrameSlot; 9] = [
+pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
     slot("view", UNIFORM),
     slot("directional_albedo", texture(wgpu::TextureSampleType::Float { filterable: true })),
     slot("linear_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
@@ -37,6 +37,10 @@ pub(crate) const FRAME_GROUP: [FrameSlot; 9] = [
     slot("cluster_lights", texture(wgpu::TextureSampleType::Uint)),
     slot("environment", UNIFORM),
     slot("nearest_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
+    slot("shadow_atlas", texture(wgpu::TextureSampleType::Depth)),
+    slot("shadow_compare", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
+    // The same texture again: WebGL 2 has one sampler for every texture that is bound.
+    slot("shadow_depths", texture(wgpu::TextureSampleType::Float { filterable: false })),
 ];
 
 /// What is the same in every frame.
@@ -45,6 +49,9 @@ pub(crate) struct FrameTables {
     pub directional_albedo: wgpu::TextureView,
     pub linear_clamp: wgpu::Sampler,
     pub nearest_clamp: wgpu::Sampler,
+    pub shadow_compare: wgpu::Sampler,
+    /// Of a depth texture of one texel, where there are no shadows.
+    pub no_shadows: wgpu::TextureView,
 }
 
 impl FrameTables {
@@ -61,6 +68,15 @@ impl FrameTables {
             directional_albedo: upload_directional_albedo(gpu),
             linear_clamp: sampler("linear_clamp", wgpu::FilterMode::Linear),
             nearest_clamp: sampler("nearest_clamp", wgpu::FilterMode::Nearest),
+            shadow_compare: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("shadow_compare"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                // Depth is reversed: light reaches what is at least as near as what the map holds.
+                compare: Some(wgpu::CompareFunction::GreaterEqual),
+                ..Default::default()
+            }),
+            no_shadows: depth_texture(gpu, "no_shadows", 1).create_view(&Default::default()),
         }
     }
 
@@ -73,8 +89,8 @@ impl FrameTables {
         }
     }
 
-    /// Group 0 with what is the view's: its uniform, the lists of lights and their shape, the environment.
-    pub fn frame_group(&self, view: [Resource; 6]) -> Vec<Resource> {
+    /// Group 0 with what is the view's: its uniform, the lists of lights and their shape, the environment, the shadows.
+    pub fn frame_group(&self, view: [Resource; 6], shadows: &wgpu::TextureView) -> Vec<Resource> {
         let [view, grid, lights, table, lists, environment] = view;
         vec![
             view,
@@ -86,8 +102,25 @@ impl FrameTables {
             lists,
             environment,
             Resource::Sampler(self.nearest_clamp.clone()),
+            Resource::Texture(shadows.clone()),
+            Resource::Sampler(self.shadow_compare.clone()),
+            Resource::Texture(shadows.clone()),
         ]
     }
+}
+
+/// A depth texture of `side` texels a side that shaders read.
+pub(crate) fn depth_texture(gpu: &Gpu, label: &str, side: u32) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Depth32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    })
 }
 
 /// The table of `build.rs` as half floats, which every backend can filter.

@@ -8,7 +8,7 @@ use crate::draws::DrawList;
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::lights::{ClusterLists, ClusterUniform, LightTable};
+use crate::lights::{ClusterLists, ClusterUniform};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::view::ViewUniform;
@@ -36,12 +36,21 @@ pub struct PreparedView {
     pub(crate) sampling: Sampling,
     /// Group 0 of all programs.
     pub(crate) group: wgpu::BindGroup,
+    /// The instances of its draws.
+    pub(crate) instances: wgpu::Buffer,
+    /// Whether lights cast shadows in it.
+    pub has_shadows: bool,
 }
 
 impl PreparedView {
     /// The shape of a texture of the view's size.
     pub fn desc(&self, format: wgpu::TextureFormat) -> TextureDesc {
         TextureDesc::new_2d(self.size.0, self.size.1, format)
+    }
+
+    /// The axes of programs that add up lights.
+    pub fn light_axes(&self) -> &'static [&'static str] {
+        if self.has_shadows { &["shadowed"] } else { &[] }
     }
 
     /// Whether the camera sees the world mirrored, so that triangles turn around.
@@ -84,10 +93,10 @@ impl ViewTables {
     }
 
     /// Uploads what changed, and says how many bytes that were. Without `lists` those that are there stay.
-    pub fn write(&mut self, gpu: &Gpu, table: &LightTable, lists: Option<&ClusterLists>) -> u64 {
+    pub fn write(&mut self, gpu: &Gpu, lights: &[[f32; 4]], lists: Option<&ClusterLists>) -> u64 {
         let (device, queue) = (&gpu.device, &gpu.queue);
         // The lists were made to fit.
-        let mut written = self.lights.write(device, queue, &table.texels).unwrap_or(0);
+        let mut written = self.lights.write(device, queue, lights).unwrap_or(0);
         if let Some(lists) = lists {
             written += self.cluster_table.write(device, queue, &lists.table).unwrap_or(0);
             written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
@@ -107,6 +116,9 @@ pub(crate) struct Viewed<'a> {
     pub light_count: u32,
     pub cluster_grid: &'a ClusterUniform,
     pub environment: &'a EnvironmentUniform,
+    pub instances: wgpu::Buffer,
+    /// The atlas of shadow maps, if there is one that lights are read from.
+    pub shadows: Option<&'a wgpu::TextureView>,
 }
 
 impl Viewed<'_> {
@@ -120,14 +132,15 @@ impl Viewed<'_> {
     ) -> PreparedView {
         let (frame_tables, uniforms, groups) = shared;
         let texture = |table: &DataTexture| Resource::Texture(table.view().clone());
-        let resources = frame_tables.frame_group([
+        let resources = [
             Resource::Uniform(uniforms.push(&self.uniform)),
             Resource::Uniform(uniforms.push(self.cluster_grid)),
             texture(&tables.lights),
             texture(&tables.cluster_table),
             texture(&tables.cluster_lights),
             Resource::Uniform(uniforms.push(self.environment)),
-        ]);
+        ];
+        let resources = frame_tables.frame_group(resources, self.shadows.unwrap_or(&frame_tables.no_shadows));
         let bindings: Vec<u32> = (0..FRAME_GROUP.len() as u32).collect();
         PreparedView {
             group: groups.get(&gpu.device, "frame", shaders.frame_layout(), &bindings, resources),
@@ -139,6 +152,8 @@ impl Viewed<'_> {
             goes_on: self.goes_on,
             draws: self.draws,
             sampling: self.sampling,
+            instances: self.instances,
+            has_shadows: self.shadows.is_some(),
         }
     }
 }

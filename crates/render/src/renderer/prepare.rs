@@ -1,18 +1,21 @@
 //! From what a frame is asked for to views that can be recorded.
 
 use super::output::{MeansOf, Output, ViewState};
+use super::shadows::{Atlas, filter_uniform};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
-use crate::lights::{self, ClusterLists, KeptLists, LightTable, ListsOf};
+use crate::lights::{self, ClusterLists, ClusterUniform, KeptLists, LightTable, ListsOf};
 use crate::record::{PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
+use crate::shadows::ViewShadows;
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
+use bytemuck::Zeroable;
 use manypass_scene::Scene;
 use std::sync::Arc;
 
@@ -103,6 +106,13 @@ impl<'s> World<'s> {
     }
 }
 
+/// A view whose lights are known.
+pub(super) struct Lit {
+    pub range: DepthRange,
+    /// Its lists of lights, if they had to be made.
+    made: Option<ClusterLists>,
+}
+
 /// A view that can be recorded.
 pub(super) struct Ready {
     pub view: PreparedView,
@@ -115,20 +125,35 @@ pub(super) struct Ready {
 }
 
 impl Renderer {
-    /// Makes a view ready: culls its draws and lights, and uploads what changed of its tables. Adds to the numbers of the
-    /// frame.
-    pub(super) fn ready(
+    /// Finds the lights of a view, and their lists, which its state has from then on.
+    pub(super) fn light(
         &self,
         asked: &Asked,
         world: &mut World<'_>,
         state: &mut ViewState,
+        stats: &mut FrameStats,
+    ) -> Lit {
+        let range = asked.request.camera.depth_range(&world.draws.bounds_world);
+        let (lists, made) = self.lists_of(asked, range, world, state.lists.take(), stats);
+        state.lists = Some(lists);
+        Lit { range, made }
+    }
+
+    /// Makes a view ready: culls its draws, and uploads what changed of its tables. Adds to the numbers of the frame.
+    pub(super) fn ready(
+        &self,
+        asked: &Asked,
+        world: &World<'_>,
+        (state, lit): (&mut ViewState, Lit),
+        shadows: Option<(&ViewShadows, &Atlas)>,
         has_previous: bool,
         stats: &mut FrameStats,
     ) -> Result<Ready, RenderError> {
         let Asked { request, size, output_size, .. } = asked;
         let settings = &request.settings;
         let pre_exposure = request.pre_exposure();
-        let range = request.camera.depth_range(&world.draws.bounds_world);
+        let Lit { range, made } = lit;
+        let shadows = shadows.filter(|_| settings.shadows.enabled);
         let jitter = view::jitter_px(request.sample_index, request.sample_count);
         let filtering = TextureFiltering::new(request.sample_index, request.sample_count, &self.gpu.capabilities);
         let uniform_at = |size: (u32, u32)| {
@@ -139,12 +164,15 @@ impl Renderer {
         };
         let uniform = uniform_at(*size);
         let draws = Arc::new(DrawList::new(&world.draws, &uniform));
-        let (lists, made) = self.lists_of(asked, range, world, state.lists.take(), stats);
-        let ViewState { tables, lists: kept, .. } = state;
-        let lists: &KeptLists = kept.insert(lists);
+        let ViewState { tables, lists, .. } = state;
+        let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
         stats.draws += (draws.opaque.len() + draws.blended.len()) as u32;
         stats.triangles += draws.triangles;
-        stats.uploaded_bytes += tables.write(&self.gpu, &lists.table, made.as_ref());
+        let texels = shadows.map(|(shadows, _)| shadows.texels(&lists.table));
+        let texels = texels.as_ref().unwrap_or(&lists.table.texels);
+        stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
+        let shadow_filter = if shadows.is_some() { filter_uniform(&settings.shadows) } else { [0.0; 4] };
+        let cluster_grid = ClusterUniform { shadow_filter, ..lists.uniform };
         let environment = request.environment_uniform();
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
             let viewed = Viewed {
@@ -155,8 +183,10 @@ impl Renderer {
                 draws: draws.clone(),
                 sampling: filtering.sampling,
                 light_count: lists.table.len(),
-                cluster_grid: &lists.uniform,
+                cluster_grid: &cluster_grid,
                 environment: &environment,
+                instances: self.instances.buffer().clone(),
+                shadows: shadows.map(|(_, atlas)| &atlas.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
         };
@@ -179,6 +209,25 @@ impl Renderer {
             },
             variables_uniform,
         })
+    }
+
+    /// What draws shadow maps: of no camera, and without shadows itself.
+    pub(super) fn shadow_view(&self, asked: &Asked, ready: &Ready, state: &ViewState) -> PreparedView {
+        let lists = state.lists.as_ref();
+        Viewed {
+            name: "".into(),
+            size: asked.size,
+            goes_on: false,
+            uniform: ready.view.uniform,
+            draws: Arc::default(),
+            sampling: ready.view.sampling,
+            light_count: 0,
+            cluster_grid: &lists.map_or_else(ClusterUniform::zeroed, |lists| lists.uniform),
+            environment: &asked.request.environment_uniform(),
+            instances: self.shadows.instances.buffer().clone(),
+            shadows: None,
+        }
+        .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
     }
 
     /// The lists of lights of a view: those that it has from its last frame if they are still right; else new ones, which

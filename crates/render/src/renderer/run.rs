@@ -1,7 +1,8 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
 use super::output::{Output, ViewState};
-use super::prepare::{Asked, Ready, World, output_of};
+use super::prepare::{Asked, Lit, Ready, World, output_of};
+use super::shadows::Atlas;
 use super::{Purpose, Renderer};
 use crate::aov::AovExports;
 use crate::draws::Deformation;
@@ -78,6 +79,7 @@ impl Renderer {
         purpose: &mut Purpose<'_>,
     ) -> Result<Executed, RenderError> {
         let output_bytes = missing_output_bytes(asked, states, purpose)?;
+        let output_bytes = output_bytes + self.missing_shadow_bytes(asked);
         check_budget(self.memory_budget_bytes, output_bytes)?;
         if output_bytes > 0 {
             // They hold the textures whose place others take.
@@ -91,11 +93,25 @@ impl Renderer {
 
         let (mut world, has_previous) = self.world(scene, asked, &mut stats);
 
-        let ready: Vec<Ready> = asked
+        let lit: Vec<Lit> = asked
             .iter()
             .zip(&mut *states)
-            .map(|(asked, state)| self.ready(asked, &mut world, state, has_previous, &mut stats))
+            .map(|(asked, state)| self.light(asked, &mut world, state, &mut stats))
+            .collect();
+        let shadows = self.prepare_shadows(asked, states, &lit, &world, &mut stats, purpose);
+        let ready: Vec<Ready> = asked
+            .iter()
+            .zip(states.iter_mut().zip(lit))
+            .enumerate()
+            .map(|(at, (asked, lit))| {
+                let of_view = shadows.as_ref().and_then(|(shadows, atlas)| Some((shadows.views.get(at)?, atlas)));
+                self.ready(asked, &world, lit, of_view, has_previous, &mut stats)
+            })
             .collect::<Result<_, _>>()?;
+        let shadow_view = match (asked.first(), ready.first(), states.first(), &shadows) {
+            (Some(asked), Some(ready), Some(state), Some(_)) => Some(self.shadow_view(asked, ready, state)),
+            _ => None,
+        };
 
         let legends = Legends::default();
         let frame = Frame {
@@ -104,7 +120,6 @@ impl Renderer {
             surface_pipelines: &self.surface_pipelines,
             resources: &self.resources,
             world: &world.draws,
-            instances: self.instances.buffer(),
             tables: &self.tables,
             uniforms: &self.uniforms,
             bind_groups: &self.bind_groups,
@@ -112,6 +127,11 @@ impl Renderer {
             legends: &legends,
         };
         let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
+        if let (Some(view), Some((shadows, atlas))) = (&shadow_view, &shadows) {
+            let mut r = Recorder::new(&mut graph, &frame, view);
+            let texture = r.graph.import("shadows.atlas", Atlas::desc(atlas.side), atlas.view.clone());
+            frame::shared_passes(&mut r, shadows, texture)?;
+        }
         let recorded: Vec<Recorded> = asked
             .iter()
             .zip(&mut *states)

@@ -73,6 +73,10 @@ pub(crate) struct Described {
     pub blended: bool,
     /// Whether back faces are drawn.
     pub double_sided: bool,
+    /// Whether it emits light.
+    pub emits: bool,
+    /// Whether its surfaces keep light from what lies behind them.
+    pub casts_shadow: bool,
 }
 
 impl std::ops::Deref for GpuMaterial {
@@ -221,7 +225,20 @@ impl Described {
             textures[3] = white;
         }
         let double_sided = material.double_sided;
-        Self { factors, textures, textured, occlusion_apart, normal_map, masked, blended, double_sided }
+        let emits = factors.emissive.max_element() > 0.0;
+        let casts_shadow = material.casts_shadow;
+        Self {
+            factors,
+            textures,
+            textured,
+            occlusion_apart,
+            normal_map,
+            masked,
+            blended,
+            double_sided,
+            emits,
+            casts_shadow,
+        }
     }
 }
 

@@ -473,6 +473,7 @@ pub struct Shaders {
     made: Cell<u64>,
     programs: RefCell<HashMap<ProgramKey, Arc<Program>>>,
     fullscreen: RefCell<HashMap<FullscreenKey, Arc<FullscreenPipeline>>>,
+    depth_clears: RefCell<HashMap<wgpu::TextureFormat, wgpu::RenderPipeline>>,
     compile_ms: Cell<f64>,
 }
 
@@ -484,6 +485,7 @@ impl Shaders {
             made: Cell::default(),
             programs: RefCell::default(),
             fullscreen: RefCell::default(),
+            depth_clears: RefCell::default(),
             compile_ms: Cell::default(),
         }
     }
@@ -526,6 +528,43 @@ impl Shaders {
         let program = Arc::new(self.compiling(|| Program::new(&self.frame, name, source))?);
         self.programs.borrow_mut().insert(key, program.clone());
         Ok(program)
+    }
+
+    /// The pipeline that sets depth to 0 where it draws, because no part of a texture can be cleared for itself.
+    ///
+    /// # Errors
+    /// The program does not compile.
+    pub fn depth_clear(&self, format: wgpu::TextureFormat) -> Result<wgpu::RenderPipeline, ProgramError> {
+        if let Some(pipeline) = self.depth_clears.borrow().get(&format) {
+            return Ok(pipeline.clone());
+        }
+        let triangle = self.program("fullscreen", &[])?;
+        let depth_stencil = wgpu::DepthStencilState {
+            format,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: Default::default(),
+            bias: Default::default(),
+        };
+        let descriptor = wgpu::RenderPipelineDescriptor {
+            label: Some("depth_clear"),
+            layout: Some(&triangle.layout),
+            vertex: wgpu::VertexState {
+                module: &triangle.module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: Some(depth_stencil),
+            multisample: Default::default(),
+            fragment: None,
+            multiview_mask: None,
+            cache: None,
+        };
+        let pipeline = self.compiling(|| self.frame.device.create_render_pipeline(&descriptor));
+        self.depth_clears.borrow_mut().insert(format, pipeline.clone());
+        Ok(pipeline)
     }
 
     /// The pipeline that draws the program `name` over a whole target of `format`, where depth passes the test.

@@ -3,7 +3,8 @@
 // Program: debug_lights, also for points. Axes: textured, masked, deformed.
 
 import package::view::distance_from_depth_ndc;
-import package::shaders::lights::{cluster_grid, cluster_at, cluster_index_at};
+import package::shaders::light_table::cluster_grid;
+import package::shaders::lights::{cluster_at, cluster_index_at};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, is_without_normals};
 import package::shaders::surface_material::material_factors;
 import package::passes::debug::fragment::is_dropped;

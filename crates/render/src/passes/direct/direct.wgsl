@@ -1,7 +1,7 @@
 // direct: every light that reaches a pixel, added to `radiance`.
 // Source: clustered shading (Olsson et al. 2012) with lists in data textures. Reads: G-buffer, linear_depth, the tables
 // of lights and clusters. Writes: radiance; with `counting` the numbers of pairs instead.
-// Program: direct. Axes: counting.
+// Program: direct. Axes: counting, shadowed.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;

@@ -24,7 +24,7 @@ pub fn record(
     if r.view.light_count == 0 {
         return Ok(radiance);
     }
-    let step = gbuffer.read_by(r.fullscreen("direct", "direct", &[]));
+    let step = gbuffer.read_by(r.fullscreen("direct", "direct", r.view.light_axes()));
     step.over(PicturePart::Surfaces, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 

@@ -1,7 +1,7 @@
 // forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them. The same
 // reflectance model, lights and lists as the deferred path.
 // Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque.
-// Program: forward, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed.
+// Program: forward, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed.
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;

@@ -16,7 +16,9 @@ use manypass_graph::{ColorLoad, DepthLoad, Handle};
 pub fn record_opaque(r: &mut Recorder<'_, '_>) -> Result<(Handle, Handle), ProgramError> {
     let radiance = r.texture("radiance", RADIANCE);
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
+    let axes = r.view.light_axes();
     let mut pass = r.surfaces("forward.opaque", "forward");
+    pass.axes(axes);
     let radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.draw_opaque(Which::All)?;
@@ -31,7 +33,9 @@ pub fn record_blended(r: &mut Recorder<'_, '_>, radiance: Handle, depth: &Handle
     if !r.view.has_blended() {
         return Ok(radiance);
     }
+    let axes = r.view.light_axes();
     let mut pass = r.surfaces("forward", "forward");
+    pass.axes(axes);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     pass.depth_read_only(depth);
     pass.blend(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);

@@ -78,7 +78,7 @@ impl Bundles {
         (key, targets): (PassKey, Targets),
         chunks: Vec<Chunk>,
     ) {
-        let common = Common { targets, view: view.group.clone(), instances: frame.instances.clone() };
+        let common = Common { targets, view: view.group.clone(), instances: view.instances.clone() };
         let mut passes = self.passes.borrow_mut();
         let pass = passes.entry(key).or_default();
         pass.last_frame = self.frame.get();

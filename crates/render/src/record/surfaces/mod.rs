@@ -3,9 +3,11 @@
 mod bundles;
 mod pipelines;
 mod prepared;
+mod tiles;
 
 pub(crate) use bundles::Bundles;
 pub(crate) use pipelines::SurfacePipelines;
+pub use tiles::TilePass;
 
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
@@ -15,7 +17,7 @@ use bundles::PassKey;
 use bytemuck::Pod;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass};
 use pipelines::Targets;
-use prepared::Preparing;
+use prepared::{BoundShapes, Preparing};
 use std::borrow::Cow;
 
 /// Which of the draws of a list.
@@ -36,6 +38,7 @@ pub struct SurfacePass<'r, 'f> {
     view: &'f PreparedView,
     program: &'static str,
     uniforms: Vec<(&'static str, Uniform)>,
+    axes: Vec<&'static str>,
     colors: Vec<wgpu::TextureFormat>,
     blend: Option<wgpu::BlendState>,
     depth: Option<(wgpu::TextureFormat, bool)>,
@@ -48,7 +51,18 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         view: &'f PreparedView,
         program: &'static str,
     ) -> Self {
-        Self { name, pass, frame, view, program, uniforms: Vec::new(), colors: Vec::new(), blend: None, depth: None }
+        Self {
+            name,
+            pass,
+            frame,
+            view,
+            program,
+            uniforms: Vec::new(),
+            axes: Vec::new(),
+            colors: Vec::new(),
+            blend: None,
+            depth: None,
+        }
     }
 
     /// The next colour target. Without one no fragment is shaded. Returns the version that holds the result.
@@ -72,6 +86,11 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// The same blend state for all targets, because the floor has one.
     pub fn blend(&mut self, blend: wgpu::BlendState) {
         self.blend = Some(blend);
+    }
+
+    /// Axes of the program that are on whatever is drawn.
+    pub fn axes(&mut self, axes: &[&'static str]) {
+        self.axes.extend(axes);
     }
 
     /// The shader finds `value` in the uniform `name`.
@@ -98,14 +117,15 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     }
 
     fn draw(self, draws: &'f [Draw], which: Which) -> Result<(), ProgramError> {
-        let Self { name, pass, frame, view, program, uniforms, colors, blend, depth } = self;
+        let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth } = self;
         let Some((depth, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
         let targets = Targets { colors, blend, depth, depth_write };
-        let preparing = Preparing { frame, view, program, targets: &targets, uniforms: &uniforms };
-        let chunks = preparing.prepare(draws, which)?;
+        let (targets_of, uniforms, pass_axes) = (&targets, &uniforms[..], &axes[..]);
+        let preparing = Preparing { frame, view, program, targets: targets_of, uniforms, pass_axes, casts: false };
+        let chunks = preparing.prepare(draws, which, &mut BoundShapes::default())?;
         let key = PassKey { view: view.name.clone(), pass: name };
         pass.draw(move |context| frame.bundles.draw(context.render_pass, (frame, view), (key, targets), chunks));
         Ok(())

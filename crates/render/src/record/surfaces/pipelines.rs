@@ -1,6 +1,6 @@
 //! The pipelines of programs that draw surfaces.
 
-use crate::draws::{AXES, Axes, Faces};
+use crate::draws::{AXES, Axes, Faces, MASKED};
 use crate::resources::{ATTRIBUTES, STRIDES};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, Shaders, compose};
@@ -26,6 +26,8 @@ pub(crate) struct Targets {
 pub(super) struct Key {
     pub program: &'static str,
     pub axes: Axes,
+    /// Axes that are on for all of a pass.
+    pub pass_axes: Vec<&'static str>,
     pub targets: Targets,
     pub topology: Topology,
     pub faces: Faces,
@@ -65,7 +67,7 @@ impl SurfacePipelines {
             .iter()
             .enumerate()
             .filter(|(bit, axis)| key.axes >> bit & 1 == 1 && compose::has_axis(key.program, axis));
-        let axes: Vec<_> = on.map(|(_, axis)| *axis).collect();
+        let axes: Vec<_> = on.map(|(_, axis)| *axis).chain(key.pass_axes.iter().copied()).collect();
         let program = shaders.program(key.program, &axes)?;
         let pipeline = shaders.compiling(|| create(device, &program, &key))?;
         let pipeline = Arc::new(SurfacePipeline { pipeline, program });
@@ -106,6 +108,8 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             })
         })
         .collect();
+    // Without a colour target fragments are shaded to be dropped, if at all.
+    let drops_fragments = key.axes & MASKED != 0;
     Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(key.program),
         layout: Some(&program.layout),
@@ -138,7 +142,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             bias: Default::default(),
         }),
         multisample: Default::default(),
-        fragment: (!targets.is_empty()).then(|| wgpu::FragmentState {
+        fragment: (!targets.is_empty() || drops_fragments).then(|| wgpu::FragmentState {
             module: &program.module,
             entry_point: None,
             compilation_options: Default::default(),

@@ -2,7 +2,7 @@
 
 use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
-use crate::draws::{AXES, Axes, BLOCK_ITEMS, Draw, Faces, Item};
+use crate::draws::{AXES, Axes, BLOCK_ITEMS, DEFORMED, Draw, Faces, Item, MASKED, TEXTURED};
 use crate::record::bind_groups::Resource;
 use crate::record::uniforms::Uniform;
 use crate::record::{Frame, PreparedView};
@@ -60,6 +60,12 @@ struct Shape {
 impl Shape {
     const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2;
 
+    /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices.
+    fn of_caster(item: &Item, is_blended: bool) -> Self {
+        let tested = if item.masked || is_blended { (item.axes & TEXTURED) | MASKED } else { 0 };
+        Self { axes: tested | item.axes & DEFORMED, topology: item.topology, faces: Faces::Both, mirrored: false }
+    }
+
     fn of(item: &Item, faces: Faces, is_reflected: bool) -> Self {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
@@ -102,14 +108,29 @@ pub(super) struct Preparing<'p, 'f> {
     pub program: &'static str,
     pub targets: &'p Targets,
     pub uniforms: &'p [(&'static str, Uniform)],
+    /// Axes that are on for all of the pass.
+    pub pass_axes: &'p [&'static str],
+    /// Whether what is drawn casts shadows.
+    pub casts: bool,
+}
+
+/// What draws of a pass bind, each once.
+pub(super) struct BoundShapes {
+    by_shape: Vec<Option<u32>>,
+    all: Vec<Arc<Bound>>,
+}
+
+impl Default for BoundShapes {
+    fn default() -> Self {
+        Self { by_shape: vec![None; Shape::COUNT], all: Vec::new() }
+    }
 }
 
 impl Preparing<'_, '_> {
-    pub fn prepare(self, draws: &[Draw], which: Which) -> Result<Vec<Chunk>, ProgramError> {
+    pub fn prepare(&self, draws: &[Draw], which: Which, shapes: &mut BoundShapes) -> Result<Vec<Chunk>, ProgramError> {
         let Frame { resources, world, .. } = *self.frame;
         let is_reflected = self.view.is_reflected();
-        let mut by_shape = vec![None; Shape::COUNT];
-        let mut all_bound: Vec<Arc<Bound>> = Vec::new();
+        let BoundShapes { by_shape, all: all_bound } = shapes;
         let mut chunks: Vec<Chunk> = Vec::new();
         let mut state = State::default();
         for draw in draws {
@@ -117,7 +138,11 @@ impl Preparing<'_, '_> {
             if which == Which::Hiding && (item.masked || item.topology != Topology::Triangles) {
                 continue;
             }
-            let shape = Shape::of(item, draw.faces, is_reflected);
+            let shape = if self.casts {
+                Shape::of_caster(item, draw.item as usize >= world.opaque_count)
+            } else {
+                Shape::of(item, draw.faces, is_reflected)
+            };
             let bound = match by_shape[shape.index()] {
                 Some(bound) => bound,
                 None => {
@@ -152,7 +177,8 @@ impl Preparing<'_, '_> {
     fn bind(&self, shape: Shape) -> Result<Bound, ProgramError> {
         let Shape { axes, topology, faces, mirrored } = shape;
         let program = if topology == Topology::Points { of_points(self.program)? } else { self.program };
-        let key = Key { program, axes, targets: self.targets.clone(), topology, faces, mirrored };
+        let pass_axes = self.pass_axes.to_vec();
+        let key = Key { program, axes, pass_axes, targets: self.targets.clone(), topology, faces, mirrored };
         bind(self.frame, key, self.uniforms)
     }
 }
@@ -243,7 +269,7 @@ pub(super) fn encode<'e>(
                 bound.object.iter().for_each(|group| encoder.group(3, group));
             }
             Command::Material(group) => encoder.group(2, group),
-            Command::Vertices(vertices) => bind_vertices(encoder, geometry, vertices, frame.instances),
+            Command::Vertices(vertices) => bind_vertices(encoder, geometry, vertices, &view.instances),
             Command::IndexPage(page) => {
                 if let Some(buffer) = geometry.indices.buffer(*page as usize) {
                     encoder.indices(buffer.slice(..));

@@ -1,0 +1,59 @@
+// shadows: the depth of what casts shadows, seen from a light.
+// The rows of an instance take its object into the space of a tile (see `shadows/projection.rs`), or, where joints take it
+// into the world, the world. Reads: materials, where fragments are dropped. Writes: depth.
+// Program: shadows. Axes: textured, masked, deformed.
+
+import package::view::view;
+import package::shaders::surface_vertex::{
+    Rows, SurfaceInput, SurfaceVarying, morph_displacement, skinned_rows, transform_point,
+};
+import package::shaders::surface_material::{material_factors, surface_base_color};
+
+struct ShadowVarying {
+    @builtin(position) position_clip: vec4f,
+    @location(0) uv: vec4f,
+    @location(1) color: vec4f,
+}
+
+@vertex
+fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
+    var position = in.position;
+    @if(deformed) {
+        position += morph_displacement(in, in.instance.z).position;
+        if in.instance.y != 0xffffffffu {
+            position = transform_point(skinned_rows(in, in.instance.y), position);
+        }
+    }
+    let rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
+    let at = transform_point(rows, position);
+    let is_perspective = in.instance.x == 1u;
+    var out: ShadowVarying;
+    // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself, and what lies before
+    // the nearest is drawn there.
+    out.position_clip = vec4f(at.xy, select(min(at.z, 1.0), 1.0, is_perspective), select(1.0, at.z, is_perspective));
+    out.uv = vec4f(in.uv0, in.uv1);
+    out.color = in.color;
+    return out;
+}
+
+// 0 ≤ x < 1 and another one for every texel and sample (Jimenez 2014, "Next Generation Post Processing in Call of Duty"; the
+// samples go on by the golden ratio).
+fn threshold_at(position_px: vec2f) -> f32 {
+    let noise = fract(52.9829189 * fract(dot(floor(position_px), vec2f(0.06711056, 0.00583715))));
+    return fract(noise + f32(view.sample_index) * 0.61803398875);
+}
+
+@fragment
+fn fs_shadows(in: ShadowVarying) {
+    @if(masked) {
+        var surface: SurfaceVarying;
+        surface.uv = in.uv;
+        surface.color = in.color;
+        let alpha = surface_base_color(surface, 0.0).a;
+        // What alpha covers in part stops so many of the rays.
+        let threshold = mix(material_factors.alpha_cutoff, threshold_at(in.position_clip.xy), material_factors.blended);
+        if alpha < threshold || alpha <= 0.0 {
+            discard;
+        }
+    }
+}

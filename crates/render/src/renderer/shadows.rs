@@ -1,0 +1,138 @@
+//! The shadows of a frame: the atlas on the device, and which of its tiles are drawn.
+
+use super::Purpose;
+use super::Renderer;
+use super::output::ViewState;
+use super::prepare::{Asked, Lit, World};
+use crate::gpu::Gpu;
+use crate::record::{InstanceTable, depth_texture};
+use crate::request::FrameStats;
+use crate::shadows::{FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
+use manypass_graph::TextureDesc;
+
+/// What the renderer keeps of shadows.
+#[derive(Debug)]
+pub(super) struct ShadowState {
+    pub tiles: Shadows,
+    pub atlas: Option<Atlas>,
+    pub instances: InstanceTable,
+    /// Rises whenever a mesh or a material of the scene changed.
+    pub scene_version: u64,
+}
+
+/// The texture of all shadow maps.
+#[derive(Clone, Debug)]
+pub(super) struct Atlas {
+    pub side: u32,
+    pub view: wgpu::TextureView,
+}
+
+impl Atlas {
+    /// The shape of an atlas.
+    pub fn desc(side: u32) -> TextureDesc {
+        TextureDesc::new_2d(side, side, wgpu::TextureFormat::Depth32Float)
+    }
+
+    fn new(gpu: &Gpu, side: u32) -> Self {
+        let texture = depth_texture(gpu, "shadows", side);
+        Self { side, view: texture.create_view(&Default::default()) }
+    }
+}
+
+impl ShadowState {
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { tiles: Shadows::default(), atlas: None, instances: InstanceTable::new(gpu), scene_version: 0 }
+    }
+}
+
+/// The settings of the shadows of a frame: those of the first of its views that has some.
+fn settings_of(asked: &[Asked]) -> Option<&ShadowSettings> {
+    asked.iter().map(|asked| &asked.request.settings.shadows).find(|settings| settings.enabled)
+}
+
+/// The uniform's part that says how shadows are filtered: see `light_table.wgsl`.
+pub(super) fn filter_uniform(settings: &ShadowSettings) -> [f32; 4] {
+    let [spread, hard, soft] = match settings.filter {
+        ShadowFilter::Hard => [0.0, 1.0, 0.0],
+        ShadowFilter::Pcf => [0.5, 0.0, 0.0],
+        ShadowFilter::Pcss => [0.5, 0.0, 1.0],
+    };
+    [spread, hard, soft, settings.bias_texels]
+}
+
+impl Renderer {
+    /// Bytes of the atlas that a frame needs beyond what there is.
+    pub(super) fn missing_shadow_bytes(&self, asked: &[Asked]) -> u64 {
+        let side = settings_of(asked).map(|settings| Shadows::side(settings, self.gpu.capabilities.max_texture_size));
+        let known = self.shadows.atlas.as_ref().map(|atlas| atlas.side);
+        side.filter(|side| known != Some(*side)).map_or(0, |side| Atlas::desc(side).bytes())
+    }
+
+    /// The shadows of the views of a frame, of which some have any; and the atlas that holds them.
+    pub(super) fn prepare_shadows(
+        &mut self,
+        asked: &[Asked],
+        states: &[ViewState],
+        lit: &[Lit],
+        world: &World<'_>,
+        stats: &mut FrameStats,
+        purpose: &Purpose<'_>,
+    ) -> Option<(FrameShadows, Atlas)> {
+        let settings = settings_of(asked)?;
+        let limit = self.gpu.capabilities.max_texture_size;
+        let side = Shadows::side(settings, limit);
+        let of_view = |((asked, state), lit): ((&'_ Asked, &'_ ViewState), &'_ Lit)| {
+            let table = state.lists.as_ref().map(|lists| lists.table.clone())?;
+            asked.request.settings.shadows.enabled.then_some((
+                asked.name.clone(),
+                asked.request.camera,
+                asked.size,
+                lit.range,
+                table,
+            ))
+        };
+        let views: Vec<_> = asked.iter().zip(states).zip(lit).map(of_view).collect();
+        let viewers: Vec<_> = views
+            .iter()
+            .flatten()
+            .map(|(name, view, size, range, table)| (Viewer { name, view, range: *range, size: *size }, &**table))
+            .collect();
+        let is_plan = matches!(purpose, Purpose::Plan);
+        let sample_index = asked.iter().map(|asked| asked.request.sample_index).max().unwrap_or(0);
+        // A plan leaves no trace.
+        let mut of_plan = is_plan.then(Shadows::default);
+        let known = self.shadows.atlas.as_ref().filter(|atlas| atlas.side == side).cloned();
+        let is_new = known.is_none();
+        let tiles = of_plan.as_mut().unwrap_or(&mut self.shadows.tiles);
+        if is_plan || is_new {
+            tiles.reset(side);
+        }
+        let mut frame = tiles.prepare(&world.draws, self.shadows.scene_version, &viewers, settings, sample_index);
+        let mut of_viewers = std::mem::take(&mut frame.views).into_iter();
+        let in_order = views.iter().map(|view| view.as_ref().and_then(|_| of_viewers.next()).unwrap_or_default());
+        frame.views = in_order.collect();
+        let atlas = match known {
+            Some(atlas) => atlas,
+            None if is_plan => Atlas { side, view: self.tables.no_shadows.clone() },
+            None => {
+                // They hold the former one.
+                self.shadows.atlas = None;
+                self.bind_groups.clear();
+                self.bundles.clear();
+                self.shadows.atlas.insert(Atlas::new(&self.gpu, side)).clone()
+            }
+        };
+        if !is_plan {
+            stats.uploaded_bytes += self.shadows.instances.write(&self.gpu, &frame.instances);
+        }
+        stats.shadowed_lights = frame.counts.lights;
+        stats.shadow_tiles_drawn = frame.counts.tiles_drawn;
+        stats.shadow_tiles_kept = frame.counts.tiles_kept;
+        stats.lights_starved = frame.counts.starved;
+        stats.lights_beyond_atlas = frame.counts.beyond;
+        stats.lights_in_emitters = frame.counts.in_emitters;
+        stats.draws += frame.tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
+        stats.texture_bytes_of_shadows = Atlas::desc(side).bytes();
+        Some((frame, atlas))
+    }
+}

@@ -1,0 +1,222 @@
+// How much of a light reaches a point past what casts shadows: the atlas of shadow maps, reached only through here.
+// Source: percentage closer filtering (Reeves, Salesin & Cook 1987) with comparisons that lie on the receiver's own plane
+// (Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques") and a surface moved along its normal (Holbert 2011,
+// "Saying Goodbye to Shadow Acne"); penumbrae after Fernando 2005, "Percentage-Closer Soft Shadows".
+// Spaces of tiles: see `shadows/projection.rs`.
+
+import package::view::view;
+import package::shaders::light_table::{cluster_grid, light_texel, lights};
+
+@group(0) @binding(8) var nearest_clamp: sampler;
+@group(0) @binding(9) var shadow_atlas: texture_depth_2d;
+@group(0) @binding(10) var shadow_compare: sampler_comparison;
+@group(0) @binding(11) var shadow_depths: texture_2d<f32>;
+
+// The border of a tile in texels, within which filters find neighbours.
+const BORDER_TEXELS: f32 = 4.0;
+// Room for rounding: of depth as such, and as a share of it.
+const DEPTH_SLACK: f32 = 2e-7;
+const DEPTH_SLACK_SHARE: f32 = 2e-5;
+// Comparisons of a penumbra, and looks for what blocks the light.
+const PENUMBRA_TAPS: u32 = 16u;
+// The golden angle: successive points of a spiral lie nowhere near each other (Vogel 1979).
+const GOLDEN_ANGLE: f32 = 2.39996323;
+
+struct ShadowTile {
+    row_x: vec4f,
+    row_y: vec4f,
+    row_z: vec4f,
+    // The middle in texture coordinates, half the side, the side of a texel in metres (at z = 1 if rays go through a point).
+    place: vec4f,
+}
+
+// A point as a tile sees it: x and y from -1 to 1 across it, depth (1 nearest to the light), and by how much the depth of its
+// surface rises along x and y.
+struct ShadowPoint {
+    position: vec2f,
+    depth: f32,
+    gradient: vec2f,
+}
+
+fn shadow_tile(index: u32) -> ShadowTile {
+    let texel = light_texel(index);
+    return ShadowTile(
+        textureLoad(lights, texel, 0),
+        textureLoad(lights, texel + vec2i(1, 0), 0),
+        textureLoad(lights, texel + vec2i(2, 0), 0),
+        textureLoad(lights, texel + vec2i(3, 0), 0),
+    );
+}
+
+fn in_tile(tile: ShadowTile, position_world: vec3f) -> vec3f {
+    let p = vec4f(position_world, 1.0);
+    return vec3f(dot(tile.row_x, p), dot(tile.row_y, p), dot(tile.row_z, p));
+}
+
+// The surface of normal `normal` at a point, moved along it so that it does not shadow itself within a texel.
+fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, to_light: vec3f, perspective: f32) -> ShadowPoint {
+    let z = dot(tile.row_z, vec4f(position_world, 1.0));
+    let texel_m = tile.place.w * mix(1.0, max(z, 0.0), perspective);
+    let n_dot_l = clamp(dot(normal, to_light), 0.0, 1.0);
+    // A surface that faces the light needs less of it; half of it is kept because normals may be bent.
+    let offset_m = cluster_grid.shadow_filter.w * texel_m * max(sqrt(1.0 - n_dot_l * n_dot_l), 0.5);
+    let at = in_tile(tile, position_world + normal * offset_m);
+    // Normals turn by the inverse transpose; the rows are at right angles, so that this is a division by squared lengths.
+    let plane = vec3f(
+        dot(tile.row_x.xyz, normal) / dot(tile.row_x.xyz, tile.row_x.xyz),
+        dot(tile.row_y.xyz, normal) / dot(tile.row_y.xyz, tile.row_y.xyz),
+        dot(tile.row_z.xyz, normal) / dot(tile.row_z.xyz, tile.row_z.xyz),
+    );
+    let inverse_z = 1.0 / max(at.z, 1e-6);
+    var point: ShadowPoint;
+    point.position = at.xy * mix(1.0, inverse_z, perspective);
+    point.depth = mix(at.z, inverse_z, perspective);
+    // The plane through the point: with rays through a point, 1 / z is linear in x / z and y / z. At a grazing angle it is
+    // taken to be less steep than it is.
+    let through_eye = min(dot(plane, at), -0.02 * length(plane) * length(at));
+    let parallel = max(plane.z, 0.02 * length(plane));
+    point.gradient = mix(-plane.xy / parallel, plane.xy / through_eye, perspective);
+    return point;
+}
+
+// The share of light that passes at `offset` from a point, in units of the tile's half side.
+fn shadow_tap(tile: ShadowTile, point: ShadowPoint, offset: vec2f, texels: f32) -> f32 {
+    let limit = 1.0 - 1.0 / texels;
+    let position = clamp(point.position + offset, vec2f(-limit), vec2f(limit));
+    let depth = point.depth + dot(point.gradient, position - point.position);
+    let uv = tile.place.xy + position * vec2f(tile.place.z, -tile.place.z);
+    let reference = depth * (1.0 + DEPTH_SLACK_SHARE) + DEPTH_SLACK;
+    return textureSampleCompareLevel(shadow_atlas, shadow_compare, uv, clamp(reference, 0.0, 1.0));
+}
+
+// 0 to 1, another value for every pixel and sample (Jimenez 2014).
+fn rotation_noise(position_world: vec3f) -> f32 {
+    let clip = view.clip_from_world * vec4f(position_world, 1.0);
+    let position_px = floor((clip.xy / max(clip.w, 1e-6) * 0.5 + 0.5) * view.size_px);
+    let noise = fract(52.9829189 * fract(dot(position_px, vec2f(0.06711056, 0.00583715))));
+    return fract(noise + f32(view.sample_index) * 0.61803398875);
+}
+
+fn spiral(index: u32, rotation: f32) -> vec2f {
+    let angle = (f32(index) + rotation * 6.0) * GOLDEN_ANGLE + rotation * 6.2831853;
+    return vec2f(cos(angle), sin(angle)) * sqrt((f32(index) + 0.5) / f32(PENUMBRA_TAPS));
+}
+
+// The radius of the penumbra at a point, in units of the tile's half side: that of the light, seen from the point through
+// what blocks it. 0 if nothing does.
+fn penumbra_radius(tile: ShadowTile, point: ShadowPoint, radius: f32, perspective: f32, texels: f32, rotation: f32) -> f32 {
+    let half_m = 0.5 * texels * tile.place.w;
+    let depth_m = 1.0 / length(tile.row_z.xyz);
+    // With rays through a point everything is in units of the nearest distance, at which half the tile is `half_m` wide.
+    let light = radius / half_m;
+    let z = 1.0 / max(point.depth, 1e-6);
+    // As wide as what may block the light lies on the way: half way for rays through a point.
+    let search = clamp(mix(light * depth_m * (1.0 - point.depth), 0.5 * light / z * depth_m, perspective), 1.0 / texels, 0.25);
+    var blockers = vec2f(0.0);
+    let size = vec2f(textureDimensions(shadow_depths));
+    for (var i = 0u; i < PENUMBRA_TAPS; i++) {
+        let offset = spiral(i, rotation) * search;
+        let position = clamp(point.position + offset, vec2f(-1.0 + 1.0 / texels), vec2f(1.0 - 1.0 / texels));
+        let uv = tile.place.xy + position * vec2f(tile.place.z, -tile.place.z);
+        let texel = (floor(uv * size) + 0.5) / size;
+        let depth = textureSampleLevel(shadow_depths, nearest_clamp, texel, 0.0).r;
+        let receiver = point.depth + dot(point.gradient, position - point.position);
+        let is_blocker = depth > receiver * (1.0 + DEPTH_SLACK_SHARE) + DEPTH_SLACK;
+        blockers += select(vec2f(0.0), vec2f(depth, 1.0), is_blocker);
+    }
+    let blocker = blockers.x / max(blockers.y, 1.0);
+    // Parallel rays: depth is linear. Rays through a point: 1 / depth is the distance; width = radius (d - b) / b, and in
+    // units of the tile at the receiver's distance.
+    let parallel_width = light * depth_m * max(blocker - point.depth, 0.0);
+    let blocker_z = 1.0 / max(blocker, 1e-6);
+    let through_point = light * max(z - blocker_z, 0.0) / (max(blocker_z, 1e-6) * z) * depth_m;
+    let width = mix(parallel_width, through_point, perspective);
+    return select(0.0, min(width, 0.25), blockers.y > 0.0);
+}
+
+// The share of light that reaches a surface, by one tile.
+fn tile_visibility(
+    tile: ShadowTile,
+    position_world: vec3f,
+    normal: vec3f,
+    to_light: vec3f,
+    radius: f32,
+    perspective: f32,
+) -> f32 {
+    let point = shadow_point(tile, position_world, normal, to_light, perspective);
+    let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
+    let texel = 2.0 / max(texels, 1.0);
+    // The condition depends on more than uniforms, see ARCHITECTURE.md.
+    if (cluster_grid.shadow_filter.z > 0.0) & (radius > 0.0) {
+        let rotation = rotation_noise(position_world);
+        let width = max(penumbra_radius(tile, point, radius, perspective, texels, rotation), 0.75 * texel);
+        var sum = 0.0;
+        for (var i = 0u; i < PENUMBRA_TAPS; i++) {
+            sum += shadow_tap(tile, point, spiral(i, rotation) * width, texels);
+        }
+        return sum / f32(PENUMBRA_TAPS);
+    }
+    // The middle of its texel if texels are seen as they are.
+    let snapped = (floor(point.position / texel) + 0.5) * texel - point.position;
+    let middle = mix(vec2f(0.0), snapped, cluster_grid.shadow_filter.y);
+    let spread = cluster_grid.shadow_filter.x * texel;
+    var sum = shadow_tap(tile, point, middle + vec2f(-spread, -spread), texels);
+    sum += shadow_tap(tile, point, middle + vec2f(spread, -spread), texels);
+    sum += shadow_tap(tile, point, middle + vec2f(-spread, spread), texels);
+    sum += shadow_tap(tile, point, middle + vec2f(spread, spread), texels);
+    return 0.25 * sum;
+}
+
+// Which face of a cube around a light sees what lies away from it: +x, -x, +y, -y, +z, -z.
+fn cube_face(away: vec3f) -> u32 {
+    let size = abs(away);
+    let is_x = (size.x >= size.y) & (size.x >= size.z);
+    let is_y = size.y >= size.z;
+    let axis = select(select(2u, 1u, is_y), 0u, is_x);
+    let along = select(select(away.z, away.y, is_y), away.x, is_x);
+    return axis * 2u + select(0u, 1u, along < 0.0);
+}
+
+// The share of the light `index` that reaches a surface; the light is at `to_light` times some distance.
+fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f, normal: vec3f, to_light: vec3f) -> f32 {
+    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    if shadow.x <= 0.0 {
+        return 1.0;
+    }
+    let face = select(0u, cube_face(position_world - light_position), shadow.y > 1.5);
+    let tile = shadow_tile(u32(shadow.x) + face);
+    // Without a side there is nothing that casts a shadow.
+    if tile.place.z <= 0.0 {
+        return 1.0;
+    }
+    return tile_visibility(tile, position_world, normal, to_light, shadow.z, 1.0);
+}
+
+// The share of the directional light `index` that reaches a surface: by the first of its cascades that shows it, and
+// where that ends, more and more by the next.
+fn directional_visibility(index: u32, position_world: vec3f, normal: vec3f, to_light: vec3f) -> f32 {
+    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    let count = u32(shadow.y);
+    var visibility = 0.0;
+    var left = 1.0;
+    for (var i = 0u; i < count; i++) {
+        let tile = shadow_tile(u32(shadow.x) + i);
+        if tile.place.z <= 0.0 {
+            continue;
+        }
+        let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
+        let at = abs(in_tile(tile, position_world).xy);
+        let edge = 1.0 - 2.0 * BORDER_TEXELS / texels - max(at.x, at.y);
+        if edge <= 0.0 {
+            continue;
+        }
+        // The last of them goes on to its edge.
+        let weight = left * select(min(edge * 10.0, 1.0), 1.0, i + 1u == count);
+        visibility += weight * tile_visibility(tile, position_world, normal, to_light, shadow.z, 0.0);
+        left -= weight;
+        if left <= 0.0 {
+            break;
+        }
+    }
+    return visibility + left;
+}

@@ -1,0 +1,148 @@
+//! What casts a shadow into a tile.
+
+use super::projection::TileProjection;
+use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Faces, Item, WorldDraws};
+use crate::resources::Instance;
+use glam::{Vec3, Vec4};
+use manypass_scene::{Aabb, Topology};
+use std::cell::OnceCell;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// What the frame offers to cast shadows.
+pub(super) struct Casters<'w> {
+    world: &'w WorldDraws,
+    /// Rises whenever a mesh or a material of the scene changes.
+    version: u64,
+    sample_index: u32,
+    deformation: OnceCell<u64>,
+}
+
+/// The items that may cast a shadow of one light.
+#[derive(Debug, Default)]
+pub(super) struct OfLight {
+    pub items: Vec<u32>,
+    /// Whether an item was left out because it glows around the light.
+    pub is_in_emitter: bool,
+}
+
+impl<'w> Casters<'w> {
+    pub fn new(world: &'w WorldDraws, version: u64, sample_index: u32) -> Self {
+        Self { world, version, sample_index, deformation: OnceCell::new() }
+    }
+
+    /// Those around a light that reaches `range_m`. What emits light and has the light within its bounds is none: it is the
+    /// bulb that the light stands for.
+    pub fn around(&self, position: Vec3, range_m: f32) -> OfLight {
+        let is_near = |bounds: &Aabb| {
+            let nearest = position.clamp(bounds.min, bounds.max);
+            nearest.distance_squared(position) <= range_m * range_m
+        };
+        let mut of_light = OfLight::default();
+        self.each(is_near, |index, item| {
+            let bounds = &item.bounds_world;
+            if item.emits && position.cmpge(bounds.min).all() && position.cmple(bounds.max).all() {
+                of_light.is_in_emitter = true;
+            } else {
+                of_light.items.push(index);
+            }
+        });
+        of_light
+    }
+
+    /// All of them.
+    pub fn everywhere(&self) -> OfLight {
+        let mut of_light = OfLight::default();
+        self.each(|_| true, |index, _| of_light.items.push(index));
+        of_light
+    }
+
+    fn each(&self, is_near: impl Fn(&Aabb) -> bool, mut give: impl FnMut(u32, &Item)) {
+        let (opaque, _) = self.world.items.split_at(self.world.opaque_count);
+        let casts = |item: &Item| item.casts_shadow && item.topology != Topology::Points && is_near(&item.bounds_world);
+        for (block, (items, bounds)) in opaque.chunks(BLOCK_ITEMS).zip(&self.world.blocks).enumerate() {
+            if bounds.as_ref().is_some_and(|bounds| !is_near(bounds)) {
+                continue;
+            }
+            let first = block * BLOCK_ITEMS;
+            let near = items.iter().enumerate().filter(|(_, item)| casts(item));
+            near.for_each(|(index, item)| give((first + index) as u32, item));
+        }
+        let blended = self.world.items.iter().enumerate().skip(self.world.opaque_count);
+        blended.filter(|(_, item)| casts(item)).for_each(|(index, item)| give(index as u32, item));
+    }
+
+    /// Those of `items` that the tile may show.
+    pub fn in_tile<'i>(&'i self, items: &'i [u32], projection: &TileProjection) -> impl Iterator<Item = u32> + 'i {
+        let planes = projection.planes();
+        items.iter().copied().filter(move |index| !is_outside(&planes, &self.world.items[*index as usize].bounds_world))
+    }
+
+    /// What the picture of a tile depends on: two tiles with the same number are alike.
+    pub fn signature(&self, items: &[u32], projection: &TileProjection) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.version.hash(&mut hasher);
+        projection.is_perspective.hash(&mut hasher);
+        for row in projection.rows {
+            hasher.write(bytemuck::bytes_of(&row));
+        }
+        for index in items {
+            let item = &self.world.items[*index as usize];
+            let (page, mesh) = ((item.index_page, item.vertex_page), (item.mesh, item.primitive, item.material));
+            (mesh, page, &item.elements, item.masked).hash(&mut hasher);
+            hasher.write(bytemuck::bytes_of(&self.world.instances[item.instance as usize].world_from_object));
+            if item.extent.is_none() {
+                self.deformation().hash(&mut hasher);
+            }
+            if *index as usize >= self.world.opaque_count {
+                // Which of its texels let light through is another choice in every sample.
+                self.sample_index.hash(&mut hasher);
+            }
+        }
+        hasher.finish()
+    }
+
+    fn deformation(&self) -> u64 {
+        *self.deformation.get_or_init(|| {
+            let Deformation { joint_rows, morph_weights } = &self.world.deformation;
+            let mut hasher = DefaultHasher::new();
+            hasher.write(bytemuck::cast_slice(joint_rows));
+            hasher.write(bytemuck::cast_slice(morph_weights));
+            hasher.finish()
+        })
+    }
+
+    /// The draws of a tile, whose instances are appended to `instances`.
+    pub fn draws(&self, items: &[u32], projection: &TileProjection, instances: &mut Vec<Instance>) -> Vec<Draw> {
+        let mut draws: Vec<Draw> = Vec::new();
+        let mut last_group = None;
+        for index in items {
+            let item = &self.world.items[*index as usize];
+            let instance = &self.world.instances[item.instance as usize];
+            let at = instances.len() as u32;
+            let is_skinned = instance.ids[1] != u32::MAX;
+            let rows = if is_skinned {
+                // Joints take the mesh into the world.
+                projection.rows.map(|row| row.to_array())
+            } else {
+                projection.of_object(&instance.world_from_object)
+            };
+            let [_, joint, weight, targets] = instance.ids;
+            let ids = [u32::from(projection.is_perspective), joint, weight, targets];
+            instances.push(Instance { world_from_object: rows, ids, ..*instance });
+            match draws.last_mut().filter(|_| last_group == Some(item.group)) {
+                Some(last) => last.instances.end = at + 1,
+                None => draws.push(Draw { item: *index, faces: Faces::Both, instances: at..at + 1 }),
+            }
+            last_group = Some(item.group);
+        }
+        draws
+    }
+}
+
+fn is_outside(planes: &[Vec4; 5], bounds: &Aabb) -> bool {
+    let (center, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+    planes.iter().any(|plane| {
+        let normal = plane.truncate();
+        normal.dot(center) + plane.w + normal.abs().dot(half) < 0.0
+    })
+}

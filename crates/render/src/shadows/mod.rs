@@ -1,0 +1,401 @@
+//! Shadow maps: which lights have them, where they lie in the atlas, and what is drawn into them.
+//!
+//! Source: Williams 1978, "Casting Curved Shadows on Curved Surfaces"; one atlas for all of them after Doghramachi 2015
+//! ("Tile-Based Omnidirectional Shadows"). Every tile lasts from frame to frame, and is drawn again only if it changed what it
+//! would show: the light, or a caster inside. The atlas and its tiles are the CPU's; `passes/shadows` draws them, and
+//! `shaders/shadows.wgsl` reads them.
+
+mod atlas;
+mod casters;
+mod projection;
+mod settings;
+mod wanted;
+
+pub use atlas::Square;
+pub use settings::{ShadowFilter, ShadowSettings};
+pub use wanted::Viewer;
+
+use crate::constants::TEXELS_PER_LIGHT;
+use crate::draws::{Tile, WorldDraws};
+use crate::lights::{LightTable, TableLight};
+use crate::resources::Instance;
+use atlas::Allocator;
+use casters::{Casters, OfLight};
+use manypass_scene::{LightKind, NodeId};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use wanted::Aim;
+
+/// The smallest tile: less would be all border.
+const SIDE_MIN: u32 = 32;
+
+/// Which tile: a part of a light's surroundings; cascades belong to a view, too.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct TileKey {
+    view: Option<String>,
+    node: NodeId,
+    part: u8,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    square: Square,
+    signature: u64,
+    last_frame: u64,
+}
+
+/// Numbers of a frame's shadows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShadowCounts {
+    /// Lights that cast shadows and have their tiles.
+    pub lights: u32,
+    /// Tiles that were drawn.
+    pub tiles_drawn: u32,
+    /// Tiles that were kept from the frames before.
+    pub tiles_kept: u32,
+    /// Lights whose tiles are less than half as fine as the picture asks for.
+    pub starved: u32,
+    /// Lights that the atlas has no place for; they shine through everything.
+    pub beyond: u32,
+    /// Lights within a surface that glows, which casts no shadow of theirs.
+    pub in_emitters: u32,
+}
+
+/// What a view's table of lights has to know of its shadows.
+#[derive(Debug, Default)]
+pub struct ViewShadows {
+    /// One for every light: the first of its tiles among the records of lights and tiles (0: it casts no shadow), their
+    /// number, the radius of the light in metres, 0.
+    pub of_light: Vec<[f32; 4]>,
+    /// Four texels a tile: the rows of its projection; the middle in texture coordinates, half the side, the side of a texel
+    /// in metres. A tile without casters has no side.
+    pub tiles: Vec<[f32; 4]>,
+}
+
+impl ViewShadows {
+    /// The texels of the lights of `table` with what is known of their shadows, and after them the tiles.
+    pub fn texels(&self, table: &LightTable) -> Vec<[f32; 4]> {
+        let mut texels = table.texels.clone();
+        for (light, shadow) in texels.chunks_exact_mut(TEXELS_PER_LIGHT as usize).zip(&self.of_light) {
+            light[TEXELS_PER_LIGHT as usize - 1] = *shadow;
+        }
+        texels.extend(&self.tiles);
+        texels
+    }
+}
+
+/// The shadows of a frame.
+#[derive(Debug, Default)]
+pub struct FrameShadows {
+    /// Of each view, in their order.
+    pub views: Vec<ViewShadows>,
+    /// What is to be drawn.
+    pub tiles: Vec<Tile>,
+    /// Whether nothing that the atlas held is still of use.
+    pub is_first: bool,
+    /// The instances of the draws.
+    pub(crate) instances: Vec<Instance>,
+    /// Its numbers.
+    pub counts: ShadowCounts,
+}
+
+/// A light with the tiles that it wants.
+struct Wanting {
+    key: (Option<String>, NodeId),
+    aims: Vec<Aim>,
+    /// The demanded side.
+    side: f32,
+    of_light: OfLight,
+    /// Of each tile, if anything casts a shadow into it.
+    has_casters: Vec<bool>,
+}
+
+/// What lasts from frame to frame.
+#[derive(Debug)]
+pub struct Shadows {
+    allocator: Allocator,
+    tiles: BTreeMap<TileKey, Kept>,
+    frame: u64,
+}
+
+impl Default for Shadows {
+    fn default() -> Self {
+        Self { allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new(), frame: 0 }
+    }
+}
+
+impl Shadows {
+    /// Forgets what the tiles hold, in an atlas of the side `side`, a power of two.
+    pub fn reset(&mut self, side: u32) {
+        self.allocator = Allocator::new(side);
+        self.tiles.clear();
+    }
+
+    /// The side of the atlas that `settings` ask for, where textures have at most `limit` texels a side.
+    pub fn side(settings: &ShadowSettings, limit: u32) -> u32 {
+        let side = settings.atlas_px.next_power_of_two();
+        if side <= limit { side } else { 1 << limit.max(1).ilog2() }
+    }
+
+    /// Gives every light its tiles, and says which are to be drawn. `version` rises whenever a mesh or a material changed.
+    pub(crate) fn prepare(
+        &mut self,
+        world: &WorldDraws,
+        version: u64,
+        views: &[(Viewer<'_>, &LightTable)],
+        settings: &ShadowSettings,
+        sample_index: u32,
+    ) -> FrameShadows {
+        self.frame += 1;
+        let casters = Casters::new(world, version, sample_index);
+        let mut wanting = self.wanting(&casters, world, views, settings);
+        wanting.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));
+        let mut frame = FrameShadows { is_first: self.tiles.is_empty(), ..FrameShadows::default() };
+        let sides = self.sides(&wanting);
+        frame.counts.beyond = sides.iter().filter(|side| **side == 0).count() as u32;
+        let placed = self.place(&wanting, &sides);
+        let mut of_lights: BTreeMap<&(Option<String>, NodeId), Vec<[[f32; 4]; 4]>> = BTreeMap::new();
+        for (wanting, squares) in wanting.iter().zip(&placed) {
+            let Some(squares) = squares else { continue };
+            frame.counts.lights += 1;
+            frame.counts.in_emitters += u32::from(wanting.of_light.is_in_emitter);
+            let side = squares.iter().flatten().map(|square| square.side).max();
+            frame.counts.starved += u32::from(side.is_some_and(|side| (side as f32) < 0.5 * wanting.side));
+            let records = self.tiles_of(&casters, wanting, squares, &mut frame);
+            of_lights.insert(&wanting.key, records);
+        }
+        frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights)).collect();
+        frame
+    }
+
+    /// The lights that want tiles.
+    fn wanting(
+        &self,
+        casters: &Casters<'_>,
+        world: &WorldDraws,
+        views: &[(Viewer<'_>, &LightTable)],
+        settings: &ShadowSettings,
+    ) -> Vec<Wanting> {
+        let mut wanting: BTreeMap<(Option<String>, NodeId), Wanting> = BTreeMap::new();
+        let mut everywhere = None;
+        let side_max = self.allocator.side();
+        for (viewer, table) in views {
+            for light in table.lights.iter().filter(|light| light.casts_shadows) {
+                let (key, side) = if light.kind == LightKind::Directional {
+                    // Cascades are as fine as the picture if they have twice its pixels.
+                    let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
+                    ((Some(viewer.name.to_owned()), light.node), Some(side.min(side_max / 2) as f32))
+                } else {
+                    let most = if is_single(light) { side_max / 4 } else { side_max / 8 };
+                    ((None, light.node), wanted::demand(light, viewer).map(|side| side.min(most as f32)))
+                };
+                let Some(side) = side else { continue };
+                match wanting.entry(key.clone()) {
+                    Entry::Occupied(mut known) => known.get_mut().side = known.get().side.max(side),
+                    Entry::Vacant(place) => {
+                        let (aims, of_light) = if light.kind == LightKind::Directional {
+                            let items = everywhere.get_or_insert_with(|| casters.everywhere().items).clone();
+                            let aims = Aim::of_directional(light, viewer, &world.bounds_world, settings.cascades);
+                            (aims, OfLight { items, is_in_emitter: false })
+                        } else {
+                            let range_m = light.range_m.unwrap_or(f32::INFINITY);
+                            (Aim::of_local(light), casters.around(light.position, range_m))
+                        };
+                        // The smallest tile has the widest border.
+                        let shows = |aim: &Aim| {
+                            let projection = aim.projection(SIDE_MIN);
+                            casters.in_tile(&of_light.items, &projection).next().is_some()
+                        };
+                        let has_casters = aims.iter().map(shows).collect();
+                        place.insert(Wanting { key, aims, side, of_light, has_casters });
+                    }
+                }
+            }
+        }
+        wanting.into_values().collect()
+    }
+
+    /// The side of the tiles of every light, 0 where there is no place for them. All are made smaller alike until they fit.
+    fn sides(&self, wanting: &[Wanting]) -> Vec<u32> {
+        let area = u64::from(self.allocator.side()).pow(2);
+        let count = |wanting: &Wanting| wanting.has_casters.iter().filter(|has| **has).count() as u64;
+        let side_of = |wanting: &Wanting, shift: u32| {
+            let kept = self.tiles.get(&TileKey {
+                view: wanting.key.0.clone(),
+                node: wanting.key.1,
+                part: first_part(wanting),
+            });
+            let demanded = (wanting.side as u32).max(1).next_power_of_two();
+            // A size is kept while it is not far off.
+            let steady = kept.map(|kept| kept.square.side << shift).filter(|side| {
+                let share = wanting.side / *side as f32;
+                (0.4..=1.1).contains(&share)
+            });
+            (steady.unwrap_or(demanded) >> shift).max(SIDE_MIN)
+        };
+        let shift = (0..16).find(|shift| {
+            wanting.iter().map(|light| count(light) * u64::from(side_of(light, *shift)).pow(2)).sum::<u64>() <= area
+        });
+        let shift = shift.unwrap_or(16);
+        let mut left = area;
+        wanting
+            .iter()
+            .map(|light| {
+                let side = side_of(light, shift);
+                let needed = count(light) * u64::from(side).pow(2);
+                let fits = needed <= left;
+                left -= if fits { needed } else { 0 };
+                if fits { side } else { 0 }
+            })
+            .collect()
+    }
+
+    /// The squares of every light's tiles, none of a tile without casters; none at all of a light that has no place.
+    fn place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Vec<Option<Vec<Option<Square>>>> {
+        // First what stays where it is, then what is new; if that finds no gap, what nobody wants now is given up, and if that
+        // does not help, everything is placed anew, which always fits.
+        for attempt in 0..3 {
+            match attempt {
+                0 => (),
+                1 => self.give_back(|kept, frame| kept.last_frame + 1 < frame),
+                _ => self.give_back(|_, _| true),
+            }
+            if let Some(placed) = self.try_place(wanting, sides) {
+                return placed;
+            }
+        }
+        vec![None; wanting.len()]
+    }
+
+    fn give_back(&mut self, is_given: impl Fn(&Kept, u64) -> bool) {
+        let (frame, allocator) = (self.frame, &mut self.allocator);
+        self.tiles.retain(|_, kept| {
+            let is_given = is_given(kept, frame);
+            if is_given {
+                allocator.give(kept.square);
+            }
+            !is_given
+        });
+    }
+
+    fn try_place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Option<Vec<Option<Vec<Option<Square>>>>> {
+        let keys = |wanting: &Wanting, part: usize| TileKey {
+            view: wanting.key.0.clone(),
+            node: wanting.key.1,
+            part: part as u8,
+        };
+        // Tiles of another size make room first.
+        for (light, side) in wanting.iter().zip(sides) {
+            for (part, has_casters) in light.has_casters.iter().enumerate() {
+                let key = keys(light, part);
+                let Some(kept) = self.tiles.get(&key) else { continue };
+                if !has_casters || kept.square.side != *side {
+                    self.allocator.give(kept.square);
+                    self.tiles.remove(&key);
+                }
+            }
+        }
+        let mut placed = Vec::with_capacity(wanting.len());
+        let mut order: Vec<usize> = (0..wanting.len()).collect();
+        order.sort_by_key(|at| std::cmp::Reverse(sides[*at]));
+        placed.resize_with(wanting.len(), || None);
+        for at in order {
+            let (light, side) = (&wanting[at], sides[at]);
+            if side == 0 {
+                continue;
+            }
+            let mut squares = Vec::with_capacity(light.aims.len());
+            for (part, has_casters) in light.has_casters.iter().enumerate() {
+                if !has_casters {
+                    squares.push(None);
+                    continue;
+                }
+                let frame = self.frame;
+                let square = match self.tiles.entry(keys(light, part)) {
+                    Entry::Occupied(mut kept) => {
+                        kept.get_mut().last_frame = frame;
+                        kept.get().square
+                    }
+                    Entry::Vacant(place) => {
+                        let square = self.allocator.take(side)?;
+                        place.insert(Kept { square, signature: 0, last_frame: frame });
+                        square
+                    }
+                };
+                squares.push(Some(square));
+            }
+            placed[at] = Some(squares);
+        }
+        Some(placed)
+    }
+
+    /// The records of a light's tiles, and what of them is to be drawn.
+    fn tiles_of(
+        &mut self,
+        casters: &Casters<'_>,
+        wanting: &Wanting,
+        squares: &[Option<Square>],
+        frame: &mut FrameShadows,
+    ) -> Vec<[[f32; 4]; 4]> {
+        let atlas = self.allocator.side() as f32;
+        let mut records = Vec::with_capacity(squares.len());
+        for (part, (aim, square)) in wanting.aims.iter().zip(squares).enumerate() {
+            let Some(square) = square else {
+                let rows = aim.projection(SIDE_MIN).rows.map(|row| row.to_array());
+                records.push([rows[0], rows[1], rows[2], [0.0; 4]]);
+                continue;
+            };
+            let projection = aim.projection(square.side);
+            let items: Vec<u32> = casters.in_tile(&wanting.of_light.items, &projection).collect();
+            let signature = casters.signature(&items, &projection);
+            let key = TileKey { view: wanting.key.0.clone(), node: wanting.key.1, part: part as u8 };
+            let is_kept = self.tiles.get(&key).is_some_and(|kept| kept.signature == signature);
+            if is_kept {
+                frame.counts.tiles_kept += 1;
+            } else {
+                frame.counts.tiles_drawn += 1;
+                if let Some(kept) = self.tiles.get_mut(&key) {
+                    kept.signature = signature;
+                }
+                let draws = casters.draws(&items, &projection, &mut frame.instances);
+                let Square { x, y, side } = *square;
+                frame.tiles.push(Tile { rectangle: [x, y, side, side], draws });
+            }
+            let half = 0.5 * square.side as f32;
+            let place =
+                [(square.x as f32 + half) / atlas, (square.y as f32 + half) / atlas, half / atlas, projection.texel_m];
+            let [x, y, z] = projection.rows.map(|row| row.to_array());
+            records.push([x, y, z, place]);
+        }
+        records
+    }
+}
+
+/// Whether one tile shows all that the light reaches.
+fn is_single(light: &TableLight) -> bool {
+    matches!(light.kind, LightKind::Spot { .. }) && Aim::of_local(light).len() == 1
+}
+
+/// The first of a light's tiles that has casters.
+fn first_part(wanting: &Wanting) -> u8 {
+    wanting.has_casters.iter().position(|has| *has).unwrap_or(0) as u8
+}
+
+fn view_shadows(
+    viewer: &Viewer<'_>,
+    table: &LightTable,
+    of_lights: &BTreeMap<&(Option<String>, NodeId), Vec<[[f32; 4]; 4]>>,
+) -> ViewShadows {
+    let mut shadows = ViewShadows::default();
+    for light in &table.lights {
+        let view = (light.kind == LightKind::Directional).then(|| viewer.name.to_owned());
+        let records = of_lights.get(&(view, light.node)).filter(|_| light.casts_shadows);
+        let first = table.len() as usize + shadows.tiles.len() / 4;
+        shadows.of_light.push(match records {
+            Some(records) => [first as f32, records.len() as f32, light.radius_m, 0.0],
+            None => [0.0, 0.0, light.radius_m, 0.0],
+        });
+        shadows.tiles.extend(records.into_iter().flatten().flatten());
+    }
+    shadows
+}

@@ -1,0 +1,186 @@
+//! How a tile of the atlas sees the world.
+//!
+//! The space of a tile: x and y go from −1 to 1 over the tile, after a division by z where rays go through a point; z is the
+//! distance from that point in units of the nearest one that is drawn, or for parallel rays the depth itself, 1 nearest to
+//! the light and 0 farthest away. All of it is affine in world space, so that one matrix of three rows takes an object into a tile.
+
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+
+/// Texels around what a tile is for that are drawn as well, so that filters find neighbours there.
+pub const BORDER_TEXELS: f32 = 4.0;
+
+/// How a tile sees the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileProjection {
+    /// Tile from world space: the rows of x, y and z.
+    pub rows: [Vec4; 3],
+    /// Whether rays go through a point; otherwise they are parallel.
+    pub is_perspective: bool,
+    /// The side of a texel in metres, at a z of 1 if rays go through a point.
+    pub texel_m: f32,
+}
+
+/// The rotations whose −Z looks through the faces of a cube: +x, −x, +y, −y, +z, −z.
+pub fn cube_faces() -> [Quat; 6] {
+    [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z].map(looking_along)
+}
+
+/// A rotation whose −Z is `direction`, of length 1.
+pub fn looking_along(direction: Vec3) -> Quat {
+    let up = if direction.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
+    let back = -direction;
+    let right = up.cross(back).normalize_or(Vec3::X);
+    Quat::from_mat3(&glam::Mat3::from_cols(right, back.cross(right), back))
+}
+
+impl TileProjection {
+    /// Of a tile of `side` texels that looks from `position` along −Z of `world_from_light`. Within its border it sees what
+    /// lies within `tangent` of its axis, and nothing nearer than `near_m`.
+    pub fn perspective(position: Vec3, world_from_light: Quat, tangent: f32, near_m: f32, side: u32) -> Self {
+        let tangent = tangent / (1.0 - 2.0 * BORDER_TEXELS / side as f32).max(0.25);
+        let axis = |axis: Vec3, scale: f32| {
+            let axis = world_from_light * axis * scale;
+            axis.extend(-axis.dot(position))
+        };
+        Self {
+            rows: [
+                axis(Vec3::X, 1.0 / (tangent * near_m)),
+                axis(Vec3::Y, 1.0 / (tangent * near_m)),
+                axis(Vec3::NEG_Z, 1.0 / near_m),
+            ],
+            is_perspective: true,
+            texel_m: 2.0 * tangent * near_m / side as f32,
+        }
+    }
+
+    /// Of a tile of `side` texels for parallel rays along −Z of `world_from_light`: within its border a square of half the
+    /// side `half_m` around `center`, a point of light space, from the z `nearest` to the z `farthest` of that space.
+    pub fn parallel(
+        world_from_light: Quat,
+        center: Vec2,
+        half_m: f32,
+        [nearest, farthest]: [f32; 2],
+        side: u32,
+    ) -> Self {
+        let half_m = half_m / (1.0 - 2.0 * BORDER_TEXELS / side as f32).max(0.25);
+        let axis = |axis: Vec3, scale: f32, offset: f32| (world_from_light * axis * scale).extend(offset);
+        let depth = 1.0 / (nearest - farthest).max(1e-6);
+        Self {
+            rows: [
+                axis(Vec3::X, 1.0 / half_m, -center.x / half_m),
+                axis(Vec3::Y, 1.0 / half_m, -center.y / half_m),
+                axis(Vec3::Z, depth, -farthest * depth),
+            ],
+            is_perspective: false,
+            texel_m: 2.0 * half_m / side as f32,
+        }
+    }
+
+    /// A point of world space in the space of the tile.
+    #[cfg(test)]
+    pub fn point(&self, world: Vec3) -> Vec3 {
+        let [x, y, z] = self.rows.map(|row| row.dot(world.extend(1.0)));
+        Vec3::new(x, y, z)
+    }
+
+    /// The rows of the matrix that takes an object into the tile.
+    pub fn of_object(&self, world_from_object: &[[f32; 4]; 3]) -> [[f32; 4]; 3] {
+        let [x, y, z] = world_from_object.map(Vec4::from_array);
+        self.rows.map(|row| (x * row.x + y * row.y + z * row.z + Vec4::W * row.w).to_array())
+    }
+
+    /// The planes of what the tile may show: inside, all of `plane · (p, 1)` are at least 0. What lies between a light and
+    /// what is seen casts a shadow, however near the light it is, so that parallel rays have no nearest distance.
+    pub fn planes(&self) -> [Vec4; 5] {
+        let [x, y, z] = self.rows;
+        if self.is_perspective {
+            [z + x, z - x, z + y, z - y, z]
+        } else {
+            [Vec4::W + x, Vec4::W - x, Vec4::W + y, Vec4::W - y, z]
+        }
+    }
+}
+
+/// The view's part between two distances, as a sphere around it in world space that depends on nothing but its shape and
+/// place, so that a view that turns keeps its radius.
+pub fn slice_sphere(
+    world_from_view: &Mat4,
+    half_extent: Vec2,
+    is_orthographic: bool,
+    [near_m, far_m]: [f32; 2],
+) -> (Vec3, f32) {
+    let corner = half_extent.length();
+    let (near_corner, far_corner) = if is_orthographic { (corner, corner) } else { (corner * near_m, corner * far_m) };
+    // On the axis, equally far from the corners of both ends, unless that lies beyond the far end.
+    let middle = 0.5 * ((far_m * far_m + far_corner * far_corner) - (near_m * near_m + near_corner * near_corner))
+        / (far_m - near_m).max(1e-6);
+    let middle = middle.clamp(near_m, far_m);
+    let radius = Vec2::new(far_m - middle, far_corner).length().max(Vec2::new(middle - near_m, near_corner).length());
+    (world_from_view.transform_point3(Vec3::new(0.0, 0.0, -middle)), radius)
+}
+
+/// The distances between which cascades lie: the practical split (Zhang et al. 2006, "Parallel-Split Shadow Maps for
+/// Large-scale Virtual Environments"), half way between equal steps and equal ratios.
+pub fn splits(near_m: f32, far_m: f32, count: u32) -> Vec<[f32; 2]> {
+    let at = |index: u32| {
+        let share = index as f32 / count as f32;
+        0.5 * (near_m + (far_m - near_m) * share) + 0.5 * near_m * (far_m / near_m).powf(share)
+    };
+    (0..count).map(|index| [if index == 0 { 0.0 } else { at(index) }, at(index + 1)]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_of_a_cube_see_all_directions_with_a_border() {
+        let position = Vec3::new(1.0, -2.0, 3.0);
+        let tiles = cube_faces().map(|face| TileProjection::perspective(position, face, 1.0, 0.05, 64));
+        for i in 0..2000u16 {
+            let angle = f32::from(i) * 2.4;
+            let height = 1.0 - f32::from(i) / 1000.0;
+            let direction = Vec3::new(
+                angle.cos() * (1.0 - height * height).sqrt(),
+                height,
+                angle.sin() * (1.0 - height * height).sqrt(),
+            );
+            let axis = direction.abs();
+            let greatest = axis.max_element();
+            let face = (0..3).find(|at| axis[*at] == greatest).unwrap_or(0) * 2;
+            let face = face + usize::from(direction[face / 2] < 0.0);
+            let at = tiles[face].point(position + direction * 4.0);
+            assert!((at.z - 4.0 * greatest / 0.05).abs() < 1e-2, "{at}");
+            let border = 1.0 - 2.0 * BORDER_TEXELS / 64.0;
+            assert!(at.x.abs() <= at.z * border * 1.0001 && at.y.abs() <= at.z * border * 1.0001, "{at}");
+            assert!(tiles[face].planes().iter().all(|plane| plane.dot((position + direction).extend(1.0)) >= 0.0));
+        }
+    }
+
+    #[test]
+    fn a_slice_lies_in_its_sphere() {
+        let view = Mat4::from_rotation_translation(Quat::from_rotation_y(0.7), Vec3::new(3.0, 2.0, 1.0));
+        let half = Vec2::new(0.8, 0.45);
+        for is_orthographic in [false, true] {
+            for range in [[0.1f32, 1.0], [1.0, 30.0], [0.0, 0.5]] {
+                let (center, radius) = slice_sphere(&view, half, is_orthographic, range);
+                let mut greatest = 0.0f32;
+                for distance_m in range {
+                    let scale = if is_orthographic { 1.0 } else { distance_m };
+                    for corner in [Vec2::ONE, Vec2::NEG_ONE, Vec2::new(1.0, -1.0), Vec2::new(-1.0, 1.0)] {
+                        let corner = view.transform_point3((corner * half * scale).extend(-distance_m));
+                        greatest = greatest.max(corner.distance(center));
+                    }
+                }
+                assert!((greatest - radius).abs() < 1e-4 * radius, "{greatest} {radius}");
+            }
+        }
+    }
+
+    #[test]
+    fn cascades_cover_the_depth_without_a_gap() {
+        let splits = splits(0.5, 100.0, 4);
+        assert!(splits[0][0] == 0.0 && (splits[3][1] - 100.0).abs() < 1e-3);
+        assert!(splits.windows(2).all(|pair| pair[0][1] == pair[1][0] && pair[0][1] < pair[1][1]));
+    }
+}

@@ -1,0 +1,34 @@
+//! Settings of shadows.
+
+use crate::setting::{choices, settings};
+
+choices! {
+    /// How the edge of a shadow is filtered.
+    pub enum ShadowFilter {
+        /// Not at all: texels of the map are seen.
+        Hard = "hard",
+        /// The mean of comparisons with the texels around (Reeves, Salesin & Cook 1987).
+        #[default]
+        Pcf = "pcf",
+        /// The same over a penumbra as wide as the light and what blocks it make it (Fernando 2005). Lights without a radius
+        /// have none.
+        Pcss = "pcss",
+    }
+}
+
+settings! {
+    /// Settings of shadows.
+    pub struct ShadowSettings {
+        /// Whether lights cast shadows.
+        enabled: bool = false;
+        /// How the edge of a shadow is filtered.
+        filter: ShadowFilter = ShadowFilter::Pcf, needs "shadows.enabled=true";
+        /// The width and height of the texture that holds all shadow maps, rounded up to a power of two; it takes four bytes a
+        /// texel.
+        atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
+        /// The number of shadow maps of a directional light, each for a part of the view's depth.
+        cascades: u32 = 4, in 1..=4, needs "shadows.enabled=true";
+        /// Texels by which a surface is moved along its normal before it is compared with a map.
+        bias_texels: f32 = 1.25, in 0.0..=16.0, unit "texels", needs "shadows.enabled=true";
+    }
+}

@@ -1,0 +1,123 @@
+//! Which tiles the lights of a frame want, and how large.
+
+use super::projection::{TileProjection, cube_faces, looking_along, slice_sphere, splits};
+use crate::lights::TableLight;
+use crate::view::{DepthRange, View};
+use glam::{Quat, Vec2, Vec3};
+use manypass_scene::{Aabb, LightKind};
+use std::f32::consts::FRAC_PI_3;
+
+/// A view that shows shadows.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewer<'v> {
+    /// Its name.
+    pub name: &'v str,
+    /// Its camera.
+    pub view: &'v View,
+    /// What its depth is fitted to.
+    pub range: DepthRange,
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+}
+
+/// What a tile is to see, before it is known how large it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Aim {
+    Rays { position: Vec3, rotation: Quat, tangent: f32, near_m: f32 },
+    Parallel { rotation: Quat, center: Vec3, half_m: f32, depth: [f32; 2] },
+}
+
+/// Wider spots, by half their angle, have the faces of a cube; a single tile would be blurred in its middle.
+const SPOT_MAX_RAD: f32 = FRAC_PI_3;
+/// The nearest caster as a share of the range, in metres at most and at least.
+const NEAR_SHARE: f32 = 1.0 / 512.0;
+const NEAR_M: [f32; 2] = [1e-4, 0.02];
+
+impl Aim {
+    pub fn projection(&self, side: u32) -> TileProjection {
+        match *self {
+            Self::Rays { position, rotation, tangent, near_m } => {
+                TileProjection::perspective(position, rotation, tangent, near_m, side)
+            }
+            Self::Parallel { rotation, center, half_m, depth } => {
+                // The grid of texels stays where it is in the world, so that a moving camera moves no shadow's edge.
+                let texel_m = TileProjection::parallel(rotation, Vec2::ZERO, half_m, depth, side).texel_m;
+                let center = (rotation.inverse() * center).truncate();
+                let snapped = (center / texel_m).round() * texel_m;
+                TileProjection::parallel(rotation, snapped, half_m, depth, side)
+            }
+        }
+    }
+
+    /// The tiles of a light at a place.
+    pub fn of_local(light: &TableLight) -> Vec<Self> {
+        let near_m = (light.range_m.unwrap_or(f32::INFINITY) * NEAR_SHARE).clamp(NEAR_M[0], NEAR_M[1]);
+        let position = light.position;
+        match light.kind {
+            LightKind::Spot { outer_cone_rad, .. } if outer_cone_rad < SPOT_MAX_RAD => {
+                let (rotation, tangent) = (looking_along(light.direction), outer_cone_rad.max(0.01).tan());
+                vec![Self::Rays { position, rotation, tangent, near_m }]
+            }
+            _ => cube_faces().map(|rotation| Self::Rays { position, rotation, tangent: 1.0, near_m }).to_vec(),
+        }
+    }
+
+    /// The cascades of a directional light, the nearest to the eye first.
+    pub fn of_directional(light: &TableLight, viewer: &Viewer<'_>, bounds: &Aabb, count: u32) -> Vec<Self> {
+        let rotation = looking_along(light.direction);
+        let (center, radius) = (bounds.center(), 0.5 * (bounds.max - bounds.min).length());
+        let z = (rotation.inverse() * center).z;
+        // A little room, because bounds touch the surfaces that they enclose.
+        let depth = [z + 1.001 * radius + 1e-3, z - 1.001 * radius - 1e-3];
+        let (width, height) = viewer.size;
+        let half_extent = viewer.view.half_extent(width as f32 / height.max(1) as f32);
+        // Neither depends on where the camera stands, so that cascades keep their size while it moves.
+        let far_m = (2.0 * radius).min(viewer.range.far_m.max(radius)).max(1e-3);
+        let far_m = far_m.log2().ceil().exp2().min(2.0 * radius);
+        let aim = |[near_m, end_m]: [f32; 2]| {
+            let slice =
+                slice_sphere(&viewer.view.world_from_view, half_extent, viewer.view.is_orthographic(), [near_m, end_m]);
+            // A cascade that would be larger than the scene shows the scene.
+            let (center, half_m) = if slice.1 < radius { slice } else { (center, radius) };
+            Self::Parallel { rotation, center, half_m, depth }
+        };
+        let mut aims: Vec<Self> = splits(far_m / 256.0, far_m, count).into_iter().map(aim).collect();
+        let is_whole = |aim: &Self| matches!(aim, Self::Parallel { half_m, .. } if *half_m >= radius);
+        if let Some(first) = aims.iter().position(is_whole) {
+            aims.truncate(first + 1);
+        }
+        aims
+    }
+}
+
+/// The side in texels at which a local light's shadow is as fine as the picture, half way to the end of its range; none if
+/// the view does not see what the light reaches.
+pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
+    let view = viewer.view;
+    let (width, height) = (viewer.size.0 as f32, viewer.size.1 as f32);
+    let half_extent = view.half_extent(width / height.max(1.0));
+    let Some(range_m) = light.range_m else { return Some(f32::MAX) };
+    let reach = crate::lights::Reach::of_light(light.kind, light.position, light.direction, range_m);
+    let center = view.world_from_view.inverse().transform_point3(reach.center);
+    let distance_m = -center.z;
+    if distance_m + reach.radius_m < 0.0 || distance_m - reach.radius_m > viewer.range.far_m {
+        return None;
+    }
+    let beyond = |along: f32, half: f32| {
+        // The distance to the plane through the eye at the edge of the picture.
+        let length = (1.0 + half * half).sqrt();
+        let plane =
+            if view.is_orthographic() { along.abs() - half } else { (along.abs() - half * distance_m) / length };
+        plane > reach.radius_m
+    };
+    if beyond(center.x, half_extent.x) || beyond(center.y, half_extent.y) {
+        return None;
+    }
+    let tangent = match light.kind {
+        LightKind::Spot { outer_cone_rad, .. } if outer_cone_rad < SPOT_MAX_RAD => outer_cone_rad.tan(),
+        _ => 1.0,
+    };
+    let eye_m = (distance_m - 0.5 * range_m).max(0.25 * range_m);
+    let pixels_per_m = 0.5 * height / (half_extent.y * if view.is_orthographic() { 1.0 } else { eye_m });
+    Some(tangent * range_m * pixels_per_m)
+}
