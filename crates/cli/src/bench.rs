@@ -110,6 +110,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "culling_ms": culling_ms,
         "list_entries": stats.list_entries,
         "light_lists_made": stats.light_lists_made,
+        "shadows": crate::report::shadow_numbers(&stats),
         "bind_groups_made": stats.bind_groups_made,
         "bundles_executed": stats.bundles_executed,
         "pipelines_made": stats.pipelines_made,

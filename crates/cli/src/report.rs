@@ -188,6 +188,7 @@ impl Report {
             "lights": stats.lights,
             "list_entries": stats.list_entries,
             "light_lists_made": stats.light_lists_made,
+            "shadows": shadow_numbers(stats),
             "bind_groups_made": stats.bind_groups_made,
             "bundles_executed": stats.bundles_executed,
             "pipelines_made": stats.pipelines_made,
@@ -253,4 +254,19 @@ impl Report {
             Sink::Lines(_) | Sink::Stdout => Ok(()),
         }
     }
+}
+
+/// What a report says of shadows.
+pub fn shadow_numbers(stats: &manypass::FrameStats) -> serde_json::Value {
+    json!({
+        "lights": stats.shadowed_lights,
+        "tiles_drawn": stats.shadow_tiles_drawn,
+        "tiles_kept": stats.shadow_tiles_kept,
+        "bytes": stats.texture_bytes_of_shadows,
+        "lights_starved": stats.lights_starved,
+        "lights_beyond_atlas": stats.lights_beyond_atlas,
+        "lights_dealt": stats.lights_dealt,
+        "light_rounds": stats.light_rounds,
+        "lights_in_emitters": stats.lights_in_emitters,
+    })
 }

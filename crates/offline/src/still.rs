@@ -150,20 +150,37 @@ pub fn accumulate(
     samples: u32,
     mut progress: impl FnMut(u32) -> bool,
 ) -> Result<(), StillError> {
-    let mut request = request.clone();
-    request.sample_count = samples.max(1);
-    for sample in 0..request.sample_count {
-        request.sample_index = sample;
-        if sample + 1 < request.sample_count {
+    let request = still_request(renderer, scene, request, samples)?;
+    for frame in 0..request.sample_count {
+        let request = FrameRequest { sample_index: frame, ..request.clone() };
+        if frame + 1 < request.sample_count {
             renderer.accumulate(scene, &request)?;
         } else {
             renderer.render(scene, &request)?;
         }
-        if !progress(sample + 1) {
+        if !progress(frame / request.frames_per_sample + 1) {
             return Err(StillError::Stopped);
         }
     }
     Ok(())
+}
+
+/// The request of the first frame of a still of so many samples, in which every light casts its shadow: where there are more
+/// lights than shadow maps, they take turns, if need be in several frames a sample.
+///
+/// # Errors
+/// If the renderer fails.
+pub fn still_request(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    request: &FrameRequest,
+    samples: u32,
+) -> Result<FrameRequest, StillError> {
+    let samples = samples.max(1);
+    let light_rounds = renderer.light_rounds(scene, request)?;
+    let frames_per_sample = light_rounds.div_ceil(samples);
+    let sample_count = samples * frames_per_sample;
+    Ok(FrameRequest { sample_index: 0, sample_count, frames_per_sample, light_rounds, ..request.clone() })
 }
 
 /// The second half of [`render_still`]: reads what was added up.

@@ -68,12 +68,19 @@ enum Purpose<'t> {
     Meter(Vec<f32>),
     /// Nothing: the frame is planned and not run.
     Plan,
+    /// How many rounds of lights there are. The frame is not run.
+    Rounds(u32),
 }
 
 impl Purpose<'_> {
     /// Whether the frame is one of those that make the picture.
     fn is_picture(&self) -> bool {
         matches!(self, Self::Picture | Self::Sample | Self::Target(_))
+    }
+
+    /// Whether the frame is not run.
+    fn is_plan(&self) -> bool {
+        matches!(self, Self::Plan | Self::Rounds(_))
     }
 
     /// Whether the frame's variables can be read afterwards.
@@ -330,6 +337,23 @@ impl Renderer {
         let mut purpose = Purpose::Times(Vec::new());
         pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
         Ok(if let Purpose::Times(times) = purpose { times } else { Vec::new() })
+    }
+
+    /// In how many rounds the lights of `scene` have to share the atlas of shadow maps so that every light casts its shadow in
+    /// the picture that `request` asks for: what to give as [`FrameRequest::light_rounds`]. 1 where all have room at once, or
+    /// none casts shadows. It renders nothing.
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn light_rounds(&mut self, scene: &Scene, request: &FrameRequest) -> Result<u32, RenderError> {
+        if !request.settings.shadows.enabled {
+            return Ok(1);
+        }
+        let mut purpose = Purpose::Rounds(1);
+        let request = FrameRequest { light_rounds: 0, sample_index: 0, ..request.clone() };
+        pollster::block_on(self.run(scene, &[("", &request)], &mut purpose))?;
+        Ok(if let Purpose::Rounds(rounds) = purpose { rounds } else { 1 })
     }
 
     /// The plan of the frame that `request` asks for. It renders nothing, and disturbs no picture that is being accumulated.

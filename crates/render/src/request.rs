@@ -10,6 +10,7 @@ use crate::pose::Pose;
 use crate::record::LegendEntry;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
+use crate::shadows::Dealing;
 use crate::view::View;
 use glam::Vec4;
 use manypass_graph::PlanError;
@@ -33,6 +34,13 @@ pub struct FrameRequest {
     pub sample_index: u32,
     /// How many frames are accumulated. A single one needs no means: its picture is made of its radiance at once.
     pub sample_count: u32,
+    /// How many frames, one after the other, make up one sample: they show the scene through the same point of every pixel, each
+    /// under other lights. 1 unless [`Self::light_rounds`] is more than the number of samples.
+    pub frames_per_sample: u32,
+    /// In how many rounds lights share the atlas of shadow maps over the frames of a picture, so that every light casts its
+    /// shadow: what [`crate::Renderer::light_rounds`] says. There have to be at least so many frames, and radiance is
+    /// averaged. 1 where every frame stands for itself: then lights beyond the atlas cast no shadow, and are counted.
+    pub light_rounds: u32,
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
     /// as a live view wants it. Otherwise a picture depends on nothing before its first sample.
     pub goes_on: bool,
@@ -80,7 +88,18 @@ impl SceneDefaults {
 impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
-        self.sample_count > 1 && self.averaging != Averaging::Radiance
+        self.sample_count > 1 && self.averaging != Averaging::Radiance && self.light_rounds <= 1
+    }
+
+    /// Index and number of the sample that the frame is of.
+    pub(crate) fn sample(&self) -> (u32, u32) {
+        let frames = self.frames_per_sample.max(1);
+        (self.sample_index / frames, self.sample_count.div_ceil(frames))
+    }
+
+    /// How lights share the atlas of shadow maps.
+    pub(crate) fn dealing(&self) -> Dealing {
+        Dealing { frame: self.sample_index, frames: self.sample_count, rounds: self.light_rounds }
     }
 
     /// Whether radiance can be read when all samples are drawn.
@@ -128,6 +147,8 @@ impl FrameRequest {
             clip_plane_world: None,
             sample_index: 0,
             sample_count: 1,
+            frames_per_sample: 1,
+            light_rounds: 1,
             goes_on: false,
             settings: Settings::default(),
             light_subset: None,
@@ -229,6 +250,10 @@ pub struct FrameStats {
     pub lights_starved: u32,
     /// Lights that should cast shadows and for whose shadow maps the atlas has no place: they shine through everything.
     pub lights_beyond_atlas: u32,
+    /// Lights that cast shadows and share the atlas by turns.
+    pub lights_dealt: u32,
+    /// Rounds in which they have their turns.
+    pub light_rounds: u32,
     /// Lights inside of surfaces that glow, such as a bulb, which cast no shadow of theirs.
     pub lights_in_emitters: u32,
     /// Bytes of the texture of all shadow maps.

@@ -154,8 +154,9 @@ impl Renderer {
         let pre_exposure = request.pre_exposure();
         let Lit { range, made } = lit;
         let shadows = shadows.filter(|_| settings.shadows.enabled);
-        let jitter = view::jitter_px(request.sample_index, request.sample_count);
-        let filtering = TextureFiltering::new(request.sample_index, request.sample_count, &self.gpu.capabilities);
+        let (sample_index, sample_count) = request.sample();
+        let jitter = view::jitter_px(sample_index, sample_count);
+        let filtering = TextureFiltering::new(sample_index, sample_count, &self.gpu.capabilities);
         let uniform_at = |size: (u32, u32)| {
             let camera = &request.camera;
             let uniform = camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
@@ -276,7 +277,9 @@ pub(super) fn output_of<'o>(
 ) -> Option<&'o Output> {
     match purpose {
         Purpose::Meter(_) | Purpose::Variables => None,
-        Purpose::Plan => Some(slot.insert(Output::planned(gpu, asked.output_size, asked.means_of))),
+        Purpose::Plan | Purpose::Rounds(_) => {
+            Some(slot.insert(Output::planned(gpu, asked.output_size, asked.means_of)))
+        }
         _ => Some(Output::of(gpu, slot, asked.output_size, asked.means_of)),
     }
 }

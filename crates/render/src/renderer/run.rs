@@ -56,12 +56,12 @@ impl Renderer {
         let mut states: Vec<ViewState> = asked
             .iter()
             .map(|asked| {
-                let kept = if matches!(purpose, Purpose::Plan) { None } else { self.views.remove(&asked.name) };
+                let kept = if purpose.is_plan() { None } else { self.views.remove(&asked.name) };
                 kept.unwrap_or_else(|| ViewState::new(&self.gpu))
             })
             .collect();
         let executed = self.execute(scene, &asked, &mut states, purpose);
-        if !matches!(purpose, Purpose::Plan) {
+        if !purpose.is_plan() {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
         }
         let Executed { plan, run, export, legends } = executed?;
@@ -99,6 +99,9 @@ impl Renderer {
             .map(|(asked, state)| self.light(asked, &mut world, state, &mut stats))
             .collect();
         let shadows = self.prepare_shadows(asked, states, &lit, &world, &mut stats, purpose);
+        if let Purpose::Rounds(rounds) = purpose {
+            *rounds = stats.light_rounds.max(1);
+        }
         let ready: Vec<Ready> = asked
             .iter()
             .zip(states.iter_mut().zip(lit))
@@ -142,7 +145,7 @@ impl Renderer {
         let bytes = plan.bytes();
         (stats.texture_bytes, stats.texture_bytes_unaliased) = (bytes.aliased, bytes.unaliased);
         let export = recorded.iter().find_map(|recorded| recorded.export);
-        if matches!(purpose, Purpose::Plan) {
+        if purpose.is_plan() {
             return Ok(Executed { plan, run: None, export, legends: legends.take() });
         }
         let options = RunOptions {
@@ -243,7 +246,7 @@ fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose
              `sample_count` and one `averaging`",
         ));
     }
-    if matches!(purpose, Purpose::Plan | Purpose::Meter(_) | Purpose::Variables) {
+    if purpose.is_plan() || matches!(purpose, Purpose::Meter(_) | Purpose::Variables) {
         return Ok(0);
     }
     let missing_bytes = |(asked, state): (&Asked, &ViewState)| {

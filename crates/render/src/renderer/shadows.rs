@@ -97,8 +97,8 @@ impl Renderer {
             .flatten()
             .map(|(name, view, size, range, table)| (Viewer { name, view, range: *range, size: *size }, &**table))
             .collect();
-        let is_plan = matches!(purpose, Purpose::Plan);
-        let sample_index = asked.iter().map(|asked| asked.request.sample_index).max().unwrap_or(0);
+        let is_plan = purpose.is_plan();
+        let dealing = asked.first().map(|asked| asked.request.dealing())?;
         // A plan leaves no trace.
         let mut of_plan = is_plan.then(Shadows::default);
         let known = self.shadows.atlas.as_ref().filter(|atlas| atlas.side == side).cloned();
@@ -107,7 +107,7 @@ impl Renderer {
         if is_plan || is_new {
             tiles.reset(side);
         }
-        let mut frame = tiles.prepare(&world.draws, self.shadows.scene_version, &viewers, settings, sample_index);
+        let mut frame = tiles.prepare(&world.draws, self.shadows.scene_version, &viewers, settings, dealing);
         let mut of_viewers = std::mem::take(&mut frame.views).into_iter();
         let in_order = views.iter().map(|view| view.as_ref().and_then(|_| of_viewers.next()).unwrap_or_default());
         frame.views = in_order.collect();
@@ -130,6 +130,8 @@ impl Renderer {
         stats.shadow_tiles_kept = frame.counts.tiles_kept;
         stats.lights_starved = frame.counts.starved;
         stats.lights_beyond_atlas = frame.counts.beyond;
+        stats.lights_dealt = frame.counts.dealt;
+        stats.light_rounds = frame.counts.rounds;
         stats.lights_in_emitters = frame.counts.in_emitters;
         stats.draws += frame.tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
         stats.texture_bytes_of_shadows = Atlas::desc(side).bytes();

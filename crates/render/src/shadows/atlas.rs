@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn squares_fill_the_atlas_and_are_given_back() {
         let mut atlas = Allocator::new(256);
-        let sides = [128, 128, 64, 64, 64, 32, 32, 32, 32, 64, 64, 64, 64, 16];
+        let sides = [128, 128, 64, 64, 64, 32, 32, 32, 32, 64, 64, 64, 16];
         let mut taken: Vec<Square> = Vec::new();
         for side in sides {
             let Some(square) = atlas.take(side) else { panic!("no place for {side}") };

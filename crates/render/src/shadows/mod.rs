@@ -7,11 +7,13 @@
 
 mod atlas;
 mod casters;
+mod dealing;
 mod projection;
 mod settings;
 mod wanted;
 
 pub use atlas::Square;
+pub use dealing::Dealing;
 pub use settings::{ShadowFilter, ShadowSettings};
 pub use wanted::Viewer;
 
@@ -21,9 +23,10 @@ use crate::lights::{LightTable, TableLight};
 use crate::resources::Instance;
 use atlas::Allocator;
 use casters::{Casters, OfLight};
+use dealing::Turns;
 use manypass_scene::{LightKind, NodeId};
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use wanted::Aim;
 
 /// The smallest tile: less would be all border.
@@ -41,7 +44,6 @@ struct TileKey {
 struct Kept {
     square: Square,
     signature: u64,
-    last_frame: u64,
 }
 
 /// Numbers of a frame's shadows.
@@ -57,6 +59,10 @@ pub struct ShadowCounts {
     pub starved: u32,
     /// Lights that the atlas has no place for; they shine through everything.
     pub beyond: u32,
+    /// Lights that share the atlas by turns, and the number of turns.
+    pub dealt: u32,
+    /// Rounds of the atlas in which every light has its turn.
+    pub rounds: u32,
     /// Lights within a surface that glows, which casts no shadow of theirs.
     pub in_emitters: u32,
 }
@@ -67,6 +73,8 @@ pub struct ViewShadows {
     /// One for every light: the first of its tiles among the records of lights and tiles (0: it casts no shadow), their
     /// number, the radius of the light in metres, 0.
     pub of_light: Vec<[f32; 4]>,
+    /// One for every light: by how much it is brighter in this frame, because it is dark in others.
+    pub weights: Vec<f32>,
     /// Four texels a tile: the rows of its projection; the middle in texture coordinates, half the side, the side of a texel
     /// in metres. A tile without casters has no side.
     pub tiles: Vec<[f32; 4]>,
@@ -76,8 +84,10 @@ impl ViewShadows {
     /// The texels of the lights of `table` with what is known of their shadows, and after them the tiles.
     pub fn texels(&self, table: &LightTable) -> Vec<[f32; 4]> {
         let mut texels = table.texels.clone();
-        for (light, shadow) in texels.chunks_exact_mut(TEXELS_PER_LIGHT as usize).zip(&self.of_light) {
+        let of_light = self.of_light.iter().zip(&self.weights);
+        for (light, (shadow, weight)) in texels.chunks_exact_mut(TEXELS_PER_LIGHT as usize).zip(of_light) {
             light[TEXELS_PER_LIGHT as usize - 1] = *shadow;
+            light[1].iter_mut().take(3).for_each(|intensity| *intensity *= weight);
         }
         texels.extend(&self.tiles);
         texels
@@ -99,6 +109,9 @@ pub struct FrameShadows {
     pub counts: ShadowCounts,
 }
 
+/// Of every light that wants tiles: their records, and its weight in this frame.
+type OfLights<'w> = BTreeMap<&'w (Option<String>, NodeId), (Vec<[[f32; 4]; 4]>, f32)>;
+
 /// A light with the tiles that it wants.
 struct Wanting {
     key: (Option<String>, NodeId),
@@ -115,12 +128,11 @@ struct Wanting {
 pub struct Shadows {
     allocator: Allocator,
     tiles: BTreeMap<TileKey, Kept>,
-    frame: u64,
 }
 
 impl Default for Shadows {
     fn default() -> Self {
-        Self { allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new(), frame: 0 }
+        Self { allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new() }
     }
 }
 
@@ -144,25 +156,36 @@ impl Shadows {
         version: u64,
         views: &[(Viewer<'_>, &LightTable)],
         settings: &ShadowSettings,
-        sample_index: u32,
+        dealing: Dealing,
     ) -> FrameShadows {
-        self.frame += 1;
-        let casters = Casters::new(world, version, sample_index);
-        let mut wanting = self.wanting(&casters, world, views, settings);
+        let casters = Casters::new(world, version, dealing.frame);
+        let mut wanting = self.wanting(&casters, world, views, settings, dealing);
         wanting.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));
         let mut frame = FrameShadows { is_first: self.tiles.is_empty(), ..FrameShadows::default() };
-        let sides = self.sides(&wanting);
-        frame.counts.beyond = sides.iter().filter(|side| **side == 0).count() as u32;
+        let turns = if dealing.deals() { Some(self.turns(&wanting)) } else { None };
+        let sides = match &turns {
+            Some(turns) => turns.sides_in(dealing),
+            None => self.sides(&wanting),
+        };
+        frame.counts.rounds = turns.as_ref().map_or(1, Turns::rounds);
+        frame.counts.dealt = turns.as_ref().map_or(0, Turns::dealt);
+        if turns.is_none() {
+            frame.counts.beyond = sides.iter().filter(|side| **side == 0).count() as u32;
+        }
         let placed = self.place(&wanting, &sides);
-        let mut of_lights: BTreeMap<&(Option<String>, NodeId), Vec<[[f32; 4]; 4]>> = BTreeMap::new();
-        for (wanting, squares) in wanting.iter().zip(&placed) {
-            let Some(squares) = squares else { continue };
+        let mut of_lights: OfLights<'_> = BTreeMap::new();
+        for (at, (wanting, squares)) in wanting.iter().zip(&placed).enumerate() {
+            let weight = turns.as_ref().map_or(1.0, |turns| turns.weight(at, dealing));
+            let Some(squares) = squares else {
+                of_lights.insert(&wanting.key, (Vec::new(), weight));
+                continue;
+            };
             frame.counts.lights += 1;
             frame.counts.in_emitters += u32::from(wanting.of_light.is_in_emitter);
             let side = squares.iter().flatten().map(|square| square.side).max();
             frame.counts.starved += u32::from(side.is_some_and(|side| (side as f32) < 0.5 * wanting.side));
             let records = self.tiles_of(&casters, wanting, squares, &mut frame);
-            of_lights.insert(&wanting.key, records);
+            of_lights.insert(&wanting.key, (records, weight));
         }
         frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights)).collect();
         frame
@@ -175,12 +198,14 @@ impl Shadows {
         world: &WorldDraws,
         views: &[(Viewer<'_>, &LightTable)],
         settings: &ShadowSettings,
+        dealing: Dealing,
     ) -> Vec<Wanting> {
         let mut wanting: BTreeMap<(Option<String>, NodeId), Wanting> = BTreeMap::new();
         let mut everywhere = None;
         let side_max = self.allocator.side();
         for (viewer, table) in views {
             for light in table.lights.iter().filter(|light| light.casts_shadows) {
+                let light = &dealing.moved(light);
                 let (key, side) = if light.kind == LightKind::Directional {
                     // Cascades are as fine as the picture if they have twice its pixels.
                     let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
@@ -213,6 +238,18 @@ impl Shadows {
             }
         }
         wanting.into_values().collect()
+    }
+
+    /// Which lights always have their tiles, and whose turn comes when.
+    fn turns(&self, wanting: &[Wanting]) -> Turns {
+        let demanded: Vec<(u32, u32)> = wanting
+            .iter()
+            .map(|light| {
+                let tiles = light.has_casters.iter().filter(|has| **has).count() as u32;
+                ((light.side as u32).max(SIDE_MIN).next_power_of_two(), tiles)
+            })
+            .collect();
+        Turns::new(&demanded, u64::from(self.allocator.side()).pow(2), SIDE_MIN)
     }
 
     /// The side of the tiles of every light, 0 where there is no place for them. All are made smaller alike until they fit.
@@ -257,8 +294,13 @@ impl Shadows {
         for attempt in 0..3 {
             match attempt {
                 0 => (),
-                1 => self.give_back(|kept, frame| kept.last_frame + 1 < frame),
-                _ => self.give_back(|_, _| true),
+                1 => {
+                    let is_wanted = |light: &Wanting, side: &u32| (*side > 0).then(|| light.key.clone());
+                    let wanted: BTreeSet<_> =
+                        wanting.iter().zip(sides).filter_map(|(light, side)| is_wanted(light, side)).collect();
+                    self.give_back(|key| !wanted.contains(&(key.view.clone(), key.node)));
+                }
+                _ => self.give_back(|_| true),
             }
             if let Some(placed) = self.try_place(wanting, sides) {
                 return placed;
@@ -267,10 +309,10 @@ impl Shadows {
         vec![None; wanting.len()]
     }
 
-    fn give_back(&mut self, is_given: impl Fn(&Kept, u64) -> bool) {
-        let (frame, allocator) = (self.frame, &mut self.allocator);
-        self.tiles.retain(|_, kept| {
-            let is_given = is_given(kept, frame);
+    fn give_back(&mut self, is_given: impl Fn(&TileKey) -> bool) {
+        let allocator = &mut self.allocator;
+        self.tiles.retain(|key, kept| {
+            let is_given = is_given(key);
             if is_given {
                 allocator.give(kept.square);
             }
@@ -310,15 +352,11 @@ impl Shadows {
                     squares.push(None);
                     continue;
                 }
-                let frame = self.frame;
                 let square = match self.tiles.entry(keys(light, part)) {
-                    Entry::Occupied(mut kept) => {
-                        kept.get_mut().last_frame = frame;
-                        kept.get().square
-                    }
+                    Entry::Occupied(kept) => kept.get().square,
                     Entry::Vacant(place) => {
                         let square = self.allocator.take(side)?;
-                        place.insert(Kept { square, signature: 0, last_frame: frame });
+                        place.insert(Kept { square, signature: 0 });
                         square
                     }
                 };
@@ -381,21 +419,16 @@ fn first_part(wanting: &Wanting) -> u8 {
     wanting.has_casters.iter().position(|has| *has).unwrap_or(0) as u8
 }
 
-fn view_shadows(
-    viewer: &Viewer<'_>,
-    table: &LightTable,
-    of_lights: &BTreeMap<&(Option<String>, NodeId), Vec<[[f32; 4]; 4]>>,
-) -> ViewShadows {
+fn view_shadows(viewer: &Viewer<'_>, table: &LightTable, of_lights: &OfLights<'_>) -> ViewShadows {
     let mut shadows = ViewShadows::default();
     for light in &table.lights {
         let view = (light.kind == LightKind::Directional).then(|| viewer.name.to_owned());
-        let records = of_lights.get(&(view, light.node)).filter(|_| light.casts_shadows);
-        let first = table.len() as usize + shadows.tiles.len() / 4;
-        shadows.of_light.push(match records {
-            Some(records) => [first as f32, records.len() as f32, light.radius_m, 0.0],
-            None => [0.0, 0.0, light.radius_m, 0.0],
-        });
-        shadows.tiles.extend(records.into_iter().flatten().flatten());
+        let known = of_lights.get(&(view, light.node)).filter(|_| light.casts_shadows);
+        let (records, weight) = known.map_or((&[][..], 1.0), |(records, weight)| (&records[..], *weight));
+        let first = if records.is_empty() { 0 } else { table.len() as usize + shadows.tiles.len() / 4 };
+        shadows.of_light.push([first as f32, records.len() as f32, light.radius_m, 0.0]);
+        shadows.weights.push(weight);
+        shadows.tiles.extend(records.iter().flatten());
     }
     shadows
 }
