@@ -150,6 +150,7 @@ fn bare() -> Settings {
     settings.exposure.stops = Exposure::Stops(0.0);
     settings.tone_map.curve = Tonemap::None;
     settings.tone_map.dither = 0.0;
+    settings.shadows.enabled = false;
     settings
 }
 

@@ -79,7 +79,7 @@ impl Renderer {
         purpose: &mut Purpose<'_>,
     ) -> Result<Executed, RenderError> {
         let output_bytes = missing_output_bytes(asked, states, purpose)?;
-        let output_bytes = output_bytes + self.missing_shadow_bytes(asked);
+        let output_bytes = output_bytes + self.missing_shadow_bytes(asked, scene);
         check_budget(self.memory_budget_bytes, output_bytes)?;
         if output_bytes > 0 {
             // They hold the textures whose place others take.

@@ -9,6 +9,7 @@ use crate::record::{InstanceTable, depth_texture};
 use crate::request::FrameStats;
 use crate::shadows::{FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
 use manypass_graph::TextureDesc;
+use manypass_scene::Scene;
 
 /// What the renderer keeps of shadows.
 #[derive(Debug)]
@@ -45,9 +46,17 @@ impl ShadowState {
     }
 }
 
-/// The settings of the shadows of a frame: those of the first of its views that has some.
-fn settings_of(asked: &[Asked]) -> Option<&ShadowSettings> {
-    asked.iter().map(|asked| &asked.request.settings.shadows).find(|settings| settings.enabled)
+/// The settings of the shadows of a frame, and the side of their atlas: those of the first of its views that has some. None if
+/// no light casts any.
+fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a ShadowSettings, u32)> {
+    let casts = |light: &usize| scene.lights.get(*light).is_some_and(|light| light.casts_shadows);
+    let lights = scene.nodes.iter().filter_map(|node| node.light).filter(casts).count();
+    if lights == 0 {
+        return None;
+    }
+    let settings = asked.iter().map(|asked| &asked.request.settings.shadows).find(|settings| settings.enabled)?;
+    let longest_px = asked.iter().map(|asked| asked.size.0.max(asked.size.1)).max()?;
+    Some((settings, Shadows::side(settings, limit, longest_px, lights)))
 }
 
 /// The uniform's part that says how shadows are filtered: see `light_table.wgsl`.
@@ -62,10 +71,10 @@ pub(super) fn filter_uniform(settings: &ShadowSettings) -> [f32; 4] {
 
 impl Renderer {
     /// Bytes of the atlas that a frame needs beyond what there is.
-    pub(super) fn missing_shadow_bytes(&self, asked: &[Asked]) -> u64 {
-        let side = settings_of(asked).map(|settings| Shadows::side(settings, self.gpu.capabilities.max_texture_size));
+    pub(super) fn missing_shadow_bytes(&self, asked: &[Asked], scene: &Scene) -> u64 {
+        let settings = settings_of(asked, scene, self.gpu.capabilities.max_texture_size);
         let known = self.shadows.atlas.as_ref().map(|atlas| atlas.side);
-        side.filter(|side| known != Some(*side)).map_or(0, |side| Atlas::desc(side).bytes())
+        settings.filter(|(_, side)| known != Some(*side)).map_or(0, |(_, side)| Atlas::desc(side).bytes())
     }
 
     /// The shadows of the views of a frame, of which some have any; and the atlas that holds them.
@@ -78,9 +87,7 @@ impl Renderer {
         stats: &mut FrameStats,
         purpose: &Purpose<'_>,
     ) -> Option<(FrameShadows, Atlas)> {
-        let settings = settings_of(asked)?;
-        let limit = self.gpu.capabilities.max_texture_size;
-        let side = Shadows::side(settings, limit);
+        let (settings, side) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
         let of_view = |((asked, state), lit): ((&'_ Asked, &'_ ViewState), &'_ Lit)| {
             let table = state.lists.as_ref().map(|lists| lists.table.clone())?;
             asked.request.settings.shadows.enabled.then_some((

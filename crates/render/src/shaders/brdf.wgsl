@@ -8,6 +8,8 @@ const PI: f32 = 3.14159265359;
 // Everything of a surface and a direction of view that does not depend on the light.
 struct Shading {
     normal: vec3f,
+    // The normal of the surface as it was drawn, without that of vertices and maps: shadows depend on it.
+    facet_normal: vec3f,
     to_eye: vec3f,
     n_dot_v: f32,
     roughness_alpha: f32,

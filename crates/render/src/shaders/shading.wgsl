@@ -19,6 +19,7 @@ fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
     var shading: Shading;
     let roughness = max(surface.roughness_perceptual, ROUGHNESS_PERCEPTUAL_MIN);
     shading.normal = surface.normal_world;
+    shading.facet_normal = surface.normal_world;
     shading.to_eye = to_eye;
     // A normal map can turn the normal away from the eye; 1e-4 keeps visibility finite there.
     shading.n_dot_v = max(dot(surface.normal_world, to_eye), 1e-4);

@@ -13,12 +13,14 @@ import package::shaders::light_table::{cluster_grid, light_texel, lights};
 @group(0) @binding(11) var shadow_depths: texture_2d<f32>;
 
 // The border of a tile in texels, within which filters find neighbours.
-const BORDER_TEXELS: f32 = 4.0;
+const BORDER_TEXELS: f32 = 3.0;
 // Room for rounding: of depth as such, and as a share of it.
 const DEPTH_SLACK: f32 = 2e-7;
 const DEPTH_SLACK_SHARE: f32 = 2e-5;
 // Comparisons of a penumbra, and looks for what blocks the light.
 const PENUMBRA_TAPS: u32 = 16u;
+// The widest penumbra, as a share of half the tile.
+const PENUMBRA_MAX: f32 = 0.25;
 // The golden angle: successive points of a spiral lie nowhere near each other (Vogel 1979).
 const GOLDEN_ANGLE: f32 = 2.39996323;
 
@@ -97,26 +99,35 @@ fn rotation_noise(position_world: vec3f) -> f32 {
     return fract(noise + f32(view.sample_index) * 0.61803398875);
 }
 
-fn spiral(index: u32, rotation: f32) -> vec2f {
-    let angle = (f32(index) + rotation * 6.0) * GOLDEN_ANGLE + rotation * 6.2831853;
-    return vec2f(cos(angle), sin(angle)) * sqrt((f32(index) + 0.5) / f32(PENUMBRA_TAPS));
+// The points of a disc of radius 1, the first of them nearest to its middle.
+fn spiral(index: u32, count: u32, rotation: f32) -> vec2f {
+    let angle = f32(index) * GOLDEN_ANGLE + rotation * 6.2831853;
+    return vec2f(cos(angle), sin(angle)) * sqrt((f32(index) + 0.5) / f32(max(count, 1u)));
 }
 
 // The radius of the penumbra at a point, in units of the tile's half side: that of the light, seen from the point through
-// what blocks it. 0 if nothing does.
-fn penumbra_radius(tile: ShadowTile, point: ShadowPoint, radius: f32, perspective: f32, texels: f32, rotation: f32) -> f32 {
-    let half_m = 0.5 * texels * tile.place.w;
-    let depth_m = 1.0 / length(tile.row_z.xyz);
-    // With rays through a point everything is in units of the nearest distance, at which half the tile is `half_m` wide.
-    let light = radius / half_m;
+// what blocks it, which `count` looks around the point find. 0 if they find nothing.
+fn penumbra_radius(
+    tile: ShadowTile,
+    point: ShadowPoint,
+    radius: f32,
+    perspective: f32,
+    texels: f32,
+    rotation: f32,
+    count: u32,
+) -> f32 {
+    // Metres in which depth, or with rays through a point z, changes by 1.
+    let depth_m = inverseSqrt(dot(tile.row_z.xyz, tile.row_z.xyz));
+    // The light's radius in units of half the tile: of parallel rays for every metre on the way, else where z is 1.
+    let light = radius / (0.5 * texels * tile.place.w);
     let z = 1.0 / max(point.depth, 1e-6);
-    // As wide as what may block the light lies on the way: half way for rays through a point.
-    let search = clamp(mix(light * depth_m * (1.0 - point.depth), 0.5 * light / z * depth_m, perspective), 1.0 / texels, 0.25);
-    var blockers = vec2f(0.0);
+    // As wide as what blocks the light could make it if it lay as near to the light as it can, or half way.
+    let search = clamp(light * mix(depth_m * (1.0 - point.depth), 1.0 / z, perspective), 1.0 / texels, PENUMBRA_MAX);
     let size = vec2f(textureDimensions(shadow_depths));
-    for (var i = 0u; i < PENUMBRA_TAPS; i++) {
-        let offset = spiral(i, rotation) * search;
-        let position = clamp(point.position + offset, vec2f(-1.0 + 1.0 / texels), vec2f(1.0 - 1.0 / texels));
+    let limit = vec2f(1.0 - 1.0 / texels);
+    var blockers = vec2f(0.0);
+    for (var i = 0u; i < count; i++) {
+        let position = clamp(point.position + spiral(i, count, rotation) * search, -limit, limit);
         let uv = tile.place.xy + position * vec2f(tile.place.z, -tile.place.z);
         let texel = (floor(uv * size) + 0.5) / size;
         let depth = textureSampleLevel(shadow_depths, nearest_clamp, texel, 0.0).r;
@@ -125,13 +136,10 @@ fn penumbra_radius(tile: ShadowTile, point: ShadowPoint, radius: f32, perspectiv
         blockers += select(vec2f(0.0), vec2f(depth, 1.0), is_blocker);
     }
     let blocker = blockers.x / max(blockers.y, 1.0);
-    // Parallel rays: depth is linear. Rays through a point: 1 / depth is the distance; width = radius (d - b) / b, and in
-    // units of the tile at the receiver's distance.
-    let parallel_width = light * depth_m * max(blocker - point.depth, 0.0);
-    let blocker_z = 1.0 / max(blocker, 1e-6);
-    let through_point = light * max(z - blocker_z, 0.0) / (max(blocker_z, 1e-6) * z) * depth_m;
-    let width = mix(parallel_width, through_point, perspective);
-    return select(0.0, min(width, 0.25), blockers.y > 0.0);
+    // Similar triangles: radius (d - b) / b, seen from the light at the receiver's distance d; of parallel rays radius (d - b).
+    let of_parallel = light * depth_m * max(blocker - point.depth, 0.0);
+    let of_point = light * max(z - 1.0 / max(blocker, 1e-6), 0.0) * blocker / z;
+    return min(mix(of_parallel, of_point, perspective), PENUMBRA_MAX);
 }
 
 // The share of light that reaches a surface, by one tile.
@@ -146,25 +154,23 @@ fn tile_visibility(
     let point = shadow_point(tile, position_world, normal, to_light, perspective);
     let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
     let texel = 2.0 / max(texels, 1.0);
-    // The condition depends on more than uniforms, see ARCHITECTURE.md.
-    if (cluster_grid.shadow_filter.z > 0.0) & (radius > 0.0) {
-        let rotation = rotation_noise(position_world);
-        let width = max(penumbra_radius(tile, point, radius, perspective, texels, rotation), 0.75 * texel);
-        var sum = 0.0;
-        for (var i = 0u; i < PENUMBRA_TAPS; i++) {
-            sum += shadow_tap(tile, point, spiral(i, rotation) * width, texels);
-        }
-        return sum / f32(PENUMBRA_TAPS);
-    }
+    // Loops rather than branches: a processor that runs both sides of a branch leaves a loop that has no rounds.
+    let is_soft = (cluster_grid.shadow_filter.z > 0.0) & (radius > 0.0);
+    let rotation = rotation_noise(position_world);
+    let looks = select(0u, PENUMBRA_TAPS, is_soft);
+    let width = penumbra_radius(tile, point, radius, perspective, texels, rotation, looks);
+    let taps = select(select(4u, 1u, cluster_grid.shadow_filter.y > 0.5), PENUMBRA_TAPS, is_soft);
     // The middle of its texel if texels are seen as they are.
     let snapped = (floor(point.position / texel) + 0.5) * texel - point.position;
-    let middle = mix(vec2f(0.0), snapped, cluster_grid.shadow_filter.y);
+    let middle = snapped * cluster_grid.shadow_filter.y;
     let spread = cluster_grid.shadow_filter.x * texel;
-    var sum = shadow_tap(tile, point, middle + vec2f(-spread, -spread), texels);
-    sum += shadow_tap(tile, point, middle + vec2f(spread, -spread), texels);
-    sum += shadow_tap(tile, point, middle + vec2f(-spread, spread), texels);
-    sum += shadow_tap(tile, point, middle + vec2f(spread, spread), texels);
-    return 0.25 * sum;
+    var sum = 0.0;
+    for (var i = 0u; i < taps; i++) {
+        let corner = vec2f(f32(i & 1u), f32((i >> 1u) & 1u)) * 2.0 - 1.0;
+        let offset = select(middle + corner * spread, spiral(i, taps, rotation) * max(width, texel), is_soft);
+        sum += shadow_tap(tile, point, offset, texels);
+    }
+    return sum / f32(taps);
 }
 
 // Which face of a cube around a light sees what lies away from it: +x, -x, +y, -y, +z, -z.

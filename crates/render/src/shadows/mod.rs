@@ -27,18 +27,35 @@ use dealing::Turns;
 use manypass_scene::{LightKind, NodeId};
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use wanted::Aim;
 
 /// The smallest tile: less would be all border.
-const SIDE_MIN: u32 = 32;
+const SIDE_MIN: u32 = 16;
 
-/// Which tile: a part of a light's surroundings; cascades belong to a view, too.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct TileKey {
-    view: Option<String>,
+/// Whose tiles: those of a light, of directional light in a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+struct LightKey {
+    /// A number that the view's name gives; 0 of lights whose tiles all views share.
+    view: u64,
     node: NodeId,
-    part: u8,
 }
+
+impl LightKey {
+    fn of(viewer: &Viewer<'_>, light: &TableLight) -> Self {
+        let view = if light.kind == LightKind::Directional {
+            let mut hasher = DefaultHasher::new();
+            viewer.name.hash(&mut hasher);
+            hasher.finish() | 1
+        } else {
+            0
+        };
+        Self { view, node: light.node }
+    }
+}
+
+/// Which tile: one of a light's.
+type TileKey = (LightKey, u8);
 
 #[derive(Clone, Copy, Debug)]
 struct Kept {
@@ -110,11 +127,11 @@ pub struct FrameShadows {
 }
 
 /// Of every light that wants tiles: their records, and its weight in this frame.
-type OfLights<'w> = BTreeMap<&'w (Option<String>, NodeId), (Vec<[[f32; 4]; 4]>, f32)>;
+type OfLights<'w> = BTreeMap<&'w LightKey, (Vec<[[f32; 4]; 4]>, f32)>;
 
 /// A light with the tiles that it wants.
 struct Wanting {
-    key: (Option<String>, NodeId),
+    key: LightKey,
     aims: Vec<Aim>,
     /// The demanded side.
     side: f32,
@@ -143,9 +160,13 @@ impl Shadows {
         self.tiles.clear();
     }
 
-    /// The side of the atlas that `settings` ask for, where textures have at most `limit` texels a side.
-    pub fn side(settings: &ShadowSettings, limit: u32) -> u32 {
-        let side = settings.atlas_px.next_power_of_two();
+    /// The side of the atlas that `settings` allow, where textures have at most `limit` texels a side. A picture whose
+    /// longer side is `longest_px` makes no use of more than four times as many, unless so many `lights` have small tiles.
+    pub fn side(settings: &ShadowSettings, limit: u32, longest_px: u32, lights: usize) -> u32 {
+        // Six of the second smallest size for each.
+        let of_lights = (24.0 * lights as f32).sqrt() as u32 * SIDE_MIN;
+        let used = longest_px.saturating_mul(4).max(of_lights).clamp(SIDE_MIN * 16, 1 << 20).next_power_of_two();
+        let side = settings.atlas_px.next_power_of_two().min(used);
         if side <= limit { side } else { 1 << limit.max(1).ilog2() }
     }
 
@@ -200,22 +221,23 @@ impl Shadows {
         settings: &ShadowSettings,
         dealing: Dealing,
     ) -> Vec<Wanting> {
-        let mut wanting: BTreeMap<(Option<String>, NodeId), Wanting> = BTreeMap::new();
+        let mut wanting: BTreeMap<LightKey, Wanting> = BTreeMap::new();
         let mut everywhere = None;
         let side_max = self.allocator.side();
         for (viewer, table) in views {
             for light in table.lights.iter().filter(|light| light.casts_shadows) {
                 let light = &dealing.moved(light);
-                let (key, side) = if light.kind == LightKind::Directional {
+                let side = if light.kind == LightKind::Directional {
                     // Cascades are as fine as the picture if they have twice its pixels.
                     let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
-                    ((Some(viewer.name.to_owned()), light.node), Some(side.min(side_max / 2) as f32))
+                    Some(side.min(side_max / 2) as f32)
                 } else {
                     let most = if is_single(light) { side_max / 4 } else { side_max / 8 };
-                    ((None, light.node), wanted::demand(light, viewer).map(|side| side.min(most as f32)))
+                    wanted::demand(light, viewer).map(|side| side.min(most as f32))
                 };
                 let Some(side) = side else { continue };
-                match wanting.entry(key.clone()) {
+                let key = LightKey::of(viewer, light);
+                match wanting.entry(key) {
                     Entry::Occupied(mut known) => known.get_mut().side = known.get().side.max(side),
                     Entry::Vacant(place) => {
                         let (aims, of_light) = if light.kind == LightKind::Directional {
@@ -255,31 +277,29 @@ impl Shadows {
     /// The side of the tiles of every light, 0 where there is no place for them. All are made smaller alike until they fit.
     fn sides(&self, wanting: &[Wanting]) -> Vec<u32> {
         let area = u64::from(self.allocator.side()).pow(2);
-        let count = |wanting: &Wanting| wanting.has_casters.iter().filter(|has| **has).count() as u64;
-        let side_of = |wanting: &Wanting, shift: u32| {
-            let kept = self.tiles.get(&TileKey {
-                view: wanting.key.0.clone(),
-                node: wanting.key.1,
-                part: first_part(wanting),
-            });
-            let demanded = (wanting.side as u32).max(1).next_power_of_two();
-            // A size is kept while it is not far off.
-            let steady = kept.map(|kept| kept.square.side << shift).filter(|side| {
-                let share = wanting.side / *side as f32;
-                (0.4..=1.1).contains(&share)
-            });
-            (steady.unwrap_or(demanded) >> shift).max(SIDE_MIN)
-        };
-        let shift = (0..16).find(|shift| {
-            wanting.iter().map(|light| count(light) * u64::from(side_of(light, *shift)).pow(2)).sum::<u64>() <= area
-        });
-        let shift = shift.unwrap_or(16);
-        let mut left = area;
-        wanting
+        // The demanded side, that which is there, and how many of them.
+        let demands: Vec<(f32, Option<u32>, u64)> = wanting
             .iter()
             .map(|light| {
-                let side = side_of(light, shift);
-                let needed = count(light) * u64::from(side).pow(2);
+                let kept = self.tiles.get(&(light.key, first_part(light))).map(|kept| kept.square.side);
+                (light.side, kept, light.has_casters.iter().filter(|has| **has).count() as u64)
+            })
+            .collect();
+        let side_of = |(demanded, kept, _): &(f32, Option<u32>, u64), shift: u32| {
+            // A size is kept while it is not far off.
+            let is_near = |side: &u32| (0.4..=1.1).contains(&(demanded / *side as f32));
+            let steady = kept.map(|side| side << shift).filter(is_near);
+            (steady.unwrap_or_else(|| (*demanded as u32).max(1).next_power_of_two()) >> shift).max(SIDE_MIN)
+        };
+        let needed = |demand: &(f32, Option<u32>, u64), shift| demand.2 * u64::from(side_of(demand, shift)).pow(2);
+        let is_enough = |shift: &u32| demands.iter().map(|demand| needed(demand, *shift)).sum::<u64>() <= area;
+        let shift = (0..16).find(is_enough).unwrap_or(16);
+        let mut left = area;
+        demands
+            .iter()
+            .map(|demand| {
+                let side = side_of(demand, shift);
+                let needed = needed(demand, shift);
                 let fits = needed <= left;
                 left -= if fits { needed } else { 0 };
                 if fits { side } else { 0 }
@@ -295,10 +315,10 @@ impl Shadows {
             match attempt {
                 0 => (),
                 1 => {
-                    let is_wanted = |light: &Wanting, side: &u32| (*side > 0).then(|| light.key.clone());
+                    let is_wanted = |light: &Wanting, side: &u32| (*side > 0).then_some(light.key);
                     let wanted: BTreeSet<_> =
                         wanting.iter().zip(sides).filter_map(|(light, side)| is_wanted(light, side)).collect();
-                    self.give_back(|key| !wanted.contains(&(key.view.clone(), key.node)));
+                    self.give_back(|key| !wanted.contains(&key.0));
                 }
                 _ => self.give_back(|_| true),
             }
@@ -321,11 +341,7 @@ impl Shadows {
     }
 
     fn try_place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Option<Vec<Option<Vec<Option<Square>>>>> {
-        let keys = |wanting: &Wanting, part: usize| TileKey {
-            view: wanting.key.0.clone(),
-            node: wanting.key.1,
-            part: part as u8,
-        };
+        let keys = |wanting: &Wanting, part: usize| (wanting.key, part as u8);
         // Tiles of another size make room first.
         for (light, side) in wanting.iter().zip(sides) {
             for (part, has_casters) in light.has_casters.iter().enumerate() {
@@ -386,7 +402,7 @@ impl Shadows {
             let projection = aim.projection(square.side);
             let items: Vec<u32> = casters.in_tile(&wanting.of_light.items, &projection).collect();
             let signature = casters.signature(&items, &projection);
-            let key = TileKey { view: wanting.key.0.clone(), node: wanting.key.1, part: part as u8 };
+            let key = (wanting.key, part as u8);
             let is_kept = self.tiles.get(&key).is_some_and(|kept| kept.signature == signature);
             if is_kept {
                 frame.counts.tiles_kept += 1;
@@ -422,8 +438,7 @@ fn first_part(wanting: &Wanting) -> u8 {
 fn view_shadows(viewer: &Viewer<'_>, table: &LightTable, of_lights: &OfLights<'_>) -> ViewShadows {
     let mut shadows = ViewShadows::default();
     for light in &table.lights {
-        let view = (light.kind == LightKind::Directional).then(|| viewer.name.to_owned());
-        let known = of_lights.get(&(view, light.node)).filter(|_| light.casts_shadows);
+        let known = of_lights.get(&LightKey::of(viewer, light)).filter(|_| light.casts_shadows);
         let (records, weight) = known.map_or((&[][..], 1.0), |(records, weight)| (&records[..], *weight));
         let first = if records.is_empty() { 0 } else { table.len() as usize + shadows.tiles.len() / 4 };
         shadows.of_light.push([first as f32, records.len() as f32, light.radius_m, 0.0]);

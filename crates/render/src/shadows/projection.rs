@@ -7,7 +7,7 @@
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 
 /// Texels around what a tile is for that are drawn as well, so that filters find neighbours there.
-pub const BORDER_TEXELS: f32 = 4.0;
+pub const BORDER_TEXELS: f32 = 3.0;
 
 /// How a tile sees the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,7 +114,7 @@ pub fn slice_sphere(
     // On the axis, equally far from the corners of both ends, unless that lies beyond the far end.
     let middle = 0.5 * ((far_m * far_m + far_corner * far_corner) - (near_m * near_m + near_corner * near_corner))
         / (far_m - near_m).max(1e-6);
-    let middle = middle.clamp(near_m, far_m);
+    let middle = middle.max(near_m).min(far_m);
     let radius = Vec2::new(far_m - middle, far_corner).length().max(Vec2::new(middle - near_m, near_corner).length());
     (world_from_view.transform_point3(Vec3::new(0.0, 0.0, -middle)), radius)
 }

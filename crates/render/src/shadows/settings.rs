@@ -20,11 +20,11 @@ settings! {
     /// Settings of shadows.
     pub struct ShadowSettings {
         /// Whether lights cast shadows.
-        enabled: bool = false;
+        enabled: bool = true;
         /// How the edge of a shadow is filtered.
         filter: ShadowFilter = ShadowFilter::Pcf, needs "shadows.enabled=true";
-        /// The width and height of the texture that holds all shadow maps, rounded up to a power of two; it takes four bytes a
-        /// texel.
+        /// The greatest width and height of the texture that holds all shadow maps, rounded up to a power of two; it takes four
+        /// bytes a texel. A small picture has a smaller one.
         atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
         /// The number of shadow maps of a directional light, each for a part of the view's depth.
         cascades: u32 = 4, in 1..=4, needs "shadows.enabled=true";

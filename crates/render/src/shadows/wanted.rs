@@ -66,6 +66,9 @@ impl Aim {
     pub fn of_directional(light: &TableLight, viewer: &Viewer<'_>, bounds: &Aabb, count: u32) -> Vec<Self> {
         let rotation = looking_along(light.direction);
         let (center, radius) = (bounds.center(), 0.5 * (bounds.max - bounds.min).length());
+        if bounds.is_empty() || !radius.is_finite() {
+            return Vec::new();
+        }
         let z = (rotation.inverse() * center).z;
         // A little room, because bounds touch the surfaces that they enclose.
         let depth = [z + 1.001 * radius + 1e-3, z - 1.001 * radius - 1e-3];

@@ -21,7 +21,7 @@ pub fn software_renderer() -> Renderer {
     Renderer::new(Gpu::headless(software.as_ref().map(|adapter| adapter.name.as_str())).unwrap()).unwrap()
 }
 
-/// The scene's first camera, no environment, black behind, no tone curve, no dither; radiance can be read.
+/// The scene's first camera, no environment, no shadows, black behind, no tone curve, no dither; radiance can be read.
 pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest {
     let node = scene.nodes.iter().find(|node| node.camera.is_some()).unwrap();
     let projection = scene.cameras[node.camera.unwrap()].projection;
@@ -30,6 +30,7 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     request.settings.background.source = Background::Color([0.0; 3]);
     request.settings.tone_map.curve = Tonemap::None;
     request.settings.tone_map.dither = 0.0;
+    request.settings.shadows.enabled = false;
     request.averaging = Averaging::Both;
     request
 }

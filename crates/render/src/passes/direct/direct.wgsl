@@ -6,7 +6,7 @@
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::SHADING_MODEL_UNLIT;
-import package::shaders::gbuffer_textures::{surface_at, distance_at};
+import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::lights::light_sums;
 import package::shaders::colour::half_float_clamped;
@@ -20,7 +20,10 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
         return vec4f(0.0);
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);
-    let shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    @if(shadowed) {
+        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
+    }
     let sums = light_sums(position.xy, distance_m, position_world, shading);
     @if(counting) {
         return vec4f(sums.visited, sums.shaded, sums.in_range, 1.0);

@@ -20,6 +20,8 @@ fn vs_forward(in: SurfaceInput) -> SurfaceVarying {
 @fragment
 fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> @location(0) vec4f {
     let sample = surface_sample(in, front_facing);
+    @if(shadowed) let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
+    @if(shadowed) let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
     @if(points) {
         if dot(in.corner, in.corner) > 1.0 {
             discard;
@@ -33,7 +35,10 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
     var radiance = sample.emission * view.pre_exposure;
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
-        let shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
+        var shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
+        @if(shadowed) {
+            shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
+        }
         let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
         radiance += ambient_radiance(sample.surface, shading);
         radiance += light_sums(in.position_clip.xy, distance_m, in.position_world, shading).radiance;
