@@ -25,6 +25,7 @@ fn request_of(scene: &Scene) -> FrameRequest {
     let mut request = FrameRequest::new(SIZE.0 as u32, SIZE.1 as u32, view_of(scene));
     request.settings.environment.source = Environment::None;
     request.settings.background.source = Background::Color([0.0; 3]);
+    request.settings.shadows.enabled = false;
     request.want_aovs = Aov::ALL.to_vec();
     // Linear outputs have the exposure divided out.
     request.settings.exposure.stops = Exposure::Stops(-1.5);

@@ -20,6 +20,8 @@ pub(super) struct Case {
     pub has_variables: bool,
     /// In the studio at a million times its light, without exposure.
     is_dazzling: bool,
+    /// Without shadows.
+    is_shadowless: bool,
 }
 
 /// Settings of the effect that adds what it made in the frame before.
@@ -39,10 +41,19 @@ const FAINT: Option<Echo> = Some(Echo { share: 0.25, gain: 0.5 });
 const WHOLE: Option<Echo> = Some(Echo { share: 1.0, gain: 1.0 });
 
 const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case {
-    Case { name, model, size, is_forward: false, echo: None, has_variables: false, is_dazzling: false }
+    Case {
+        name,
+        model,
+        size,
+        is_forward: false,
+        echo: None,
+        has_variables: false,
+        is_dazzling: false,
+        is_shadowless: false,
+    }
 }
 
-pub(super) const CASES: [Case; 14] = [
+pub(super) const CASES: [Case; 15] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     Case { has_variables: true, ..case("hall", variables::MODEL, WIDE) },
@@ -50,8 +61,9 @@ pub(super) const CASES: [Case; 14] = [
     // half floats, and the effect adds that to itself.
     Case { echo: WHOLE, is_dazzling: true, ..case("bright", "xtask/browser/bright.gltf", SQUARE) },
     case("shadow_mapping_spots", "renderling/shadow_mapping_spots.glb", SQUARE),
-    case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)),
-    case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)),
+    case("shadow_mapping_points", "renderling/shadow_mapping_points.glb", SQUARE),
+    Case { is_shadowless: true, ..case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)) },
+    Case { is_shadowless: true, ..case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)) },
     case("DamagedHelmet", "", SQUARE),
     case("BoxTextured", "", SQUARE),
     case("NormalTangentMirrorTest", "", SQUARE),
@@ -64,7 +76,11 @@ pub(super) const CASES: [Case; 14] = [
 impl Case {
     /// The flags of the command line.
     pub fn arguments(&self) -> Vec<String> {
-        let mut arguments = Vec::new();
+        // The page draws a frame at a time, in which no light can wait for its turn.
+        let mut arguments = vec!["--set".to_owned(), "shadows.turns=false".to_owned()];
+        if self.is_shadowless {
+            arguments.extend(["--set", "shadows.enabled=false"].map(String::from));
+        }
         if self.is_forward {
             arguments.extend(["--path", "forward"].map(String::from));
         }
@@ -94,6 +110,9 @@ impl Case {
             options["environment"] = "studio".into();
             options["exposure"] = 0.into();
             options["settings"] = json!({ "environment.intensity": 1e6 });
+        }
+        if self.is_shadowless {
+            options["settings"] = json!({ "shadows.enabled": false });
         }
         let Some(Echo { share, gain }) = self.echo else { return Ok((options, json!([]))) };
         let source = std::fs::read_to_string(root().join(ECHO))?;

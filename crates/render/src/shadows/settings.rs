@@ -28,6 +28,9 @@ settings! {
         atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
         /// The number of shadow maps of a directional light, each for a part of the view's depth.
         cascades: u32 = 4, in 1..=4, needs "shadows.enabled=true";
+        /// Whether in a still the lights for whose shadow maps there is no room at once take turns, so that every light casts
+        /// its shadow. Otherwise, and always in `bench` and in the browser, they shine through everything, and are counted.
+        turns: bool = true, needs "shadows.enabled=true";
         /// Texels by which a surface is moved along its normal before it is compared with a map.
         bias_texels: f32 = 1.25, in 0.0..=16.0, unit "texels", needs "shadows.enabled=true";
     }
