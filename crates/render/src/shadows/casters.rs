@@ -1,7 +1,7 @@
 //! What casts a shadow into a tile.
 
 use super::projection::TileProjection;
-use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Faces, Item, WorldDraws};
+use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Item, WorldDraws};
 use crate::resources::Instance;
 use glam::{Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
@@ -131,7 +131,7 @@ impl<'w> Casters<'w> {
             instances.push(Instance { world_from_object: rows, ids, ..*instance });
             match draws.last_mut().filter(|_| last_group == Some(item.group)) {
                 Some(last) => last.instances.end = at + 1,
-                None => draws.push(Draw { item: *index, faces: Faces::Both, instances: at..at + 1 }),
+                None => draws.push(Draw { item: *index, faces: item.faces, instances: at..at + 1 }),
             }
             last_group = Some(item.group);
         }

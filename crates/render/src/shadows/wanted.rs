@@ -74,9 +74,11 @@ impl Aim {
         let depth = [z + 1.001 * radius + 1e-3, z - 1.001 * radius - 1e-3];
         let (width, height) = viewer.size;
         let half_extent = viewer.view.half_extent(width as f32 / height.max(1) as f32);
-        // Neither depends on where the camera stands, so that cascades keep their size while it moves.
-        let far_m = (2.0 * radius).min(viewer.range.far_m.max(radius)).max(1e-3);
-        let far_m = far_m.log2().ceil().exp2().min(2.0 * radius);
+        // As far as the scene reaches, in steps, so that cascades keep their size while the camera moves.
+        let eye = viewer.view.world_from_view.w_axis.truncate();
+        let far_m = (eye.distance(center) + radius).max(1e-3);
+        let far_m = (2.0 * far_m.log2()).ceil() * 0.5;
+        let far_m = far_m.exp2();
         let aim = |[near_m, end_m]: [f32; 2]| {
             let slice =
                 slice_sphere(&viewer.view.world_from_view, half_extent, viewer.view.is_orthographic(), [near_m, end_m]);

@@ -60,10 +60,11 @@ struct Shape {
 impl Shape {
     const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2;
 
-    /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices.
-    fn of_caster(item: &Item, is_blended: bool) -> Self {
+    /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A surface with
+    /// one side is there for light as it is for the eye: where it shows its front.
+    fn of_caster(item: &Item, faces: Faces, is_blended: bool) -> Self {
         let tested = if item.masked || is_blended { (item.axes & TEXTURED) | MASKED } else { 0 };
-        Self { axes: tested | item.axes & DEFORMED, topology: item.topology, faces: Faces::Both, mirrored: false }
+        Self { axes: tested | item.axes & DEFORMED, topology: item.topology, faces, mirrored: item.mirrored }
     }
 
     fn of(item: &Item, faces: Faces, is_reflected: bool) -> Self {
@@ -139,7 +140,7 @@ impl Preparing<'_, '_> {
                 continue;
             }
             let shape = if self.casts {
-                Shape::of_caster(item, draw.item as usize >= world.opaque_count)
+                Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count)
             } else {
                 Shape::of(item, draw.faces, is_reflected)
             };
