@@ -1,10 +1,15 @@
 //! What the tests of Manypass share.
 //!
 //! [`compare`] says whether two pictures are the same within a stated tolerance, and shows that it would notice if they
-//! were not. [`needs`] says what a machine lacks for a test. [`raycast`] is an independent reference: a small ray caster in `f64` whose BRDF is written from the papers
-//! and shares no code with the renderer. [`scenes`] gives small scenes to both. This crate knows no GPU.
+//! were not. [`needs`] says what a machine lacks for a test. [`raycast`] is an independent reference: a ray caster in `f64`
+//! whose BRDF is written from the papers and shares no code with the renderer; [`radiance_file`] keeps what took it long.
+//! [`shadow_edges`] knows where shadows of simple things end. [`scenes`] gives small scenes to both renderer and ray caster,
+//! [`build`] puts others together. This crate knows no GPU.
 
+pub mod build;
 pub mod compare;
 pub mod needs;
+pub mod radiance_file;
 pub mod raycast;
 pub mod scenes;
+pub mod shadow_edges;

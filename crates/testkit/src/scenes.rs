@@ -43,7 +43,7 @@ impl Builder {
         let mut scene = Scene::default();
         scene.cameras.push(Camera { name: "camera".into(), projection });
         scene.add_node(None, Node { translation: eye_world, rotation, camera: Some(0), ..Node::default() });
-        Self { scene, world: World { objects: Vec::new(), lights: Vec::new(), camera } }
+        Self { scene, world: World::new(camera) }
     }
 
     fn object(&mut self, shape: Shape, mut primitive: Primitive, color: Vec3, metallic: f32, roughness: f32) {
@@ -103,6 +103,7 @@ impl Builder {
             direction_world: direction.as_dvec3().normalize(),
             intensity: color.as_dvec3() * f64::from(intensity),
             range_m: range.map(f64::from),
+            ..raycast::Light::default()
         });
         let light = Some(self.scene.lights.len());
         self.scene.lights.push(Light { color_linear: color, intensity, range_m: range, kind, ..Light::default() });

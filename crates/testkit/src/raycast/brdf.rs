@@ -42,8 +42,9 @@ impl Surface {
     /// The BRDF in sr⁻¹ for unit vectors; `compensation` multiplies the specular lobe.
     pub fn brdf(&self, normal: DVec3, to_viewer: DVec3, to_light: DVec3, compensation: DVec3) -> DVec3 {
         let diffuse = self.base_color * ((1.0 - self.metallic) / PI);
-        let (n_dot_v, n_dot_l) = (normal.dot(to_viewer), normal.dot(to_light));
-        if n_dot_v <= 0.0 || n_dot_l <= 0.0 {
+        // A normal that is interpolated or mapped may be turned away from the viewer: he sees it at a grazing angle then.
+        let (n_dot_v, n_dot_l) = (normal.dot(to_viewer).max(1e-4), normal.dot(to_light));
+        if n_dot_l <= 0.0 {
             return diffuse;
         }
         let half = (to_viewer + to_light).normalize();

@@ -1,3 +1,7 @@
+mod medium;
+mod shadows;
+mod surfaces;
+
 use super::*;
 use crate::scenes;
 
@@ -74,6 +78,7 @@ fn range_and_cone_end_where_they_say() {
         direction_world: DVec3::NEG_Y,
         intensity: DVec3::ONE,
         range_m: Some(2.0),
+        ..Light::default()
     };
     let irradiance =
         |angle: f64, distance_m: f64| light.arriving_at(distance_m * DVec3::new(angle.sin(), -angle.cos(), 0.0)).2.x;
