@@ -103,8 +103,7 @@ fn punctual_radiance(index: u32, position_world: vec3f, shading: Shading, sums: 
     @if(shadowed) {
         let arriving = arriving_from(index, position_world, shading, sums);
         if any(arriving.irradiance > vec3f(0.0)) {
-            let visibility =
-                punctual_visibility(index, arriving.position_world, position_world, shading.facet_normal, arriving.to_light);
+            let visibility = punctual_visibility(index, arriving.position_world, position_world, shading.facet_normal);
             (*sums).radiance += brdf_times_n_dot_l(shading, arriving.to_light) * arriving.irradiance * visibility;
         }
     }
@@ -120,7 +119,7 @@ fn directional_radiance(index: u32, position_world: vec3f, shading: Shading, sum
     var irradiance = color.rgb;
     @if(shadowed) {
         if dot(shading.normal, to_light) > 0.0 {
-            irradiance *= directional_visibility(index, position_world, shading.facet_normal, to_light);
+            irradiance *= directional_visibility(index, position_world, shading.facet_normal);
         }
     }
     (*sums).radiance += brdf_times_n_dot_l(shading, to_light) * irradiance;

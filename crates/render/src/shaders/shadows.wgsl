@@ -56,12 +56,13 @@ fn in_tile(tile: ShadowTile, position_world: vec3f) -> vec3f {
 }
 
 // The surface of normal `normal` at a point, moved along it so that it does not shadow itself within a texel.
-fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, to_light: vec3f, perspective: f32) -> ShadowPoint {
-    let z = dot(tile.row_z, vec4f(position_world, 1.0));
-    let texel_m = tile.place.w * mix(1.0, max(z, 0.0), perspective);
-    let n_dot_l = clamp(dot(normal, to_light), 0.0, 1.0);
-    // A surface that faces the light needs less of it; half of it is kept because normals may be bent.
-    let offset_m = cluster_grid.shadow_filter.w * texel_m * max(sqrt(1.0 - n_dot_l * n_dot_l), 0.5);
+fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspective: f32) -> ShadowPoint {
+    let on_surface = in_tile(tile, position_world);
+    let texel_m = tile.place.w * mix(1.0, max(on_surface.z, 0.0), perspective);
+    // A surface that lies as the map does needs less of it, however the light's rays meet it; half of it is kept because
+    // normals may be bent.
+    let facing = min(abs(dot(tile.row_z.xyz, normal)) / length(tile.row_z.xyz), 1.0);
+    let offset_m = cluster_grid.shadow_filter.w * texel_m * max(sqrt(1.0 - facing * facing), 0.5);
     let at = in_tile(tile, position_world + normal * offset_m);
     // Normals turn by the inverse transpose; the rows are at right angles, so that this is a division by squared lengths.
     let plane = vec3f(
@@ -73,9 +74,9 @@ fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, to_light
     var point: ShadowPoint;
     point.position = at.xy * mix(1.0, inverse_z, perspective);
     point.depth = mix(at.z, inverse_z, perspective);
-    // The plane through the point: with rays through a point, 1 / z is linear in x / z and y / z. At a grazing angle it is
+    // The plane of the surface, not of the point beside it, which a light that stands low sees from below: with rays through a point, 1 / z is linear in x / z and y / z. At a grazing angle it is
     // taken to be less steep than it is.
-    let through_eye = min(dot(plane, at), -0.02 * length(plane) * length(at));
+    let through_eye = min(dot(plane, on_surface), -0.02 * length(plane) * length(on_surface));
     let parallel = max(plane.z, 0.02 * length(plane));
     point.gradient = mix(-plane.xy / parallel, plane.xy / through_eye, perspective);
     return point;
@@ -147,11 +148,10 @@ fn tile_visibility(
     tile: ShadowTile,
     position_world: vec3f,
     normal: vec3f,
-    to_light: vec3f,
     radius: f32,
     perspective: f32,
 ) -> f32 {
-    let point = shadow_point(tile, position_world, normal, to_light, perspective);
+    let point = shadow_point(tile, position_world, normal, perspective);
     let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
     let texel = 2.0 / max(texels, 1.0);
     // Loops rather than branches: a processor that runs both sides of a branch leaves a loop that has no rounds.
@@ -183,8 +183,8 @@ fn cube_face(away: vec3f) -> u32 {
     return axis * 2u + select(0u, 1u, along < 0.0);
 }
 
-// The share of the light `index` that reaches a surface; the light is at `to_light` times some distance.
-fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f, normal: vec3f, to_light: vec3f) -> f32 {
+// The share of the light `index` that reaches a surface.
+fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f, normal: vec3f) -> f32 {
     let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
     if shadow.x <= 0.0 {
         return 1.0;
@@ -195,12 +195,12 @@ fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f,
     if tile.place.z <= 0.0 {
         return 1.0;
     }
-    return tile_visibility(tile, position_world, normal, to_light, shadow.z, 1.0);
+    return tile_visibility(tile, position_world, normal, shadow.z, 1.0);
 }
 
 // The share of the directional light `index` that reaches a surface: by the first of its cascades that shows it, and
 // where that ends, more and more by the next.
-fn directional_visibility(index: u32, position_world: vec3f, normal: vec3f, to_light: vec3f) -> f32 {
+fn directional_visibility(index: u32, position_world: vec3f, normal: vec3f) -> f32 {
     let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
     let count = u32(shadow.y);
     var visibility = 0.0;
@@ -218,7 +218,7 @@ fn directional_visibility(index: u32, position_world: vec3f, normal: vec3f, to_l
         }
         // The last of them goes on to its edge.
         let weight = left * select(min(edge * 10.0, 1.0), 1.0, i + 1u == count);
-        visibility += weight * tile_visibility(tile, position_world, normal, to_light, shadow.z, 0.0);
+        visibility += weight * tile_visibility(tile, position_world, normal, shadow.z, 0.0);
         left -= weight;
         if left <= 0.0 {
             break;

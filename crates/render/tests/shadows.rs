@@ -1,0 +1,391 @@
+//! Shadows against the ray caster, pixel by pixel.
+//!
+//! These need an adapter; the software one will do.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{inner_pixels, plain_request, renderer};
+use glam::{DVec3, Quat, Vec3};
+use manypass::{FrameRequest, Renderer};
+use manypass_scene::{AlphaMode, Light, LightKind, Material, Node, Primitive, Projection, Scene, primitives};
+use manypass_testkit::build::{SceneBuilder, at, grey};
+use manypass_testkit::raycast::{Camera, Emission, Frame, Options, World};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+
+const SIZE: (u32, u32) = (160, 120);
+/// So small that its texels are larger than pixels: what they miss shows.
+const ATLAS_PX: u32 = 1024;
+
+/// One device for all tests.
+fn shared() -> MutexGuard<'static, Renderer> {
+    static RENDERER: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(renderer()));
+    RENDERER.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn request(scene: &Scene) -> FrameRequest {
+    plain_request(scene, SIZE).with(|settings| {
+        settings.shadows.enabled = true;
+        settings.shadows.atlas_px = ATLAS_PX;
+    })
+}
+
+fn unshadowed(request: &FrameRequest) -> FrameRequest {
+    request.with(|settings| settings.shadows.enabled = false)
+}
+
+/// The mean radiance of so many samples, in which every light casts its shadow.
+fn radiance(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<[f32; 3]> {
+    let light_rounds = renderer.light_rounds(scene, request).unwrap();
+    let frames_per_sample = light_rounds.div_ceil(samples);
+    let sample_count = samples * frames_per_sample;
+    for sample_index in 0..sample_count {
+        let request = FrameRequest { sample_index, sample_count, frames_per_sample, light_rounds, ..request.clone() };
+        renderer.render(scene, &request).unwrap();
+    }
+    renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
+}
+
+/// Of each pixel, the share of light that its shadows leave; none where there is no light at all.
+fn shares(scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<Option<f32>> {
+    let mut renderer = shared();
+    renderer.load(scene).unwrap();
+    let lit = radiance(&mut renderer, scene, &unshadowed(request), samples);
+    let shadowed = radiance(&mut renderer, scene, request, samples);
+    let share = |(lit, shadowed): (&[f32; 3], &[f32; 3])| (lit[1] > 1e-4).then(|| shadowed[1] / lit[1]);
+    lit.iter().zip(&shadowed).map(share).collect()
+}
+
+fn world_of(scene: &Scene) -> World {
+    World::of_scene(scene, Camera::of_scene(scene).unwrap())
+}
+
+/// The surfaces of a picture without any light.
+fn surfaces(world: &World) -> Frame {
+    let unlit = World { lights: Vec::new(), ..world.clone() };
+    unlit.render(SIZE.0 as usize, SIZE.1 as usize, Options { multiple_scattering: false, ..Options::default() })
+}
+
+/// A texel of a shadow map where it falls on a place: the axis along which the map looks, and the texel's side there.
+type TexelAt<'t> = &'t dyn Fn(DVec3) -> (DVec3, f64);
+
+/// Texels of the only light, of a map with so many to a side; `parallel_m` is half the side of a parallel map.
+fn texel_at(world: &World, parallel_m: f64) -> impl Fn(DVec3) -> (DVec3, f64) {
+    let light = world.lights[0].clone();
+    // Four texels on each side are border.
+    let texel = |side: f64| 2.0 / (side - 8.0);
+    move |position: DVec3| {
+        let away = position - light.position_world;
+        match light.emission {
+            Emission::Directional => {
+                let side = f64::from((2 * SIZE.0.next_power_of_two()).min(ATLAS_PX / 2));
+                (light.direction_world, parallel_m * texel(side))
+            }
+            Emission::Spot { outer_cone_rad, .. } => {
+                let axis = light.direction_world;
+                (axis, outer_cone_rad.tan() * away.dot(axis) * texel(f64::from(ATLAS_PX / 4)))
+            }
+            Emission::Point => {
+                let greatest = away.abs().max_element();
+                let axis = if away.x.abs() == greatest {
+                    DVec3::X * away.x.signum()
+                } else if away.y.abs() == greatest {
+                    DVec3::Y * away.y.signum()
+                } else {
+                    DVec3::Z * away.z.signum()
+                };
+                (axis, greatest * texel(f64::from(ATLAS_PX / 8)))
+            }
+        }
+    }
+}
+
+/// What [`compare_edges`] found.
+#[derive(Debug, Default)]
+struct Edges {
+    compared: usize,
+    in_shadow: usize,
+    /// Pixels that are lit where the ray caster has shadow within so many texels all around, or the other way round.
+    wrong: Vec<(usize, usize, f32)>,
+}
+
+/// Compares whether pixels are lit with the ray caster. One that differs has to lie within `texels` of an exact edge: within
+/// that distance in the plane of the map, the ray caster has both light and shadow.
+fn compare_edges(world: &World, found: &[Option<f32>], texel_at: TexelAt, texels: f64) -> Edges {
+    let frame = surfaces(world);
+    let size = (frame.width, frame.height);
+    let hard = Options { light_samples_per_axis: 0, ..Options::default() };
+    let is_lit = |position: DVec3| world.visibility_at(0, position, hard) > 0.5;
+    let mut edges = Edges::default();
+    for pixel in inner_pixels(&frame.object_id, size) {
+        let (position, normal) = (frame.position_world[pixel], frame.normal_world[pixel]);
+        let (to_light, ..) = world.lights[0].arriving_at(position);
+        let Some(share) = found[pixel] else { continue };
+        if frame.object_id[pixel] == 0 || normal.dot(to_light) < 0.03 {
+            continue;
+        }
+        let expected = is_lit(position);
+        edges.compared += 1;
+        edges.in_shadow += usize::from(!expected);
+        if (share > 0.5) == expected {
+            continue;
+        }
+        let (axis, texel_m) = texel_at(position);
+        let (u, v) = axis.any_orthonormal_pair();
+        let is_edge_near = (1..=8).flat_map(|ring| (0..32).map(move |turn| (ring, turn))).any(|(ring, turn)| {
+            let (sin, cos) = (f64::from(turn) * std::f64::consts::TAU / 32.0).sin_cos();
+            let offset = (u * cos + v * sin) * (texel_m * texels * f64::from(ring) / 8.0);
+            // Along the light's ray back to the surface.
+            let slide = offset.dot(normal) / to_light.dot(normal);
+            is_lit(position + offset - to_light * slide) != expected
+        });
+        if !is_edge_near {
+            edges.wrong.push((pixel % size.0, pixel / size.0, share));
+        }
+    }
+    edges
+}
+
+fn assert_edges(name: &str, scene: &Scene, parallel_m: f64, texels: f64) {
+    let world = world_of(scene);
+    let found = shares(scene, &request(scene), 1);
+    let edges = compare_edges(&world, &found, &texel_at(&world, parallel_m), texels);
+    println!(
+        "{name}: {} pixels, {} in shadow, {} wrong: {:?}",
+        edges.compared,
+        edges.in_shadow,
+        edges.wrong.len(),
+        &edges.wrong[..edges.wrong.len().min(12)]
+    );
+    assert!(edges.compared > 4000 && edges.in_shadow > 200, "{name}: nothing to look at");
+    assert!(edges.wrong.is_empty(), "{name}: {} pixels", edges.wrong.len());
+    // The test can fail: the picture moved by eight pixels has edges elsewhere.
+    let moved: Vec<_> = (0..found.len()).map(|pixel| found[(pixel + 8) % found.len()]).collect();
+    let edges = compare_edges(&world, &moved, &texel_at(&world, parallel_m), texels);
+    assert!(edges.wrong.len() > 20, "{name}: {} wrong pixels where all are moved", edges.wrong.len());
+}
+
+fn perspective() -> Projection {
+    Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: Some(100.0) }
+}
+
+fn light(kind: LightKind, intensity: f32) -> Light {
+    Light { kind, intensity, ..Light::default() }
+}
+
+const SPOT: LightKind = LightKind::Spot { inner_cone_rad: 0.5, outer_cone_rad: 0.7 };
+
+/// A box, a ring and a ball over a floor before a wall, under one light.
+fn still_life(lamp: Light, place: Vec3, direction: Vec3) -> Scene {
+    let mut builder = SceneBuilder::new(Vec3::new(1.0, 3.0, 6.0), Vec3::new(0.0, 0.6, 0.0), perspective());
+    builder.put(primitives::plane(8.0), grey(0.5), at(Vec3::ZERO));
+    let upright =
+        Node { rotation: Quat::from_rotation_x(std::f32::consts::FRAC_PI_2), ..at(Vec3::new(0.0, 4.0, -4.0)) };
+    builder.put(primitives::plane(8.0), grey(0.5), upright);
+    let turned = Node { rotation: Quat::from_rotation_y(0.5), ..at(Vec3::new(-1.2, 0.4, 0.4)) };
+    builder.put(primitives::cube(Vec3::new(0.6, 0.8, 0.6)), grey(0.5), turned);
+    let tilted = Node { rotation: Quat::from_rotation_x(0.9), ..at(Vec3::new(0.3, 0.9, -0.8)) };
+    builder.put(primitives::torus(0.5, 0.15, 96, 48), grey(0.5), tilted);
+    builder.put(primitives::uv_sphere(0.4, 192, 96), grey(0.5), at(Vec3::new(1.3, 0.7, 0.6)));
+    builder.light(lamp, place, direction);
+    builder.finish()
+}
+
+#[test]
+fn a_plane_is_lit_by_itself_from_any_angle() {
+    for kind in [LightKind::Directional, LightKind::Point, SPOT] {
+        for angle_deg in [2.0_f32, 4.0, 8.0, 20.0, 45.0, 70.0, 88.0] {
+            let mut builder = SceneBuilder::new(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO, perspective());
+            builder.put(
+                primitives::plane(6.0),
+                grey(0.5),
+                Node { rotation: Quat::from_rotation_y(0.4), ..at(Vec3::ZERO) },
+            );
+            let (sin, cos) = angle_deg.to_radians().sin_cos();
+            let to_light = Vec3::new(0.8 * cos, sin, 0.6 * cos);
+            builder.light(light(kind, 100.0), 5.0 * to_light, -to_light);
+            let scene = builder.finish();
+            let world = world_of(&scene);
+            let frame = surfaces(&world);
+            let found = shares(&scene, &request(&scene), 1);
+            let (mut count, mut darkest) = (0, f32::MAX);
+            for pixel in inner_pixels(&frame.object_id, (frame.width, frame.height)) {
+                let on_plane = frame.position_world[pixel];
+                let (to_light, ..) = world.lights[0].arriving_at(on_plane);
+                let is_asked = (1.99..=88.01).contains(&to_light.y.asin().to_degrees());
+                if frame.object_id[pixel] != 2 || !is_asked {
+                    continue;
+                }
+                let Some(share) = found[pixel] else { continue };
+                count += 1;
+                darkest = darkest.min(share);
+            }
+            println!("{kind:?} at {angle_deg}°: {count} pixels, at least {darkest} lit");
+            assert!(count > 300 && darkest >= 0.99, "{kind:?} at {angle_deg}°: {darkest} of {count}");
+        }
+    }
+}
+
+#[test]
+fn edges_lie_where_the_ray_caster_says() {
+    let scene = still_life(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(-1.0, -0.9, -0.3));
+    let bounds = scene.posed_bounds_world();
+    // No cascade is larger than the scene.
+    assert_edges("directional", &scene, f64::from(bounds.radius_m()), 1.5);
+    let place = Vec3::new(4.0, 3.5, 2.0);
+    assert_edges("spot", &still_life(light(SPOT, 60.0), place, Vec3::new(0.0, 0.4, -0.3) - place), 0.0, 1.5);
+    // From within, so that shadows lie across the borders of the cube's faces.
+    let place = Vec3::new(-0.2, 1.6, 0.6);
+    assert_edges("point", &still_life(light(LightKind::Point, 10.0), place, Vec3::NEG_Y), 0.0, 1.5);
+}
+
+/// A plane with a hole in it, whose edges a texture draws; a morphed box and one bent by joints.
+fn odd_casters(lamp: Light, place: Vec3) -> Scene {
+    use manypass_scene::{Image, ImageSource, MorphTarget, PixelFormat, Pixels, Sampler, Skin, Texture, TextureRef};
+    let mut builder = SceneBuilder::new(Vec3::new(0.6, 2.4, 4.0), Vec3::new(0.2, 0.5, 0.0), perspective());
+    builder.put(primitives::plane(8.0), grey(0.5), at(Vec3::ZERO));
+    let checks = (0..16_u8).flat_map(|i| [255, 255, 255, if (i % 4 + i / 4) % 2 == 0 { 255 } else { 0 }]);
+    let pixels = Pixels { width: 4, height: 4, format: PixelFormat::Rgba8, data: checks.collect() };
+    builder.scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
+    let sampler = Sampler { mag_linear: false, min_linear: false, mip_linear: None, ..Sampler::default() };
+    builder.scene.textures.push(Texture { image: 0, sampler });
+    let masked = Material {
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        base_color_texture: Some(TextureRef { texture: 0, uv_set: 0, transform: Default::default() }),
+        double_sided: true,
+        ..grey(0.5)
+    };
+    let tilted = Node { rotation: Quat::from_rotation_x(0.3), ..at(Vec3::new(-1.2, 1.0, 0.0)) };
+    builder.put(primitives::plane(1.4), masked, tilted);
+    // Seen from the light it shows its back.
+    let turned_over = Node { rotation: Quat::from_rotation_z(2.9), ..at(Vec3::new(0.2, 0.9, -1.4)) };
+    builder.put(primitives::plane(0.8), Material { double_sided: true, ..grey(0.5) }, turned_over);
+    let mut morphed = primitives::cube(Vec3::splat(0.4));
+    let up = |position: &[f32; 3]| if position[1] > 0.0 { [0.6, 1.0, 0.0] } else { [0.0; 3] };
+    let positions = morphed.positions.iter().map(up).collect();
+    morphed.morph_targets.push(MorphTarget { positions, ..MorphTarget::default() });
+    builder.put(morphed, grey(0.5), Node { morph_weights: vec![0.7], ..at(Vec3::new(0.3, 0.4, 0.8)) });
+    let mut bent: Primitive = primitives::cube(Vec3::new(0.2, 1.2, 0.2));
+    bent.joints = vec![[0, 1, 0, 0]; bent.positions.len()];
+    let shares = |position: &[f32; 3]| if position[1] > 0.0 { [0.0, 1.0, 0.0, 0.0] } else { [1.0, 0.0, 0.0, 0.0] };
+    bent.weights = bent.positions.iter().map(shares).collect();
+    let id = builder.put(bent, grey(0.5), at(Vec3::new(9.0, 9.0, 9.0)));
+    let rotation = Quat::from_rotation_z(0.5);
+    let joints = vec![
+        builder.scene.add_node(None, at(Vec3::new(1.6, 0.7, 0.0))),
+        builder.scene.add_node(None, Node { rotation, ..at(Vec3::new(1.6, 0.9, 0.0)) }),
+    ];
+    builder.scene.skins.push(Skin { joints, ..Skin::default() });
+    builder.scene.node_mut(id).skin = Some(0);
+    builder.light(lamp, place, -place);
+    builder.finish()
+}
+
+#[test]
+fn masked_double_sided_skinned_and_morphed_surfaces_cast_their_shadows() {
+    let place = Vec3::new(1.2, 5.0, 2.0);
+    let scene = odd_casters(light(LightKind::Directional, 3.0), place);
+    assert_edges("directional", &scene, f64::from(scene.posed_bounds_world().radius_m()), 1.5);
+    assert_edges("spot", &odd_casters(light(SPOT, 60.0), place), 0.0, 1.5);
+    assert_edges("point", &odd_casters(light(LightKind::Point, 60.0), place), 0.0, 1.5);
+}
+
+#[test]
+fn shadows_begin_at_the_foot() {
+    let foot = |lamp: Light, place: Vec3| {
+        let mut builder = SceneBuilder::new(Vec3::new(-2.0, 2.0, 1.5), Vec3::new(-0.3, 0.0, 0.0), perspective());
+        builder.put(primitives::plane(6.0), grey(0.5), at(Vec3::ZERO));
+        builder.put(primitives::cube(Vec3::new(0.5, 1.0, 1.5)), grey(0.5), at(Vec3::Y * 0.5));
+        builder.light(lamp, place, -place);
+        builder.finish()
+    };
+    let place = Vec3::new(3.0, 3.5, 0.4);
+    let scene = foot(light(LightKind::Directional, 3.0), place);
+    assert_edges("directional", &scene, f64::from(scene.posed_bounds_world().radius_m()), 2.0);
+    assert_edges("spot", &foot(light(SPOT, 60.0), place), 0.0, 2.0);
+    assert_edges("point", &foot(light(LightKind::Point, 60.0), place), 0.0, 2.0);
+}
+
+#[test]
+fn what_opts_out_and_what_glows_around_the_light_casts_nothing() {
+    let scene = |change: fn(&mut SceneBuilder)| {
+        let mut builder = SceneBuilder::new(Vec3::new(0.0, 5.0, 4.0), Vec3::ZERO, perspective());
+        builder.put(primitives::plane(6.0), grey(0.5), at(Vec3::ZERO));
+        builder.put(primitives::uv_sphere(0.5, 48, 24), grey(0.5), at(Vec3::Y));
+        builder.light(light(LightKind::Point, 20.0), Vec3::Y * 3.0, Vec3::NEG_Y);
+        change(&mut builder);
+        builder.finish()
+    };
+    let changes: [(&str, fn(&mut SceneBuilder), bool); 6] = [
+        ("all of them cast", |_| (), true),
+        ("the node does not", |builder| builder.scene.nodes[2].casts_shadow = false, false),
+        ("the material does not", |builder| builder.scene.materials[1].casts_shadow = false, false),
+        ("the light does not", |builder| builder.scene.lights[0].casts_shadows = false, false),
+        ("what glows elsewhere does", |builder| builder.scene.materials[1].emissive_factor = Vec3::ONE, true),
+        (
+            "what glows around it does not",
+            |builder| {
+                builder.scene.materials[1].emissive_factor = Vec3::ONE;
+                builder.scene.nodes[2].translation.y = 3.0;
+            },
+            false,
+        ),
+    ];
+    for (name, change, casts) in changes {
+        let scene = scene(change);
+        let world = world_of(&scene);
+        let (frame, found) = (surfaces(&world), shares(&scene, &request(&scene), 1));
+        let floor = |pixel: &usize| frame.object_id[*pixel] == 2;
+        let pixels = inner_pixels(&frame.object_id, (frame.width, frame.height));
+        let dark =
+            pixels.iter().filter(|pixel| floor(pixel) && found[**pixel].is_some_and(|share| share < 0.5)).count();
+        println!("{name}: {dark} pixels in shadow");
+        assert_eq!(dark > 100, casts, "{name}: {dark} pixels in shadow");
+    }
+}
+
+#[test]
+fn groups_of_lights_with_shadows_add_up_to_the_whole() {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 5.0, 7.0), Vec3::ZERO, perspective());
+    builder.put(primitives::plane(8.0), grey(0.5), at(Vec3::ZERO));
+    for i in 0..6_u8 {
+        let (sin, cos) = f32::from(i).sin_cos();
+        builder.put(primitives::cube(Vec3::splat(0.5)), grey(0.5), at(Vec3::new(2.0 * cos, 0.6, 2.0 * sin)));
+    }
+    for i in 0..64_u8 {
+        let (sin, cos) = (2.4 * f32::from(i)).sin_cos();
+        let radius_m = 0.06 * f32::from(i) + 0.1;
+        let place = Vec3::new(radius_m * cos, 1.2 + 0.02 * f32::from(i), radius_m * sin);
+        let kind = match i % 3 {
+            0 => SPOT,
+            _ => LightKind::Point,
+        };
+        builder.light(Light { range_m: Some(5.0), ..light(kind, 1.0) }, place, Vec3::NEG_Y);
+    }
+    builder.light(light(LightKind::Directional, 0.5), Vec3::ZERO, Vec3::new(0.4, -1.0, 0.2));
+    let scene = builder.finish();
+    let mut renderer = shared();
+    renderer.load(&scene).unwrap();
+    // All have room, in tiles of the same size whatever the number of lights.
+    let request = request(&scene).with(|settings| settings.shadows.atlas_px = 8192);
+    let whole = radiance(&mut renderer, &scene, &request, 1);
+    let mut sum = vec![[0.0f32; 3]; whole.len()];
+    for group in 0..8 {
+        let request = FrameRequest { light_subset: Some((group, 8)), ..request.clone() };
+        for (sum, part) in sum.iter_mut().zip(radiance(&mut renderer, &scene, &request, 1)) {
+            (0..3).for_each(|channel| sum[channel] += part[channel]);
+        }
+    }
+    let total = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    let lit = total(&radiance(&mut renderer, &scene, &unshadowed(&request), 1));
+    let (whole_sum, group_sum) = (total(&whole), total(&sum));
+    println!("whole {whole_sum}, groups {group_sum}, without shadows {lit}");
+    assert!((whole_sum / group_sum - 1.0).abs() < 0.005, "{whole_sum} against {group_sum}");
+    assert!(whole_sum < 0.95 * lit, "nothing is in shadow: {whole_sum} of {lit}");
+    // And each pixel agrees with the ray caster, but for those at edges.
+    let truth =
+        world_of(&scene).render(SIZE.0 as usize, SIZE.1 as usize, Options { shadows: true, ..Options::default() });
+    let truth_sum = total(&truth.radiance);
+    assert!((whole_sum / truth_sum - 1.0).abs() < 0.01, "{whole_sum} against the ray caster's {truth_sum}");
+}
