@@ -5,8 +5,8 @@ use crate::effect::Effect;
 use crate::gbuffer::{Gbuffer, ViewOutputs};
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, direct, emission, forward, geometry, ids, indirect, linear_depth, motion, present, shadows,
-    tone_map,
+    accumulate, background, direct, emission, fog, forward, geometry, ids, indirect, linear_depth, motion, present,
+    shadows, tone_map,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -35,16 +35,19 @@ pub fn view_passes(
     variables: &Variables,
 ) -> Result<ViewOutputs, ProgramError> {
     if settings.render.path == Path::Forward {
-        let (radiance, depth) = forward::record_opaque(r)?;
+        let (radiance, depth) = forward::record_opaque(r, &settings.fog)?;
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
-        let radiance = forward::record_blended(r, radiance, &depth)?;
+        let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
+        let radiance = forward::record_blended(r, &settings.fog, radiance, &depth)?;
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let (outputs, gbuffer, depth) = surface_passes(r, variables)?;
     let radiance = indirect::record(r, &gbuffer, &depth, outputs.radiance)?;
     let radiance = direct::record(r, &gbuffer, &depth, radiance)?;
+    let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
-    let radiance = forward::record_blended(r, radiance, &depth)?;
+    let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
+    let radiance = forward::record_blended(r, &settings.fog, radiance, &depth)?;
     Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..outputs })
 }
 

@@ -45,6 +45,7 @@ compose! {
     environment: crate::environment::EnvironmentSettings,
     background: crate::passes::background::BackgroundSettings,
     exposure: crate::exposure::ExposureSettings,
+    fog: crate::fog::FogSettings,
     lights: crate::lights::LightSettings,
     clusters: crate::lights::ClusterSettings,
     shadows: crate::shadows::ShadowSettings,

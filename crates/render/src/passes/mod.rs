@@ -5,6 +5,7 @@ pub mod background;
 pub mod debug;
 pub mod direct;
 pub mod emission;
+pub mod fog;
 pub mod forward;
 pub mod geometry;
 pub mod ids;

@@ -10,6 +10,7 @@ import package::shaders::surface_material::{material_factors, surface_sample};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::lights::light_sums;
 import package::shaders::ambient::ambient_radiance;
+import package::shaders::fog::fogged;
 import package::shaders::colour::half_float_clamped;
 
 @vertex
@@ -43,6 +44,7 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         radiance += ambient_radiance(sample.surface, shading);
         radiance += light_sums(in.position_clip.xy, distance_m, in.position_world, shading).radiance;
     }
+    radiance = fogged(radiance, in.position_world);
     let alpha = mix(1.0, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
     return vec4f(half_float_clamped(radiance) * alpha, alpha);
 }
