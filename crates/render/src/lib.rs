@@ -43,6 +43,7 @@ mod setting;
 pub mod settings;
 pub mod shader;
 mod shadows;
+mod stage;
 mod tone_curve;
 mod view;
 
@@ -69,4 +70,5 @@ pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, 
 pub use resources::estimate::upload_bytes;
 pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsFile};
 pub use shadows::ShadowFilter;
+pub use stage::stage_schema;
 pub use view::View;

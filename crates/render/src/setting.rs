@@ -15,9 +15,11 @@ pub(crate) use declare::{choices, settings};
 pub use field::SettingField;
 pub use file::SettingsFile;
 pub use info::{NumberType, Scalar, SettingInfo, SettingType, SettingValue};
+pub(crate) use schema::color_schema;
 pub use schema::schema;
 
 use crate::diagnostic::Diagnostic;
+use manypass_scene::spelling::edit_distance;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 use serde::ser::{SerializeMap, Serializer};
@@ -172,20 +174,6 @@ fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'
     let is_other = |known: &str| last(known) != last(key) && !known.split('.').next().is_some_and(is_like);
     let (is_other, _, nearest) = known.map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
     (!is_other || is_like(nearest)).then_some(nearest)
-}
-
-fn edit_distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.bytes().enumerate() {
-            let above = row[j + 1];
-            row[j + 1] = (above + 1).min(row[j] + 1).min(diagonal + usize::from(x != y));
-            diagonal = above;
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

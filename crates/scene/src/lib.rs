@@ -1,7 +1,7 @@
 //! What Manypass draws.
 //!
 //! A [`Scene`] is one arena of nodes together with the meshes, materials, images, lights, cameras, skins and animations
-//! that the nodes refer to by index. This crate knows no GPU: it reads glTF ([`gltf_file`]), builds procedural
+//! that the nodes refer to by index. This crate knows no GPU: it reads glTF ([`gltf_file`]) and stages ([`stage`]), builds procedural
 //! geometry ([`primitives`]), evaluates animations ([`animation`]) and answers questions about space ([`bounds`]).
 //!
 //! Space is right-handed with +Y up, lengths are metres, angles radians, light is candela and lux, as in glTF 2.0.
@@ -10,6 +10,7 @@ pub mod animation;
 pub mod bounds;
 pub mod camera;
 pub mod demo;
+mod diagnostic;
 pub mod framing;
 pub mod gltf_file;
 pub mod image;
@@ -19,10 +20,13 @@ pub mod mesh;
 pub mod node;
 pub mod primitives;
 pub mod scenes;
+pub mod spelling;
+pub mod stage;
 
 pub use animation::{Animation, Channel, Interpolation, Keyframes, Skin};
 pub use bounds::Aabb;
 pub use camera::{Camera, Projection};
+pub use diagnostic::Diagnostic;
 pub use framing::{Framing, Interior};
 pub use gltf_file::{LoadError, Loaded, load_bytes, load_path};
 pub use image::{Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture, Wrap};
@@ -31,3 +35,4 @@ pub use material::{AlphaMode, Material, ShadingModel, TextureRef, TextureTransfo
 pub use mesh::{Mesh, MorphTarget, Primitive, Topology};
 pub use node::{Node, NodeId, Placed, Scene};
 pub use scenes::{SceneRoots, ShowError};
+pub use stage::Stage;

@@ -2,6 +2,9 @@
 
 use glam::Vec3;
 
+/// The most lights that are drawn: lists of lights hold numbers of 16 bits.
+pub const LIGHTS_MAX: u32 = 65_535;
+
 /// The shape of a light's emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {

@@ -26,7 +26,7 @@ use glam::{Vec3, Vec4};
 use manypass_scene::{LightKind, NodeId, Scene};
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
-pub const LIGHTS_MAX: u32 = 65_535;
+pub use manypass_scene::light::LIGHTS_MAX;
 
 /// What one light of a table is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -29,15 +29,38 @@ impl SettingsFile {
     /// # Errors
     /// The text is not TOML.
     pub fn parse(file: &str, text: &str) -> Result<Self, Box<Diagnostic>> {
+        Self::of_document(file, text, |document, entries| collect(document, "", entries))
+    }
+
+    fn of_document(
+        file: &str,
+        text: &str,
+        collect: impl FnOnce(&DeTable<'_>, &mut Vec<Entry>),
+    ) -> Result<Self, Box<Diagnostic>> {
         let table = DeTable::parse(text).map_err(|error| {
             let range = error.span().unwrap_or(text.len()..text.len());
             Box::new(Diagnostic::new(file, text, range, error.message()))
         })?;
         let mut entries = Vec::new();
-        collect(table.get_ref(), "", &mut entries);
+        collect(table.get_ref(), &mut entries);
         // Errors are told from the top.
         entries.sort_by_key(|entry| entry.key_range.start);
         Ok(Self { file: file.into(), text: text.into(), entries })
+    }
+
+    /// Reads some of the tables of a TOML `text`, each with what its keys begin with in place of its name.
+    ///
+    /// # Errors
+    /// The text is not TOML.
+    pub(crate) fn of_tables(file: &str, text: &str, tables: &[(&str, &str)]) -> Result<Self, Box<Diagnostic>> {
+        Self::of_document(file, text, |document, entries| {
+            for (name, value) in document {
+                let prefix = tables.iter().find(|(table, _)| *table == &**name.get_ref()).map(|(_, prefix)| prefix);
+                if let (Some(prefix), DeValue::Table(table)) = (prefix, value.get_ref()) {
+                    collect(table, prefix, entries);
+                }
+            }
+        })
     }
 
     /// Gives every key and value to `set`, from the top.

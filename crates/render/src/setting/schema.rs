@@ -63,12 +63,18 @@ fn described(info: &SettingInfo) -> Value {
     value
 }
 
+/// A colour: text in sRGB, or linear numbers.
+pub(crate) fn color_schema() -> Value {
+    json!({ "anyOf": colors() })
+}
+
+fn colors() -> Vec<Value> {
+    let linear = json!({ "type": "number", "minimum": 0, "maximum": F32_MAX });
+    let linear = json!({ "type": "array", "items": linear, "minItems": 3, "maxItems": 3 });
+    vec![json!({ "type": "string", "pattern": LinearColor::PATTERN }), linear]
+}
+
 fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
-    let color = || {
-        let linear = json!({ "type": "number", "minimum": 0, "maximum": F32_MAX });
-        let linear = json!({ "type": "array", "items": linear, "minItems": 3, "maxItems": 3 });
-        vec![json!({ "type": "string", "pattern": LinearColor::PATTERN }), linear]
-    };
     let words = || json!({ "enum": info.choices });
     match kind {
         SettingType::Number(NumberType { scalar, count }) => {
@@ -84,9 +90,9 @@ fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
         }
         SettingType::Boolean => json!({ "type": "boolean" }),
         SettingType::Choice => words(),
-        SettingType::Color => json!({ "anyOf": color() }),
+        SettingType::Color => color_schema(),
         SettingType::ChoiceOrColor => {
-            let both = [vec![words()], color()].concat();
+            let both = [vec![words()], colors()].concat();
             json!({ "anyOf": both })
         }
         SettingType::Exposure => json!({ "anyOf": [

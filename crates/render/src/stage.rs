@@ -1,0 +1,169 @@
+//! Stage files as the renderer reads them: their tables of settings, and the schema by which editors check all of them.
+
+use crate::diagnostic::Diagnostic;
+use crate::setting::{SettingsFile, color_schema, schema, unknown_key};
+use crate::settings::{Settings, SettingsError};
+use manypass_scene::Stage;
+use manypass_scene::stage::keys::{SETTINGS_TABLES, StageKey, StageTable, StageType, TABLES};
+use serde_json::{Map, Value, json};
+
+/// How a stage calls the environment of one colour, and the setting that it is.
+const COLOR: (&str, &str) = ("environment.color", "environment.source");
+
+impl Settings {
+    /// Takes the settings of a stage: of its tables `[environment]`, `[fog]` and `[settings]`.
+    ///
+    /// # Errors
+    /// An unknown key, or a value of another type or outside its range, with its place; those above it are taken.
+    pub fn apply_stage(&mut self, stage: &Stage) -> Result<(), Box<Diagnostic>> {
+        let [environment, fog, settings] = SETTINGS_TABLES.map(|(name, _)| name);
+        let prefixes = [(environment, "environment."), (fog, "fog."), (settings, "")];
+        SettingsFile::of_tables(stage.file(), stage.text(), &prefixes)?.apply(|key, written| {
+            let setting = if key == COLOR.0 { COLOR.1 } else { key };
+            self.give(setting, written).map_err(|error| match error {
+                SettingsError::UnknownKey { key, .. } => {
+                    let known = Self::declared().iter().map(|info| &*info.key);
+                    unknown_key(&key, known.chain([COLOR.0]))
+                }
+                error => error,
+            })
+        })
+    }
+}
+
+/// The JSON Schema (draft 2020-12) of stage files, by which editors complete and check them.
+pub fn stage_schema() -> Value {
+    let mut properties = Map::new();
+    let mut required = Vec::new();
+    for table in &TABLES {
+        let schema = of_table(table);
+        if table.name.is_empty() {
+            properties.extend(schema["properties"].as_object().cloned().unwrap_or_default());
+            required.push(schema["required"].clone());
+        } else {
+            properties.insert(table.name.into(), json!({ "type": "array", "items": schema, "description": table.doc }));
+        }
+    }
+    let all = schema(Settings::declared());
+    for (name, doc) in SETTINGS_TABLES {
+        let group = &all["properties"][name];
+        let mut of_group = if group.is_null() {
+            json!({ "type": "object", "additionalProperties": false, "properties": all["properties"] })
+        } else {
+            group.clone()
+        };
+        if COLOR.0.split_once('.').is_some_and(|(table, _)| table == name) {
+            of_group["properties"]["color"] = described(color_schema(), "What surrounds the scene, of one colour.");
+        }
+        properties.insert(name.into(), described(of_group, doc));
+    }
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Stages of Manypass",
+        "type": "object",
+        "additionalProperties": false,
+        "required": required.into_iter().next().unwrap_or_default(),
+        "properties": properties,
+    })
+}
+
+fn described(mut schema: Value, doc: &str) -> Value {
+    schema["description"] = doc.into();
+    schema
+}
+
+fn of_table(table: &StageTable) -> Value {
+    let properties: Map<String, Value> =
+        table.keys.iter().map(|key| (key.name.into(), described(of_key(key), key.doc))).collect();
+    let required: Vec<&str> = table.keys.iter().filter(|key| key.is_required).map(|key| key.name).collect();
+    json!({ "type": "object", "additionalProperties": false, "required": required, "properties": properties })
+}
+
+fn of_key(key: &StageKey) -> Value {
+    let number =
+        |number: f64| if number.fract() == 0.0 && number < 1e15 { json!(number as i64) } else { json!(number) };
+    match key.kind {
+        StageType::Text => json!({ "type": "string" }),
+        StageType::Boolean => json!({ "type": "boolean" }),
+        StageType::Word(words) => json!({ "enum": words }),
+        StageType::Color => color_schema(),
+        StageType::Vector => json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 }),
+        StageType::Number { min, is_above, max } => {
+            let least = if is_above { "exclusiveMinimum" } else { "minimum" };
+            let mut schema = json!({ "type": "number", "maximum": number(max) });
+            schema[least] = number(min);
+            schema
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+    use super::*;
+    use crate::{Environment, FogMode, Tonemap};
+
+    fn applied(text: &str) -> Result<Settings, String> {
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut settings = Settings::default();
+        settings.apply_stage(&stage).map_err(|error| error.to_string())?;
+        Ok(settings)
+    }
+
+    #[test]
+    fn tables_of_settings_are_settings() {
+        let settings = applied(
+            "[environment]\ncolor = \"ff0000\"\nintensity = 2\n[fog]\nmode = \"linear\"\nend_m = 30\ncolor = [1, 0.5, 0]\n\
+             [settings.tone_map]\ncurve = \"aces\"\n[settings]\nrender.scale = 0.5\n",
+        )
+        .unwrap();
+        assert_eq!(settings.environment.source, Environment::Color([1.0, 0.0, 0.0]));
+        assert_eq!(
+            (settings.environment.intensity, settings.fog.mode, settings.fog.end_m),
+            (2.0, FogMode::Linear, 30.0)
+        );
+        assert_eq!((settings.fog.color.0, settings.fog.start_m), ([1.0, 0.5, 0.0], 0.0));
+        assert_eq!((settings.tone_map.curve, settings.render.scale), (Tonemap::Aces, 0.5));
+        assert_eq!(applied("[environment]\nsource = \"none\"").unwrap().environment.source, Environment::None);
+    }
+
+    #[test]
+    fn wrong_settings_are_told_with_their_place() {
+        for (text, expected) in [
+            (
+                "[environment]\ncolour = \"ff0000\"",
+                "3:1: error: no setting is called `environment.colour`; did you mean `environment.color`?",
+            ),
+            ("[fog]\nmode = \"thick\"", "3:8: error: `thick` is no value of `fog.mode`, which takes none, linear"),
+            ("[fog]\ndensity_per_m = nan", "3:17: error:"),
+            ("[fog]\ndensity_per_m = -1", "3:17: error: `-1` is no value of `fog.density_per_m`"),
+            ("[fog]\nstart_m = inf", "3:11: error:"),
+            (
+                "[settings.tone_map]\ncurv = \"aces\"",
+                "3:1: error: no setting is called `tone_map.curv`; did you mean `tone_map.curve`?",
+            ),
+            ("[settings]\nmodel = 1", "3:1: error: no setting is called `model`"),
+        ] {
+            let error = applied(text).expect_err(text);
+            assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+        }
+    }
+
+    #[test]
+    fn the_schema_says_the_same() {
+        let schema = stage_schema();
+        assert_eq!(schema["required"], json!(["model"]));
+        let properties = &schema["properties"];
+        let light = &properties["lights"]["items"]["properties"];
+        assert_eq!(light["kind"]["enum"], json!(["point", "spot", "directional"]));
+        assert_eq!(
+            (&light["outer_cone_deg"]["exclusiveMinimum"], &light["outer_cone_deg"]["maximum"]),
+            (&json!(0), &json!(90))
+        );
+        assert_eq!(properties["nodes"]["items"]["required"], json!(["name"]));
+        assert_eq!(properties["fog"]["properties"]["start_m"]["minimum"], 0);
+        assert!(properties["environment"]["properties"]["color"]["anyOf"].is_array());
+        assert_eq!(properties["settings"]["properties"]["render"]["properties"]["scale"]["maximum"], 2);
+    }
+}

@@ -1,0 +1,198 @@
+//! Stage files, `NAME.stage.toml`: what glTF cannot say of a model, or what one wants otherwise: lights, what casts
+//! shadows, environment, fog and other settings.
+//!
+//! A stage names its model; a model knows nothing of stages. This crate reads what changes the scene. Settings are those of
+//! whoever draws: they stay text here ([`Stage::text`]), whose tables [`keys::SETTINGS_TABLES`] names.
+//!
+//! ```
+//! # use manypass_scene::{Scene, Stage};
+//! let text = "model = \"lamp.glb\"\n[[lights]]\nkind = \"point\"\nposition = [0, 2, 0]\nintensity = 40\n";
+//! let stage = Stage::parse("lamp.stage.toml", text)?;
+//! let mut scene = Scene::default(); // That of lamp.glb.
+//! stage.apply(&mut scene)?;
+//! assert_eq!(scene.lights[0].intensity, 40.0);
+//! let error = Stage::parse("lamp.stage.toml", "model = 5").unwrap_err().to_string();
+//! assert!(error.starts_with("lamp.stage.toml:1:9: error: `5` is no value of `model`"));
+//! # Ok::<(), Box<manypass_scene::Diagnostic>>(())
+//! ```
+
+pub mod keys;
+mod lights;
+mod load;
+mod names;
+mod table;
+
+pub use load::{LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_model};
+
+use crate::light::LIGHTS_MAX;
+use crate::{Diagnostic, Scene};
+use keys::{LIGHTS, MATERIALS, NODES, SETTINGS_TABLES, StageTable, TABLES};
+use lights::LightEntry;
+use names::Pattern;
+use std::ops::Range;
+use table::{Placed, Source, Table, tables};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A stage file that was read; see the [module](self).
+#[derive(Clone, Debug)]
+pub struct Stage {
+    source: Source,
+    model: Placed<String>,
+    lights: Vec<LightEntry>,
+    nodes: Vec<CastChange>,
+    materials: Vec<CastChange>,
+}
+
+/// Whether what has a name keeps light from what lies behind it.
+#[derive(Clone, Debug)]
+struct CastChange {
+    names: Placed<Pattern>,
+    casts_shadow: Option<bool>,
+}
+
+impl Stage {
+    /// Reads the `text` of a stage. `file` appears in errors.
+    ///
+    /// # Errors
+    /// The text is not TOML, or a key or value is none of [`keys`]; with file, line and column.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Box<Diagnostic>> {
+        let source = Source { file: file.into(), text: text.into() };
+        let document = document(&source)?;
+        let root = document.get_ref();
+        let settings = SETTINGS_TABLES.map(|(name, _)| name);
+        let lists = [LIGHTS.name, NODES.name, MATERIALS.name];
+        let [file, ..] = &TABLES;
+        // The whole text is no place for what is missing.
+        let top = Table::read(&source, (root, 0..0), file, &[&lists[..], &settings[..]].concat())?;
+        let model = checked_model(&source, top.text("model"))?;
+        for name in settings {
+            match value(root, name) {
+                Some(value) if !matches!(value.get_ref(), DeValue::Table(_)) => {
+                    let message = format!("`{name}` is a table of settings: write [{name}] above them");
+                    return Err(source.fault(value.span(), message));
+                }
+                _ => {}
+            }
+        }
+        let lights = list(&source, root, &LIGHTS, LightEntry::read)?;
+        let nodes = list(&source, root, &NODES, CastChange::read)?;
+        let materials = list(&source, root, &MATERIALS, CastChange::read)?;
+        Ok(Self { model, lights, nodes, materials, source })
+    }
+
+    /// The file, as [`Self::parse`] was told.
+    pub fn file(&self) -> &str {
+        &self.source.file
+    }
+
+    /// The text.
+    pub fn text(&self) -> &str {
+        &self.source.text
+    }
+
+    /// The model, as it is written: a path from the stage's folder, or `demo:NAME`.
+    pub fn model(&self) -> &str {
+        &self.model.value
+    }
+
+    /// Changes the model's scene: lights, then what casts shadows. Brings its transforms up to date.
+    ///
+    /// # Errors
+    /// The model has no light, node or material of a name; the scene may be changed in part.
+    pub fn apply(&self, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
+        for change in &self.nodes {
+            let nodes = scene.nodes.iter_mut().map(|node| (node.name.as_str(), &mut node.casts_shadow));
+            change.apply(&self.source, "node", nodes)?;
+        }
+        for change in &self.materials {
+            let materials =
+                scene.materials.iter_mut().map(|material| (material.name.as_str(), &mut material.casts_shadow));
+            change.apply(&self.source, "material", materials)?;
+        }
+        // New lights come with nodes, which are none of the model's.
+        lights::apply(&self.lights, &self.source, scene)?;
+        scene.update_transforms();
+        Ok(())
+    }
+
+    /// An error at the name of the model.
+    fn model_fault(&self, message: impl std::fmt::Display) -> Box<Diagnostic> {
+        self.source.fault(self.model.range.clone(), message)
+    }
+}
+
+fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
+    DeTable::parse(&source.text).map_err(|error| {
+        let end = source.text.len();
+        source.fault(error.span().unwrap_or(end..end), error.message())
+    })
+}
+
+fn value<'t, 'i>(table: &'t DeTable<'i>, name: &str) -> Option<&'t Spanned<DeValue<'i>>> {
+    table.iter().find(|(key, _)| &**key.get_ref() == name).map(|(_, value)| value)
+}
+
+/// The entries of a list of tables, if it is there.
+fn list<T>(
+    source: &Source,
+    root: &DeTable<'_>,
+    declared: &StageTable,
+    read: impl Fn(&Table<'_>) -> Result<T, Box<Diagnostic>>,
+) -> Result<Vec<T>, Box<Diagnostic>> {
+    let Some(value) = value(root, declared.name) else { return Ok(Vec::new()) };
+    let entries = tables(source, declared.name, value)?;
+    if let Some((_, range)) = entries.get(LIGHTS_MAX as usize) {
+        let message = format!("there are {} [[{}]], and {LIGHTS_MAX} are possible", entries.len(), declared.name);
+        return Err(source.fault(range.clone(), message));
+    }
+    let of_entry = |entry: (&DeTable<'_>, Range<usize>)| read(&Table::read(source, entry, declared, &[])?);
+    entries.into_iter().map(of_entry).collect()
+}
+
+/// The name of the model; a stage is none.
+fn checked_model(source: &Source, model: Option<Placed<String>>) -> Result<Placed<String>, Box<Diagnostic>> {
+    let model = model.ok_or_else(|| source.fault(0..0, "`model` is missing"))?;
+    let name = &model.value;
+    if name.trim().is_empty() {
+        return Err(source.fault(model.range, "the name of the model is empty; name a .glb or .gltf file"));
+    }
+    if is_stage(std::path::Path::new(name)) {
+        let message = format!("the model `{name}` is a stage, too; a stage names a .glb or .gltf file");
+        return Err(source.fault(model.range, message));
+    }
+    Ok(model)
+}
+
+impl CastChange {
+    fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
+        let name = table.text("name").ok_or_else(|| table.fault("name", "`name` is missing"))?;
+        let names = Placed { value: Pattern::new(&name.value), range: name.range };
+        Ok(Self { names, casts_shadow: table.boolean("cast_shadow") })
+    }
+
+    fn apply<'n>(
+        &self,
+        source: &Source,
+        what: &str,
+        named: impl Iterator<Item = (&'n str, &'n mut bool)>,
+    ) -> Result<(), Box<Diagnostic>> {
+        let pattern = &self.names.value;
+        let (mut known, mut is_found) = (Vec::new(), false);
+        for (name, casts_shadow) in named {
+            if pattern.matches(name) {
+                is_found = true;
+                *casts_shadow = self.casts_shadow.unwrap_or(*casts_shadow);
+            }
+            known.push(name);
+        }
+        if is_found {
+            return Ok(());
+        }
+        let message = format!("the model has no {what} called `{}`", pattern.text());
+        Err(source.unknown(self.names.range.clone(), message, pattern.text(), known.into_iter()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,201 @@
+//! The keys of stage files, declared once: for the reader, the schema for editors, and the documentation.
+
+/// What a key takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StageType {
+    /// Any text.
+    Text,
+    /// `true` or `false`.
+    Boolean,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// `rrggbb` in sRGB, `#` optional, or three numbers of at least 0 in linear Rec. 709.
+    Color,
+    /// Three finite numbers.
+    Vector,
+    /// A finite number of 32 bits.
+    Number {
+        /// The least one.
+        min: f64,
+        /// Whether that itself is too small.
+        is_above: bool,
+        /// The largest one.
+        max: f64,
+    },
+}
+
+/// A key of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageKey {
+    /// Its name.
+    pub name: &'static str,
+    /// What it takes.
+    pub kind: StageType,
+    /// Whether the table cannot be without it.
+    pub is_required: bool,
+    /// What it does: sentences, with unit and default.
+    pub doc: &'static str,
+}
+
+/// A list of tables, `[[name]]`, or what stands before the first of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageTable {
+    /// Its name; empty for what stands before all tables.
+    pub name: &'static str,
+    /// What one of them is.
+    pub doc: &'static str,
+    /// The keys of one of them.
+    pub keys: &'static [StageKey],
+}
+
+/// Tables of settings: the name, and what they hold.
+pub const SETTINGS_TABLES: [(&str, &str); 3] = [
+    ("environment", "The settings `environment.*`; `color` is `source` as a colour."),
+    ("fog", "The settings `fog.*`."),
+    ("settings", "Any other setting, as in files of `--settings`: `[settings.tone_map]`, `curve = \"agx\"`."),
+];
+
+const fn key(name: &'static str, kind: StageType, doc: &'static str) -> StageKey {
+    StageKey { name, kind, is_required: false, doc }
+}
+
+const fn required(name: &'static str, kind: StageType, doc: &'static str) -> StageKey {
+    StageKey { name, kind, is_required: true, doc }
+}
+
+const fn from(min: f64) -> StageType {
+    StageType::Number { min, is_above: false, max: f32::MAX as f64 }
+}
+
+/// What a file begins with.
+const FILE: StageTable = StageTable {
+    name: "",
+    doc: "What a stage begins with.",
+    keys: &[required(
+        "model",
+        StageType::Text,
+        "The model: a .glb or .gltf file, its path from the folder of the stage; or demo:hall.",
+    )],
+};
+
+/// The words of `kind`.
+pub(super) const KINDS: &[&str] = &["point", "spot", "directional"];
+
+/// Lights that are added or changed.
+pub(super) const LIGHTS: StageTable = StageTable {
+    name: "lights",
+    doc: "A light: a new one if it has a `kind`; else every light of the model with that `name` is changed.",
+    keys: &[
+        key("kind", StageType::Word(KINDS), "What a new light is."),
+        key(
+            "name",
+            StageType::Text,
+            "The name of a new light; or of the lights to be changed or of nodes that hold them, in which * stands for any \
+             letters.",
+        ),
+        key("position", StageType::Vector, "Where a new light is, in metres. Points and spots need it."),
+        key(
+            "direction",
+            StageType::Vector,
+            "Where a new light shines, of any length. Spots and directional lights need it, or `target`.",
+        ),
+        key("target", StageType::Vector, "A point that a new light shines at, in metres; it needs `position`."),
+        key("color", StageType::Color, "Its colour; white."),
+        key(
+            "intensity",
+            from(0.0),
+            "Candela of points and spots, lux of directional lights; 1 for a new light. 0 puts it out.",
+        ),
+        key(
+            "range_m",
+            StageType::Number { min: 1e-6, is_above: false, max: f32::MAX as f64 },
+            "Beyond this distance in metres it is nothing. Without it, it only falls off with the square. Not of directional \
+             lights.",
+        ),
+        key(
+            "inner_cone_deg",
+            StageType::Number { min: 0.0, is_above: false, max: 90.0 },
+            "Within this angle from its axis a new spot is at its full strength, in degrees; below `outer_cone_deg`; 0.",
+        ),
+        key(
+            "outer_cone_deg",
+            StageType::Number { min: 0.0, is_above: true, max: 90.0 },
+            "Beyond this angle from its axis a new spot gives no light, in degrees; 45.",
+        ),
+        key(
+            "radius_m",
+            from(0.0),
+            "The radius in metres of the sphere that gives the light, for the width of its penumbrae; 0. Not of directional \
+             lights.",
+        ),
+        key(
+            "angle_deg",
+            StageType::Number { min: 0.0, is_above: false, max: 90.0 },
+            "How large a directional light's source is in the sky, in degrees, for the width of its penumbrae; 0. The sun's \
+             is 0.53.",
+        ),
+        key("cast", StageType::Boolean, "Whether surfaces keep its light from what lies behind them; true."),
+    ],
+};
+
+/// Nodes that are changed.
+pub(super) const NODES: StageTable = StageTable {
+    name: "nodes",
+    doc: "Every node of the model with that name is changed.",
+    keys: &[
+        required("name", StageType::Text, "The name of the nodes, in which * stands for any letters."),
+        key("cast_shadow", StageType::Boolean, "Whether their meshes keep light from what lies behind them."),
+    ],
+};
+
+/// Materials that are changed.
+pub(super) const MATERIALS: StageTable = StageTable {
+    name: "materials",
+    doc: "Every material of the model with that name is changed.",
+    keys: &[
+        required("name", StageType::Text, "The name of the materials, in which * stands for any letters."),
+        key("cast_shadow", StageType::Boolean, "Whether their surfaces keep light from what lies behind them."),
+    ],
+};
+
+/// All of them but the tables of settings.
+pub const TABLES: [StageTable; 4] = [FILE, LIGHTS, NODES, MATERIALS];
+
+impl StageType {
+    /// What it takes, in words.
+    pub fn expected(&self) -> String {
+        match self {
+            Self::Text => "a text in quotes".into(),
+            Self::Boolean => "true or false".into(),
+            Self::Word([before @ .., last]) if !before.is_empty() => {
+                format!("\"{}\" or \"{last}\"", before.join("\", \""))
+            }
+            Self::Word(words) => words.join(", "),
+            Self::Color => "a colour such as \"ff8800\", or [r, g, b] of at least 0 in linear light".into(),
+            Self::Vector => "three finite numbers in brackets, [x, y, z]".into(),
+            Self::Number { min, is_above, max } => {
+                let least = if *is_above { format!("above {min}") } else { format!("of at least {min}") };
+                if *max < f64::from(f32::MAX) {
+                    return format!("a number {least} and at most {max}");
+                }
+                format!("a finite number {least}")
+            }
+        }
+    }
+
+    /// Its name in a table.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Text => "text".into(),
+            Self::Boolean => "bool".into(),
+            Self::Word(words) => words.join(", "),
+            Self::Color => "color".into(),
+            Self::Vector => "vec3f".into(),
+            Self::Number { min, is_above, max } => {
+                let sign = if *is_above { ">" } else { "≥" };
+                let most = if *max < f64::from(f32::MAX) { format!(", ≤ {max}") } else { String::new() };
+                format!("f32 {sign} {min}{most}")
+            }
+        }
+    }
+}

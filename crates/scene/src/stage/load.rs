@@ -1,0 +1,138 @@
+//! From a stage file to a scene: the model that it names, with what it changes.
+
+use super::{Stage, document, table::Source, value};
+use crate::gltf_file::{self, LoadError};
+use crate::{Diagnostic, Scene, demo};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use toml::de::DeValue;
+
+/// The largest stage that is read: 32 MiB, which is more than the most lights take.
+pub const MAX_STAGE_BYTES: u64 = 32 << 20;
+
+/// What the names of stages end in, whatever the case of its letters.
+const ENDING: &str = ".stage.toml";
+
+/// The word before the name of a built-in scene.
+const DEMO: &str = "demo:";
+
+/// A scene as a stage makes it.
+#[derive(Clone, Debug)]
+pub struct LoadedStage {
+    /// The model's scene with the stage's changes, its transforms up to date.
+    pub scene: Scene,
+    /// What is wrong with the model but does not hinder drawing; one line each.
+    pub warnings: Vec<String>,
+    /// The stage, whose text holds settings.
+    pub stage: Stage,
+}
+
+/// Why there is no scene of a stage.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StageError {
+    /// The stage cannot be read.
+    #[error("{file}: {message}")]
+    Io {
+        /// The stage's file.
+        file: String,
+        /// What went wrong.
+        message: String,
+    },
+    /// The stage is wrong, or names what is not there.
+    #[error(transparent)]
+    Text(#[from] Box<Diagnostic>),
+    /// The model cannot be read.
+    #[error(transparent)]
+    Model(#[from] LoadError),
+}
+
+/// Whether a path is called as stages are.
+pub fn is_stage(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let end = name.len().checked_sub(ENDING.len()).and_then(|at| name.get(at..));
+    end.is_some_and(|end| end.eq_ignore_ascii_case(ENDING))
+}
+
+/// Reads the stage at `path`, its model and the files that the model names.
+///
+/// # Errors
+/// The stage or its model cannot be read, or one of them is wrong; with file, line and column of what is wrong in a stage.
+pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
+    let file = path.display().to_string();
+    let text = read_text(path).map_err(|message| StageError::Io { file: file.clone(), message })?;
+    let stage = Stage::parse(&file, &text)?;
+    let model = model_path(path, stage.model());
+    // A file that is not there is a fault of the stage, not of the model.
+    if let Some(model) = &model {
+        std::fs::metadata(model)
+            .map_err(|error| stage.model_fault(format!("cannot read the model {}: {error}", model.display())))?;
+    }
+    with_model(stage, |_| model.map(|model| gltf_file::load_path(&model)))
+}
+
+/// Reads a stage from memory. `resolve` fetches the model, by the name that the stage gives it, and then the files that
+/// the model names; `name` appears in errors.
+///
+/// # Errors
+/// As [`load_path`].
+pub fn load_bytes(
+    bytes: &[u8],
+    resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    name: &str,
+) -> Result<LoadedStage, StageError> {
+    let io = |message: String| StageError::Io { file: name.into(), message };
+    if bytes.len() as u64 > MAX_STAGE_BYTES {
+        return Err(io(TOO_LARGE.into()));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|_| io(NO_TEXT.into()))?;
+    let stage = Stage::parse(name, text)?;
+    if stage.model().starts_with(DEMO) {
+        return with_model(stage, |_| None);
+    }
+    let model = resolve(stage.model()).map_err(|message| stage.model_fault(message))?;
+    with_model(stage, |stage| Some(gltf_file::load_bytes(&model, resolve, stage.model())))
+}
+
+/// The model of a stage, as far as its text says one, whatever else is wrong with it: for whoever must not draw it twice, nor
+/// write to it. None of a built-in scene.
+pub fn named_model(path: &Path) -> Option<PathBuf> {
+    let source = Source { file: String::new(), text: read_text(path).ok()? };
+    let document = document(&source).ok()?;
+    match value(document.get_ref(), "model")?.get_ref() {
+        DeValue::String(model) => model_path(path, model),
+        _ => None,
+    }
+}
+
+const TOO_LARGE: &str = "it is larger than 32 MiB";
+const NO_TEXT: &str = "it is no text in UTF-8";
+
+/// The text; a device may have no end.
+fn read_text(path: &Path) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(|error| error.to_string())?;
+    file.take(MAX_STAGE_BYTES + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
+    if bytes.len() as u64 > MAX_STAGE_BYTES {
+        return Err(TOO_LARGE.into());
+    }
+    String::from_utf8(bytes).map_err(|_| NO_TEXT.into())
+}
+
+/// Where a model lies; none of a built-in scene.
+fn model_path(stage: &Path, model: &str) -> Option<PathBuf> {
+    (!model.starts_with(DEMO)).then(|| stage.parent().unwrap_or(Path::new("")).join(model))
+}
+
+/// The scene of the model that `load` gives, or of a built-in one, with the changes of the stage.
+fn with_model(
+    stage: Stage,
+    load: impl FnOnce(&Stage) -> Option<Result<gltf_file::Loaded, LoadError>>,
+) -> Result<LoadedStage, StageError> {
+    let (mut scene, warnings) = match load(&stage) {
+        Some(loaded) => loaded.map(|loaded| (loaded.scene, loaded.warnings))?,
+        None if stage.model() == "demo:hall" => (demo::hall(), Vec::new()),
+        None => Err(stage.model_fault(format!("there is no `{}`; the built-in scene is demo:hall", stage.model())))?,
+    };
+    stage.apply(&mut scene)?;
+    Ok(LoadedStage { scene, warnings, stage })
+}

@@ -1,0 +1,197 @@
+//! A table of a stage file whose keys and values are those that are declared, with their places.
+
+use super::keys::{StageKey, StageTable, StageType};
+use crate::{Diagnostic, spelling};
+use glam::Vec3;
+use std::fmt::Display;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The text of a stage and its name in errors.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub(super) file: String,
+    pub(super) text: String,
+}
+
+impl Source {
+    /// An error at a place in the text.
+    pub(super) fn fault(&self, range: Range<usize>, message: impl Display) -> Box<Diagnostic> {
+        Box::new(Diagnostic::new(&self.file, &self.text, range, message))
+    }
+
+    /// An error of a name that is not known.
+    pub(super) fn unknown<'k>(
+        &self,
+        range: Range<usize>,
+        message: impl Display,
+        name: &str,
+        known: impl Iterator<Item = &'k str>,
+    ) -> Box<Diagnostic> {
+        let nearest = spelling::nearest(name, known).map(|nearest| format!("; did you mean `{nearest}`?"));
+        self.fault(range, format!("{message}{}", nearest.unwrap_or_default()))
+    }
+}
+
+/// A value, and where it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Placed<T> {
+    pub(super) value: T,
+    pub(super) range: Range<usize>,
+}
+
+/// A value of one of the declared types.
+#[derive(Clone, Debug)]
+enum Value {
+    Text(String),
+    Boolean(bool),
+    Number(f32),
+    Vector(Vec3),
+}
+
+/// A table that was checked.
+pub(super) struct Table<'s> {
+    pub(super) source: &'s Source,
+    /// Where it begins.
+    pub(super) range: Range<usize>,
+    values: Vec<(&'static str, Placed<Value>)>,
+}
+
+impl<'s> Table<'s> {
+    /// The keys of `table` that `declared` has; others must be among `beside`.
+    ///
+    /// # Errors
+    /// The first key or value from the top that is none of those declared, or a required one that is missing.
+    pub(super) fn read(
+        source: &'s Source,
+        (table, range): (&DeTable<'_>, Range<usize>),
+        declared: &StageTable,
+        beside: &[&str],
+    ) -> Result<Self, Box<Diagnostic>> {
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        let mut values = Vec::new();
+        for (key, value) in entries {
+            let name: &str = key.get_ref();
+            if let Some(known) = declared.keys.iter().find(|known| known.name == name) {
+                let read = read(known, value.get_ref()).ok_or_else(|| refused(source, known, value))?;
+                values.push((known.name, Placed { value: read, range: value.span() }));
+            } else if !beside.contains(&name) {
+                let place = if declared.name.is_empty() { "a stage" } else { declared.name };
+                let known = declared.keys.iter().map(|known| known.name).chain(beside.iter().copied());
+                return Err(source.unknown(key.span(), format!("no key of {place} is called `{name}`"), name, known));
+            }
+        }
+        if let Some(missing) =
+            declared.keys.iter().find(|key| key.is_required && !values.iter().any(|(name, _)| *name == key.name))
+        {
+            return Err(source.fault(range, format!("`{}` is missing: {}", missing.name, missing.kind.expected())));
+        }
+        Ok(Self { source, range, values })
+    }
+
+    fn value(&self, key: &str) -> Option<&Placed<Value>> {
+        self.values.iter().find(|(name, _)| *name == key).map(|(_, value)| value)
+    }
+
+    /// Where the value of a key stands, if it is there.
+    pub(super) fn place(&self, key: &str) -> Option<Range<usize>> {
+        self.value(key).map(|placed| placed.range.clone())
+    }
+
+    pub(super) fn text(&self, key: &str) -> Option<Placed<String>> {
+        let Placed { value: Value::Text(text), range } = self.value(key)? else { return None };
+        Some(Placed { value: text.clone(), range: range.clone() })
+    }
+
+    pub(super) fn boolean(&self, key: &str) -> Option<bool> {
+        if let Value::Boolean(flag) = self.value(key)?.value { Some(flag) } else { None }
+    }
+
+    pub(super) fn number(&self, key: &str) -> Option<f32> {
+        if let Value::Number(number) = self.value(key)?.value { Some(number) } else { None }
+    }
+
+    pub(super) fn vector(&self, key: &str) -> Option<Vec3> {
+        if let Value::Vector(vector) = self.value(key)?.value { Some(vector) } else { None }
+    }
+
+    /// An error at a key's value, or where the table begins if it is not there.
+    pub(super) fn fault(&self, key: &str, message: impl Display) -> Box<Diagnostic> {
+        self.source.fault(self.place(key).unwrap_or_else(|| self.range.clone()), message)
+    }
+}
+
+/// The tables of a list `[[name]]`, and where each begins.
+///
+/// # Errors
+/// What is there is no list of tables.
+pub(super) fn tables<'t, 'i>(
+    source: &Source,
+    name: &str,
+    value: &'t Spanned<DeValue<'i>>,
+) -> Result<Vec<(&'t DeTable<'i>, Range<usize>)>, Box<Diagnostic>> {
+    let wrong = |range| source.fault(range, format!("`{name}` is a list of tables: write [[{name}]] above each"));
+    let DeValue::Array(entries) = value.get_ref() else { return Err(wrong(value.span())) };
+    let of_entry = |entry: &'t Spanned<DeValue<'i>>| match entry.get_ref() {
+        DeValue::Table(table) => Ok((table, entry.span())),
+        _ => Err(wrong(entry.span())),
+    };
+    entries.iter().map(of_entry).collect()
+}
+
+fn refused(source: &Source, key: &StageKey, value: &Spanned<DeValue<'_>>) -> Box<Diagnostic> {
+    let shown = source.text.get(value.span()).unwrap_or_default();
+    let shown: String = shown.chars().take(40).collect();
+    source.fault(value.span(), format!("`{shown}` is no value of `{}`, which takes {}", key.name, key.kind.expected()))
+}
+
+fn read(key: &StageKey, value: &DeValue<'_>) -> Option<Value> {
+    match (key.kind, value) {
+        (StageType::Text, DeValue::String(text)) => Some(Value::Text(text.to_string())),
+        (StageType::Word(words), DeValue::String(text)) => {
+            words.contains(&&**text).then(|| Value::Text(text.to_string()))
+        }
+        (StageType::Boolean, DeValue::Boolean(flag)) => Some(Value::Boolean(*flag)),
+        (StageType::Color, DeValue::String(text)) => color_of_hex(text).map(Value::Vector),
+        (StageType::Color, value) => vector(value).filter(|color| color.min_element() >= 0.0).map(Value::Vector),
+        (StageType::Vector, value) => vector(value).map(Value::Vector),
+        (StageType::Number { min, is_above, max }, value) => {
+            let number = number(value)?;
+            let is_within = number <= max && number >= min && !(is_above && number <= min);
+            is_within.then_some(Value::Number(number as f32))
+        }
+        _ => None,
+    }
+}
+
+/// A number that 32 bits hold; not infinite, and not "not a number".
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    let number: f64 = match value {
+        DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix()).ok()? as f64,
+        DeValue::Float(number) => number.as_str().parse().ok()?,
+        _ => return None,
+    };
+    (number.abs() <= f64::from(f32::MAX)).then_some(number)
+}
+
+fn vector(value: &DeValue<'_>) -> Option<Vec3> {
+    let DeValue::Array(entries) = value else { return None };
+    let numbers: Option<Vec<f32>> = entries.iter().map(|entry| number(entry.get_ref()).map(|n| n as f32)).collect();
+    <[f32; 3]>::try_from(numbers?).ok().map(Vec3::from)
+}
+
+/// The linear colour of six hexadecimal digits in sRGB (IEC 61966-2-1), `#` optional.
+fn color_of_hex(text: &str) -> Option<Vec3> {
+    let hex = text.strip_prefix('#').unwrap_or(text);
+    if hex.len() != 6 || !hex.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return None;
+    }
+    let value = u32::from_str_radix(hex, 16).ok()?;
+    let linear = |shift: u32| {
+        let encoded = (value >> shift & 255) as f32 / 255.0;
+        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    };
+    Some(Vec3::new(linear(16), linear(8), linear(0)))
+}

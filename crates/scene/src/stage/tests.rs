@@ -1,0 +1,176 @@
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use super::*;
+use crate::{Light, LightKind, Material, Node, SceneRoots};
+use glam::Vec3;
+use std::path::Path;
+
+/// A model with a lamp on a node called `Post`, a sun, a floor and a glass.
+fn model() -> Scene {
+    let mut scene = Scene::default();
+    scene.materials.push(Material { name: "glass".into(), ..Material::default() });
+    for (name, kind) in [("Lamp", LightKind::Point), ("Sun", LightKind::Directional)] {
+        scene.lights.push(Light { name: name.into(), kind, ..Light::default() });
+    }
+    for (name, light) in [("Post", Some(0)), ("Sky", Some(1)), ("Floor", None)] {
+        scene.add_node(None, Node { name: name.into(), light, ..Node::default() });
+    }
+    scene.scenes = ["day", "night"].map(|name| SceneRoots { name: name.into(), roots: scene.roots.clone() }).into();
+    scene
+}
+
+fn applied(text: &str) -> Result<Scene, String> {
+    let stage =
+        Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+    let mut scene = model();
+    stage.apply(&mut scene).map_err(|error| error.to_string())?;
+    Ok(scene)
+}
+
+#[test]
+fn lights_stand_where_the_stage_says_and_shine_there_in_every_scene_of_the_file() {
+    let scene = applied(
+        "[[lights]]\nkind = \"spot\"\nname = \"key\"\nposition = [1, 2, 3]\ntarget = [1, 0, 3]\ncolor = \"#ff8000\"\n\
+         intensity = 500\nrange_m = 20\ninner_cone_deg = 20\nouter_cone_deg = 30.5\nradius_m = 0.1\ncast = false\n\
+         [[lights]]\nkind = \"directional\"\ndirection = [0, 0, 1e-30]\nangle_deg = 0.53\ncolor = [1, 0.5, 0]\n\
+         [[lights]]\nkind = \"point\"\nposition = [-1, 0.5, 0]\n",
+    )
+    .unwrap();
+    let [_, _, spot, sun, point] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
+    let LightKind::Spot { inner_cone_rad, outer_cone_rad } = spot.kind else { panic!("{spot:?}") };
+    assert!((inner_cone_rad.to_degrees() - 20.0).abs() < 1e-4 && (outer_cone_rad.to_degrees() - 30.5).abs() < 1e-4);
+    // 128 / 255 in sRGB is 0.2158605 in linear light.
+    assert!(spot.color_linear.abs_diff_eq(Vec3::new(1.0, 0.215_860_5, 0.0), 1e-6), "{spot:?}");
+    assert_eq!((spot.intensity, spot.range_m, spot.radius_m, spot.casts_shadows), (500.0, Some(20.0), 0.1, false));
+    assert_eq!((sun.kind, sun.color_linear), (LightKind::Directional, Vec3::new(1.0, 0.5, 0.0)));
+    // The sun's radius over its distance: 695,700 km over 149.6 million km is 0.00465.
+    assert!((sun.radius_m - 0.004_65).abs() < 5e-5, "{sun:?}");
+    assert_eq!((point.intensity, point.range_m, point.casts_shadows), (1.0, None, true));
+    for (node, place, shines) in [(3, [1.0, 2.0, 3.0], Vec3::NEG_Y), (4, [0.0; 3], Vec3::Z)] {
+        let world = scene.nodes[node].world_from_object;
+        assert!(world.w_axis.truncate().abs_diff_eq(Vec3::from(place), 1e-6), "{world}");
+        assert!((-world.z_axis.truncate()).abs_diff_eq(shines, 1e-6), "{world}");
+    }
+    for roots in scene.scenes.iter().map(|roots| &roots.roots).chain([&scene.roots]) {
+        assert_eq!(roots.iter().map(|id| id.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
+    }
+}
+
+#[test]
+fn what_the_model_has_is_changed_by_name() {
+    let scene = applied(
+        "[[lights]]\nname = \"Post\"\nintensity = 0\nradius_m = 0.2\n[[lights]]\nname = \"*\"\ncast = false\n\
+         [[lights]]\nname = \"S*n\"\nangle_deg = 90\ncast = true\n\
+         [[nodes]]\nname = \"Floor\"\ncast_shadow = false\n[[materials]]\nname = \"g*\"\ncast_shadow = false\n",
+    )
+    .unwrap();
+    let [lamp, sun] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
+    assert_eq!((lamp.intensity, lamp.radius_m, lamp.casts_shadows), (0.0, 0.2, false));
+    assert!((sun.radius_m - 1.0).abs() < 1e-6 && sun.intensity == 1.0 && sun.casts_shadows, "{sun:?}");
+    let casts: Vec<bool> = scene.nodes.iter().map(|node| node.casts_shadow).collect();
+    assert_eq!((casts, scene.materials[0].casts_shadow), (vec![true, true, false], false));
+}
+
+/// Texts below `model`, and what the error begins with and contains.
+const WRONG: &[(&str, &str, &str)] = &[
+    ("[[light]]", "2:3: error: no key of a stage is called `light`; did you mean `lights`?", ""),
+    ("colour = 1", "2:1: error: no key of a stage is called `colour`", ""),
+    ("[lights]\nkind = \"point\"", "2:", "write [[lights]] above each"),
+    ("lights = [1]", "2:11: error:", "write [[lights]] above each"),
+    ("[[fog]]", "2:", "write [fog] above them"),
+    ("environment = \"ff8800\"", "2:15: error:", "write [environment] above them"),
+    ("[[lights]]\nkind = \"sun\"", "3:8: error: `\"sun\"` is no value of `kind`", "\"spot\" or \"directional\""),
+    ("[[lights]]\nkind = \"point\"", "3:8: error: a point light needs `position`", ""),
+    ("[[lights]]\nkind = \"spot\"\nposition = [0, 1, 0]", "3:8: error: a spot light needs `direction` or `target`", ""),
+    ("[[lights]]\nkind = \"directional\"\ntarget = [0, 0, 0]", "4:10: error: `target` needs `position`", ""),
+    ("[[lights]]\nkind = \"directional\"\ndirection = [0, 0, 0]", "4:13: error: a direction of no length", ""),
+    ("[[lights]]\nkind = \"point\"\nposition = [0, 0, 0]\ntarget = [0, 1, 0]", "5:10: error: a point light has no", ""),
+    ("[[lights]]\nkind = \"point\"\nposition = [0, nan, 0]", "4:12: error:", "three finite numbers"),
+    ("[[lights]]\nkind = \"point\"\nposition = [0, 0]", "4:12: error:", "[x, y, z]"),
+    ("[[lights]]\nintensity = 3", "2:1: error: a light needs `kind` if it is new", ""),
+    ("[[lights]]\nname = \"Lamp\"\nposition = [0, 0, 0]", "4:12: error: `position` is of new lights", ""),
+    ("[[lights]]\nname = \"Lampe\"", "3:8: error: the model has no light called `Lampe`; did you mean `Lamp`?", ""),
+    ("[[lights]]\nname = \"Sun\"\nradius_m = 1", "3:8: error: `Sun` is directional light, which has no `radius_m`", ""),
+    ("[[lights]]\nname = \"Lamp\"\nangle_deg = 1", "3:8: error: `Lamp` is no directional light", ""),
+    ("[[nodes]]\ncast_shadow = true", "2:1: error: `name` is missing", ""),
+    ("[[nodes]]\nname = \"floor\"\ncast_shadow = true", "3:8: error: the model has no node called `floor`", "`Floor`"),
+    ("[[materials]]\nname = \"x\"\ncast_shadow = 1", "4:15: error: `1` is no value of `cast_shadow`", "true or false"),
+    ("[[lights]]\nname = \"Lamp\"\ncolor = \"red\"", "4:9: error:", "a colour such as"),
+    ("[[lights]]\nname = \"Lamp\"\ncolor = [1, -1, 0]", "4:9: error:", "a colour such as"),
+    (
+        "[[lights]]\nname = \"Lamp\"\nrange_ = 2",
+        "4:1: error: no key of lights is called `range_`; did you mean `range_m`?",
+        "",
+    ),
+    ("x = = 1", "2:5: error:", ""),
+    ("model = \"n.glb\"", "2:1: error:", ""),
+];
+
+#[test]
+fn what_is_wrong_is_told_with_line_and_column() {
+    for (text, start, part) in WRONG {
+        let error = applied(text).expect_err(text);
+        assert!(error.starts_with(&format!("a.stage.toml:{start}")) && error.contains(part), "{text}\n{error}");
+    }
+    for (text, start) in [
+        ("", "1:1: error: `model` is missing"),
+        ("model = \"\"", "1:9: error: the name of the model is empty"),
+        ("model = \"a.stage.toml\"", "1:9: error: the model `a.stage.toml` is a stage, too"),
+        ("model = \"../B.Stage.TOML\"", "1:9: error: the model `../B.Stage.TOML` is a stage, too"),
+    ] {
+        let error = Stage::parse("a.stage.toml", text).expect_err(text).to_string();
+        assert!(error.starts_with(&format!("a.stage.toml:{start}")), "{text}\n{error}");
+    }
+}
+
+#[test]
+fn numbers_that_no_light_has_are_refused() {
+    for (key, values) in [
+        ("intensity", &["-1", "nan", "inf", "-inf", "1e39", "\"5\"", "true"][..]),
+        ("range_m", &["0", "-1", "nan", "inf", "1e-9", "[1]"]),
+        ("radius_m", &["-0.1", "nan", "inf"]),
+        ("inner_cone_deg", &["-1", "91", "nan", "45", "60"]),
+        ("outer_cone_deg", &["0", "-0.0", "90.5", "nan", "inf"]),
+    ] {
+        for value in values {
+            let light = "[[lights]]\nkind = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]";
+            let error = applied(&format!("{light}\n{key} = {value}")).expect_err(value);
+            assert!(error.starts_with("a.stage.toml:6:"), "{key} = {value}: {error}");
+        }
+    }
+    let narrow = "[[lights]]\nkind = \"spot\"\nposition = [0, 0, 0]\ndirection = [0, 1, 0]\ninner_cone_deg = 30\nouter_cone_deg = 30";
+    let error = applied(narrow).unwrap_err();
+    assert!(error.starts_with("a.stage.toml:6:18: error: the inner cone of 30 degrees is not narrower"), "{error}");
+}
+
+#[test]
+fn a_million_lights_are_refused() {
+    let light = "[[lights]]\nkind=\"point\"\nposition=[0,0,0]\n";
+    assert_eq!(applied(&light.repeat(3)).unwrap().lights.len(), 5);
+    let error = applied(&light.repeat(LIGHTS_MAX as usize + 5)).unwrap_err();
+    let start =
+        format!("a.stage.toml:{}:1: error: there are 65540 [[lights]], and 65535 are possible", 2 + 3 * LIGHTS_MAX);
+    assert!(error.starts_with(&start), "{}", error.lines().next().unwrap());
+    let million = light.repeat(1_000_000);
+    let error = load_bytes(million.as_bytes(), &mut |_| Err(String::new()), "m").map(drop).unwrap_err().to_string();
+    assert_eq!(error, "m: it is larger than 32 MiB");
+}
+
+#[test]
+fn stages_are_known_by_their_names() {
+    for (name, expected) in
+        [("a.stage.toml", true), ("in/A b.Stage.TOML", true), ("a.toml", false), ("stage.toml", false)]
+    {
+        assert_eq!(is_stage(Path::new(name)), expected, "{name}");
+    }
+}
+
+#[test]
+fn keys_are_declared_with_sentences_and_read_by_their_names() {
+    for table in TABLES {
+        assert!(table.doc.ends_with('.'));
+        for key in table.keys {
+            assert!(key.doc.ends_with('.') && !key.kind.expected().is_empty(), "{}", key.name);
+        }
+    }
+}
