@@ -1,11 +1,10 @@
 //! Reading the first input while the graphics driver starts, which takes about as long.
 
 use crate::failure::Failure;
-use crate::input::Input;
-use manypass_scene::Scene;
+use crate::input::{Input, Opened};
 use std::thread::JoinHandle;
 
-type Read = Result<(Scene, Vec<String>), Failure>;
+type Read = Result<Opened, Failure>;
 
 /// An input that is being read on a thread of its own.
 pub struct ReadAhead {

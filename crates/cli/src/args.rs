@@ -20,6 +20,7 @@ const EXAMPLES: &str = "Examples:
   manypass render models/ -o 'shots/{stem}.png'           every model of a folder
   manypass render 'models/**/*.glb' -o 'shots/{parent}_{stem}.png'
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
+  manypass render hall.stage.toml                         a model with lights and fog of yours (docs/stage.md)
   manypass graph helmet.glb --format mermaid              the passes of the frame
   manypass graph helmet.glb --limits webgl2 --aov all     planned without any adapter
   manypass settings                                       every key of --set, with its range
@@ -50,7 +51,7 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Say what is in a file, without a GPU.
     Info {
-        /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
+        /// A .glb, .gltf or .stage.toml file, `-` for standard input, or demo:NAME.
         input: String,
         /// A scene of the file [default: the one that the file names].
         #[arg(long, value_name = "NAME|INDEX")]
@@ -82,6 +83,9 @@ pub enum Command {
         /// Print a JSON Schema of files of --settings, for editors.
         #[arg(long, conflicts_with = "json")]
         schema: bool,
+        /// Print the JSON Schema of stages, NAME.stage.toml, for editors.
+        #[arg(long, conflicts_with_all = ["json", "schema", "effects"])]
+        stage_schema: bool,
     },
     /// Print a completion script for a shell.
     Completions {
@@ -189,7 +193,8 @@ pub struct FrameArgs {
     pub aov: Option<String>,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; flags and `--set` come after it.
+    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; it comes after a stage's settings; flags and
+    /// `--set` come after it.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
 }
@@ -197,7 +202,7 @@ pub struct FrameArgs {
 /// Flags of `graph`.
 #[derive(Debug, Args)]
 pub struct GraphArgs {
-    /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
+    /// A .glb, .gltf or .stage.toml file, `-` for standard input, or demo:NAME.
     pub input: String,
     #[command(flatten)]
     pub frame: FrameArgs,
@@ -215,7 +220,7 @@ pub struct GraphArgs {
 /// Flags of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// A .glb or .gltf file, `-` for standard input, or demo:NAME.
+    /// A .glb, .gltf or .stage.toml file, `-` for standard input, or demo:NAME.
     pub input: String,
     /// A scene of the file [default: the one that the file names].
     #[arg(long, value_name = "NAME|INDEX")]
@@ -246,8 +251,10 @@ pub struct BenchArgs {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
 pub struct RenderArgs {
-    /// .glb or .gltf files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
+    /// .glb, .gltf or .stage.toml files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
     ///
+    /// A stage names its model and adds lights, environment, fog and settings to it (docs/stage.md). In a folder, and among
+    /// what a pattern matches, it stands for that model, which is not drawn by itself, too; a model never reads a stage.
     /// In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders are left
     /// out.
     #[arg(required = true)]

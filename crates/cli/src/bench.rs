@@ -2,14 +2,15 @@
 
 use crate::args::BenchArgs;
 use crate::camera::{self, CameraSpec};
+use crate::chosen::Chosen;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::{Input, Opened};
 use crate::job;
 use crate::pattern::is_stdout;
 use crate::places::Places;
 use crate::request::{effect_files, effect_values, effects};
+use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
-use crate::{chosen, scenes};
 use manypass::{Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Tonemap, View};
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
@@ -37,12 +38,17 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         Places::of_input_and_effects(input, &args.change.effects).write(path)?;
     }
     let mut effect_files = effect_files(&args.change.effects)?;
-    let settings = chosen::of_change(bare(), &args.change, &mut effect_files)?;
+    let chosen = Chosen::of_change(&args.change);
+    let settings = chosen.settings(bare(), None, &mut effect_files)?;
     let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
     let failed = |error: RenderError| still_failure(&error.into());
     let mut renderer = session::open(args.adapter.as_deref())?;
     let load_started = Instant::now();
-    let (mut scene, mut warnings) = input.load()?;
+    let Opened { mut scene, mut warnings, stage } = input.load()?;
+    let settings = match &stage {
+        None => settings,
+        stage => chosen.settings(bare(), stage.as_ref(), &mut effect_files)?,
+    };
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();

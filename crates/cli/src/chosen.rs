@@ -1,11 +1,12 @@
-//! Settings as they are chosen: the defaults, a file, flags, then `--set`; each comes after the one before.
+//! Settings as they are chosen: the defaults, the input's stage, a file, flags, then `--set`; each comes after the one before.
 
 use crate::args::{ChangeArgs, FrameArgs};
 use crate::failure::{Failure, Kind};
 use crate::request::read_text;
 use manypass::settings::{SettingsError, Written};
-use manypass::{EffectFile, Settings, SettingsFile, effect};
-use std::path::{Path, PathBuf};
+use manypass::{Diagnostic, EffectFile, Settings, SettingsFile, effect};
+use manypass_scene::Stage;
+use std::path::PathBuf;
 
 /// A flag that is a short way to a setting: its name, the key, and the value if it was given.
 type Flag<'a> = (&'static str, &'static str, Option<&'a str>);
@@ -32,36 +33,52 @@ impl FrameArgs {
     }
 }
 
-/// The settings of `render` and `graph`; those of `effects` go to them.
-///
-/// # Errors
-/// A file that cannot be read, a wrong key or value, or a setting of an effect without default and value.
-pub fn of_frame(args: &FrameArgs, effects: &mut [EffectFile]) -> Result<Settings, Failure> {
-    let chosen = Chosen { file: args.settings.as_deref(), flags: args.flags(), change: &args.change };
-    chosen.settings(Settings::default(), effects)
-}
-
-/// The settings of `bench`, which begins with `base`.
-///
-/// # Errors
-/// As [`of_frame`].
-pub fn of_change(base: Settings, args: &ChangeArgs, effects: &mut [EffectFile]) -> Result<Settings, Failure> {
-    Chosen { file: None, flags: args.flags(), change: args }.settings(base, effects)
-}
-
-struct Chosen<'a> {
-    file: Option<&'a Path>,
+/// What was chosen on the command line; the file of settings is read once, because a pipe cannot be read again.
+pub struct Chosen<'a> {
+    file: Option<SettingsFile>,
     flags: Vec<Flag<'a>>,
     change: &'a ChangeArgs,
 }
 
-impl Chosen<'_> {
-    fn settings(&self, mut settings: Settings, effects: &mut [EffectFile]) -> Result<Settings, Failure> {
+impl<'a> Chosen<'a> {
+    /// The choice of `render` and `graph`.
+    ///
+    /// # Errors
+    /// A file of settings that cannot be read, or is not TOML.
+    pub fn of_frame(args: &'a FrameArgs) -> Result<Self, Failure> {
+        let read = |path: &PathBuf| {
+            let text = read_text(path, "name a TOML file")?;
+            SettingsFile::parse(&path.display().to_string(), &text)
+                .map_err(|error| file_failure(&error, &args.change.effects, ""))
+        };
+        let file = args.settings.as_ref().map(read).transpose()?;
+        Ok(Self { file, flags: args.flags(), change: &args.change })
+    }
+
+    /// The choice of `bench`.
+    pub fn of_change(args: &'a ChangeArgs) -> Self {
+        Self { file: None, flags: args.flags(), change: args }
+    }
+
+    /// The settings: `base`, those of the input's stage, then what was chosen; those of `effects` go to them.
+    ///
+    /// # Errors
+    /// A wrong key or value, or a setting of an effect without default and value.
+    pub fn settings(
+        &self,
+        base: Settings,
+        stage: Option<&Stage>,
+        effects: &mut [EffectFile],
+    ) -> Result<Settings, Failure> {
+        let mut settings = base;
         let lists = list_hint(&self.change.effects);
+        if let Some(stage) = stage {
+            let hint = "correct the stage; `manypass settings` lists the keys";
+            settings.apply_stage(stage).map_err(|error| Failure::located(Kind::Failed, &error, hint))?;
+        }
         let pairs: Vec<(&str, &str)> = self.change.set.iter().map(|pair| key_value(pair)).collect::<Result<_, _>>()?;
         let hints: Vec<&str> = pairs.iter().map(|(key, _)| effect_hint(key, effects)).collect();
-        if let Some(path) = self.file {
-            let text = read_text(path, "name a TOML file")?;
+        if let Some(file) = &self.file {
             let mut hint = "";
             let mut set = |key: &str, written: &Written| {
                 effect::set(&mut settings, effects, key, written).inspect_err(|error| {
@@ -70,9 +87,8 @@ impl Chosen<'_> {
                     }
                 })
             };
-            SettingsFile::parse(&path.display().to_string(), &text)
-                .and_then(|file| file.apply(&mut set))
-                .map_err(|error| Failure::located(Kind::Usage, &error, format!("correct the file; {lists}{hint}")))?;
+            let applied = file.apply(&mut set);
+            applied.map_err(|error| file_failure(&error, &self.change.effects, hint))?;
         }
         for (flag, key, value) in &self.flags {
             let Some(value) = value else { continue };
@@ -84,6 +100,11 @@ impl Chosen<'_> {
         }
         effects.iter().find_map(missing).map_or(Ok(settings), Err)
     }
+}
+
+/// What is wrong with a file of settings.
+fn file_failure(error: &Diagnostic, effects: &[PathBuf], hint: &str) -> Failure {
+    Failure::located(Kind::Usage, error, format!("correct the file; {}{hint}", list_hint(effects)))
 }
 
 /// What is said of a flag's value, in words of the flag.
@@ -135,7 +156,7 @@ mod tests {
     fn chosen(flags: &[&str]) -> Result<Settings, Failure> {
         let cli = Cli::try_parse_from(["manypass", "graph", "a.glb"].iter().chain(flags));
         match cli.map_err(|error| Failure::usage(error, ""))?.command {
-            Command::Graph(args) => of_frame(&args.frame, &mut []),
+            Command::Graph(args) => Chosen::of_frame(&args.frame)?.settings(Settings::default(), None, &mut []),
             _ => Err(Failure::usage("not graph", "")),
         }
     }

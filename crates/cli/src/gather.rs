@@ -2,6 +2,8 @@
 
 use crate::failure::{Failure, Kind};
 use crate::input::Input;
+use crate::stage::leave_out_named_models;
+use manypass_scene::stage::is_stage;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -37,14 +39,15 @@ pub struct Inputs {
     pub warnings: Vec<String>,
 }
 
-/// Whether a file's ending is that of glTF.
-fn is_gltf(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"))
+/// Whether a file's ending is that of glTF or of a stage.
+fn is_input(path: &Path) -> bool {
+    is_stage(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"))
 }
 
 impl Inputs {
-    /// Everything that `arguments` name. A folder is every glTF file in it and, if `recursive`, in the folders below. An
-    /// argument with `*`, `?` or `**` that is no file itself is every glTF file that matches. Hidden files and folders
+    /// Everything that `arguments` name. A folder is every glTF file and stage in it and, if `recursive`, in the folders
+    /// below. An argument with `*`, `?` or `**` that is no file itself is every such file that matches. In both a stage
+    /// stands for the model that it names, which is not drawn by itself, too. Hidden files and folders
     /// are left out, links to folders are not followed. A folder or pattern without any does not hinder other arguments.
     ///
     /// # Errors
@@ -82,7 +85,7 @@ impl Inputs {
     }
 }
 
-/// The glTF files of a folder, by name; never none.
+/// The glTF files and stages of a folder, by name; never none.
 ///
 /// # Errors
 /// If the folder cannot be read, or there are none.
@@ -90,7 +93,7 @@ pub fn in_folder(folder: &Path, recursive: bool, warnings: &mut Vec<String>) -> 
     let failed = |error: &dyn std::fmt::Display, hint: &str| {
         Failure::new(Kind::Failed, format!("cannot read {}: {error}", folder.display()), hint)
     };
-    let hint = "name a folder of .glb or .gltf files";
+    let hint = "name a folder of .glb, .gltf or .stage.toml files";
     fs::read_dir(folder).map_err(|error| failed(&error, hint))?;
     let mut files = Vec::new();
     let parts: &[&str] = if recursive { &["**", "*"] } else { &["*"] };
@@ -101,10 +104,11 @@ pub fn in_folder(folder: &Path, recursive: bool, warnings: &mut Vec<String>) -> 
         return Err(failed(&"it holds no .glb or .gltf file", hint));
     }
     files.sort();
+    leave_out_named_models(&mut files);
     Ok(files)
 }
 
-/// The glTF files that a pattern matches, by name; never none.
+/// The glTF files and stages that a pattern matches, by name; never none.
 fn matching(pattern: &str, warnings: &mut Vec<String>) -> Result<Vec<PathBuf>, Failure> {
     let (start, below) = start(pattern);
     let mut parts: Vec<&str> = below.split(std::path::is_separator).filter(|part| !part.is_empty()).collect();
@@ -121,6 +125,7 @@ fn matching(pattern: &str, warnings: &mut Vec<String>) -> Result<Vec<PathBuf>, F
         let message = format!("no .glb or .gltf file matches `{pattern}`");
         return Err(Failure::new(Kind::Failed, message, "* and ? stand for letters of a name, ** for any folders"));
     }
+    leave_out_named_models(&mut files);
     Ok(files)
 }
 
@@ -132,7 +137,7 @@ fn start(pattern: &str) -> (PathBuf, &str) {
     (start, below.unwrap_or(pattern))
 }
 
-/// Adds the glTF files below `folder` whose path matches `parts`.
+/// Adds the glTF files and stages below `folder` whose path matches `parts`.
 fn collect(folder: &Path, parts: &[&str], files: &mut Vec<PathBuf>, warnings: &mut Vec<String>) {
     let Some((part, rest)) = parts.split_first() else { return };
     if *part == "**" {
@@ -152,7 +157,7 @@ fn collect(folder: &Path, parts: &[&str], files: &mut Vec<PathBuf>, warnings: &m
     for path in found {
         if !rest.is_empty() {
             collect(&path, rest, files, warnings);
-        } else if is_gltf(&path) && !path.is_dir() {
+        } else if is_input(&path) && !path.is_dir() {
             // What cannot be read, such as a link to nowhere, is an input that fails, and not one that is missed.
             files.push(path);
         }

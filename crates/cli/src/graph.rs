@@ -1,11 +1,13 @@
 //! `graph`: the passes of a frame, without drawing it for anybody.
 
 use crate::args::{FrameArgs, GraphArgs, GraphFormat};
+use crate::chosen::Chosen;
 use crate::failure::Failure;
+use crate::input::Opened;
 use crate::inspect::one;
 use crate::request::{effect_files, effects};
 use crate::session::{self, print, still_failure};
-use crate::{camera, chosen, job, scenes};
+use crate::{camera, job, scenes};
 use manypass::gpu::Floor;
 use manypass::{EffectFile, FrameRequest, Gpu, Plan, RenderError, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names};
@@ -17,12 +19,18 @@ use manypass_scene::{Framing, Scene};
 /// Wrong usage, an input that cannot be read, no adapter, or a frame that cannot be planned.
 pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     let mut files = effect_files(&args.frame.change.effects)?;
-    let settings = chosen::of_frame(&args.frame, &mut files)?;
+    let chosen = Chosen::of_frame(&args.frame)?;
+    let settings = chosen.settings(Settings::default(), None, &mut files)?;
     job::size(&args.frame.size)?;
     job::camera(&args.frame)?;
     let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
     job::check_aovs(!aovs.is_empty(), &settings)?;
-    let (mut scene, mut warnings) = one(&args.input)?.load()?;
+    let Opened { mut scene, mut warnings, stage } = one(&args.input)?.load()?;
+    let settings = match &stage {
+        None => settings,
+        stage => chosen.settings(Settings::default(), stage.as_ref(), &mut files)?,
+    };
+    job::check_aovs(!aovs.is_empty(), &settings)?;
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
     let floor = args.limits.as_deref().and_then(Floor::named);
     let renderer = match floor {

@@ -1,9 +1,10 @@
 //! Inputs: files, folders, standard input and the built-in demos.
 
 use crate::failure::{Failure, Kind};
-use crate::gather;
+use crate::{gather, stage};
 use manypass_offline::atomic;
-use manypass_scene::{LoadError, Scene, gltf_file};
+use manypass_scene::stage::is_stage;
+use manypass_scene::{LoadError, Scene, Stage, gltf_file};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -31,23 +32,28 @@ pub mod demo {
     }
 }
 
-/// What to do about a file that cannot be read.
-fn hint(error: &LoadError) -> &'static str {
-    match error {
-        LoadError::Io { .. } => "name a readable .glb or .gltf file",
-        LoadError::Invalid { .. } => "correct the file at that place, or export the model again",
-        LoadError::UnsupportedExtension { .. } => "export the model without it, or let a converter unpack it",
-    }
+/// What an input holds.
+#[derive(Debug)]
+pub struct Opened {
+    /// The scene, its transforms up to date.
+    pub scene: Scene,
+    /// What its reader warns of.
+    pub warnings: Vec<String>,
+    /// The stage that it was read from, whose settings come before the user's.
+    pub stage: Option<Stage>,
 }
 
 impl Input {
-    /// The inputs that an argument names: a folder is every glTF file in it that is not hidden, by name.
+    /// The inputs that an argument names: a folder is every glTF file and stage in it that is not hidden, by name.
     ///
     /// # Errors
     /// If a folder cannot be read or holds no glTF file.
     pub fn parse(argument: &str) -> Result<Vec<Self>, Failure> {
         if argument.is_empty() {
-            return Err(Failure::usage("the name of an input is empty", "name a .glb or .gltf file, or a folder"));
+            return Err(Failure::usage(
+                "the name of an input is empty",
+                "name a .glb, .gltf or .stage.toml file, or a folder",
+            ));
         }
         if argument == "-" {
             return Ok(vec![Self::Stdin]);
@@ -73,7 +79,12 @@ impl Input {
     /// The name of the file without its ending, or of what is no file.
     pub fn stem(&self) -> String {
         match self {
-            Self::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            Self::File(path) => {
+                let stem = path.file_stem().unwrap_or_default();
+                // A stage ends in two words.
+                let stem = if is_stage(path) { Path::new(stem).file_stem().unwrap_or_default() } else { stem };
+                stem.to_string_lossy().into_owned()
+            }
             Self::Stdin => "stdin".into(),
             Self::Demo(name) => name.clone(),
         }
@@ -88,19 +99,27 @@ impl Input {
         }
     }
 
-    /// Reads the scene, and what its reader warns of.
+    /// Reads the scene, what its reader warns of, and the stage that it comes from.
     ///
     /// # Errors
     /// If it cannot be read.
-    pub fn load(&self) -> Result<(Scene, Vec<String>), Failure> {
+    pub fn load(&self) -> Result<Opened, Failure> {
         let failed = |error: &dyn std::fmt::Display, hint: &str| {
             Failure::new(Kind::Failed, format!("{}: {error}", self.name()), hint)
         };
         // What the reader of glTF says names its file already.
-        let unread = |error: &LoadError| Failure::new(Kind::Failed, error, hint(error));
+        let unread = |error: &LoadError| Failure::new(Kind::Failed, error, stage::model_hint(error));
         let loaded = match self {
+            Self::File(path) if is_stage(path) => {
+                let loaded = stage::load(path)?;
+                return Ok(Opened { scene: loaded.scene, warnings: loaded.warnings, stage: Some(loaded.stage) });
+            }
             Self::File(path) if std::fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0) => {
                 return Err(failed(&"the file is empty", "export the model again, or name another file"));
+            }
+            Self::File(path) if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) => {
+                let hint = "a stage is called NAME.stage.toml; settings are given by --settings";
+                return Err(failed(&"it is neither a model nor a stage", hint));
             }
             Self::File(path) => gltf_file::load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
@@ -120,11 +139,11 @@ impl Input {
             Self::Demo(name) => {
                 let mut scene = demo::scene(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;
                 scene.update_transforms();
-                return Ok((scene, Vec::new()));
+                return Ok(Opened { scene, warnings: Vec::new(), stage: None });
             }
         };
         let mut scene = loaded.scene;
         scene.update_transforms();
-        Ok((scene, loaded.warnings))
+        Ok(Opened { scene, warnings: loaded.warnings, stage: None })
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::{Input, Opened};
 use crate::memory;
 use crate::scenes;
 use crate::session::{self, print};
@@ -75,7 +75,7 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 /// An input that cannot be read.
 pub fn info(argument: &str, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
-    let (mut loaded, mut warnings) = input.load()?;
+    let Opened { scene: mut loaded, mut warnings, .. } = input.load()?;
     scenes::show(&mut loaded, scene, &mut warnings)?;
     let value = describe(&input.name(), &loaded, warnings)?;
     print(&if as_json { format!("{value:#}\n") } else { as_text(&value) })

@@ -30,6 +30,7 @@ mod scenes;
 mod session;
 mod settings;
 mod shot;
+mod stage;
 mod tally;
 mod words;
 

@@ -10,6 +10,7 @@ use crate::output;
 use crate::pattern::{Output, is_stdout};
 use manypass_offline::atomic;
 use manypass_scene::gltf_file;
+use manypass_scene::stage::{is_stage, named_model};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
@@ -88,6 +89,10 @@ impl Places {
 
     fn read_input(&mut self, input: &Input) {
         match input {
+            Input::File(path) if is_stage(path) => {
+                self.read(path, format!("the stage {}", path.display()));
+                named_model(path).into_iter().for_each(|model| self.read_input(&Input::File(model)));
+            }
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));
                 // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not read.

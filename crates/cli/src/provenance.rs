@@ -2,6 +2,7 @@
 
 use crate::input::Input;
 use manypass_scene::gltf_file;
+use manypass_scene::stage::{is_stage, named_model};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -37,12 +38,13 @@ impl InputFile {
     }
 }
 
-/// The model's own file first, then those that it names; those that cannot be read are left out. Standard input and
+/// The stage if there is one, the model's own file, then those that it names; those that cannot be read are left out. Standard input and
 /// built-in scenes have none.
 pub fn input_files(input: &Input) -> Vec<InputFile> {
     let Input::File(path) = input else { return Vec::new() };
     let mut paths = vec![path.clone()];
-    for reference in gltf_file::references(path).unwrap_or_default() {
+    paths.extend(Some(path).filter(|path| is_stage(path)).and_then(|path| named_model(path)));
+    for reference in paths.last().and_then(|model| gltf_file::references(model).ok()).unwrap_or_default() {
         if !paths.contains(&reference) {
             paths.push(reference);
         }

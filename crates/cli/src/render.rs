@@ -5,7 +5,7 @@ mod picture;
 
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
-use crate::chosen;
+use crate::chosen::Chosen;
 use crate::failure::{Failure, Kind, say};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
@@ -19,7 +19,7 @@ use crate::session::{self, ms_since, still_failure};
 use crate::tally::Tally;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use load::Loaded;
-use manypass::{Effect, RenderError, Renderer, Settings};
+use manypass::{Effect, EffectFile, RenderError, Renderer, Settings};
 use manypass_offline::still::aov_names;
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -29,11 +29,17 @@ use std::time::Instant;
 struct Batch<'a> {
     args: &'a RenderArgs,
     job: &'a Job,
+    chosen: &'a Chosen<'a>,
+    /// Of inputs that bring none.
+    plain_settings: &'a Settings,
+    /// Of the input that was read last.
     settings: Settings,
     renderer: Renderer,
     /// The first input, if it is being read already.
     ahead: Option<ReadAhead>,
     effects: Vec<Arc<dyn Effect>>,
+    /// Their files, whose settings are looked at again for every stage.
+    effect_files: Vec<EffectFile>,
     /// What the report says of them.
     effect_values: Vec<serde_json::Value>,
     report: Option<Report>,
@@ -52,7 +58,8 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let job = Job::new(args, inputs.count() > 1, &aov_names())?;
     let mut effect_files = effect_files(&args.frame.change.effects)?;
-    let settings = chosen::of_frame(&args.frame, &mut effect_files)?;
+    let chosen = Chosen::of_frame(&args.frame)?;
+    let settings = chosen.settings(Settings::default(), None, &mut effect_files)?;
     job.check(&settings)?;
     let places = Places::new(args, &job, &inputs.items)?;
     let is_lines = inputs.is_batch || job.frames.is_some();
@@ -70,14 +77,17 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let renderer = session::open(args.adapter.as_deref())?;
     let hidden = hidden_settings(&effect_files);
     let effect_values = effect_files.iter().map(effect_values).collect();
-    let effects = effects(&renderer, effect_files)?;
+    let effects = effects(&renderer, effect_files.clone())?;
     let mut batch = Batch {
         args,
         job: &job,
-        settings,
+        chosen: &chosen,
+        plain_settings: &settings,
+        settings: settings.clone(),
         renderer,
         ahead,
         effects,
+        effect_files,
         effect_values,
         report: open_report()?,
         bar: progress_bar(count, args.quiet),

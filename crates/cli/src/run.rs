@@ -17,7 +17,8 @@ pub fn run(command: &Command, started: Instant) -> Result<(), Failure> {
         Command::Graph(args) => graph::graph(args),
         Command::Bench(args) => bench::bench(args, started),
         Command::Adapters { json } => inspect::adapters(*json),
-        Command::Settings { effects, json, schema } => settings::settings(effects, *json, *schema),
+        Command::Settings { stage_schema: true, .. } => settings::stage_schema(),
+        Command::Settings { effects, json, schema, .. } => settings::settings(effects, *json, *schema),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "manypass", &mut script);

@@ -31,6 +31,14 @@ pub fn settings(effects: &[PathBuf], as_json: bool, as_schema: bool) -> Result<(
     print(&table(&infos))
 }
 
+/// Runs `settings --stage-schema`.
+///
+/// # Errors
+/// Standard output is closed.
+pub fn stage_schema() -> Result<(), Failure> {
+    print(&format!("{:#}\n", manypass::stage_schema()))
+}
+
 fn table(infos: &[&SettingInfo]) -> String {
     let header = ["key", "type", "default", "range", "unit", "what it does"].map(str::to_owned);
     let rows: Vec<[String; 6]> = std::iter::once(header).chain(infos.iter().map(|info| row(info))).collect();

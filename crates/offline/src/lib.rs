@@ -15,6 +15,7 @@ pub mod manifest;
 pub mod memory;
 pub mod settings_docs;
 pub mod sheet;
+pub mod stage_docs;
 pub mod still;
 
 pub use aov_png::{PngRange, aov_png};

@@ -1,17 +1,25 @@
 //! The documentation of variables and settings is that of the code.
 
-use manypass_offline::{aov_docs, settings_docs};
-use std::path::Path;
+use manypass_offline::{aov_docs, settings_docs, stage_docs};
+use std::path::{Path, PathBuf};
+
+fn docs(page: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page)
+}
+
+fn are_written() -> bool {
+    std::env::var_os("MANYPASS_GOLDENS").is_some_and(|value| value == "write")
+}
 
 /// Compares the table of a page, between its comments, with that of the code; or writes it.
 fn assert_current(page: &str, subject: &str, table: &str) {
     let begin = format!("<!-- {subject}: written by `cargo xtask goldens` -->\n");
     let end = format!("<!-- end of {subject} -->\n");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
+    let path = docs(page);
     let text = std::fs::read_to_string(&path).expect(page);
     let (before, rest) = text.split_once(&begin).expect("the table's beginning");
     let (found, after) = rest.split_once(&end).expect("the table's end");
-    if std::env::var_os("MANYPASS_GOLDENS").is_some_and(|value| value == "write") {
+    if are_written() {
         std::fs::write(&path, format!("{before}{begin}{table}{end}{after}")).expect("written");
     } else {
         assert!(found == table, "docs/{page} differs from the code: run `cargo xtask goldens`");
@@ -26,4 +34,29 @@ fn the_golden_table_of_variables_is_current() {
 #[test]
 fn the_golden_table_of_settings_is_current() {
     assert_current("settings.md", "settings", &settings_docs::markdown_table());
+}
+
+#[test]
+fn the_golden_tables_of_stages_are_current() {
+    assert_current("stage.md", "keys", &stage_docs::markdown_tables());
+}
+
+#[test]
+fn the_stage_of_the_page_is_the_example() {
+    let read = |name: &str| std::fs::read_to_string(docs(name)).expect(name);
+    assert!(read("stage.md").contains(&format!("```toml\n{}```", read("examples/hall.stage.toml"))));
+}
+
+#[test]
+fn the_golden_schema_of_stages_is_current() {
+    let path = docs("stage.schema.json");
+    if are_written() {
+        std::fs::write(&path, stage_docs::schema()).expect("written");
+    } else {
+        let found = std::fs::read_to_string(&path).expect("docs/stage.schema.json");
+        assert!(
+            found == stage_docs::schema(),
+            "docs/stage.schema.json differs from the code: run `cargo xtask goldens`"
+        );
+    }
 }

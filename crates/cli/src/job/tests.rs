@@ -9,7 +9,8 @@ fn job(flags: &[&str]) -> Result<Job, Failure> {
     match cli.map_err(|error| Failure::usage(error, ""))?.command {
         Command::Render(args) => {
             let job = Job::new(&args, false, &["depth", "normal"])?;
-            job.check(&crate::chosen::of_frame(&args.frame, &mut [])?)?;
+            let chosen = crate::chosen::Chosen::of_frame(&args.frame)?;
+            job.check(&chosen.settings(Settings::default(), None, &mut [])?)?;
             Ok(job)
         }
         _ => Err(Failure::usage("not render", "")),

@@ -6,14 +6,15 @@ use crate::deliver::check_ids;
 use crate::exposure::Taken;
 use crate::failure::{Failure, say};
 use crate::gather::Item;
+use crate::input::Opened;
 use crate::provenance::{InputFile, input_files};
 use crate::report::Phases;
 use crate::request::request;
 use crate::session::ms_since;
 use crate::shot::{pose, time_secs, view};
 use crate::{camera, coverage, interrupt, memory, scenes, shot};
-use manypass::Environment;
-use manypass_scene::{Framing, Scene};
+use manypass::{Environment, Settings};
+use manypass_scene::{Framing, Scene, Stage};
 use std::time::Instant;
 
 /// An input in memory and on the device.
@@ -39,7 +40,8 @@ impl Batch<'_> {
         let start = Instant::now();
         // Two scenes at once need not fit into memory.
         self.renderer.unload();
-        let (mut scene, mut warnings) = ReadAhead::take(&mut self.ahead, &item.input)?;
+        let Opened { mut scene, mut warnings, stage } = ReadAhead::take(&mut self.ahead, &item.input)?;
+        self.settings = self.settings_of(stage.as_ref())?;
         interrupt::check()?;
         check_ids(self.job, &scene)?;
         let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
@@ -68,6 +70,19 @@ impl Batch<'_> {
         let exposure = self.meter(&mut scene, &framing)?;
         phases.meter = ms_since(start);
         Ok(Loaded { scene, framing, exposure, warnings, files })
+    }
+
+    /// The settings of an input.
+    ///
+    /// # Errors
+    /// Wrong settings of its stage, or none with which the job can be done.
+    fn settings_of(&self, stage: Option<&Stage>) -> Result<Settings, Failure> {
+        if stage.is_none() {
+            return Ok(self.plain_settings.clone());
+        }
+        let settings = self.chosen.settings(Settings::default(), stage, &mut self.effect_files.clone())?;
+        self.job.check(&settings)?;
+        Ok(settings)
     }
 
     /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.

@@ -1,0 +1,28 @@
+//! What is said of stage files in documentation, from the declarations that their reader has.
+
+use manypass_scene::stage::keys::{SETTINGS_TABLES, TABLES};
+use std::fmt::Write as _;
+
+/// The tables of `docs/stage.md`, in Markdown.
+pub fn markdown_tables() -> String {
+    let mut text = String::new();
+    for table in &TABLES {
+        let title = if table.name.is_empty() { "Before all tables".into() } else { format!("`[[{}]]`", table.name) };
+        let _ = writeln!(text, "### {title}\n\n{}\n\n| key | type | what it does |\n|---|---|---|", table.doc);
+        for key in table.keys {
+            let needed = if key.is_required { " Required." } else { "" };
+            let _ = writeln!(text, "| `{}` | {} | {}{needed} |", key.name, key.kind.name(), key.doc);
+        }
+        text.push('\n');
+    }
+    text.push_str("### Tables of settings\n\n| table | what it holds |\n|---|---|\n");
+    for (name, doc) in SETTINGS_TABLES {
+        let _ = writeln!(text, "| `[{name}]` | {doc} |");
+    }
+    text
+}
+
+/// The JSON Schema of stage files, as `docs/stage.schema.json` has it.
+pub fn schema() -> String {
+    format!("{:#}\n", manypass::stage_schema())
+}
