@@ -5,6 +5,12 @@ use glam::Vec3;
 /// The most lights that are drawn: lists of lights hold numbers of 16 bits.
 pub const LIGHTS_MAX: u32 = 65_535;
 
+/// The shortest range that is read, in metres.
+pub const RANGE_MIN_M: f64 = 1e-6;
+
+/// The narrowest cone of a spot, from its axis, in radians: 32 bits do not tell the cosines of narrower ones apart.
+pub const CONE_MIN_RAD: f32 = 1e-3;
+
 /// The shape of a light's emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {

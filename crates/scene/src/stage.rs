@@ -122,7 +122,16 @@ impl Stage {
     }
 }
 
+/// The most tables of lists that are parsed: so many of each kind are possible, and parsed tables are far larger than their text.
+const MOST_TABLES: usize = 3 * LIGHTS_MAX as usize;
+
 fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
+    let starts = std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1));
+    let is_table = |start: &usize| source.text.get(*start..).is_some_and(|rest| rest.starts_with("[["));
+    if let Some(start) = starts.filter(is_table).nth(MOST_TABLES) {
+        let message = format!("more than {MOST_TABLES} tables of lists; {LIGHTS_MAX} of a kind are possible");
+        return Err(source.fault(start..start + 2, message));
+    }
     DeTable::parse(&source.text).map_err(|error| {
         let end = source.text.len();
         source.fault(error.span().unwrap_or(end..end), error.message())

@@ -167,3 +167,49 @@ fn uris_are_decoded_and_escapes_refused() {
     }
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn lights_with_numbers_that_no_light_has_are_told() {
+    let light = |light: &str| {
+        let json = format!(
+            r#"{{ "asset": {{ "version": "2.0" }}, "extensions": {{ "KHR_lights_punctual": {{ "lights": [{light}] }} }},
+            "nodes": [{{ "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }}] }}"#
+        );
+        let loaded = load_bytes(json.as_bytes(), &mut |_| Err(String::new()), "lights.gltf");
+        loaded.map(|loaded| {
+            let lights = "/extensions/KHR_lights_punctual/lights/0";
+            (loaded.scene.lights, loaded.warnings.iter().filter(|warning| warning.contains(lights)).count())
+        })
+    };
+    for (text, part) in [
+        (r#"{ "type": "point", "intensity": 1e39 }"#, "lights/0/intensity\": expected a finite number"),
+        (r#"{ "type": "point", "intensity": 1e999 }"#, "its JSON does not parse: number out of range"),
+        (r#"{ "type": "point", "intensity": NaN }"#, "its JSON does not parse"),
+        (r#"{ "type": "point", "intensity": "5" }"#, "expected a finite number"),
+        (r#"{ "type": "point", "color": [1, 1e39, 0] }"#, "expected an array of finite numbers"),
+        (r#"{ "type": "point", "range": 0 }"#, "lights/0/range\": expected a number above 0"),
+        (r#"{ "type": "point", "range": -3 }"#, "lights/0/range\": expected a number above 0"),
+        (r#"{ "type": "point", "range": 1e39 }"#, "expected a finite number"),
+        (r#"{ "type": "spot" }"#, "lights/0/spot\": expected an object"),
+        (r#"{ "type": "spot", "spot": { "outerConeAngle": -0.1 } }"#, "outerConeAngle\": expected a number from 0 to"),
+        (r#"{ "type": "spot", "spot": { "outerConeAngle": 2 } }"#, "outerConeAngle\": expected a number from 0 to"),
+        (r#"{ "type": "spot", "spot": { "innerConeAngle": -1 } }"#, "innerConeAngle\": expected a number from 0 to"),
+    ] {
+        let error = light(text).expect_err(text).to_string();
+        assert!(error.contains(part), "{text}: {error}");
+    }
+    for (text, warnings) in [
+        (r#"{ "type": "point", "intensity": 0 }"#, 0),
+        (r#"{ "type": "point", "intensity": -5 }"#, 1),
+        (r#"{ "type": "point", "range": 1e-30 }"#, 1),
+        (r#"{ "type": "point", "range": 3e38 }"#, 0),
+        (r#"{ "type": "spot", "spot": { "innerConeAngle": 0.6, "outerConeAngle": 0.5 } }"#, 1),
+        (r#"{ "type": "spot", "spot": { "outerConeAngle": 0 } }"#, 1),
+        (r#"{ "type": "moon" }"#, 1),
+    ] {
+        let (lights, found) = light(text).expect(text);
+        assert_eq!(found, warnings, "{text}");
+        let light = &lights[0];
+        assert!(light.intensity >= 0.0 && light.range_m.is_none_or(|range_m| range_m * range_m > 0.0), "{light:?}");
+    }
+}

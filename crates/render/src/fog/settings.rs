@@ -17,7 +17,7 @@ settings! {
         density_per_m: f32 = 0.05, in 0.0.., unit "1/m";
         /// Up to this distance there is no fog.
         start_m: f32 = 0.0, in 0.0.., unit "m";
-        /// From this distance on linear fog hides everything.
+        /// From this distance on linear fog hides everything; at or before `start_m` it is a wall there.
         end_m: f32 = 50.0, in 0.0.., unit "m", needs "fog.mode=linear";
         /// Whether the environment behind all surfaces, which is infinitely far away, is hidden as well.
         background: bool = false, needs "background.source=environment";

@@ -2,6 +2,7 @@
 
 use super::accessor::{Component, to_f32};
 use super::{Document, LoadError, json::Json};
+use crate::light::{CONE_MIN_RAD, RANGE_MIN_M};
 use crate::{Camera, Light, LightKind, Node, NodeId, Projection, Scene, SceneRoots, Skin};
 use glam::{Mat4, Quat, Vec3};
 use std::collections::BTreeSet;
@@ -58,21 +59,34 @@ pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadErr
                 LightKind::Point
             }
         };
-        let range_m = json.number("range")?;
-        if range_m.is_some_and(|range_m| range_m <= 0.0) {
-            return Err(json.error("range", "expected a number above 0"));
-        }
+        let range_m = read_range(document, &json)?;
         let color_linear = Vec3::from(document.clamped(&json, "color", [1.0; 3], f32::MAX)?);
         lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind, ..Light::default() });
     }
     Ok(lights)
 }
 
+/// The range of a light; the square of what is shorter is nothing in 32 bits.
+fn read_range(document: &mut Document, json: &Json) -> Result<Option<f32>, LoadError> {
+    let range_m = json.number("range")?;
+    if range_m.is_some_and(|range_m| range_m <= 0.0) {
+        return Err(json.error("range", "expected a number above 0; leave it out for light without end"));
+    }
+    let least_m = RANGE_MIN_M as f32;
+    if range_m.is_some_and(|range_m| range_m < least_m) {
+        document.warn(&json.at("range"), &format!("expected at least {RANGE_MIN_M}, which is used"));
+    }
+    Ok(range_m.map(|range_m| range_m.max(least_m)))
+}
+
 /// The cone of a spot light. Exporters write equal angles for a hard edge, which glTF forbids; they are drawn apart.
 fn read_cone(document: &mut Document, spot: &Json) -> Result<LightKind, LoadError> {
     let quarter = std::f32::consts::FRAC_PI_2;
     let outer_cone_rad = spot.number_in("outerConeAngle", quarter / 2.0, 0.0, quarter + 1e-5)?;
-    let outer_cone_rad = outer_cone_rad.clamp(1e-3, quarter);
+    if outer_cone_rad < CONE_MIN_RAD {
+        document.warn(&spot.at("outerConeAngle"), &format!("expected at least {CONE_MIN_RAD}, which is used"));
+    }
+    let outer_cone_rad = outer_cone_rad.clamp(CONE_MIN_RAD, quarter);
     let mut inner_cone_rad = spot.number_in("innerConeAngle", 0.0, 0.0, quarter + 1e-5)?;
     if inner_cone_rad >= outer_cone_rad {
         document.warn(&spot.at("innerConeAngle"), "expected an angle below outerConeAngle; one just below is used");

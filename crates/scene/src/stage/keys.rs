@@ -1,5 +1,7 @@
 //! The keys of stage files, declared once: for the reader, the schema for editors, and the documentation.
 
+use crate::light::RANGE_MIN_M;
+
 /// What a key takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StageType {
@@ -108,7 +110,7 @@ pub(super) const LIGHTS: StageTable = StageTable {
         ),
         key(
             "range_m",
-            StageType::Number { min: 1e-6, is_above: false, max: f32::MAX as f64 },
+            StageType::Number { min: RANGE_MIN_M, is_above: false, max: f32::MAX as f64 },
             "Beyond this distance in metres it is nothing. Without it, it only falls off with the square. Not of directional \
              lights.",
         ),

@@ -2,6 +2,7 @@
 
 use super::names::Pattern;
 use super::table::{Placed, Source, Table};
+use crate::light::CONE_MIN_RAD;
 use crate::{Diagnostic, Light, LightKind, Node, NodeId, Scene};
 use glam::{Quat, Vec3};
 use std::collections::BTreeSet;
@@ -93,8 +94,7 @@ fn cone(table: &Table<'_>) -> Result<LightKind, Box<Diagnostic>> {
             format!("the inner cone of {inner_deg} degrees is not narrower than the outer one of {outer_deg}");
         return Err(table.fault(key, message));
     }
-    // As of a spot of a glTF file: what is narrower is drawn so.
-    let outer_cone_rad = outer_deg.to_radians().clamp(1e-3, std::f32::consts::FRAC_PI_2);
+    let outer_cone_rad = outer_deg.to_radians().clamp(CONE_MIN_RAD, std::f32::consts::FRAC_PI_2);
     Ok(LightKind::Spot { inner_cone_rad: inner_deg.to_radians().min(0.999 * outer_cone_rad), outer_cone_rad })
 }
 

@@ -7,8 +7,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
-/// The largest stage that is read: 32 MiB, which is more than the most lights take.
-pub const MAX_STAGE_BYTES: u64 = 32 << 20;
+/// The largest stage that is read: 16 MiB, which is more than the most lights take.
+pub const MAX_STAGE_BYTES: u64 = 16 << 20;
 
 /// What the names of stages end in, whatever the case of its letters.
 const ENDING: &str = ".stage.toml";
@@ -104,7 +104,7 @@ pub fn named_model(path: &Path) -> Option<PathBuf> {
     }
 }
 
-const TOO_LARGE: &str = "it is larger than 32 MiB";
+const TOO_LARGE: &str = "it is larger than 16 MiB";
 const NO_TEXT: &str = "it is no text in UTF-8";
 
 /// The text; a device may have no end.

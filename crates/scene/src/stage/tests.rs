@@ -153,7 +153,9 @@ fn a_million_lights_are_refused() {
     assert!(error.starts_with(&start), "{}", error.lines().next().unwrap());
     let million = light.repeat(1_000_000);
     let error = load_bytes(million.as_bytes(), &mut |_| Err(String::new()), "m").map(drop).unwrap_err().to_string();
-    assert_eq!(error, "m: it is larger than 32 MiB");
+    assert_eq!(error, "m: it is larger than 16 MiB");
+    let error = applied(&"[[lights]]\n".repeat(1_000_000)).unwrap_err();
+    assert!(error.starts_with("a.stage.toml:196607:1: error: more than 196605 tables"), "{}", &error[..200]);
 }
 
 #[test]
