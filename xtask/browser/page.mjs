@@ -43,7 +43,21 @@ export const asUser = (browser, origin) => test("page", async (faults) => {
   await said("choose that file too");
   await drop([["triangle.gltf", gltf], ["my corners.bin", corners]]);
   await said("^$");
-  if (await picture() === before) faults.push("a dropped model does not replace the former one");
+  const unlit = await picture();
+  if (unlit === before) faults.push("a dropped model does not replace the former one");
+  const stage = (text) => ["my.stage.toml", base64(`model = "triangle.gltf"\n${text}`)];
+  await drop([stage("colour = 1"), ["triangle.gltf", gltf], ["my corners.bin", corners]]);
+  await said("the stage:2:1: error: no key of a stage");
+  await drop([stage('[environment]\ncolor = "ff0000"'), ["triangle.gltf", gltf]]);
+  await said("choose that file too");
+  await drop([stage('[environment]\ncolor = "ff0000"'), ["triangle.gltf", gltf], ["my corners.bin", corners]]);
+  await said("^$");
+  if (await picture() === unlit) faults.push("a dropped stage does not change its model");
+  await drop([["broken.glb", base64("not a model")]]);
+  await said("not a glTF|neither a .glb|glTF");
+  await drop([["triangle.gltf", gltf], ["my corners.bin", corners]]);
+  await said("^$");
+  if (await picture() !== unlit) faults.push("settings of a stage outlast it");
   await page.close();
 });
 

@@ -11,14 +11,15 @@ import { asUser, withoutApi } from "./page.mjs";
 import { read } from "./variables.mjs";
 
 const cases = JSON.parse(process.argv[2]);
-const { origin, close } = await serve(new Map(cases.map(({ name, model }) => [`/models/${name}.glb`, model])));
+const address = ({ name, model }) => `models/${name}${model.endsWith(".stage.toml") ? ".stage.toml" : ".glb"}`;
+const { origin, close } = await serve(new Map(cases.map((one) => [`/${address(one)}`, one.model])));
 let browser = await launchWithBoth();
 
 for (const { name, model, width, height, groups, options, effects, variables } of cases) {
   for (const backend of ["webgpu", "webgl"]) {
     await test(`${name} on ${backend}`, async (faults) => {
-      const address = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : `models/${name}.glb` };
-      const page = await open(browser, origin, address, { width, height }, faults);
+      const query = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : address({ name, model }) };
+      const page = await open(browser, origin, query, { width, height }, faults);
       try {
         const result = await page.evaluate(async ({ groups, options, effects }) => {
           let groupRatio, offPixels;

@@ -1,5 +1,5 @@
 // ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)
-import init, { create } from "./manypass_web.js";
+import init, { create, stageModel } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
@@ -41,38 +41,49 @@ function references(bytes) {
   return [...new Set(uris.filter((uri) => uri && !/^data:/i.test(uri)))];
 }
 
+const isStage = (name) => /\.stage\.toml$/i.test(name);
+
+/** Shows a model or a stage; `get` fetches what they refer to, by a path (of a stage) or an address (of a model, from the model's place). */
+async function open(name, bytes, get) {
+  const parts = (bytes, model) => Promise.all(references(bytes).map(async (uri) => [uri, await get(uri, model)]));
+  if (!isStage(name)) return show(await parts(bytes), (viewer, found) => viewer.load(bytes, found));
+  const model = stageModel(bytes);
+  const isBuiltIn = model.startsWith("demo:");
+  const path = model.split("/").map(encodeURIComponent).join("/");
+  const modelBytes = isBuiltIn ? undefined : await get(path);
+  const found = isBuiltIn ? [] : [[model, modelBytes], ...await parts(modelBytes, path)];
+  return show(found, (viewer, found) => viewer.loadStage(bytes, found));
+}
+
 async function openUrl(address) {
-  if (address.startsWith("demo:")) return show((viewer) => viewer.loadDemo(address.slice(5)));
+  if (address.startsWith("demo:")) return show([], (viewer) => viewer.loadDemo(address.slice(5)));
   const get = async (url) => {
     const answer = await fetch(url);
     if (!answer.ok) throw new Error(`${url}: ${answer.status} ${answer.statusText}`);
     return new Uint8Array(await answer.arrayBuffer());
   };
   const base = new URL(address, location.href);
-  const bytes = await get(base);
-  const pairs = await Promise.all(references(bytes).map(async (uri) => [uri, await get(new URL(uri, base))]));
-  return show((viewer) => viewer.load(bytes, new Map(pairs)));
+  return open(base.pathname, await get(base), (uri, from = "") => get(new URL(uri, new URL(from, base))));
 }
 
 async function openFiles(files) {
-  const main = files.find((file) => /\.(glb|gltf)$/i.test(file.name));
-  if (!main) throw new Error("Choose a .glb, or a .gltf together with its other files.");
+  const main = files.find((file) => isStage(file.name)) ?? files.find((file) => /\.(glb|gltf)$/i.test(file.name));
+  if (!main) throw new Error("Choose a .glb, a .gltf together with its other files, or a .stage.toml together with its model.");
   const read = async (file) => new Uint8Array(await file.arrayBuffer());
-  const bytes = await read(main);
-  const pairs = await Promise.all(references(bytes).map(async (uri) => {
+  return open(main.name, await read(main), async (uri) => {
     const name = decodeURIComponent(uri).split("/").pop();
     const file = files.find((candidate) => candidate.name === name);
     if (!file) throw new Error(`${main.name} refers to ${uri}: choose that file too.`);
-    return [uri, await read(file)];
-  }));
-  return show((viewer) => viewer.load(bytes, new Map(pairs)));
+    return read(file);
+  });
 }
 
-async function show(load) {
+/** Loads with what was found of the files that are referred to. */
+async function show(found, load) {
   latest++;
   await inTurn(() => {
     isLoaded = false;
-    load(state.viewer);
+    load(state.viewer, new Map(found));
     isLoaded = true;
     orbit = undefined;
     say(state.viewer.warnings().slice(0, 5).join("\n"));
@@ -123,7 +134,7 @@ try {
   });
   if (!bare) addEventListener("resize", () => { tried(inTurn(setSize)); tried(draw()); });
   await openUrl(query.get("model") ?? "demo:hall");
-  if (!query.has("model")) say("The built-in hall. Drop a .glb here, or a .gltf together with its files. Drag to turn, scroll to zoom.");
+  if (!query.has("model")) say("The built-in hall. Drop a .glb here, or a .gltf or .stage.toml together with its files. Drag to turn, scroll to zoom.");
   state.ready = true;
 } catch (error) {
   document.body.classList.remove("bare");

@@ -16,4 +16,4 @@ mod types;
 mod viewer;
 
 #[cfg(target_arch = "wasm32")]
-pub use viewer::{Viewer, create};
+pub use viewer::{Viewer, create, stage_model};

@@ -1,6 +1,6 @@
 //! `RenderOptions` of the TypeScript section.
 
-use manypass::scene::Scene;
+use manypass::scene::{Scene, Stage};
 use manypass::settings::Written;
 use manypass::{Exposure, FrameRequest, Settings};
 use wasm_bindgen::prelude::*;
@@ -9,6 +9,9 @@ use wasm_bindgen::prelude::*;
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     light_subset: Option<(u32, u32)>,
+    /// What was chosen, by key, in its order.
+    chosen: Vec<(String, Written)>,
+    /// Of the stage that is shown, then what was chosen.
     settings: Settings,
 }
 
@@ -28,7 +31,27 @@ impl Options {
 
     /// Whether surfaces get the same light as with `other`.
     pub fn has_light_of(&self, other: &Self) -> bool {
-        self.settings.environment == other.settings.environment
+        self.settings.environment == other.settings.environment && self.settings.fog == other.settings.fog
+    }
+
+    /// The options for what a stage shows, or a model without one: what was chosen comes after the stage's settings.
+    pub fn for_stage(&self, stage: Option<&Stage>) -> Result<Self, JsError> {
+        let mut options = Self { light_subset: self.light_subset, ..Self::default() };
+        if let Some(stage) = stage {
+            options.settings.apply_stage(stage).map_err(|error| JsError::new(&error.to_string()))?;
+        }
+        for (key, written) in &self.chosen {
+            options.give(key, written.clone())?;
+        }
+        Ok(options)
+    }
+
+    /// Changes a setting by choice.
+    fn give(&mut self, key: &str, written: Written) -> Result<(), JsError> {
+        self.settings.give(key, &written)?;
+        self.chosen.retain(|(known, _)| known != key);
+        self.chosen.push((key.into(), written));
+        Ok(())
     }
 
     /// A request for a frame of `scene` with the options.
@@ -61,18 +84,22 @@ impl Options {
             if !words.contains(&name.as_str()) {
                 return Err(JsError::new(&format!("{key} is `{name}`: expected {}", words.join(", "))));
             }
-            return Ok(self.settings.set(setting, &name)?);
+            return self.give(setting, Written::Text(name));
         }
         match key {
-            "exposure" if value.is_null() => self.settings.exposure.stops = Exposure::Scene,
-            "exposure" => self.settings.exposure.stops = scalar(value).parse()?,
+            "exposure" if value.is_null() => self.give("exposure.stops", Written::from("scene"))?,
+            "exposure" => {
+                // It says what is wrong in words of its own.
+                let _: Exposure = scalar(value).parse()?;
+                self.give("exposure.stops", Written::Text(scalar(value)))?;
+            }
             "lightSubset" => self.light_subset = light_subset(value)?,
             "settings" => {
                 if !value.is_object() {
                     return Err(JsError::new("settings is an object of values by key"));
                 }
                 for (key, value) in entries(value) {
-                    self.settings.give(&key, &value)?;
+                    self.give(&key, value)?;
                 }
             }
             _ => return Err(JsError::new(&format!("there is no option `{key}`"))),

@@ -11,7 +11,7 @@ use crate::types::{
 };
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
-    scene::{Aabb, Framing, Scene, demo, gltf_file},
+    scene::{Aabb, Framing, Scene, Stage, demo, gltf_file, stage},
 };
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
@@ -76,10 +76,32 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
     })
 }
 
+/// The model that a stage names: a path from the stage's own place, or `demo:NAME`.
+///
+/// # Errors
+/// When the stage is wrong; the message names the place in it.
+#[wasm_bindgen(js_name = stageModel)]
+pub fn stage_model(bytes: &[u8]) -> Result<String, JsError> {
+    let text = std::str::from_utf8(bytes).map_err(|_| JsError::new("the stage is no text in UTF-8"))?;
+    let stage = Stage::parse("the stage", text).map_err(|error| JsError::new(&error.to_string()))?;
+    Ok(stage.model().to_owned())
+}
+
+/// Finds what a model or a stage refers to.
+fn resolver(resources: Option<Resources>) -> impl FnMut(&str) -> Result<Vec<u8>, String> {
+    let resources = resources.map(|resources| read_resources(&resources.into())).unwrap_or_default();
+    move |uri: &str| {
+        let found = resources.iter().find(|(name, _)| *name == uri || decode_uri(name) == uri);
+        found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| format!("`{uri}` was not given with the model"))
+    }
+}
+
 impl Viewer {
-    fn take(&mut self, scene: Scene, warnings: Vec<String>) -> Result<(), JsError> {
+    fn take(&mut self, scene: Scene, warnings: Vec<String>, stage: Option<&Stage>) -> Result<(), JsError> {
+        let options = self.options.for_stage(stage)?;
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
+        self.options = options;
         self.forget_frame();
         self.renderer.load(&scene)?;
         self.warnings = warnings;
@@ -109,13 +131,19 @@ impl Viewer {
     /// # Errors
     /// When the file cannot be read; the message names the place in it.
     pub fn load(&mut self, bytes: Vec<u8>, resources: Option<Resources>) -> Result<(), JsError> {
-        let resources = resources.map(|resources| read_resources(&resources.into())).unwrap_or_default();
-        let mut resolve = |uri: &str| {
-            let found = resources.iter().find(|(name, _)| *name == uri || decode_uri(name) == uri);
-            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| format!("`{uri}` was not given with the model"))
-        };
-        let loaded = gltf_file::load_bytes(&bytes, &mut resolve, "the model")?;
-        self.take(loaded.scene, loaded.warnings)
+        let loaded = gltf_file::load_bytes(&bytes, &mut resolver(resources), "the model")?;
+        self.take(loaded.scene, loaded.warnings, None)
+    }
+
+    /// Takes a stage, `NAME.stage.toml`, with its model under the name that `stageModel` gives, and the files that the model
+    /// refers to. Replaces the model before; options come after the stage's settings.
+    ///
+    /// # Errors
+    /// When the stage or its model cannot be read; the message names the place in it.
+    #[wasm_bindgen(js_name = loadStage)]
+    pub fn load_stage(&mut self, bytes: Vec<u8>, resources: Option<Resources>) -> Result<(), JsError> {
+        let loaded = stage::load_bytes(&bytes, &mut resolver(resources), "the stage")?;
+        self.take(loaded.scene, loaded.warnings, Some(&loaded.stage))
     }
 
     /// Takes a built-in scene: `hall`.
@@ -129,7 +157,7 @@ impl Viewer {
         }
         let mut scene = demo::hall();
         scene.update_transforms();
-        self.take(scene, Vec::new())
+        self.take(scene, Vec::new(), None)
     }
 
     /// The names of the file's scenes, in order; those without one are empty.
