@@ -167,12 +167,18 @@ fn suggestion(nearest: Option<&str>) -> String {
 }
 
 /// The known key with the smallest edit distance (Levenshtein 1966), if two of three letters stay; where the key has the last
-/// part of known keys, or is like the name of their group, among those.
+/// part of known keys, or is like the name of their group, among those. A key of a group that is not known at all has nothing in
+/// common with others but that last part.
 fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
     let is_like = |known: &str| 3 * edit_distance(key, known) <= key.len();
-    let is_other = |known: &str| last(known) != last(key) && !known.split('.').next().is_some_and(is_like);
-    let (is_other, _, nearest) = known.map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
+    let known: Vec<&str> = known.collect();
+    let group = |key: &str| key.split_once('.').map(|(group, _)| group.to_owned());
+    let has_known_group = group(key).is_none() || known.iter().any(|known| group(known) == group(key));
+    let has_last = |known: &str| has_known_group && last(known) == last(key);
+    let is_other = |known: &str| !has_last(known) && !known.split('.').next().is_some_and(is_like);
+    let (is_other, _, nearest) =
+        known.into_iter().map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
     (!is_other || is_like(nearest)).then_some(nearest)
 }
 
