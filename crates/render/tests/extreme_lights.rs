@@ -38,7 +38,7 @@ fn radiances(renderer: &mut Renderer, scene: &Scene, side: u32) -> Vec<Vec<f32>>
     request.averaging = Averaging::Radiance;
     let settings = &mut request.settings;
     (settings.environment.source, settings.background.source) = (Environment::None, Background::Color([0.0; 3]));
-    settings.tone_map.curve = Tonemap::None;
+    (settings.tone_map.curve, settings.shadows.enabled) = (Tonemap::None, false);
     let mut found = Vec::new();
     for (path, culling) in [
         (Path::Deferred, LightCulling::Clustered),
@@ -91,7 +91,7 @@ fn lights_at_the_ends_of_their_ranges_are_numbers() {
         ),
         ("at the camera", Light { range_m: Some(9.0), ..light.clone() }, Vec3::ZERO, true),
         ("on the wall", Light { range_m: Some(1.0), ..light.clone() }, Vec3::new(0.0, 0.0, -4.0), true),
-        // Its surface faces away from it, with or without shadows.
+        // The surface that is seen faces away from it.
         ("inside the wall", Light { range_m: Some(9.0), ..light.clone() }, Vec3::new(0.0, 0.0, -4.5), false),
         ("a sun", Light { kind: LightKind::Directional, range_m: Some(1e-6), ..light.clone() }, before, true),
     ] {

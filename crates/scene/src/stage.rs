@@ -62,9 +62,9 @@ impl Stage {
         let root = document.get_ref();
         let settings = SETTINGS_TABLES.map(|(name, _)| name);
         let lists = [LIGHTS.name, NODES.name, MATERIALS.name];
-        let [file, ..] = &TABLES;
+        let [beginning, ..] = &TABLES;
         // The whole text is no place for what is missing.
-        let top = Table::read(&source, (root, 0..0), file, &[&lists[..], &settings[..]].concat())?;
+        let top = Table::read(&source, (root, 0..0), beginning, &[&lists[..], &settings[..]].concat())?;
         let model = checked_model(&source, top.text("model"))?;
         for name in settings {
             match value(root, name) {
