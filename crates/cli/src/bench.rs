@@ -124,6 +124,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "pairs_visited": pairs.pairs_visited,
         "pairs_shaded": pairs.pairs_shaded,
         "pairs_in_range": pairs.pairs_in_range,
+        "pairs_passed_over": pairs.pairs_passed_over,
         "visited_over_in_range": over,
         "texture_bytes": stats.texture_bytes,
         "texture_bytes_unaliased": stats.texture_bytes_unaliased,

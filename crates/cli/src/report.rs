@@ -196,6 +196,7 @@ impl Report {
             "pairs_visited": entry.pairs.pairs_visited,
             "pairs_shaded": entry.pairs.pairs_shaded,
             "pairs_in_range": entry.pairs.pairs_in_range,
+            "pairs_passed_over": entry.pairs.pairs_passed_over,
             "aov_ranges": entry.aov_ranges,
             "depth_range_m": depth_range_m,
             "exposure": entry.exposure,

@@ -31,6 +31,8 @@ shared_constants! {
     TABLE_WIDTH: u32 = 1024;
     /// Entries in a row of the lists of lights. WebGL 2 promises no wider textures.
     LIST_WIDTH: u32 = 2048;
+    /// Lights of a batch of the path `forward-batched`.
+    LIGHTS_PER_BATCH: u32 = 8;
     /// Texels along each side of the table of directional albedo.
     DIRECTIONAL_ALBEDO_SIZE: u32 = 32;
 

@@ -3,10 +3,12 @@
 use crate::aov::AovPasses;
 use crate::effect::Effect;
 use crate::gbuffer::{Gbuffer, ViewOutputs};
+use crate::lights::LightCulling;
+use crate::passes::direct::Lights;
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, direct, emission, fog, forward, geometry, ids, indirect, linear_depth, motion, present,
-    shadows, tone_map,
+    accumulate, background, direct, emission, fog, forward, geometry, gouraud, ids, indirect, linear_depth, motion,
+    present, shadows, tile_depth, tone_map, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -34,21 +36,74 @@ pub fn view_passes(
     settings: &Settings,
     variables: &Variables,
 ) -> Result<ViewOutputs, ProgramError> {
-    if settings.render.path == Path::Forward {
-        let (radiance, depth) = forward::record_opaque(r, &settings.fog)?;
+    let forward = match settings.render.path {
+        Path::Deferred => None,
+        Path::Forward => Some(forward::record_opaque(r, &settings.fog)?),
+        Path::ForwardBatched => Some(forward::record_batched(r, &settings.fog)?),
+        Path::Gouraud => Some(gouraud::record_opaque(r, &settings.fog)?),
+    };
+    if let Some((radiance, depth)) = forward {
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
         let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
-        let radiance = forward::record_blended(r, &settings.fog, radiance, &depth)?;
+        let radiance = match settings.render.path {
+            Path::Gouraud => gouraud::record_blended(r, &settings.fog, radiance, &depth)?,
+            _ => forward::record_blended(r, &settings.fog, radiance, &depth)?,
+        };
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let (outputs, gbuffer, depth) = surface_passes(r, variables)?;
     let radiance = indirect::record(r, &gbuffer, &depth, outputs.radiance)?;
-    let radiance = direct::record(r, &gbuffer, &depth, radiance)?;
+    let (radiance, depth) = light_passes(r, settings, &gbuffer, depth, radiance)?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = forward::record_blended(r, &settings.fog, radiance, &depth)?;
     Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..outputs })
+}
+
+/// All light that reaches opaque surfaces from lights, in the way that the settings name. Also gives depth.
+fn light_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    gbuffer: &Gbuffer,
+    depth: Handle,
+    radiance: Handle,
+) -> Result<(Handle, Handle), ProgramError> {
+    match settings.lights.culling {
+        LightCulling::Clustered | LightCulling::None => {
+            Ok((direct::record(r, &Lights::Clusters, gbuffer, &depth, radiance)?, depth))
+        }
+        LightCulling::Tiled => {
+            let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
+            Ok((direct::record(r, &Lights::Tiles(&tile_depth), gbuffer, &depth, radiance)?, depth))
+        }
+        LightCulling::Volumes | LightCulling::VolumesStencil => {
+            let radiance = direct::record(r, &Lights::Global, gbuffer, &depth, radiance)?;
+            volumes::record(r, gbuffer, depth, radiance)
+        }
+    }
+}
+
+/// The numbers of pairs of pixel and light of the same lighting, in place of light: visited, shaded, in range and passed over,
+/// a texel a pixel.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Handle, ProgramError> {
+    let (_, gbuffer, depth) = surface_passes(r, &Variables::default())?;
+    let exact = wgpu::TextureFormat::Rgba32Float;
+    match settings.lights.culling {
+        LightCulling::Clustered | LightCulling::None => direct::record_counting(r, &Lights::Clusters, &gbuffer, exact),
+        LightCulling::Tiled => {
+            let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
+            direct::record_counting(r, &Lights::Tiles(&tile_depth), &gbuffer, exact)
+        }
+        LightCulling::Volumes | LightCulling::VolumesStencil => {
+            let format = r.frame.gpu.capabilities.sum_format();
+            let pairs = direct::record_counting(r, &Lights::Global, &gbuffer, format)?;
+            volumes::record_counting(r, &gbuffer, depth, pairs)
+        }
+    }
 }
 
 /// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known of

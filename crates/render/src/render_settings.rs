@@ -10,6 +10,10 @@ choices! {
         Deferred = "deferred",
         /// Every surface where it is drawn.
         Forward = "forward",
+        /// Every surface where it is drawn, and again for each eight of the lights that reach it.
+        ForwardBatched = "forward-batched",
+        /// Every surface where it is drawn, with light computed at its vertices.
+        Gouraud = "gouraud",
     }
 }
 

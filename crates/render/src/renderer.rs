@@ -13,7 +13,7 @@ use crate::draws::WorldDraws;
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
-use crate::record::{BindGroups, Bundles, FrameTables, InstanceTable, SurfacePipelines, UniformArena};
+use crate::record::{BindGroups, Bundles, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
@@ -42,6 +42,7 @@ pub struct Renderer {
     /// Lights of visible nodes, be they drawn or too many.
     light_count: usize,
     bundles: Bundles,
+    volumes: Volumes,
     resources: SceneResources,
     world_draws: WorldDraws,
     instances: InstanceTable,
@@ -104,6 +105,7 @@ impl Renderer {
             bind_groups: BindGroups::default(),
             light_count: 0,
             bundles: Bundles::default(),
+            volumes: Volumes::new(&gpu.device),
             resources: SceneResources::new(&gpu),
             world_draws: WorldDraws::default(),
             instances: InstanceTable::new(&gpu),

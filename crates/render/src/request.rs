@@ -282,6 +282,9 @@ pub struct PairCounts {
     pub pairs_shaded: u64,
     /// The pixel lies within the light's range, and within its cone.
     pub pairs_in_range: u64,
+    /// Visited, but not even tested for their distance, because the light lies before or behind all of the tile's surfaces
+    /// (tiled lighting alone).
+    pub pairs_passed_over: u64,
 }
 
 /// The picture of one target of one pass.

@@ -5,6 +5,7 @@
 
 use manypass::shader::compose::PROGRAMS;
 use naga::back::glsl;
+use naga::back::pipeline_constants::process_overrides;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 fn parse(name: &str, source: &str) -> (naga::Module, ModuleInfo) {
@@ -21,8 +22,11 @@ fn translate(module: &naga::Module, info: &ModuleInfo, entry: &naga::EntryPoint)
         glsl::Options { version: glsl::Version::Embedded { version: 300, is_webgl: true }, ..Default::default() };
     let pipeline =
         glsl::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone(), multiview: None };
+    // As wgpu does when it makes a pipeline: every `override` constant becomes a value.
+    let (module, info) =
+        process_overrides(module, info, None, &Default::default()).map_err(|error| error.to_string())?;
     let mut text = String::new();
-    glsl::Writer::new(&mut text, module, info, &options, &pipeline, Default::default())
+    glsl::Writer::new(&mut text, &module, &info, &options, &pipeline, Default::default())
         .and_then(|mut writer| writer.write())
         .map_err(|error| error.to_string())?;
     Ok(text)

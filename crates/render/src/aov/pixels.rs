@@ -143,7 +143,7 @@ pub(super) fn direction_from_octahedral(v: Vec2) -> Vec3 {
 }
 
 /// The value of a half float; NaNs count as infinity.
-pub(super) fn f32_from_half(bits: u16) -> f32 {
+pub(crate) fn f32_from_half(bits: u16) -> f32 {
     let exponent = i32::from(bits >> 10 & 31);
     let mantissa = f32::from(bits & 1023);
     let magnitude = match exponent {

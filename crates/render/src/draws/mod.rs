@@ -6,7 +6,7 @@ mod world;
 
 pub(crate) use deformation::Deformation;
 pub(crate) use list::{Draw, DrawList};
-pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws};
+pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 
 /// The axes of programs that draw surfaces. A set of them is a number with their bits.
 pub(crate) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed"];

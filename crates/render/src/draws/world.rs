@@ -3,6 +3,7 @@
 use super::deformation::{Deformation, Joints};
 use super::{Axes, Faces};
 use crate::constants::WITHOUT_NORMALS;
+use crate::lights::ObjectBounds;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
 use bytemuck::Zeroable;
 use glam::Vec3;
@@ -155,6 +156,16 @@ impl WorldDraws {
         self.place();
     }
 
+    /// Where objects lie, by object id. One whose box is not known lies everywhere.
+    pub fn object_bounds(&self) -> ObjectBounds {
+        let mut bounds = ObjectBounds::default();
+        for item in &self.items {
+            let id = self.instances.get(item.instance as usize).map_or(0, object_id);
+            bounds.add(id, item.extent.as_ref().map(|_| item.bounds_world));
+        }
+        bounds
+    }
+
     /// Puts what is posed into its order, and gives it its instances.
     fn place(&mut self) {
         self.opaque_count = 0;
@@ -216,6 +227,11 @@ impl WorldDraws {
             self.posed.push(Posed { item, instance: drawn.instance(id) });
         }
     }
+}
+
+/// The object id of an instance: the index of its node, plus 1.
+pub(crate) fn object_id(instance: &Instance) -> u32 {
+    instance.ids[0] & !WITHOUT_NORMALS
 }
 
 /// A primitive of a node with all that poses it.

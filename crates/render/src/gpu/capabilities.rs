@@ -17,6 +17,8 @@ pub struct Capabilities {
     pub depth_first: bool,
     /// Whether uniforms may have any size; otherwise (WebGL 2) it is a multiple of 16 bytes.
     pub uniforms_of_any_size: bool,
+    /// Whether 32-bit floats can be blended, so that numbers add up exactly in a target.
+    pub float32_blendable: bool,
     /// Whether passes can be timed on the GPU.
     pub timestamps: bool,
     /// The limits of the device.
@@ -43,6 +45,11 @@ impl Capabilities {
         Ok(Self::of_device(adapter, device))
     }
 
+    /// The format of a target in which numbers are added up by blending. Half floats hold whole numbers up to 2,048.
+    pub(crate) fn sum_format(&self) -> wgpu::TextureFormat {
+        if self.float32_blendable { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float }
+    }
+
     /// What is enabled on the device, whose adapter can render to floating-point targets.
     pub(super) fn of_device(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Self {
         let limits = device.limits();
@@ -62,6 +69,7 @@ impl Capabilities {
                 .get_downlevel_capabilities()
                 .flags
                 .contains(wgpu::DownlevelFlags::BUFFER_BINDINGS_NOT_16_BYTE_ALIGNED),
+            float32_blendable: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
             timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
             limits,
         }

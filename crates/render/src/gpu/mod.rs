@@ -146,7 +146,8 @@ impl Gpu {
     /// # Errors
     /// An adapter that lacks what the frame needs, or gives no device.
     pub async fn from_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
-        let wanted = wgpu::Features::DEPTH32FLOAT_STENCIL8 | wgpu::Features::TIMESTAMP_QUERY;
+        let wanted =
+            wgpu::Features::DEPTH32FLOAT_STENCIL8 | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::FLOAT32_BLENDABLE;
         // The memory of a software adapter is the process's own, in which blocks of 256 MiB for a few small buffers are
         // too much.
         let is_software = adapter.get_info().device_type == wgpu::DeviceType::Cpu;

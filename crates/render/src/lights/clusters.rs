@@ -2,7 +2,7 @@
 
 use super::grid::{Grid, Span, Target};
 use super::reach::Reach;
-use super::{ClusterSettings, LightTable};
+use super::{ClusterSettings, LIGHTS_MAX, LightTable};
 use crate::constants::{LIST_WIDTH, TABLE_WIDTH};
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
@@ -41,7 +41,9 @@ impl ListLimits {
     /// 2²² entries take 8 MiB, so many clusters 32 MiB.
     pub fn of(max_texture_size: u32) -> Self {
         let rows_of = |width: u32| (max_texture_size as usize * width as usize).min(1 << 22);
-        Self { entries: rows_of(LIST_WIDTH), clusters: rows_of(TABLE_WIDTH) }
+        // There is always room for one more list of all lights.
+        let entries = rows_of(LIST_WIDTH).saturating_sub(LIGHTS_MAX as usize);
+        Self { entries, clusters: rows_of(TABLE_WIDTH) }
     }
 }
 
@@ -75,6 +77,11 @@ impl ClusterLists {
             table: vec![[0, lights.len() as u32]],
             lights,
         }
+    }
+
+    /// One cluster without lights, but for those that are in no list.
+    pub fn nothing(table: &LightTable, size: (u32, u32)) -> Self {
+        Self { table: vec![[0; 2]], lights: Vec::new(), ..Self::everything(table, size) }
     }
 
     /// Lists for tiles and slices fitted to `range`. Where there would be more lists than `limits` has room for, or lights

@@ -1,7 +1,11 @@
 //! What is known of a view's lists after they were made, so that they are made again only when they would be others.
 
-use super::{ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightTable, ListLimits, Target};
+use super::{
+    ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightReaches, LightTable, ListLimits, ObjectBounds,
+    Target, VolumeDraw,
+};
 use crate::view::{DepthRange, View};
+use glam::Vec4;
 use std::sync::Arc;
 
 /// What lists are made of beside the lights.
@@ -19,6 +23,13 @@ pub struct ListsOf {
     pub settings: ClusterSettings,
     /// The room for them.
     pub limits: ListLimits,
+    /// Whether anybody reads the lists of clusters or tiles. Where opaque surfaces are lit in another way, blended ones may.
+    pub wants_lists: bool,
+    /// Where objects lie, if objects have lists of their own.
+    pub objects: Option<ObjectBounds>,
+    /// The row of the projection that gives depth before the division, by which volumes are found that are cut open; zero
+    /// where there are none.
+    pub depth_row: Vec4,
 }
 
 /// Lists that were made, without the lists themselves, which lie on the device.
@@ -31,12 +42,20 @@ pub struct KeptLists {
     pub uniform: ClusterUniform,
     /// Entries of all lists.
     pub entries: u64,
+    /// How volumes are drawn.
+    pub volume_draws: Arc<[VolumeDraw]>,
+    /// The number of lights of every object's list, by object id.
+    pub object_lights: Arc<[u32]>,
 }
 
 impl KeptLists {
     /// What is kept of `lists`.
-    pub fn new(table: Arc<LightTable>, of: ListsOf, lists: &ClusterLists) -> Self {
-        Self { of, table, uniform: lists.uniform, entries: lists.lights.len() as u64 }
+    pub fn new(table: Arc<LightTable>, of: ListsOf, lists: &ClusterLists, reaches: &LightReaches) -> Self {
+        let volume_draws = reaches.draws.clone();
+        // The lists of objects lie behind those of clusters.
+        let clusters = lists.uniform.size[..3].iter().product::<u32>() as usize;
+        let object_lights = lists.table.iter().skip(clusters).map(|[_, length]| *length).collect();
+        Self { of, table, uniform: lists.uniform, entries: lists.lights.len() as u64, volume_draws, object_lights }
     }
 
     /// The same for `table`, if the lists of its lights are these.

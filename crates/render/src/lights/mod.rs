@@ -11,14 +11,22 @@
 mod clusters;
 mod grid;
 mod kept;
+mod objects;
 mod reach;
+mod reaches;
 mod settings;
+mod volumes;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
 pub use grid::Target;
 pub use kept::{KeptLists, ListsOf};
+pub use objects::ObjectBounds;
 pub use reach::Reach;
+pub use reaches::LightReaches;
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
+#[cfg(test)]
+pub use volumes::BALL_CORNER;
+pub use volumes::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep};
 
 use crate::colour::finite_product;
 use crate::constants::TEXELS_PER_LIGHT;
@@ -174,11 +182,18 @@ impl LightTable {
         self.texels.len() as u32 / TEXELS_PER_LIGHT
     }
 
-    /// The lists of a view, within its limits if clustered.
+    /// The lists of a view, within its limits if there are several.
     pub fn cluster(&self, of: &ListsOf) -> ClusterLists {
-        let ListsOf { view, range, target, culling, settings, limits } = of;
+        let ListsOf { view, range, target, culling, settings, limits, .. } = of;
         match culling {
-            LightCulling::Clustered => ClusterLists::build(self, view, *range, target, settings, *limits),
+            _ if !of.wants_lists => ClusterLists::nothing(self, target.size),
+            LightCulling::Clustered | LightCulling::Volumes | LightCulling::VolumesStencil => {
+                ClusterLists::build(self, view, *range, target, settings, *limits)
+            }
+            LightCulling::Tiled => {
+                let settings = ClusterSettings { slices: 1, ..settings.clone() };
+                ClusterLists::build(self, view, *range, target, &settings, *limits)
+            }
             LightCulling::None => ClusterLists::everything(self, target.size),
         }
     }

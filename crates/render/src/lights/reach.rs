@@ -19,11 +19,11 @@ pub struct Reach {
 /// the round cap is taken to be flat and a little wider.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    tip: Vec3,
+    pub(super) tip: Vec3,
     /// Of length 1.
-    axis: Vec3,
-    range_m: f32,
-    tangent: f32,
+    pub(super) axis: Vec3,
+    pub(super) range_m: f32,
+    pub(super) tangent: f32,
 }
 
 /// The part of a cone between two distances from its tip.
@@ -71,6 +71,16 @@ impl Reach {
             ..cone
         });
         Self { center: matrix.transform_point3(self.center), radius_m: self.radius_m, cone }
+    }
+
+    /// The least and the greatest value of `normal · p` of all that is reached, for a `normal` of length 1; the radius of the
+    /// sphere is multiplied by `radius_slack`.
+    pub(super) fn extent(&self, normal: Vec3, radius_slack: f32) -> [f32; 2] {
+        let (middle, radius_m) = (normal.dot(self.center), self.radius_m * radius_slack);
+        let of_sphere = [middle - radius_m, middle + radius_m];
+        let Some(cone) = self.cone else { return of_sphere };
+        let [low, high] = cone.whole().extent(normal);
+        [low.max(of_sphere[0]), high.min(of_sphere[1])]
     }
 }
 

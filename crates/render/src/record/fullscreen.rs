@@ -3,9 +3,10 @@
 use super::bind_groups::Resource;
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
+use crate::shader::Program;
 use crate::shader::program::{DepthTest, FullscreenPipeline, ProgramError};
 use bytemuck::Pod;
-use manypass_graph::{ColorLoad, Handle, Pass, Read};
+use manypass_graph::{ColorLoad, Handle, Pass, PassContext, Read};
 use std::sync::Arc;
 
 /// Adds colour to the target and leaves its alpha, the coverage, alone (the source's alpha is 0).
@@ -38,6 +39,7 @@ pub(super) enum Shading {
 enum Binding {
     Read(Read),
     Uniform(Uniform),
+    Table(wgpu::TextureView),
 }
 
 /// A full-screen pass that is being declared: what its shader binds in group 1, by WGSL name, and what it draws into.
@@ -48,7 +50,7 @@ pub struct Fullscreen<'r, 'f> {
     pub(super) view: &'f PreparedView,
     pub(super) shading: Shading,
     bindings: Vec<(&'static str, Binding)>,
-    blend: Option<wgpu::BlendState>,
+    pub(super) blend: Option<wgpu::BlendState>,
     depth: Option<DepthTest>,
     rectangle: Option<[u32; 4]>,
 }
@@ -75,6 +77,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     /// The shader finds `value` in the uniform `name`.
     pub fn uniform<T: Pod>(mut self, name: &'static str, value: &T) -> Self {
         self.bindings.push((name, Binding::Uniform(self.frame.uniforms.push(value))));
+        self
+    }
+
+    /// The shader finds the table `texture`, which is no part of the graph, under `name`.
+    pub fn table(mut self, name: &'static str, texture: &wgpu::TextureView) -> Self {
+        self.bindings.push((name, Binding::Table(texture.clone())));
         self
     }
 
@@ -107,34 +115,19 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
     pub fn draw_into(self, target: Handle, load: ColorLoad) -> Result<Handle, ProgramError> {
-        let Self { mut pass, frame, view, shading, bindings, blend, depth, rectangle } = self;
-        let (pipeline, own) = match shading {
+        let (pipeline, own) = match &self.shading {
             Shading::Program(name, axes) => {
-                (frame.shaders.fullscreen(name, &axes, target.desc().format, blend, depth)?, None)
+                let format = target.desc().format;
+                (self.frame.shaders.fullscreen(name, axes, format, self.blend, self.depth)?, None)
             }
-            Shading::Own(pipeline, own) => (pipeline, own),
+            Shading::Own(pipeline, own) => (pipeline.clone(), own.clone()),
         };
         let program = pipeline.program.clone();
-        let known = || {
-            let names = bindings.iter().map(|(name, _)| *name);
-            names.chain(["linear_clamp", "nearest_clamp"]).collect::<Vec<_>>().join(", ")
-        };
-        // Names are looked up now; when the pass runs, only the views of what it reads are still to come.
-        let mut slots = Vec::with_capacity(program.slots(1).len());
-        for slot in program.slots(1) {
-            let found = bindings.iter().find(|(name, _)| *name == slot.name).map(|(_, binding)| match binding {
-                Binding::Read(read) => Slot::Read(*read),
-                Binding::Uniform(uniform) => Slot::Ready(Resource::Uniform(uniform.clone())),
-            });
-            let sampler = || frame.tables.sampler(&slot.name).map(|sampler| Slot::Ready(Resource::Sampler(sampler)));
-            slots.push(found.or_else(sampler).ok_or_else(|| slot.unbound(&program, 1, known()))?);
-        }
+        let slots = self.slots(&program)?;
+        let Self { mut pass, frame, view, rectangle, .. } = self;
         let target = pass.color(target, load);
         pass.draw(move |context| {
-            let resources = slots.into_iter().map(|slot| match slot {
-                Slot::Read(read) => Resource::Texture(context.view(read).clone()),
-                Slot::Ready(resource) => resource,
-            });
+            let resources = slots.into_iter().map(|slot| slot.resource(context));
             let group = frame.bind_groups.of_program(context.device, &program, 1, resources.collect());
             let render_pass = &mut *context.render_pass;
             if let Some([x, y, width, height]) = rectangle {
@@ -153,10 +146,39 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         });
         Ok(target)
     }
+
+    /// What goes into group 1 of `program`. Names are looked up now; when the pass runs, only the views of what it reads are
+    /// still to come.
+    pub(super) fn slots(&self, program: &Program) -> Result<Vec<Slot>, ProgramError> {
+        let known = || {
+            let names = self.bindings.iter().map(|(name, _)| *name);
+            names.chain(["linear_clamp", "nearest_clamp"]).collect::<Vec<_>>().join(", ")
+        };
+        let slots = program.slots(1).iter().map(|slot| {
+            let found = self.bindings.iter().find(|(name, _)| *name == slot.name).map(|(_, binding)| match binding {
+                Binding::Read(read) => Slot::Read(*read),
+                Binding::Uniform(uniform) => Slot::Ready(Resource::Uniform(uniform.clone())),
+                Binding::Table(texture) => Slot::Ready(Resource::Texture(texture.clone())),
+            });
+            let sampler = || Some(Slot::Ready(Resource::Sampler(self.frame.tables.sampler(&slot.name)?)));
+            found.or_else(sampler).ok_or_else(|| slot.unbound(program, 1, known()))
+        });
+        slots.collect()
+    }
 }
 
 /// What goes into a slot of group 1.
-enum Slot {
+pub(super) enum Slot {
     Read(Read),
     Ready(Resource),
+}
+
+impl Slot {
+    /// What it is when the pass runs.
+    pub fn resource(self, context: &PassContext<'_, '_>) -> Resource {
+        match self {
+            Self::Read(read) => Resource::Texture(context.view(read).clone()),
+            Self::Ready(resource) => resource,
+        }
+    }
 }

@@ -8,6 +8,7 @@ mod surfaces;
 mod tables;
 mod uniforms;
 mod view;
+mod volumes;
 
 pub use fullscreen::{ADD, Fullscreen, PicturePart};
 pub use legend::LegendEntry;
@@ -22,6 +23,7 @@ pub(crate) use tables::depth_texture;
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
 pub(crate) use uniforms::UniformArena;
 pub(crate) use view::{ViewTables, Viewed};
+pub(crate) use volumes::Volumes;
 
 use crate::draws::WorldDraws;
 use crate::gpu::Gpu;
@@ -46,6 +48,7 @@ pub struct Frame<'f> {
     pub(crate) uniforms: &'f UniformArena,
     pub(crate) bind_groups: &'f BindGroups,
     pub(crate) bundles: &'f Bundles,
+    pub(crate) volumes: &'f Volumes,
     pub(crate) legends: &'f Legends,
 }
 

@@ -3,12 +3,12 @@
 use super::bind_groups::{BindGroups, Resource};
 use super::tables::{FRAME_GROUP, FrameTables};
 use super::uniforms::UniformArena;
-use crate::constants::{LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
-use crate::draws::DrawList;
+use crate::constants::{DATA_WIDTH, LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
+use crate::draws::{Draw, DrawList, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::lights::{ClusterLists, ClusterUniform};
+use crate::lights::{ClusterLists, ClusterUniform, LightReaches, VolumeDraw};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::view::ViewUniform;
@@ -27,6 +27,16 @@ pub struct PreparedView {
     pub uniform: ViewUniform,
     /// The number of lights.
     pub light_count: u32,
+    /// How many of them are directional or have no range, so that every pixel visits them.
+    pub(crate) global_light_count: u32,
+    /// The tiles of the lists of lights, across and down, and their side in pixels.
+    pub(crate) light_tiles: [u32; 3],
+    /// How volumes of lights are drawn.
+    pub(crate) volume_draws: Arc<[VolumeDraw]>,
+    /// The number of lights of every object's own list, by object id, where objects have lists.
+    pub(crate) object_lights: Arc<[u32]>,
+    /// The texture of [`LightReaches`].
+    pub(crate) light_reaches: wgpu::TextureView,
     /// Whether the environment lights anything.
     pub is_environment_dark: bool,
     /// Whether the frame goes on from the view's last one, so that histories hold what that left.
@@ -68,6 +78,17 @@ impl PreparedView {
         !self.draws.blended.is_empty()
     }
 
+    /// The most lights that reach one of the objects that are drawn: those that every pixel visits, and those of its list.
+    pub(crate) fn most_lights(&self, world: &WorldDraws) -> u32 {
+        self.draws.opaque.iter().map(|draw| self.most_lights_of(draw, world)).max().unwrap_or(0)
+    }
+
+    pub(crate) fn most_lights_of(&self, draw: &Draw, world: &WorldDraws) -> u32 {
+        let instances = world.instances.get(draw.instances.start as usize..draw.instances.end as usize).unwrap_or(&[]);
+        let lights = |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or(0);
+        self.global_light_count + instances.iter().map(lights).max().unwrap_or(0)
+    }
+
     /// Pixels of the view.
     pub fn pixel_count(&self) -> u64 {
         u64::from(self.size.0) * u64::from(self.size.1)
@@ -80,6 +101,7 @@ pub(crate) struct ViewTables {
     lights: DataTexture,
     cluster_table: DataTexture,
     cluster_lights: DataTexture,
+    light_reaches: DataTexture,
 }
 
 impl ViewTables {
@@ -89,17 +111,19 @@ impl ViewTables {
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, LIGHTS_PER_ROW * TEXELS_PER_LIGHT),
             cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, TABLE_WIDTH),
             cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
+            light_reaches: table("light_reaches", wgpu::TextureFormat::Rgba32Float, DATA_WIDTH),
         }
     }
 
     /// Uploads what changed, and says how many bytes that were. Without `lists` those that are there stay.
-    pub fn write(&mut self, gpu: &Gpu, lights: &[[f32; 4]], lists: Option<&ClusterLists>) -> u64 {
+    pub fn write(&mut self, gpu: &Gpu, lights: &[[f32; 4]], lists: Option<&(ClusterLists, LightReaches)>) -> u64 {
         let (device, queue) = (&gpu.device, &gpu.queue);
         // The lists were made to fit.
         let mut written = self.lights.write(device, queue, lights).unwrap_or(0);
-        if let Some(lists) = lists {
+        if let Some((lists, reaches)) = lists {
             written += self.cluster_table.write(device, queue, &lists.table).unwrap_or(0);
             written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
+            written += self.light_reaches.write(device, queue, &reaches.texels).unwrap_or(0);
         }
         written
     }
@@ -115,6 +139,8 @@ pub(crate) struct Viewed<'a> {
     pub sampling: Sampling,
     pub light_count: u32,
     pub cluster_grid: &'a ClusterUniform,
+    pub volume_draws: Arc<[VolumeDraw]>,
+    pub object_lights: Arc<[u32]>,
     pub environment: &'a EnvironmentUniform,
     pub instances: wgpu::Buffer,
     /// The atlas of shadow maps, if there is one that lights are read from.
@@ -142,7 +168,13 @@ impl Viewed<'_> {
         ];
         let resources = frame_tables.frame_group(resources, self.shadows.unwrap_or(&frame_tables.no_shadows));
         let bindings: Vec<u32> = (0..FRAME_GROUP.len() as u32).collect();
+        let [across, down, _, tile_px] = self.cluster_grid.size;
         PreparedView {
+            global_light_count: self.cluster_grid.global_count,
+            light_tiles: [across, down, tile_px],
+            light_reaches: tables.light_reaches.view().clone(),
+            volume_draws: self.volume_draws,
+            object_lights: self.object_lights,
             group: groups.get(&gpu.device, "frame", shaders.frame_layout(), &bindings, resources),
             name: self.name,
             size: self.size,

@@ -7,7 +7,8 @@ use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
-use crate::lights::{self, ClusterLists, ClusterUniform, KeptLists, LightTable, ListsOf};
+use crate::lights::{self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf};
+use crate::passes::debug::DebugView;
 use crate::record::{PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
@@ -16,6 +17,7 @@ use crate::resources::filtering::TextureFiltering;
 use crate::shadows::ViewShadows;
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
 use bytemuck::Zeroable;
+use glam::{Vec2, Vec4};
 use manypass_scene::Scene;
 use std::sync::Arc;
 
@@ -53,6 +55,14 @@ impl Asked {
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
             request,
         })
+    }
+
+    /// The row of the projection that gives depth before the division by w. Jitter does not change it.
+    fn depth_row(&self, range: DepthRange) -> Vec4 {
+        let Self { request, size, output_size, .. } = self;
+        let uniform = request.camera.uniform_shaded(range, *output_size, *size, Vec2::ZERO, 1.0, 0);
+        let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
+        uniform.clip_from_world.row(2)
     }
 
     /// Which of the two sums holds the mean so far.
@@ -110,7 +120,7 @@ impl<'s> World<'s> {
 pub(super) struct Lit {
     pub range: DepthRange,
     /// Its lists of lights, if they had to be made.
-    made: Option<ClusterLists>,
+    made: Option<(ClusterLists, LightReaches)>,
 }
 
 /// A view that can be recorded.
@@ -185,6 +195,8 @@ impl Renderer {
                 sampling: filtering.sampling,
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
+                volume_draws: lists.volume_draws.clone(),
+                object_lights: lists.object_lights.clone(),
                 environment: &environment,
                 instances: self.instances.buffer().clone(),
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
@@ -223,6 +235,8 @@ impl Renderer {
             draws: Arc::default(),
             sampling: ready.view.sampling,
             light_count: 0,
+            volume_draws: Arc::default(),
+            object_lights: Arc::default(),
             cluster_grid: &lists.map_or_else(ClusterUniform::zeroed, |lists| lists.uniform),
             environment: &asked.request.environment_uniform(),
             instances: self.shadows.instances.buffer().clone(),
@@ -240,14 +254,28 @@ impl Renderer {
         world: &mut World<'_>,
         kept: Option<KeptLists>,
         stats: &mut FrameStats,
-    ) -> (KeptLists, Option<ClusterLists>) {
+    ) -> (KeptLists, Option<(ClusterLists, LightReaches)>) {
         let started = web_time::Instant::now();
         let Asked { request, size, output_size, .. } = asked;
+        let settings = &request.settings;
+        let culling = settings.lights.culling;
+        let has_volumes = matches!(culling, LightCulling::Volumes | LightCulling::VolumesStencil);
+        let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
+        let has_blended = world.draws.opaque_count < world.draws.items.len();
+        let reads_lists = match settings.render.path {
+            Path::Deferred => !has_volumes || has_blended,
+            Path::Forward => true,
+            Path::ForwardBatched => has_blended,
+            Path::Gouraud => false,
+        };
         let of = ListsOf {
             view: request.camera,
             range,
             target: lights::Target { size: *size, aspect: output_size.0 as f32 / output_size.1 as f32 },
-            culling: request.settings.lights.culling,
+            culling,
+            wants_lists: reads_lists || settings.debug.view == DebugView::Lights,
+            objects: has_objects.then(|| world.draws.object_bounds()),
+            depth_row: if has_volumes { asked.depth_row(range) } else { Vec4::ZERO },
             settings: request.settings.clusters.clone(),
             limits: lights::ListLimits::of(self.gpu.capabilities.max_texture_size),
         };
@@ -256,9 +284,12 @@ impl Renderer {
         let (lists, made) = match kept.and_then(|lists| lists.with(&table, &of)) {
             Some(lists) => (lists, None),
             None => {
-                let made = table.cluster(&of);
+                let (mut made, reaches) = (table.cluster(&of), LightReaches::new(&table, &of));
+                if let Some(objects) = &of.objects {
+                    made.append_objects(&table, objects, of.limits);
+                }
                 stats.light_lists_made += 1;
-                (KeptLists::new(table, of, &made), Some(made))
+                (KeptLists::new(table, of, &made, &reaches), Some((made, reaches)))
             }
         };
         stats.lights = stats.lights.max(lists.table.len());

@@ -4,12 +4,12 @@ use super::output::{Output, ViewState};
 use super::prepare::{Asked, Lit, Ready, World, output_of};
 use super::shadows::Atlas;
 use super::{Purpose, Renderer};
-use crate::aov::AovExports;
+use crate::aov::{AovExports, f32_from_half};
 use crate::draws::Deformation;
 use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
+use crate::passes::meter;
 use crate::passes::present::Target;
-use crate::passes::{direct, meter};
 use crate::record::{Frame, Legends, Recorder};
 use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
@@ -127,6 +127,7 @@ impl Renderer {
             uniforms: &self.uniforms,
             bind_groups: &self.bind_groups,
             bundles: &self.bundles,
+            volumes: &self.volumes,
             legends: &legends,
         };
         let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
@@ -211,7 +212,7 @@ impl Renderer {
             let texture = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
             match &mut *purpose {
-                Purpose::Pairs(counts) => *counts = sum_pairs(&bytes),
+                Purpose::Pairs(counts) => *counts = sum_pairs(&bytes, texture.format()),
                 Purpose::Meter(pixels) => {
                     *pixels = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
                 }
@@ -246,7 +247,7 @@ fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose
              `sample_count` and one `averaging`",
         ));
     }
-    if purpose.is_plan() || matches!(purpose, Purpose::Meter(_) | Purpose::Variables) {
+    if purpose.is_plan() || matches!(purpose, Purpose::Meter(_) | Purpose::Pairs(_) | Purpose::Variables) {
         return Ok(0);
     }
     let missing_bytes = |(asked, state): (&Asked, &ViewState)| {
@@ -301,20 +302,20 @@ fn record_view<'f>(
         None => (None, ready.variables),
     };
     let mut r = Recorder::new(graph, frame, &ready.view);
+    if matches!(purpose, Purpose::Pairs(_)) {
+        let pairs = frame::pair_passes(&mut r, &request.settings)?;
+        return Ok(Recorded { variables: AovExports::default(), export: Some(r.graph.export(pairs)) });
+    }
     let outputs = frame::view_passes(&mut r, &request.settings, &of_view)?;
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let mut export = None;
     let previous_sum = asked.previous_sum(state);
-    match (purpose, &outputs.gbuffer, output_of(frame.gpu, asked, &mut state.output, purpose)) {
-        (Purpose::Pairs(_), Some(gbuffer), _) => {
-            let pairs = direct::record_counting(&mut r, gbuffer)?;
-            export = Some(r.graph.export(pairs));
-        }
-        (_, _, None) => {
+    match output_of(frame.gpu, asked, &mut state.output, purpose) {
+        None => {
             let meter = meter::record(&mut r, &outputs.radiance)?;
             export = Some(r.graph.export(meter));
         }
-        (_, _, Some(output)) => {
+        Some(output) => {
             let means = output.means(r.graph, asked.means_of, previous_sum);
             let picture = Picture {
                 display: output.display(r.graph),
@@ -346,13 +347,16 @@ fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), Rend
     }
 }
 
-fn sum_pairs(bytes: &[u8]) -> PairCounts {
-    let mut counts = [0f64; 3];
-    for texel in bytes.chunks_exact(16) {
-        for (channel, count) in counts.iter_mut().enumerate() {
-            let b = &texel[channel * 4..channel * 4 + 4];
-            *count += f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        }
+/// Sums of the four channels of a texture of `format`, 32-bit or half floats.
+fn sum_pairs(bytes: &[u8], format: wgpu::TextureFormat) -> PairCounts {
+    let mut counts = [0f64; 4];
+    if format == wgpu::TextureFormat::Rgba32Float {
+        let values = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        values.zip((0..4).cycle()).for_each(|(value, channel)| counts[channel] += f64::from(value));
+    } else {
+        let values = bytes.chunks_exact(2).map(|b| f32_from_half(u16::from_le_bytes([b[0], b[1]])));
+        values.zip((0..4).cycle()).for_each(|(value, channel)| counts[channel] += f64::from(value));
     }
-    PairCounts { pairs_visited: counts[0] as u64, pairs_shaded: counts[1] as u64, pairs_in_range: counts[2] as u64 }
+    let [pairs_visited, pairs_shaded, pairs_in_range, pairs_passed_over] = counts.map(|count| count as u64);
+    PairCounts { pairs_visited, pairs_shaded, pairs_in_range, pairs_passed_over }
 }

@@ -34,8 +34,8 @@ pub(crate) struct MaterialFactors {
     pub material_id: u32,
     /// 1 if alpha covers.
     pub blended: f32,
-    /// Zero.
-    pub padding: f32,
+    /// 1 if both sides are drawn.
+    pub double_sided: f32,
     /// Two rows for each of the five textures.
     pub uv_rows: [Vec4; 10],
 }
@@ -213,7 +213,7 @@ impl Described {
             unlit: if material.shading_model == ShadingModel::Unlit { 1.0 } else { 0.0 },
             material_id: index,
             blended: if blended { 1.0 } else { 0.0 },
-            padding: 0.0,
+            double_sided: if material.double_sided { 1.0 } else { 0.0 },
             uv_rows,
         };
         let occlusion_apart = shared.is_none() && is_there(3);
@@ -264,7 +264,7 @@ mod tests {
                 unlit,
                 material_id,
                 blended,
-                padding,
+                double_sided,
                 uv_rows,
             ]
         );

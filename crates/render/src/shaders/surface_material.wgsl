@@ -19,7 +19,8 @@ struct MaterialFactors {
     material_id: u32,
     // Alpha of the surface without blending is 1.
     blended: f32,
-    padding: f32,
+    // 1 if both sides are drawn.
+    double_sided: f32,
     // Rows of the matrices that place the textures: base colour, metallic-roughness, normal, occlusion, emissive.
     // xyz of the first row, and in w the UV set; xyz of the second.
     uv_rows: array<vec4f, 10>,

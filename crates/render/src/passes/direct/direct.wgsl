@@ -1,7 +1,9 @@
 // direct: every light that reaches a pixel, added to `radiance`.
-// Source: clustered shading (Olsson et al. 2012) with lists in data textures. Reads: G-buffer, linear_depth, the tables
-// of lights and clusters. Writes: radiance; with `counting` the numbers of pairs instead.
-// Program: direct. Axes: counting, shadowed.
+// Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of tiles, and
+// what lies before or behind all of the tile's surfaces is passed over; with `global` only lights that are in no list. Reads:
+// G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, too. Writes: radiance; with `counting`
+// the numbers of pairs instead.
+// Program: direct. Axes: counting, tiled, global, shadowed.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
@@ -9,6 +11,8 @@ import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::lights::light_sums;
+@if(tiled) import package::shaders::light_lists::{tile_light_sums, passed_over};
+@if(global) import package::shaders::light_lists::global_light_sums;
 import package::shaders::colour::half_float_clamped;
 
 @fragment
@@ -24,9 +28,12 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     @if(shadowed) {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
     }
-    let sums = light_sums(position.xy, distance_m, position_world, shading);
+    @if(global) let sums = global_light_sums(position.xy, position_world, shading);
+    @if(!tiled && !global) let sums = light_sums(position.xy, distance_m, position_world, shading);
+    @if(tiled && !global) let sums = tile_light_sums(position.xy, distance_m, position_world, shading);
     @if(counting) {
-        return vec4f(sums.visited, sums.shaded, sums.in_range, 1.0);
+        @if(!tiled) let passed_over = 0.0;
+        return vec4f(sums.visited, sums.shaded, sums.in_range, passed_over);
     }
     @if(!counting) {
         return vec4f(half_float_clamped(sums.radiance), 0.0);

@@ -1,15 +1,23 @@
 //! direct: every light that reaches a pixel, added to `radiance`.
 //!
-//! Source: clustered shading (Olsson et al. 2012), lists in data textures. Reads: G-buffer, depth, lists of lights. Writes:
+//! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures. Reads: G-buffer, depth, lists of lights. Writes:
 //! radiance; or, for the report, the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
-use crate::record::{ADD, PicturePart, Recorder};
+use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 
-/// Visited, shaded and in range, one pixel's numbers in one texel.
-pub const PAIRS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+/// Which lights.
+#[derive(Debug)]
+pub enum Lights<'t> {
+    /// Those that are in no list, and those of clusters.
+    Clusters,
+    /// Those that are in no list, and those of tiles, with the bounds of depth that `tile_depth` leaves.
+    Tiles(&'t Handle),
+    /// Those that are in no list.
+    Global,
+}
 
 /// Records the pass.
 ///
@@ -17,22 +25,49 @@ pub const PAIRS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
+    lights: &Lights<'_>,
     gbuffer: &Gbuffer,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    if r.view.light_count == 0 {
+    let count = if matches!(lights, Lights::Global) { r.view.global_light_count } else { r.view.light_count };
+    if count == 0 {
         return Ok(radiance);
     }
-    let step = gbuffer.read_by(r.fullscreen("direct", "direct", r.view.light_axes()));
+    let step = step(r, ("direct", r.view.light_axes()), lights, gbuffer);
     step.over(PicturePart::Surfaces, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 
-/// Records a pass that counts pairs instead of shading them.
+/// Records a pass that counts pairs instead of shading them, into a texture of `format`.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_counting(r: &mut Recorder<'_, '_>, gbuffer: &Gbuffer) -> Result<Handle, ProgramError> {
-    let target = r.texture("direct.pairs", PAIRS);
-    gbuffer.read_by(r.fullscreen("direct.pairs", "direct", &["counting"])).draw_into(target, ColorLoad::Discard)
+pub fn record_counting(
+    r: &mut Recorder<'_, '_>,
+    lights: &Lights<'_>,
+    gbuffer: &Gbuffer,
+    format: wgpu::TextureFormat,
+) -> Result<Handle, ProgramError> {
+    let target = r.texture("direct.pairs", format);
+    step(r, ("direct.pairs", &["counting"]), lights, gbuffer).draw_into(target, ColorLoad::Discard)
+}
+
+/// What both have in common: the name, the axes, and what is read.
+fn step<'r, 'f>(
+    r: &'r mut Recorder<'_, 'f>,
+    (name, axes): (&'static str, &[&'static str]),
+    lights: &Lights<'_>,
+    gbuffer: &Gbuffer,
+) -> Fullscreen<'r, 'f> {
+    let reaches = r.view.light_reaches.clone();
+    let axis: &[&'static str] = match lights {
+        Lights::Clusters => &[],
+        Lights::Tiles(_) => &["tiled"],
+        Lights::Global => &["global"],
+    };
+    let step = gbuffer.read_by(r.fullscreen(name, "direct", &[axes, axis].concat()));
+    match lights {
+        Lights::Tiles(tile_depth) => step.read("tile_depth", tile_depth).table("light_reaches", &reaches),
+        Lights::Clusters | Lights::Global => step,
+    }
 }

@@ -1,17 +1,33 @@
 // forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them. The same
 // reflectance model, lights and lists as the deferred path.
+// With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
 // Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque.
 // Program: forward, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed.
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id};
 import package::shaders::surface_material::{material_factors, surface_sample};
 import package::shaders::shading::shading_from_surface;
+import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::lights::light_sums;
+import package::shaders::light_lists::object_light_sums;
 import package::shaders::ambient::ambient_radiance;
 import package::shaders::fog::fogged;
 import package::shaders::colour::half_float_clamped;
+
+// Which lights: those of clusters, or a batch of the object's own; the first is drawn with emission and ambient light.
+const LIGHTS_OF_CLUSTERS: u32 = 0u;
+const LIGHTS_OF_FIRST_BATCH: u32 = 1u;
+const LIGHTS_OF_LATER_BATCH: u32 = 2u;
+override lights_of: u32 = LIGHTS_OF_CLUSTERS;
+
+struct LightBatch {
+    // The first light of the batch; the others are padding.
+    first: vec4u,
+}
+
+@group(1) @binding(1) var<uniform> light_batch: LightBatch;
 
 @vertex
 fn vs_forward(in: SurfaceInput) -> SurfaceVarying {
@@ -33,16 +49,32 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
             discard;
         }
     }
-    var radiance = sample.emission * view.pre_exposure;
+    var radiance = vec3f(0.0);
+    if lights_of != LIGHTS_OF_LATER_BATCH {
+        radiance = sample.emission * view.pre_exposure;
+    }
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
         var shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
         @if(shadowed) {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
         }
-        let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
-        radiance += ambient_radiance(sample.surface, shading);
-        radiance += light_sums(in.position_clip.xy, distance_m, in.position_world, shading).radiance;
+        if lights_of != LIGHTS_OF_LATER_BATCH {
+            radiance += ambient_radiance(sample.surface, shading);
+        }
+        if lights_of == LIGHTS_OF_CLUSTERS {
+            let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
+            radiance += light_sums(in.position_clip.xy, distance_m, in.position_world, shading).radiance;
+        } else {
+            let first = light_batch.first.x;
+            let object = object_id(in.object);
+            radiance += object_light_sums(object, first, LIGHTS_PER_BATCH, in.position_world, shading).radiance;
+        }
+    }
+    if lights_of == LIGHTS_OF_LATER_BATCH {
+        // Coverage and the light of fog are there already: what is left is what comes through.
+        let added = fogged(radiance, in.position_world) - fogged(vec3f(0.0), in.position_world);
+        return vec4f(half_float_clamped(added), 0.0);
     }
     radiance = fogged(radiance, in.position_world);
     let alpha = mix(1.0, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);

@@ -4,11 +4,61 @@
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front.
 //! Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque.
 
+use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogSettings, FogUniform};
 use crate::gbuffer::RADIANCE;
-use crate::record::{Recorder, Which};
+use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// The uniform of `forward.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+struct LightBatch {
+    /// The first light of the batch; zeros.
+    first: [u32; 4],
+}
+
+/// The constant of `forward.wgsl` that says which lights, and its values beside that of clusters.
+const LIGHTS_OF: &str = "lights_of";
+const FIRST_BATCH: u32 = 1;
+const LATER_BATCH: u32 = 2;
+
+/// Radiance and depth of all opaque and masked surfaces, drawn once with emission, ambient light and the first eight of the lights
+/// that reach them, and once more for each eight others, which are added where the depth is the same. What is drawn twice
+/// at exactly the same place is lit by the later batches of both.
+///
+/// Source: several lights a pass, added up (Hargreaves & Harris 2004, on multi-pass lighting).
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
+    let radiance = r.texture("radiance", RADIANCE);
+    let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
+    let axes = r.view.light_axes();
+    let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
+    let mut pass = r.surfaces("forward_batched", "forward");
+    pass.axes(axes);
+    pass.uniform("fog", &fog);
+    let mut radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
+    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    pass.constant(LIGHTS_OF, FIRST_BATCH);
+    pass.uniform("light_batch", &LightBatch::default());
+    pass.draw_opaque(Which::All)?;
+    let most = r.view.most_lights(r.frame.world);
+    for first in (LIGHTS_PER_BATCH..most).step_by(LIGHTS_PER_BATCH as usize) {
+        let mut pass = r.surfaces(format!("forward_batched.{}", first / LIGHTS_PER_BATCH), "forward");
+        pass.axes(axes);
+        pass.uniform("fog", &fog);
+        radiance = pass.color(radiance, ColorLoad::Keep);
+        pass.depth_read_only(&depth);
+        pass.blend(ADD);
+        pass.constant(LIGHTS_OF, LATER_BATCH);
+        pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
+        pass.draw_opaque_lit_by(first + 1)?;
+    }
+    Ok((radiance, depth))
+}
 
 /// Radiance and depth of all opaque and masked surfaces.
 ///
@@ -20,6 +70,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
+    pass.uniform("light_batch", &LightBatch::default());
     pass.axes(axes);
     let radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
@@ -44,6 +95,7 @@ pub fn record_blended(
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward", "forward");
+    pass.uniform("light_batch", &LightBatch::default());
     pass.axes(axes);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     pass.depth_read_only(depth);
@@ -51,4 +103,15 @@ pub fn record_blended(
     pass.uniform("fog", &fog);
     pass.draw_blended()?;
     Ok(radiance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("forward", "LightBatch", LightBatch, [first]);
+    }
 }

@@ -42,6 +42,7 @@ pub struct SurfacePass<'r, 'f> {
     colors: Vec<wgpu::TextureFormat>,
     blend: Option<wgpu::BlendState>,
     depth: Option<(wgpu::TextureFormat, bool)>,
+    constants: Vec<(&'static str, u32)>,
 }
 
 impl<'r, 'f> SurfacePass<'r, 'f> {
@@ -62,6 +63,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             colors: Vec::new(),
             blend: None,
             depth: None,
+            constants: Vec::new(),
         }
     }
 
@@ -98,6 +100,23 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.uniforms.push((name, self.frame.uniforms.push(value)));
     }
 
+    /// The shader's `override` constant `name` is `value`: branches that depend on it alone are gone when it runs.
+    pub fn constant(&mut self, name: &'static str, value: u32) {
+        self.constants.push((name, value));
+    }
+
+    /// Declares the pass: it draws those of the view's opaque and masked surfaces that have at least `count` lights in the
+    /// lists of their objects and in none.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub fn draw_opaque_lit_by(self, count: u32) -> Result<(), ProgramError> {
+        let (view, world) = (self.view, self.frame.world);
+        let is_lit = |draw: &&Draw| view.most_lights_of(draw, world) >= count;
+        let draws: Vec<Draw> = view.draws.opaque.iter().filter(is_lit).cloned().collect();
+        self.draw(&draws, Which::All)
+    }
+
     /// Declares the pass: it draws the view's opaque and masked surfaces.
     ///
     /// # Errors
@@ -116,13 +135,13 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.draw(draws, Which::All)
     }
 
-    fn draw(self, draws: &'f [Draw], which: Which) -> Result<(), ProgramError> {
-        let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth } = self;
+    fn draw(self, draws: &[Draw], which: Which) -> Result<(), ProgramError> {
+        let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth, constants } = self;
         let Some((depth, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
-        let targets = Targets { colors, blend, depth, depth_write };
+        let targets = Targets { colors, blend, depth, depth_write, constants };
         let (targets_of, uniforms, pass_axes) = (&targets, &uniforms[..], &axes[..]);
         let preparing = Preparing { frame, view, program, targets: targets_of, uniforms, pass_axes, casts: false };
         let chunks = preparing.prepare(draws, which, &mut BoundShapes::default())?;

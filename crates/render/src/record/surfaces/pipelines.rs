@@ -20,6 +20,8 @@ pub(crate) struct Targets {
     pub depth: wgpu::TextureFormat,
     /// Whether depth is written.
     pub depth_write: bool,
+    /// The `override` constants of the shader that are not as declared.
+    pub constants: Vec<(&'static str, u32)>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -108,6 +110,8 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             })
         })
         .collect();
+    let constants: Vec<_> = key.targets.constants.iter().map(|(name, value)| (*name, f64::from(*value))).collect();
+    let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     // Without a colour target fragments are shaded to be dropped, if at all.
     let drops_fragments = key.axes & MASKED != 0;
     Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -116,7 +120,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
         vertex: wgpu::VertexState {
             module: &program.module,
             entry_point: None,
-            compilation_options: Default::default(),
+            compilation_options: compilation_options.clone(),
             buffers: &buffers,
         },
         primitive: wgpu::PrimitiveState {
@@ -145,7 +149,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
         fragment: (!targets.is_empty() || drops_fragments).then(|| wgpu::FragmentState {
             module: &program.module,
             entry_point: None,
-            compilation_options: Default::default(),
+            compilation_options: compilation_options.clone(),
             targets: &targets,
         }),
         multiview_mask: None,

@@ -1,0 +1,121 @@
+// gouraud: light is computed at the vertices, and interpolated over triangles. The base colour stays the pixel's: what is
+// interpolated is diffuse light for a base colour of 1, and specular light with the vertex's own base colour.
+// Reads: the lists of lights of objects, the environment. Writes: radiance (premultiplied), depth if opaque.
+// Program: gouraud, also for points. Axes: textured, occlusion_apart, masked, deformed, shadowed.
+
+import package::view::{view, direction_to_eye_world};
+import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id, is_without_normals};
+import package::shaders::surface_material::{material_factors, material_uv, surface_sample};
+@if(textured) import package::shaders::surface_material::{
+    base_color_texture, base_color_sampler, metallic_roughness_texture, metallic_roughness_sampler,
+};
+@if(occlusion_apart) import package::shaders::surface_material::{occlusion_texture, occlusion_sampler};
+import package::shaders::shading::shading_from_surface;
+import package::shaders::light_lists::object_light_sums;
+import package::shaders::ambient::ambient_radiance;
+import package::shaders::fog::fogged;
+import package::shaders::colour::half_float_clamped;
+
+// As many as there are.
+const ALL_LIGHTS: u32 = 0xffffffffu;
+
+struct GouraudVarying {
+    @invariant @builtin(position) position_clip: vec4f,
+    @location(0) position_world: vec3f,
+    @location(1) normal_world: vec3f,
+    @location(2) uv: vec4f,
+    @location(3) color: vec4f,
+    @location(4) diffuse: vec3f,
+    @location(5) specular: vec3f,
+    @location(6) @interpolate(flat, either) object: u32,
+    @if(points) @location(7) corner: vec2f,
+}
+
+// The material at a vertex: the finest texels, because a vertex has no footprint. Normal maps are left out.
+fn surface_at_vertex(in: SurfaceVarying) -> Surface {
+    var surface: Surface;
+    var base_color = material_factors.base_color.rgb * in.color.rgb;
+    surface.metallic = material_factors.metallic;
+    surface.roughness_perceptual = material_factors.roughness;
+    surface.occlusion = 1.0;
+    @if(textured) {
+        base_color *= textureSampleLevel(base_color_texture, base_color_sampler, material_uv(in.uv, 0u), 0.0).rgb;
+        let rough_metal_uv = material_uv(in.uv, 1u);
+        let rough_metal = textureSampleLevel(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, 0.0);
+        surface.roughness_perceptual *= rough_metal.g;
+        surface.metallic *= rough_metal.b;
+        var occluded = rough_metal.r;
+        @if(occlusion_apart) {
+            occluded = textureSampleLevel(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), 0.0).r;
+        }
+        surface.occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
+    }
+    surface.base_color = clamp(base_color, vec3f(0.0), vec3f(1.0));
+    surface.metallic = clamp(surface.metallic, 0.0, 1.0);
+    surface.roughness_perceptual = clamp(surface.roughness_perceptual, 0.0, 1.0);
+    surface.f0_dielectric = 0.04;
+    surface.shading_model = SHADING_MODEL_STANDARD;
+    // Of what has two sides the one that faces the eye is lit.
+    let faces_away = dot(in.normal_world, direction_to_eye_world(in.position_world)) < 0.0;
+    surface.normal_world = in.normal_world * select(1.0, -1.0, faces_away & (material_factors.double_sided > 0.5));
+    return surface;
+}
+
+@vertex
+fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
+    let vertex = surface_varying(in);
+    let surface = surface_at_vertex(vertex);
+    var shading = shading_from_surface(surface, direction_to_eye_world(vertex.position_world));
+    @if(shadowed) {
+        shading.facet_normal = surface.normal_world;
+    }
+    let object = object_id(vertex.object);
+    // Reflectance is linear in albedo: what an albedo of 0 leaves is specular, and the rest of that of 1 diffuse.
+    shading.albedo = vec3f(0.0);
+    let specular = ambient_radiance(surface, shading)
+        + object_light_sums(object, 0u, ALL_LIGHTS, vertex.position_world, shading).radiance;
+    shading.albedo = vec3f(1.0 - surface.metallic);
+    let all = ambient_radiance(surface, shading)
+        + object_light_sums(object, 0u, ALL_LIGHTS, vertex.position_world, shading).radiance;
+    var out: GouraudVarying;
+    out.position_clip = vertex.position_clip;
+    out.position_world = vertex.position_world;
+    out.normal_world = vertex.normal_world;
+    out.uv = vertex.uv;
+    out.color = vertex.color;
+    out.diffuse = all - specular;
+    out.specular = specular;
+    out.object = vertex.object;
+    @if(points) {
+        out.corner = vertex.corner;
+    }
+    return out;
+}
+
+@fragment
+fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> @location(0) vec4f {
+    var vertex: SurfaceVarying;
+    vertex.position_clip = in.position_clip;
+    vertex.position_world = in.position_world;
+    vertex.normal_world = in.normal_world;
+    vertex.uv = in.uv;
+    vertex.color = in.color;
+    vertex.object = in.object;
+    let sample = surface_sample(vertex, front_facing);
+    @if(points) {
+        if dot(in.corner, in.corner) > 1.0 {
+            discard;
+        }
+    }
+    @if(masked) {
+        if sample.alpha < material_factors.alpha_cutoff {
+            discard;
+        }
+    }
+    let is_lit = select(1.0, 0.0, sample.surface.shading_model == SHADING_MODEL_UNLIT);
+    let light = max(sample.surface.base_color * in.diffuse + in.specular, vec3f(0.0));
+    let radiance = fogged(sample.emission * view.pre_exposure + light * is_lit, in.position_world);
+    let alpha = mix(1.0, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
+    return vec4f(half_float_clamped(radiance) * alpha, alpha);
+}

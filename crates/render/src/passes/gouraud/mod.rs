@@ -1,0 +1,52 @@
+//! gouraud: surfaces whose light is computed at their vertices, and interpolated in between.
+//!
+//! Source: Gouraud 1971, "Continuous Shading of Curved Surfaces". Where it differs: base colour, alpha and emission are the
+//! pixel's, so that textures stay sharp; lights are those of the object's own list. Reads: lists of lights of objects, the
+//! environment, depth. Writes: radiance (premultiplied), and depth if opaque.
+
+use crate::fog::{FogSettings, FogUniform};
+use crate::gbuffer::RADIANCE;
+use crate::record::{Recorder, Which};
+use crate::shader::program::ProgramError;
+use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// Radiance and depth of all opaque and masked surfaces.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
+    let radiance = r.texture("radiance", RADIANCE);
+    let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
+    let (axes, fog) = (r.view.light_axes(), FogUniform::new(fog, r.view.uniform.pre_exposure));
+    let mut pass = r.surfaces("gouraud.opaque", "gouraud");
+    pass.axes(axes);
+    pass.uniform("fog", &fog);
+    let radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
+    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    pass.draw_opaque(Which::All)?;
+    Ok((radiance, depth))
+}
+
+/// Blends the surfaces that alpha covers over `radiance`, behind what `depth` holds.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_blended(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    radiance: Handle,
+    depth: &Handle,
+) -> Result<Handle, ProgramError> {
+    if !r.view.has_blended() {
+        return Ok(radiance);
+    }
+    let (axes, fog) = (r.view.light_axes(), FogUniform::new(fog, r.view.uniform.pre_exposure));
+    let mut pass = r.surfaces("gouraud", "gouraud");
+    pass.axes(axes);
+    pass.uniform("fog", &fog);
+    let radiance = pass.color(radiance, ColorLoad::Keep);
+    pass.depth_read_only(depth);
+    pass.blend(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+    pass.draw_blended()?;
+    Ok(radiance)
+}

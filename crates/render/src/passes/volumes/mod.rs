@@ -1,0 +1,53 @@
+//! volumes: light by drawing a sphere or cone around all that each light reaches. Lights without a range are not among them.
+//!
+//! Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"); the stencil of shadow volumes (Carmack's z-fail) for
+//! light volumes (Arvo & Barkans 2003; the public WebGL 2 deferred renderers). Back faces are drawn, so that the eye may be
+//! inside. Where it differs: meshes are convex, so that one bit of the stencil is inverted in place of counting, and
+//! volumes which cover no part of the picture together are marked and shaded together. Reads: G-buffer, depth, the volumes of the
+//! view. Writes: radiance; or, for the report, the numbers of pairs of pixel and light.
+
+use crate::gbuffer::Gbuffer;
+use crate::record::Recorder;
+use crate::shader::program::ProgramError;
+use manypass_graph::Handle;
+
+/// Adds the light of all volumes to `radiance`. Returns it, and depth with a stencil of 0.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record(
+    r: &mut Recorder<'_, '_>,
+    gbuffer: &Gbuffer,
+    depth: Handle,
+    radiance: Handle,
+) -> Result<(Handle, Handle), ProgramError> {
+    draw(r, ("volumes", r.view.light_axes()), gbuffer, depth, radiance)
+}
+
+/// Adds the numbers of pairs to `pairs` instead.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_counting(
+    r: &mut Recorder<'_, '_>,
+    gbuffer: &Gbuffer,
+    depth: Handle,
+    pairs: Handle,
+) -> Result<Handle, ProgramError> {
+    Ok(draw(r, ("volumes.pairs", &["counting"]), gbuffer, depth, pairs)?.0)
+}
+
+fn draw(
+    r: &mut Recorder<'_, '_>,
+    (name, axes): (&'static str, &[&'static str]),
+    gbuffer: &Gbuffer,
+    depth: Handle,
+    target: Handle,
+) -> Result<(Handle, Handle), ProgramError> {
+    let view = r.view;
+    if view.volume_draws.is_empty() {
+        return Ok((target, depth));
+    }
+    let step = gbuffer.read_by(r.fullscreen(name, "volumes", axes)).table("light_reaches", &view.light_reaches);
+    step.draw_volumes(target, depth, "volumes_mark", &view.volume_draws)
+}

@@ -1,0 +1,40 @@
+// volumes: the light of one lamp on the pixels of its volume, added to `radiance`.
+// Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"). Reads: G-buffer, linear_depth, the table of lights,
+// the volumes. Writes: radiance; with `counting` the numbers of pairs instead.
+// Program: volumes. Axes: counting, cones, shadowed.
+
+import package::view::{position_world_from_pixel, direction_to_eye_world};
+import package::constants::DISTANCE_BACKGROUND_M;
+import package::gbuffer::SHADING_MODEL_UNLIT;
+import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
+import package::shaders::shading::shading_from_surface;
+import package::shaders::light_lists::single_light_sums;
+import package::shaders::colour::half_float_clamped;
+import package::passes::volumes::volume_vertex::{VolumeVarying, volume_varying};
+
+@vertex
+fn vs_volumes(@location(0) corner: vec3f, @builtin(instance_index) instance: u32) -> VolumeVarying {
+    return volume_varying(corner, instance);
+}
+
+@fragment
+fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
+    let pixel = vec2i(in.position_clip.xy);
+    let distance_m = distance_at(pixel);
+    let surface = surface_at(pixel);
+    if distance_m >= DISTANCE_BACKGROUND_M || surface.shading_model == SHADING_MODEL_UNLIT {
+        return vec4f(0.0);
+    }
+    let position_world = position_world_from_pixel(in.position_clip.xy, distance_m);
+    var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    @if(shadowed) {
+        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
+    }
+    let sums = single_light_sums(in.light, position_world, shading);
+    @if(counting) {
+        return vec4f(sums.visited, sums.shaded, sums.in_range, 0.0);
+    }
+    @if(!counting) {
+        return vec4f(half_float_clamped(sums.radiance), 0.0);
+    }
+}

@@ -1,0 +1,160 @@
+//! Every way of lighting against brute force, which visits every light for every pixel and is itself held against the ray
+//! caster in `pictures.rs`.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{plain_request, renderer};
+use glam::{Mat4, Quat, Vec3};
+use manypass::{FogMode, FrameRequest, LightCulling, PairCounts, Path, Renderer};
+use manypass_scene::{AlphaMode, LightKind, Projection, Scene};
+use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, assert_same, difference};
+use manypass_testkit::scenes;
+
+/// A scene with a request that shows it.
+struct Case {
+    name: &'static str,
+    scene: Scene,
+    request: FrameRequest,
+}
+
+fn case(name: &'static str, scene: Scene, size: (u32, u32)) -> Case {
+    let request = plain_request(&scene, size);
+    Case { name, scene, request }
+}
+
+/// The scene's lights as cones of many angles that look in all directions.
+fn with_spots(mut scene: Scene) -> Scene {
+    for (light, i) in scene.lights.iter_mut().zip(0u16..) {
+        let outer_cone_rad = [0.1, 0.4, 0.8, 1.1, 1.4][usize::from(i % 5)];
+        light.kind = LightKind::Spot { inner_cone_rad: 0.6 * outer_cone_rad, outer_cone_rad };
+        light.range_m = Some(1.0 + f32::from(i % 4));
+    }
+    let nodes = scene.nodes.iter_mut().filter(|node| node.light.is_some());
+    for (node, i) in nodes.zip(0u16..) {
+        let turn = Quat::from_rotation_y(2.4 * f32::from(i));
+        let direction = turn * Vec3::new(0.8, if i % 3 == 0 { 0.3 } else { -0.9 }, 0.0).normalize();
+        node.rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
+        node.translation.y += 0.4 * f32::from(i % 4);
+    }
+    scene.update_transforms();
+    scene
+}
+
+const CULLING: [LightCulling; 4] =
+    [LightCulling::Clustered, LightCulling::Tiled, LightCulling::Volumes, LightCulling::VolumesStencil];
+
+fn cases() -> Vec<Case> {
+    let field = scenes::many_points(250).scene;
+    let mut inside = case("inside of lights", field.clone(), (96, 64));
+    inside.request.camera.world_from_view =
+        Mat4::from_scale_rotation_translation(Vec3::ONE, Quat::from_rotation_x(-0.25), Vec3::new(0.4, 0.6, 3.0));
+    let mut parallel = case("parallel rays", with_spots(field.clone()), (90, 70));
+    // Volumes reach beyond both planes.
+    parallel.request.camera.projection = Projection::Orthographic { height_m: 7.0, near_m: 4.0, far_m: 12.0 };
+    let mut mirrored = case("mirrored", with_spots(field.clone()), (64, 64));
+    mirrored.request.camera.world_from_view *= Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+    let mut cut = case("cut by a plane", field.clone(), (64, 48));
+    cut.request.clip_plane_world = Some(glam::Vec4::new(0.2, 0.1, -1.0, 2.0));
+    let mut shadowed = case("spots with shadows in fog", scenes::spot_lights().scene, (80, 60));
+    shadowed.request.settings.shadows.enabled = true;
+    shadowed.request.settings.fog.mode = FogMode::Exponential;
+    vec![
+        shadowed,
+        case("a field of points", field.clone(), (97, 61)),
+        case("a field of spots", with_spots(field), (65, 79)),
+        case("without range", scenes::rows_of_spheres().scene, (80, 60)),
+        case("a sun", scenes::sun().scene, (80, 60)),
+        inside,
+        parallel,
+        mirrored,
+        cut,
+    ]
+}
+
+fn display(renderer: &mut Renderer, case: &Case, culling: LightCulling) -> Picture {
+    let request = case.request.with(|settings| settings.lights.culling = culling);
+    renderer.render(&case.scene, &request).unwrap();
+    Picture::from_rgba8(request.width as usize, request.height as usize, &renderer.read_display().unwrap())
+}
+
+fn pairs(renderer: &mut Renderer, case: &Case, culling: LightCulling) -> PairCounts {
+    let request = case.request.with(|settings| settings.lights.culling = culling);
+    renderer.count_pairs(&case.scene, &request).unwrap()
+}
+
+#[test]
+fn every_way_of_culling_is_brute_force() {
+    let mut renderer = renderer();
+    for case in cases() {
+        renderer.load(&case.scene).unwrap();
+        let truth = display(&mut renderer, &case, LightCulling::None);
+        let all = pairs(&mut renderer, &case, LightCulling::None);
+        assert!(all.pairs_shaded > 2000, "{}: hardly anything is lit: {all:?}", case.name);
+        for culling in CULLING {
+            println!("{}, {}", case.name, culling.name());
+            assert_same(&truth, &display(&mut renderer, &case, culling), Tolerance::default());
+            let counted = pairs(&mut renderer, &case, culling);
+            println!("  {counted:?} of {all:?}");
+            // What reaches a pixel and faces it is shaded, by every way once.
+            assert_eq!(
+                (counted.pairs_shaded, counted.pairs_in_range),
+                (all.pairs_shaded, all.pairs_in_range),
+                "{}, {}",
+                case.name,
+                culling.name()
+            );
+            assert!((counted.pairs_in_range..=all.pairs_visited).contains(&counted.pairs_visited));
+            let has_bounds = culling == LightCulling::Tiled && counted.pairs_visited > 60_000;
+            assert_eq!(
+                counted.pairs_passed_over > counted.pairs_visited / 20,
+                has_bounds,
+                "{}: {counted:?}",
+                case.name
+            );
+        }
+    }
+}
+
+#[test]
+fn forward_in_batches_is_forward_by_brute_force() {
+    let mut renderer = renderer();
+    let mut cases: Vec<Case> = cases().into_iter().filter(|case| !case.name.starts_with("a field")).collect();
+    // A masked and a blended surface before the field.
+    let mut layered = case("masked and blended", scenes::many_points(60).scene, (80, 60));
+    layered.scene.materials[0].alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+    layered.scene.materials[1].alpha_mode = AlphaMode::Blend;
+    layered.scene.materials[1].base_color_factor.w = 0.5;
+    cases.push(layered);
+    for case in cases {
+        renderer.load(&case.scene).unwrap();
+        let forward = case.request.with(|settings| settings.render.path = Path::Forward);
+        let case = Case { request: forward, ..case };
+        let truth = display(&mut renderer, &case, LightCulling::None);
+        let batched = case.request.with(|settings| settings.render.path = Path::ForwardBatched);
+        let case = Case { request: batched, ..case };
+        println!("{}", case.name);
+        assert_same(&truth, &display(&mut renderer, &case, LightCulling::Clustered), Tolerance::default());
+        let plan = renderer.plan(&case.scene, &case.request).unwrap();
+        let batches = plan.passes.iter().filter(|pass| pass.name.starts_with("forward_batched")).count();
+        assert_eq!(batches > 8, case.scene.lights.len() > 64, "{}: {batches}", case.name);
+    }
+}
+
+#[test]
+fn the_comparison_notices_a_light_that_is_missing() {
+    let mut renderer = renderer();
+    let mut case = case("a field of points", scenes::many_points(400).scene, (97, 61));
+    renderer.load(&case.scene).unwrap();
+    let truth = display(&mut renderer, &case, LightCulling::None);
+    assert_rejects_mutations(&truth, Tolerance::default());
+    let lamp = case
+        .scene
+        .nodes
+        .iter()
+        .position(|node| node.light.is_some() && node.world_from_object.w_axis.truncate().length() < 2.0);
+    case.scene.nodes[lamp.unwrap()].light = None;
+    let without = display(&mut renderer, &case, LightCulling::Tiled);
+    assert!(!difference(&truth, &without, 2).is_within(Tolerance::default()));
+}
