@@ -74,8 +74,8 @@ fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspect
     var point: ShadowPoint;
     point.position = at.xy * mix(1.0, inverse_z, perspective);
     point.depth = mix(at.z, inverse_z, perspective);
-    // The plane of the surface, not of the point beside it, which a light that stands low sees from below: with rays through a point, 1 / z is linear in x / z and y / z. At a grazing angle it is
-    // taken to be less steep than it is.
+    // The plane of the surface, not of the point beside it, which a light that stands low sees from below: with rays through
+    // a point, 1 / z is linear in x / z and y / z. At a grazing angle it is taken to be less steep than it is.
     let through_eye = min(dot(plane, on_surface), -0.02 * length(plane) * length(on_surface));
     let parallel = max(plane.z, 0.02 * length(plane));
     point.gradient = mix(-plane.xy / parallel, plane.xy / through_eye, perspective);
