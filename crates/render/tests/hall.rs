@@ -10,7 +10,7 @@ use common::{plain_request, renderer};
 use manypass::Path;
 use manypass_testkit::compare::linear_difference;
 use manypass_testkit::radiance_file::RadiancePicture;
-use manypass_testkit::raycast::{Camera, Options, World};
+use manypass_testkit::raycast::{Camera, Options, PixelPattern, World};
 use std::path::Path as FilePath;
 
 fn hall() -> (manypass_scene::Scene, World) {
@@ -59,7 +59,8 @@ fn the_reference_of_the_hall_is_what_the_ray_caster_gives() {
     let path = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("tests/references/hall.exr");
     let reference = RadiancePicture::read(&path).unwrap();
     let (_, world) = hall();
-    let options = Options { shadows: true, samples_per_axis: 4, ..Options::default() };
+    let options =
+        Options { shadows: true, samples_per_axis: 4, pixel_pattern: PixelPattern::Sequence, ..Options::default() };
     let size = (reference.width, reference.height);
     for row in [20, 75, 120] {
         let found = world.render_rows(size, row..row + 1, options).radiance;

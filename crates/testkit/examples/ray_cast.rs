@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use manypass_scene::{Light, LightKind, Node, Scene, framing::Framing};
 use manypass_testkit::build::rotation_along;
 use manypass_testkit::radiance_file::RadiancePicture;
-use manypass_testkit::raycast::{Camera, Medium, Options, World};
+use manypass_testkit::raycast::{Camera, Medium, Options, PixelPattern, World};
 use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -49,6 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rays = numbers.get(2).copied().unwrap_or(16) as f64;
     let options = Options {
         shadows: value("shadows")? != Some(0.0),
+        pixel_pattern: PixelPattern::Sequence,
         samples_per_axis: rays.sqrt().round() as u32,
         light_samples_per_axis: value("light_rays")?.unwrap_or(4.0) as u32,
         medium_steps: value("steps")?.unwrap_or(16.0) as u32,

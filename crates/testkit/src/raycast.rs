@@ -49,6 +49,35 @@ pub struct Hit {
     pub normal_world: DVec3,
 }
 
+/// Where the rays of a pixel go through it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelPattern {
+    /// The middles of a regular grid.
+    Grid,
+    /// The R2 sequence (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018) from the pixel's middle,
+    /// seen through it: the points at which the samples of a picture are that moves its image by that sequence. What is smaller
+    /// than a pixel makes pictures of other points incomparable.
+    Sequence,
+}
+
+impl PixelPattern {
+    /// The place of a ray in its pixel, from the upper left corner.
+    fn place(self, ray: u32, rays_per_axis: u32) -> DVec2 {
+        match self {
+            Self::Grid => {
+                let cell = DVec2::new(f64::from(ray % rays_per_axis), f64::from(ray / rays_per_axis));
+                (cell + 0.5) / f64::from(rays_per_axis)
+            }
+            Self::Sequence => {
+                // The plastic number is the real root of x³ = x + 1.
+                let plastic = 1.324_717_957_244_746_f64;
+                let steps = DVec2::new(1.0 / plastic, 1.0 / (plastic * plastic));
+                DVec2::ONE - (0.5 + steps * f64::from(ray)).fract()
+            }
+        }
+    }
+}
+
 /// What the ray caster is to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -59,8 +88,10 @@ pub struct Options {
     pub light_samples_per_axis: u32,
     /// Whether the specular lobe is compensated for light scattered more than once between microfacets.
     pub multiple_scattering: bool,
-    /// A pixel's radiance is the mean of `samples_per_axis²` rays on a regular grid.
+    /// A pixel's radiance is the mean of `samples_per_axis²` rays.
     pub samples_per_axis: u32,
+    /// Where the rays of a pixel go through it.
+    pub pixel_pattern: PixelPattern,
     /// The light of one lamp in fog is the sum over so many places along a ray.
     pub medium_steps: u32,
     /// Chooses the random numbers that spread places.
@@ -75,6 +106,7 @@ impl Default for Options {
             light_samples_per_axis: 4,
             multiple_scattering: true,
             samples_per_axis: 1,
+            pixel_pattern: PixelPattern::Grid,
             medium_steps: 16,
             seed: 0,
         }
@@ -263,7 +295,7 @@ impl World {
         let mut sum = DVec3::ZERO;
         let mut middle = None;
         for sample in 0..n * n {
-            let offset = (DVec2::new(f64::from(sample % n), f64::from(sample / n)) + 0.5) / f64::from(n);
+            let offset = options.pixel_pattern.place(sample, n);
             let sequence = [(row * width + column) as u64, u64::from(sample)];
             let seen = self.seen(ray(offset), albedos, (options, sequence));
             sum += seen.radiance;
