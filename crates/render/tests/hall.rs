@@ -6,11 +6,11 @@
 
 mod common;
 
-use common::{plain_request, renderer};
-use manypass::Path;
+use common::{inner_pixels, plain_request, renderer};
+use manypass::{FrameRequest, Path};
 use manypass_testkit::compare::linear_difference;
 use manypass_testkit::radiance_file::RadiancePicture;
-use manypass_testkit::raycast::{Camera, Options, PixelPattern, World};
+use manypass_testkit::raycast::{Camera, Frame, Options, PixelPattern, World};
 use std::path::Path as FilePath;
 
 fn hall() -> (manypass_scene::Scene, World) {
@@ -70,4 +70,56 @@ fn the_reference_of_the_hall_is_what_the_ray_caster_gives() {
         let wrong = found.iter().zip(kept).filter(|(a, b)| !(0..3).all(|c| near(a[c], b[c]))).count();
         assert_eq!(wrong, 0, "row {row}: make it anew, see tests/references/README.md");
     }
+}
+
+/// Pixels of which all neighbours show the same object, turned and placed nearly alike.
+fn away_from_edges(frame: &Frame) -> Vec<usize> {
+    let is_alike = |a: usize, b: usize| {
+        let offset = frame.position_world[b] - frame.position_world[a];
+        frame.normal_world[a].dot(frame.normal_world[b]) > 0.9
+            && offset.dot(frame.normal_world[a]).abs() < 0.02 * frame.depth_view_m[a]
+    };
+    let neighbours = |pixel: usize| [pixel - frame.width - 1, pixel - frame.width, pixel - frame.width + 1, pixel - 1];
+    let all = |pixel: usize| neighbours(pixel).into_iter().chain(neighbours(pixel).map(|other| 2 * pixel - other));
+    let mut inner = inner_pixels(&frame.object_id, (frame.width, frame.height));
+    inner.retain(|pixel| all(*pixel).all(|other| is_alike(*pixel, other)));
+    inner
+}
+
+#[test]
+#[ignore = "lights that take turns are seen at a part of the samples' places only"]
+fn the_hall_with_every_light_shadowed_is_that_of_the_ray_caster() {
+    const SAMPLES: u32 = 16;
+    let path = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("tests/references/hall.exr");
+    let reference = RadiancePicture::read(&path).unwrap();
+    let (scene, mut world) = hall();
+    let size = (reference.width, reference.height);
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let request =
+        plain_request(&scene, (size.0 as u32, size.1 as u32)).with(|settings| settings.shadows.enabled = true);
+    let light_rounds = renderer.light_rounds(&scene, &request).unwrap();
+    let frames_per_sample = light_rounds.div_ceil(SAMPLES);
+    let sample_count = SAMPLES * frames_per_sample;
+    for sample_index in 0..sample_count {
+        let of_sample = FrameRequest { sample_index, sample_count, frames_per_sample, light_rounds, ..request.clone() };
+        renderer.render(&scene, &of_sample).unwrap();
+    }
+    let found: Vec<[f32; 3]> = renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect();
+    let total = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    let pairs = reference.pixels.iter().flatten().zip(found.iter().flatten());
+    let absolute = pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / total(&reference.pixels);
+    world.lights.clear();
+    let options = Options { multiple_scattering: false, ..Options::default() };
+    let inner = away_from_edges(&world.render(size.0, size.1, options));
+    let pick = |pixels: &[[f32; 3]]| inner.iter().map(|at| pixels[*at]).collect::<Vec<_>>();
+    // What is darker than a tenth of the mean counts as that.
+    let floor = 0.1 * total(&reference.pixels) / (3 * found.len()) as f64;
+    let share = linear_difference(&pick(&reference.pixels), &pick(&found), floor).share_within(0.1);
+    println!(
+        "{light_rounds} rounds, mean absolute {absolute:.4}, {} inner pixels, within 10 %: {share:.4}",
+        inner.len()
+    );
+    assert!(absolute <= 0.02, "mean absolute difference {absolute} of the mean");
+    assert!(share >= 0.99, "{share} of pixels within 10 %");
 }

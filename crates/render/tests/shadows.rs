@@ -318,7 +318,8 @@ fn what_opts_out_and_what_glows_around_the_light_casts_nothing() {
         change(&mut builder);
         builder.finish()
     };
-    let changes: [(&str, fn(&mut SceneBuilder), bool); 6] = [
+    type Change = (&'static str, fn(&mut SceneBuilder), bool);
+    let changes: [Change; 6] = [
         ("all of them cast", |_| (), true),
         ("the node does not", |builder| builder.scene.nodes[2].casts_shadow = false, false),
         ("the material does not", |builder| builder.scene.materials[1].casts_shadow = false, false),
