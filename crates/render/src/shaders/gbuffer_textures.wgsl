@@ -22,35 +22,36 @@ fn distance_at(pixel: vec2i) -> f32 {
     return textureLoad(linear_depth, pixel, 0).r;
 }
 
-// The normal of the surface that the pixels around show, from their distances: along each axis the neighbour that is more
-// likely on the same surface. `normal` where there is none.
+// The normal of the surface as it was drawn, from the distances of the pixels around: of the four corners that a pixel has
+// with its neighbours the one that lies most like `normal`, so that no neighbour on another surface, or on the other side of an
+// edge, has a part in it. `normal` itself where there is none.
 fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f) -> vec3f {
-    let last = vec2i(view.size_px) - 1;
     let center = position_view_from_pixel(vec2f(pixel) + 0.5, distance_m);
-    let across = step_along(pixel, vec2i(1, 0), last, center, distance_m);
-    let down = step_along(pixel, vec2i(0, 1), last, center, distance_m);
-    let facet = (view.world_from_view * vec4f(cross(down.xyz, across.xyz), 0.0)).xyz;
-    let length_squared = dot(facet, facet);
-    let is_found = (min(across.w, down.w) > 0.0) & (length_squared > 1e-30);
-    return select(normal, facet * inverseSqrt(max(length_squared, 1e-30)), is_found);
+    let right = step_to(pixel, vec2i(1, 0), center);
+    let left = step_to(pixel, vec2i(-1, 0), center);
+    let down = step_to(pixel, vec2i(0, 1), center);
+    let up = step_to(pixel, vec2i(0, -1), center);
+    let normal_view = (view.view_from_world * vec4f(normal, 0.0)).xyz;
+    // The last is how much it is like the normal.
+    var best = vec4f(normal_view, 0.0);
+    best = more_like(best, cross(down, right), normal_view);
+    best = more_like(best, cross(left, down), normal_view);
+    best = more_like(best, cross(up, left), normal_view);
+    best = more_like(best, cross(right, up), normal_view);
+    return (view.world_from_view * vec4f(best.xyz, 0.0)).xyz;
 }
 
-// From a pixel's point to that of the next or from that of the last, in view space, whichever is the smaller step; w is 0 if
-// there is no surface on either side.
-fn step_along(pixel: vec2i, axis: vec2i, last: vec2i, center: vec3f, distance_m: f32) -> vec4f {
-    let before = max(pixel - axis, vec2i(0));
-    let after = min(pixel + axis, last);
-    let distances = vec2f(distance_at(before), distance_at(after));
-    // At the edge of the picture there is no neighbour.
-    let steps = abs(distances - distance_m) + vec2f(
-        select(0.0, DISTANCE_BACKGROUND_M, all(before == pixel)),
-        select(0.0, DISTANCE_BACKGROUND_M, all(after == pixel)),
-    );
-    let is_after = steps.y < steps.x;
-    let other = position_view_from_pixel(
-        vec2f(select(before, after, is_after)) + 0.5,
-        select(distances.x, distances.y, is_after),
-    );
-    let step = (other - center) * select(-1.0, 1.0, is_after);
-    return vec4f(step, select(0.0, 1.0, min(steps.x, steps.y) < 0.5 * DISTANCE_BACKGROUND_M));
+// The step from a pixel's point to that of a neighbour, in view space; 0 where there is no surface, or no pixel.
+fn step_to(pixel: vec2i, offset: vec2i, center: vec3f) -> vec3f {
+    let other = clamp(pixel + offset, vec2i(0), vec2i(view.size_px) - 1);
+    let distance_m = distance_at(other);
+    let step = position_view_from_pixel(vec2f(other) + 0.5, distance_m) - center;
+    return select(vec3f(0.0), step, distance_m < DISTANCE_BACKGROUND_M);
+}
+
+fn more_like(best: vec4f, across: vec3f, normal: vec3f) -> vec4f {
+    let length_squared = dot(across, across);
+    let candidate = across * inverseSqrt(max(length_squared, 1e-30));
+    let likeness = dot(candidate, normal);
+    return select(best, vec4f(candidate, likeness), (length_squared > 1e-30) & (likeness > best.w));
 }

@@ -1,6 +1,7 @@
 //! What casts a shadow into a tile.
 
 use super::projection::TileProjection;
+use crate::constants::WITHOUT_NORMALS;
 use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Item, WorldDraws};
 use crate::resources::Instance;
 use glam::{Vec3, Vec4};
@@ -126,8 +127,9 @@ impl<'w> Casters<'w> {
             } else {
                 projection.of_object(&instance.world_from_object)
             };
-            let [_, joint, weight, targets] = instance.ids;
-            let ids = [u32::from(projection.is_perspective), joint, weight, targets];
+            let [object, joint, weight, targets] = instance.ids;
+            // The object has a part in which rays its alpha stops.
+            let ids = [(object & !WITHOUT_NORMALS) << 1 | u32::from(projection.is_perspective), joint, weight, targets];
             instances.push(Instance { world_from_object: rows, ids, ..*instance });
             match draws.last_mut().filter(|_| last_group == Some(item.group)) {
                 Some(last) => last.instances.end = at + 1,

@@ -104,8 +104,10 @@ impl Turns {
             |(side, count): (u32, u32), shift: u32| u64::from((side >> shift).max(side_min)).pow(2) * u64::from(count);
         let sum = |shift: u32| demanded.iter().map(|light| texels(*light, shift)).sum::<u64>();
         let room = area / 2;
-        let is_enough = |shift: &u32| sum(*shift) <= area || sum(*shift) <= room * u64::from(ROUNDS_MAX - 2);
-        let shift = (0..16).find(is_enough).unwrap_or(16);
+        // Tiles that are half as fine are better than turns, of which every light has a part of the samples alone.
+        let is_enough = |shift: &u32| sum(*shift) <= room * u64::from(ROUNDS_MAX - 2);
+        let of_turns = || (0..16).find(is_enough).unwrap_or(16);
+        let shift = (0..2).find(|shift| sum(*shift) <= area).unwrap_or_else(of_turns);
         let side = |light: &(u32, u32)| (light.0 >> shift).max(side_min);
         if sum(shift) <= area {
             return Self { of_light: demanded.iter().map(|light| (side(light), None)).collect(), rounds: 1 };

@@ -13,6 +13,8 @@ struct ShadowVarying {
     @builtin(position) position_clip: vec4f,
     @location(0) uv: vec4f,
     @location(1) color: vec4f,
+    // Another number for every object, from 0 to 1.
+    @location(2) @interpolate(flat, either) object: f32,
 }
 
 @vertex
@@ -26,21 +28,22 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     }
     let rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
     let at = transform_point(rows, position);
-    let is_perspective = in.instance.x == 1u;
+    let is_perspective = (in.instance.x & 1u) == 1u;
     var out: ShadowVarying;
     // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself, and what lies before
     // the nearest is drawn there.
     out.position_clip = vec4f(at.xy, select(min(at.z, 1.0), 1.0, is_perspective), select(1.0, at.z, is_perspective));
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
+    out.object = fract(f32((in.instance.x >> 1u) & 0xffffu) * 0.75487766);
     return out;
 }
 
-// 0 ≤ x < 1 and another one for every texel and sample (Jimenez 2014, "Next Generation Post Processing in Call of Duty"; the
-// samples go on by the golden ratio).
-fn threshold_at(position_px: vec2f) -> f32 {
+// 0 ≤ x < 1 and another one for every texel, object and sample (Jimenez 2014, "Next Generation Post Processing in Call of Duty";
+// the samples go on by the golden ratio, the objects by the plastic number).
+fn threshold_at(position_px: vec2f, object: f32) -> f32 {
     let noise = fract(52.9829189 * fract(dot(floor(position_px), vec2f(0.06711056, 0.00583715))));
-    return fract(noise + f32(view.sample_index) * 0.61803398875);
+    return fract(noise + object + f32(view.sample_index) * 0.61803398875);
 }
 
 @fragment
@@ -51,7 +54,7 @@ fn fs_shadows(in: ShadowVarying) {
         surface.color = in.color;
         let alpha = surface_base_color(surface, 0.0).a;
         // What alpha covers in part stops so many of the rays.
-        let threshold = mix(material_factors.alpha_cutoff, threshold_at(in.position_clip.xy), material_factors.blended);
+        let threshold = mix(material_factors.alpha_cutoff, threshold_at(in.position_clip.xy, in.object), material_factors.blended);
         if alpha < threshold || alpha <= 0.0 {
             discard;
         }
