@@ -348,10 +348,31 @@ fn lit(count: usize, kind: &str, range_m: Option<f32>) -> Value {
 
 #[test]
 fn more_lights_than_sixteen_bits_count_are_drawn() {
-    let mut cases = Cases::default();
-    cases.add(lit(70_000, "point", Some(0.1)).to_string(), "gltf", None);
-    cases.add(lit(70_000, "directional", None).to_string(), "gltf", None);
-    cases.check("lights");
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("lights");
+    let triangle = [-1_f32, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes);
+    folder.write("tri.bin", triangle.as_flattened());
+    folder.write("points.gltf", lit(70_000, "point", Some(0.1)).to_string().as_bytes());
+    folder.write("suns.gltf", lit(70_000, "directional", None).to_string().as_bytes());
+    // Every one of them casts its shadow, in several rounds of the atlas.
+    folder.write("shadowed.gltf", lit(3_000, "point", Some(0.1)).to_string().as_bytes());
+    let bare = ["--size", "16x16", "--samples", "1", "--report", "report.json", "--set"];
+    for (file, setting) in [
+        ("points.gltf", "shadows.enabled=false"),
+        ("suns.gltf", "shadows.enabled=false"),
+        ("shadowed.gltf", "shadows.atlas_px=512"),
+    ] {
+        let args = [&["render", file], &bare[..], &[setting]].concat();
+        let watched = watch(&folder, &args, 3 * LIMIT);
+        assert!(watched.peak_mib < LIMIT_MIB && watched.run.code == 0, "{file}: {} MiB", watched.peak_mib);
+    }
+    let report = std::fs::read_to_string(folder.join("report.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    let shadows = &report["shadows"];
+    assert_eq!((&shadows["lights_beyond_atlas"], report["lights"].as_u64()), (&0.into(), Some(3_000)), "{shadows}");
+    assert!(shadows["light_rounds"].as_u64() > Some(1), "{shadows}");
 }
 
 #[test]
