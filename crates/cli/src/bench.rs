@@ -8,6 +8,7 @@ use crate::input::{Input, Opened};
 use crate::job;
 use crate::pattern::is_stdout;
 use crate::places::Places;
+use crate::report::shadow_numbers;
 use crate::request::{effect_files, effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
@@ -91,6 +92,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         frames_ms.push(frame(&mut renderer)?);
     }
     let stats = renderer.stats();
+    let shadows = shadow_numbers(&renderer, &scene);
     if let Some(path) = &args.png {
         let pixels = renderer.read_display().map_err(failed)?;
         let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
@@ -116,7 +118,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "culling_ms": culling_ms,
         "list_entries": stats.list_entries,
         "light_lists_made": stats.light_lists_made,
-        "shadows": crate::report::shadow_numbers(&stats),
+        "shadows": shadows,
         "bind_groups_made": stats.bind_groups_made,
         "bundles_executed": stats.bundles_executed,
         "pipelines_made": stats.pipelines_made,

@@ -5,10 +5,11 @@ use crate::pattern::is_stdout;
 use crate::provenance::InputFile;
 use crate::session::{print, write_failure};
 use manypass::graph::PassTime;
-use manypass::{AdapterSummary, FrameStats, PairCounts, Plan, Settings};
+use manypass::{AdapterSummary, FrameStats, PairCounts, Plan, Renderer, Settings};
 use manypass_offline::atomic::{AtomicFile, is_in_place};
 use manypass_offline::lines::LineFile;
 use manypass_offline::{PictureInfo, PngRange};
+use manypass_scene::{NodeId, Scene};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -94,6 +95,8 @@ pub struct Entry<'a> {
     pub phases: Phases,
     /// Numbers of its last sample.
     pub stats: &'a FrameStats,
+    /// What is said of its shadows, by [`shadow_numbers`].
+    pub shadows: &'a serde_json::Value,
     /// The passes of its first sample.
     pub plan: &'a Plan,
     /// Measured in the first sample, drawn once more.
@@ -188,7 +191,7 @@ impl Report {
             "lights": stats.lights,
             "list_entries": stats.list_entries,
             "light_lists_made": stats.light_lists_made,
-            "shadows": shadow_numbers(stats),
+            "shadows": entry.shadows,
             "bind_groups_made": stats.bind_groups_made,
             "bundles_executed": stats.bundles_executed,
             "pipelines_made": stats.pipelines_made,
@@ -257,15 +260,25 @@ impl Report {
     }
 }
 
-/// What a report says of shadows.
-pub fn shadow_numbers(stats: &manypass::FrameStats) -> serde_json::Value {
+/// So many lights of a kind are named in a report.
+const NAMED_MAX: usize = 32;
+
+/// What a report says of the shadows of the last frame.
+pub fn shadow_numbers(renderer: &Renderer, scene: &Scene) -> serde_json::Value {
+    let stats = renderer.stats();
+    let named = |lights: &[NodeId]| {
+        let name = |id: &NodeId| json!({ "node": id.0, "name": scene.node(*id).name });
+        lights.iter().take(NAMED_MAX).map(name).collect::<Vec<_>>()
+    };
     json!({
         "lights": stats.shadowed_lights,
         "tiles_drawn": stats.shadow_tiles_drawn,
         "tiles_kept": stats.shadow_tiles_kept,
         "bytes": stats.texture_bytes_of_shadows,
         "lights_starved": stats.lights_starved,
+        "starved": named(renderer.starved_lights()),
         "lights_beyond_atlas": stats.lights_beyond_atlas,
+        "beyond_atlas": named(renderer.lights_without_shadows()),
         "lights_dealt": stats.lights_dealt,
         "light_rounds": stats.light_rounds,
         "lights_in_emitters": stats.lights_in_emitters,

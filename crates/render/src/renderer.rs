@@ -187,6 +187,18 @@ impl Renderer {
         warnings
     }
 
+    /// Of the last frame the nodes of the lights for whose shadow maps there was no room, so that they shone through
+    /// everything. None in stills, where lights take turns.
+    pub fn lights_without_shadows(&self) -> &[NodeId] {
+        &self.shadows.beyond
+    }
+
+    /// Of the last frame the nodes of the lights whose shadow maps were less than half as fine as the picture asks for, because
+    /// the atlas was full.
+    pub fn starved_lights(&self) -> &[NodeId] {
+        &self.shadows.starved
+    }
+
     /// Milliseconds in which decoding images held up the upload of the scene.
     pub fn decode_ms(&self) -> f64 {
         self.resources.textures.decode_ms

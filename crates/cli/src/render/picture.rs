@@ -5,7 +5,7 @@ use super::{Batch, failed};
 use crate::deliver::Delivery;
 use crate::failure::Failure;
 use crate::gather::Item;
-use crate::report::{Entry, Outputs, Phases};
+use crate::report::{self, Entry, Outputs, Phases};
 use crate::request::{picture_info, request};
 use crate::session::{ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
@@ -23,6 +23,8 @@ struct Drawn {
     phases: Phases,
     /// Of its last sample.
     stats: FrameStats,
+    /// What the report says of its shadows.
+    shadows: serde_json::Value,
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     clamped_pixels: Option<u64>,
     warnings: Vec<String>,
@@ -100,8 +102,9 @@ impl Batch<'_> {
         phases.compile = renderer.compile_ms() - compiled_ms;
         phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
         let stats = renderer.stats();
+        let shadows = report::shadow_numbers(renderer, scene);
         let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
-        Ok(Drawn { request, info, phases, stats, clamped_pixels: None, warnings })
+        Ok(Drawn { request, info, phases, stats, shadows, clamped_pixels: None, warnings })
     }
 
     /// Writes the pictures of all passes where they are asked for; gives the paths of the contact sheet and of those that
@@ -158,6 +161,7 @@ impl Batch<'_> {
             adapter: &renderer.gpu().adapter,
             phases: drawn.phases,
             stats: &drawn.stats,
+            shadows: &drawn.shadows,
             plan: &plan,
             pass_times: &pass_times,
             pairs,

@@ -9,7 +9,7 @@ use crate::record::{InstanceTable, depth_texture};
 use crate::request::FrameStats;
 use crate::shadows::{FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
 use manypass_graph::TextureDesc;
-use manypass_scene::Scene;
+use manypass_scene::{NodeId, Scene};
 
 /// What the renderer keeps of shadows.
 #[derive(Debug)]
@@ -19,6 +19,9 @@ pub(super) struct ShadowState {
     pub instances: InstanceTable,
     /// Rises whenever a mesh or a material of the scene changed.
     pub scene_version: u64,
+    /// Of the last frame the lights for whose maps there was no room, and those whose maps are too coarse.
+    pub beyond: Vec<NodeId>,
+    pub starved: Vec<NodeId>,
 }
 
 /// The texture of all shadow maps.
@@ -42,7 +45,14 @@ impl Atlas {
 
 impl ShadowState {
     pub fn new(gpu: &Gpu) -> Self {
-        Self { tiles: Shadows::default(), atlas: None, instances: InstanceTable::new(gpu), scene_version: 0 }
+        Self {
+            tiles: Shadows::default(),
+            atlas: None,
+            instances: InstanceTable::new(gpu),
+            scene_version: 0,
+            beyond: Vec::new(),
+            starved: Vec::new(),
+        }
     }
 }
 
@@ -114,6 +124,10 @@ impl Renderer {
         if is_plan || is_new {
             tiles.reset(side);
         }
+        if matches!(purpose, Purpose::Pictures(_)) {
+            // Whoever wants the pictures of all passes wants those of shadow maps, too.
+            tiles.redraw();
+        }
         let mut frame = tiles.prepare(&world.draws, self.shadows.scene_version, &viewers, settings, dealing);
         let mut of_viewers = std::mem::take(&mut frame.views).into_iter();
         let in_order = views.iter().map(|view| view.as_ref().and_then(|_| of_viewers.next()).unwrap_or_default());
@@ -130,13 +144,15 @@ impl Renderer {
             }
         };
         if !is_plan {
+            (self.shadows.beyond, self.shadows.starved) =
+                (std::mem::take(&mut frame.beyond), std::mem::take(&mut frame.starved));
             stats.uploaded_bytes += self.shadows.instances.write(&self.gpu, &frame.instances);
         }
         stats.shadowed_lights = frame.counts.lights;
         stats.shadow_tiles_drawn = frame.counts.tiles_drawn;
         stats.shadow_tiles_kept = frame.counts.tiles_kept;
-        stats.lights_starved = frame.counts.starved;
-        stats.lights_beyond_atlas = frame.counts.beyond;
+        stats.lights_starved = frame.starved.len() as u32;
+        stats.lights_beyond_atlas = frame.beyond.len() as u32;
         stats.lights_dealt = frame.counts.dealt;
         stats.light_rounds = frame.counts.rounds;
         stats.lights_in_emitters = frame.counts.in_emitters;

@@ -72,10 +72,6 @@ pub struct ShadowCounts {
     pub tiles_drawn: u32,
     /// Tiles that were kept from the frames before.
     pub tiles_kept: u32,
-    /// Lights whose tiles are less than half as fine as the picture asks for.
-    pub starved: u32,
-    /// Lights that the atlas has no place for; they shine through everything.
-    pub beyond: u32,
     /// Lights that share the atlas by turns, and the number of turns.
     pub dealt: u32,
     /// Rounds of the atlas in which every light has its turn.
@@ -122,6 +118,10 @@ pub struct FrameShadows {
     pub is_first: bool,
     /// The instances of the draws.
     pub(crate) instances: Vec<Instance>,
+    /// Lights that the atlas has no place for; they shine through everything.
+    pub beyond: Vec<NodeId>,
+    /// Lights whose tiles are less than half as fine as the picture asks for.
+    pub starved: Vec<NodeId>,
     /// Its numbers.
     pub counts: ShadowCounts,
 }
@@ -160,6 +160,11 @@ impl Shadows {
         self.tiles.clear();
     }
 
+    /// Forgets what the tiles hold, so that all are drawn.
+    pub fn redraw(&mut self) {
+        self.tiles.values_mut().for_each(|kept| kept.signature = 0);
+    }
+
     /// The side of the atlas that `settings` allow, where textures have at most `limit` texels a side. A picture whose
     /// longer side is `longest_px` makes no use of more than four times as many, unless so many `lights` have small tiles.
     pub fn side(settings: &ShadowSettings, limit: u32, longest_px: u32, lights: usize) -> u32 {
@@ -191,7 +196,8 @@ impl Shadows {
         frame.counts.rounds = turns.as_ref().map_or(1, Turns::rounds);
         frame.counts.dealt = turns.as_ref().map_or(0, Turns::dealt);
         if turns.is_none() {
-            frame.counts.beyond = sides.iter().filter(|side| **side == 0).count() as u32;
+            let beyond = wanting.iter().zip(&sides).filter(|(_, side)| **side == 0);
+            frame.beyond.extend(beyond.map(|(light, _)| light.key.node));
         }
         let placed = self.place(&wanting, &sides);
         let mut of_lights: OfLights<'_> = BTreeMap::new();
@@ -204,7 +210,9 @@ impl Shadows {
             frame.counts.lights += 1;
             frame.counts.in_emitters += u32::from(wanting.of_light.is_in_emitter);
             let side = squares.iter().flatten().map(|square| square.side).max();
-            frame.counts.starved += u32::from(side.is_some_and(|side| (side as f32) < 0.5 * wanting.side));
+            if side.is_some_and(|side| (side as f32) < 0.5 * wanting.side) {
+                frame.starved.push(wanting.key.node);
+            }
             let records = self.tiles_of(&casters, wanting, squares, &mut frame);
             of_lights.insert(&wanting.key, (records, weight));
         }
