@@ -139,7 +139,7 @@ mod tests {
         let error = settings.set("clusters.slices", "1.5").unwrap_err().to_string();
         assert!(error.contains("takes a whole number from 1 to 64"), "{error}");
         let error = settings.set("render.path", "deferrd").unwrap_err().to_string();
-        assert!(error.contains("takes deferred or forward"), "{error}");
+        assert!(error.contains("takes deferred, forward, forward-batched or gouraud"), "{error}");
         let error = settings.set("environment.source", "12345").unwrap_err().to_string();
         assert!(error.contains("studio") && error.contains("a colour such as ff8800"), "{error}");
     }
