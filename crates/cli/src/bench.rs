@@ -114,6 +114,8 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "effects": effect_values,
         "lights": stats.lights,
         "draws": stats.draws,
+        "light_draws": stats.light_draws,
+        "written_bytes": stats.written_bytes,
         "triangles": stats.triangles,
         "culling_ms": culling_ms,
         "list_entries": stats.list_entries,

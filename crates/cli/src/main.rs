@@ -1,5 +1,8 @@
 //! The program `manypass`: args (raw) → job (validated) → run.
 
+// A report has more keys than `json!` takes by default.
+#![recursion_limit = "256"]
+
 mod ahead;
 mod args;
 mod bench;

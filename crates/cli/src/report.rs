@@ -187,6 +187,8 @@ impl Report {
             "texture_bytes": bytes.aliased,
             "texture_bytes_unaliased": bytes.unaliased,
             "draws": stats.draws,
+            "light_draws": stats.light_draws,
+            "written_bytes": stats.written_bytes,
             "triangles": stats.triangles,
             "lights": stats.lights,
             "list_entries": stats.list_entries,

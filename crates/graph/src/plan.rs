@@ -147,6 +147,21 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// Bytes that the passes write if each covers its targets once, as full-screen passes do and as surfaces do without overdraw.
+    pub fn written_bytes(&self) -> u64 {
+        let of_pass = |pass: &PlannedPass| {
+            let written = pass.attachments.iter().filter(|attachment| attachment.target != Target::DepthReadOnly);
+            let bytes = written.filter_map(|attachment| {
+                let desc = self.textures.get(attachment.texture as usize)?.desc;
+                Some(TextureDesc::new_2d(pass.size.0, pass.size.1, desc.format).bytes())
+            });
+            bytes.sum::<u64>()
+        };
+        self.passes.iter().map(of_pass).sum()
+    }
+}
+
 /// Plans a graph that has passed [`crate::check::check`].
 ///
 /// Allocates two lists a pass, because they are part of the plan.

@@ -230,6 +230,10 @@ impl RenderError {
 pub struct FrameStats {
     /// Draw calls of surfaces.
     pub draws: u32,
+    /// Draw calls that only light what others drew: full-screen ones, volumes and what marks them, later batches of surfaces.
+    pub light_draws: u32,
+    /// Bytes that the frame's passes write if each covers its targets once.
+    pub written_bytes: u64,
     /// Triangles of all draws.
     pub triangles: u64,
     /// Lights.

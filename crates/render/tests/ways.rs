@@ -118,6 +118,31 @@ fn every_way_of_culling_is_brute_force() {
 }
 
 #[test]
+fn ways_say_how_many_draws_they_take_and_what_they_write() {
+    let mut renderer = renderer();
+    let case = case("a field of points", scenes::many_points(60).scene, (64, 48));
+    renderer.load(&case.scene).unwrap();
+    let pixels = 64 * 48;
+    let mut stats = |path, culling| {
+        let request = case.request.with(|settings| (settings.render.path, settings.lights.culling) = (path, culling));
+        renderer.render(&case.scene, &request).unwrap();
+        renderer.stats()
+    };
+    let [clustered, tiled, volumes, stencil] = CULLING.map(|culling| stats(Path::Deferred, culling));
+    let forward = stats(Path::Forward, LightCulling::Clustered);
+    let batched = stats(Path::ForwardBatched, LightCulling::Clustered);
+    let draws = [&clustered, &tiled, &volumes, &forward].map(|stats| stats.light_draws);
+    assert_eq!(draws, [1, 3, 1, 0], "lists, lists and two reductions, one draw of spheres, none");
+    assert!(stencil.light_draws > 2 && batched.light_draws > 2, "{stencil:?}, {batched:?}");
+    // The G-buffer's 12 bytes and linear depth's 4 are what forward shading spares.
+    assert!(clustered.written_bytes > forward.written_bytes + 16 * pixels, "{clustered:?}, {forward:?}");
+    // A batch adds to radiance, 8 bytes a pixel.
+    assert!(batched.written_bytes > forward.written_bytes + 5 * 8 * pixels, "{batched:?}");
+    // Two floats for each tile of 16 pixels in each row, and for each tile.
+    assert_eq!(tiled.written_bytes - clustered.written_bytes, 8 * (4 * 48 + 4 * 3));
+}
+
+#[test]
 fn forward_in_batches_is_forward_by_brute_force() {
     let mut renderer = renderer();
     let mut cases: Vec<Case> = cases().into_iter().filter(|case| !case.name.starts_with("a field")).collect();

@@ -5,12 +5,15 @@ use super::prepare::{Asked, Lit, Ready, World, output_of};
 use super::shadows::Atlas;
 use super::{Purpose, Renderer};
 use crate::aov::{AovExports, f32_from_half};
-use crate::draws::Deformation;
+use crate::constants::LIGHTS_PER_BATCH;
+use crate::draws::{Deformation, WorldDraws};
 use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
+use crate::lights::LightCulling;
 use crate::passes::meter;
 use crate::passes::present::Target;
-use crate::record::{Frame, Legends, Recorder};
+use crate::record::{Frame, Legends, PreparedView, Recorder};
+use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
@@ -145,6 +148,9 @@ impl Renderer {
         let plan = graph.plan()?;
         let bytes = plan.bytes();
         (stats.texture_bytes, stats.texture_bytes_unaliased) = (bytes.aliased, bytes.unaliased);
+        stats.written_bytes = plan.written_bytes();
+        stats.light_draws =
+            ready.iter().zip(asked).map(|(ready, asked)| light_draws(&ready.view, asked, &world.draws)).sum();
         let export = recorded.iter().find_map(|recorded| recorded.export);
         if purpose.is_plan() {
             return Ok(Executed { plan, run: None, export, legends: legends.take() });
@@ -344,6 +350,25 @@ fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), Rend
     match budget_bytes {
         Some(budget_bytes) if needed_bytes > budget_bytes => Err(RenderError::Memory { needed_bytes, budget_bytes }),
         _ => Ok(()),
+    }
+}
+
+/// Draw calls of a view that only light.
+fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws) -> u32 {
+    let settings = &asked.request.settings;
+    let fullscreen = |count: u32| u32::from(count > 0);
+    match (settings.render.path, settings.lights.culling) {
+        (Path::Deferred, LightCulling::Clustered | LightCulling::None) => fullscreen(view.light_count),
+        // Two reduce depth.
+        (Path::Deferred, LightCulling::Tiled) => 3 * fullscreen(view.light_count),
+        (Path::Deferred, LightCulling::Volumes | LightCulling::VolumesStencil) => {
+            fullscreen(view.global_light_count) + view.volume_draws.len() as u32
+        }
+        (Path::ForwardBatched, _) => {
+            let batches = |draw| view.most_lights_of(draw, world).div_ceil(LIGHTS_PER_BATCH).saturating_sub(1);
+            view.draws.opaque.iter().map(batches).sum()
+        }
+        (Path::Forward | Path::Gouraud, _) => 0,
     }
 }
 
