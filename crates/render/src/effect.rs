@@ -115,7 +115,7 @@ impl WgslEffect {
         let triangle = Program::new(&frame, "fullscreen", triangle)?;
         let composed = locate::composed(&text);
         let program = Arc::new(Program::from_parsed(&frame, &name, &composed, &module, slots)?);
-        let pipeline = FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, RADIANCE, None, None);
+        let pipeline = FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, RADIANCE, None, None, &[]);
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(invalid(format!("{file}: {error}")));

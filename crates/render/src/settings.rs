@@ -48,6 +48,7 @@ compose! {
     fog: crate::fog::FogSettings,
     lights: crate::lights::LightSettings,
     clusters: crate::lights::ClusterSettings,
+    shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
     debug: crate::passes::debug::DebugSettings,

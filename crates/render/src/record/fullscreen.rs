@@ -118,7 +118,8 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         let (pipeline, own) = match &self.shading {
             Shading::Program(name, axes) => {
                 let format = target.desc().format;
-                (self.frame.shaders.fullscreen(name, axes, format, self.blend, self.depth)?, None)
+                let constants = &self.view.constants;
+                (self.frame.shaders.fullscreen(name, axes, format, self.blend, self.depth, constants)?, None)
             }
             Shading::Own(pipeline, own) => (pipeline.clone(), own.clone()),
         };

@@ -11,6 +11,7 @@ use crate::gpu::data_texture::DataTexture;
 use crate::lights::{ClusterLists, ClusterUniform, LightReaches, VolumeDraw};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
+use crate::shader::program::Constant;
 use crate::view::ViewUniform;
 use manypass_graph::TextureDesc;
 use std::borrow::Cow;
@@ -31,6 +32,8 @@ pub struct PreparedView {
     pub(crate) global_light_count: u32,
     /// The tiles of the lists of lights, across and down, and their side in pixels.
     pub(crate) light_tiles: [u32; 3],
+    /// `override` constants of shaders that are the same for all of its passes.
+    pub(crate) constants: Vec<Constant>,
     /// How volumes of lights are drawn.
     pub(crate) volume_draws: Arc<[VolumeDraw]>,
     /// The number of lights of every object's own list, by object id, where objects have lists.
@@ -139,6 +142,7 @@ pub(crate) struct Viewed<'a> {
     pub sampling: Sampling,
     pub light_count: u32,
     pub cluster_grid: &'a ClusterUniform,
+    pub constants: Vec<Constant>,
     pub volume_draws: Arc<[VolumeDraw]>,
     pub object_lights: Arc<[u32]>,
     pub environment: &'a EnvironmentUniform,
@@ -173,6 +177,7 @@ impl Viewed<'_> {
             global_light_count: self.cluster_grid.global_count,
             light_tiles: [across, down, tile_px],
             light_reaches: tables.light_reaches.view().clone(),
+            constants: self.constants,
             volume_draws: self.volume_draws,
             object_lights: self.object_lights,
             group: groups.get(&gpu.device, "frame", shaders.frame_layout(), &bindings, resources),

@@ -2,7 +2,7 @@
 
 use super::fullscreen::{Fullscreen, Shading, Slot};
 use crate::lights::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep};
-use crate::shader::program::ProgramError;
+use crate::shader::program::{Constant, ProgramError};
 use crate::shader::{Program, Shaders};
 use glam::Vec3;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
@@ -30,6 +30,7 @@ struct Key {
     depth: wgpu::TextureFormat,
     step: VolumeStep,
     is_reflected: bool,
+    constants: Vec<Constant>,
 }
 
 #[derive(Debug)]
@@ -118,6 +119,8 @@ fn depth_stencil(key: &Key) -> wgpu::DepthStencilState {
 
 fn create(device: &wgpu::Device, program: &Program, key: &Key) -> wgpu::RenderPipeline {
     let is_marking = matches!(key.step, VolumeStep::Mark);
+    let constants = program.constants(&key.constants);
+    let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let corner = wgpu::VertexAttribute { format: wgpu::VertexFormat::Float32x3, offset: 0, shader_location: 0 };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(key.program),
@@ -142,7 +145,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> wgpu::RenderPi
         fragment: Some(wgpu::FragmentState {
             module: &program.module,
             entry_point: None,
-            compilation_options: Default::default(),
+            compilation_options,
             targets: &[Some(wgpu::ColorTargetState {
                 format: key.color,
                 blend: Some(super::ADD),
@@ -176,7 +179,15 @@ impl Fullscreen<'_, '_> {
             axes.extend((draw.shape == VolumeShape::Cone).then_some("cones"));
             let program = if is_marking { mark } else { name };
             let (color, depth) = (target.desc().format, depth.desc().format);
-            let key = Key { program, axes, color, depth, step: draw.step, is_reflected: self.view.is_reflected() };
+            let key = Key {
+                program,
+                axes,
+                color,
+                depth,
+                step: draw.step,
+                is_reflected: self.view.is_reflected(),
+                constants: self.view.constants.clone(),
+            };
             let pipeline = self.frame.volumes.pipeline(self.frame.shaders, &self.frame.gpu.device, key)?;
             let slots = self.slots(&pipeline.program)?;
             steps.push((pipeline, slots, draw.clone()));

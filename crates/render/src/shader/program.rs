@@ -101,7 +101,11 @@ pub struct Program {
     pub layout: wgpu::PipelineLayout,
     groups: Vec<(wgpu::BindGroupLayout, Vec<Slot>)>,
     vertex_inputs: Vec<(String, u32)>,
+    overrides: Vec<String>,
 }
+
+/// An `override` constant with its value.
+pub(crate) type Constant = (&'static str, u32);
 
 /// An attribute that a vertex shader may read by its name.
 #[derive(Clone, Copy, Debug)]
@@ -162,7 +166,15 @@ impl Program {
         });
         static NEXT_ID: AtomicU32 = AtomicU32::new(0);
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { name: name.into(), id, module: shader, layout, vertex_inputs: reflect_inputs(module), groups })
+        let overrides = module.overrides.iter().filter_map(|(_, constant)| constant.name.clone()).collect();
+        let vertex_inputs = reflect_inputs(module);
+        Ok(Self { name: name.into(), id, module: shader, layout, vertex_inputs, overrides, groups })
+    }
+
+    /// Those of `constants` that the module declares, as a pipeline takes them: others are errors in browsers.
+    pub(crate) fn constants(&self, constants: &[Constant]) -> Vec<(&'static str, f64)> {
+        let declared = constants.iter().filter(|(name, _)| self.overrides.iter().any(|known| known == name));
+        declared.map(|(name, value)| (*name, f64::from(*value))).collect()
     }
 
     /// What the module binds in `group`.
@@ -389,7 +401,9 @@ impl FullscreenPipeline {
         format: wgpu::TextureFormat,
         blend: Option<wgpu::BlendState>,
         depth: Option<DepthTest>,
+        constants: &[Constant],
     ) -> Self {
+        let constants = program.constants(constants);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&program.name),
             layout: Some(&program.layout),
@@ -411,7 +425,7 @@ impl FullscreenPipeline {
             fragment: Some(wgpu::FragmentState {
                 module: &program.module,
                 entry_point: None,
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
                 targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
             }),
             multiview_mask: None,
@@ -422,7 +436,7 @@ impl FullscreenPipeline {
 }
 
 type ProgramKey = (&'static str, Vec<&'static str>);
-type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>, Option<DepthTest>);
+type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>, Option<DepthTest>, Vec<Constant>);
 
 /// The format of the depth buffer, and how depth 0, where the triangle lies, compares with what is there.
 pub type DepthTest = (wgpu::TextureFormat, wgpu::CompareFunction);
@@ -578,14 +592,16 @@ impl Shaders {
         format: wgpu::TextureFormat,
         blend: Option<wgpu::BlendState>,
         depth: Option<DepthTest>,
+        constants: &[Constant],
     ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
-        let key = ((name, axes_on.to_vec()), format, blend, depth);
+        let key = ((name, axes_on.to_vec()), format, blend, depth, constants.to_vec());
         if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
             return Ok(pipeline.clone());
         }
         let program = self.program(name, axes_on)?;
         let triangle = self.program("fullscreen", &[])?;
-        let create = || FullscreenPipeline::new(&self.frame.device, program, &triangle, format, blend, depth);
+        let create =
+            || FullscreenPipeline::new(&self.frame.device, program, &triangle, format, blend, depth, constants);
         let pipeline = Arc::new(self.compiling(create));
         self.fullscreen.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)

@@ -3,6 +3,9 @@
 // compensation for multiple scattering (Kulla & Conty 2017, in the form of Lagarde & Golubev 2018).
 // Diffuse: Lambert, weighted by 1 - F as in glTF 2.0, appendix B.
 
+// Beside it, for comparison (`shading.model`): 1 Phong, 2 Blinn-Phong. It is constant when a shader runs.
+override reflectance_model: u32 = 0u;
+
 const PI: f32 = 3.14159265359;
 
 // Everything of a surface and a direction of view that does not depend on the light.
@@ -42,11 +45,39 @@ fn visibility_smith(n_dot_l: f32, n_dot_v: f32, roughness_alpha: f32) -> f32 {
     return 0.5 / max(light + eye, 1e-7);
 }
 
+// The exponent of Blinn-Phong whose highlight is as wide as that of a roughness (Walter et al. 2007, for Beckmann's distribution).
+fn blinn_phong_exponent(roughness_alpha: f32) -> f32 {
+    return 2.0 / (roughness_alpha * roughness_alpha) - 2.0;
+}
+
+// Lobes of constant colour, normalised so that at normal incidence they reflect exactly f0; diffuse light is weighted by
+// 1 - f0. Phong 1975 in the form of Lafortune & Willems 1994, around the direction of reflection, whose angle is twice that of the
+// half vector, so that its exponent is a fourth of Blinn's; Blinn 1977, normalised as in Akenine-Möller et al. 2008.
+fn lobe_times_n_dot_l(shading: Shading, to_light: vec3f, n_dot_l: f32) -> vec3f {
+    let exponent = blinn_phong_exponent(shading.roughness_alpha);
+    var lobe = 0.0;
+    if reflectance_model == 1u {
+        let reflected = 2.0 * n_dot_l * shading.normal - to_light;
+        let phong_exponent = 0.25 * exponent;
+        let cosine = clamp(dot(reflected, shading.to_eye), 1e-6, 1.0);
+        lobe = (phong_exponent + 2.0) / (2.0 * PI) * pow(cosine, phong_exponent);
+    } else {
+        let halfway = normalize(to_light + shading.to_eye);
+        let cosine = clamp(dot(shading.normal, halfway), 1e-6, 1.0);
+        let norm = (exponent + 2.0) * (exponent + 4.0) / (8.0 * PI * (exp2(-0.5 * exponent) + exponent));
+        lobe = norm * pow(cosine, exponent);
+    }
+    return ((1.0 - shading.f0) * shading.albedo * (1.0 / PI) + shading.f0 * lobe) * n_dot_l;
+}
+
 // Reflected radiance for one unit of irradiance on a plane across the light's direction; n.l is included.
 fn brdf_times_n_dot_l(shading: Shading, to_light: vec3f) -> vec3f {
     let n_dot_l = dot(shading.normal, to_light);
     if n_dot_l <= 0.0 {
         return vec3f(0.0);
+    }
+    if reflectance_model != 0u {
+        return lobe_times_n_dot_l(shading, to_light, n_dot_l);
     }
     // For unit vectors |l + v|^2 = 2 + 2 l.v, and v.h = |l + v| / 2, so the half vector itself is not needed.
     let half_length_squared = max(2.0 + 2.0 * dot(to_light, shading.to_eye), 1e-8);

@@ -137,6 +137,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
 
     fn draw(self, draws: &[Draw], which: Which) -> Result<(), ProgramError> {
         let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth, constants } = self;
+        let constants = [constants, view.constants.clone()].concat();
         let Some((depth, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });

@@ -110,7 +110,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             })
         })
         .collect();
-    let constants: Vec<_> = key.targets.constants.iter().map(|(name, value)| (*name, f64::from(*value))).collect();
+    let constants = program.constants(&key.targets.constants);
     let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     // Without a colour target fragments are shaded to be dropped, if at all.
     let drops_fragments = key.axes & MASKED != 0;
