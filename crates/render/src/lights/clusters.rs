@@ -20,8 +20,8 @@ pub struct ClusterUniform {
     pub directional_count: u32,
     /// The number of lights that are in no list.
     pub global_count: u32,
-    /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 1 if
-    /// penumbrae are as wide as lights make them, the bias in texels.
+    /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
+    /// the bias in texels.
     pub shadow_filter: [f32; 4],
     /// The number of lights before the first that is in lists and casts a shadow, and zeros.
     pub first_caster: [u32; 4],

@@ -14,7 +14,9 @@ use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
-use crate::shadows::ViewShadows;
+use crate::settings::Settings;
+use crate::shader::program::Constant;
+use crate::shadows::{ShadowFilter, ViewShadows};
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
 use bytemuck::Zeroable;
 use glam::{Vec2, Vec4};
@@ -195,7 +197,7 @@ impl Renderer {
                 sampling: filtering.sampling,
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
-                constants: settings.shading.model.constants(),
+                constants: constants_of(settings),
                 volume_draws: lists.volume_draws.clone(),
                 object_lights: lists.object_lights.clone(),
                 environment: &environment,
@@ -299,6 +301,15 @@ impl Renderer {
         stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
         (lists, made)
     }
+}
+
+/// The `override` constants of a view's pipelines.
+fn constants_of(settings: &Settings) -> Vec<Constant> {
+    let mut constants = settings.shading.model.constants();
+    if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
+        constants.push(("penumbrae", 1));
+    }
+    constants
 }
 
 /// The textures that a view's picture goes to; none where the frame is metered.

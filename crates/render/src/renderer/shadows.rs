@@ -71,12 +71,11 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
 
 /// The uniform's part that says how shadows are filtered: see `light_table.wgsl`.
 pub(super) fn filter_uniform(settings: &ShadowSettings) -> [f32; 4] {
-    let [spread, hard, soft] = match settings.filter {
-        ShadowFilter::Hard => [0.0, 1.0, 0.0],
-        ShadowFilter::Pcf => [0.5, 0.0, 0.0],
-        ShadowFilter::Pcss => [0.5, 0.0, 1.0],
+    let [spread, hard] = match settings.filter {
+        ShadowFilter::Hard => [0.0, 1.0],
+        ShadowFilter::Pcf | ShadowFilter::Pcss => [0.5, 0.0],
     };
-    [spread, hard, soft, settings.bias_texels]
+    [spread, hard, 0.0, settings.bias_texels]
 }
 
 impl Renderer {
@@ -143,6 +142,8 @@ impl Renderer {
                 self.shadows.atlas.insert(Atlas::new(&self.gpu, side)).clone()
             }
         };
+        stats.lights_starved = frame.starved.len() as u32;
+        stats.lights_beyond_atlas = frame.beyond.len() as u32;
         if !is_plan {
             (self.shadows.beyond, self.shadows.starved) =
                 (std::mem::take(&mut frame.beyond), std::mem::take(&mut frame.starved));
@@ -151,8 +152,6 @@ impl Renderer {
         stats.shadowed_lights = frame.counts.lights;
         stats.shadow_tiles_drawn = frame.counts.tiles_drawn;
         stats.shadow_tiles_kept = frame.counts.tiles_kept;
-        stats.lights_starved = frame.starved.len() as u32;
-        stats.lights_beyond_atlas = frame.beyond.len() as u32;
         stats.lights_dealt = frame.counts.dealt;
         stats.light_rounds = frame.counts.rounds;
         stats.lights_in_emitters = frame.counts.in_emitters;

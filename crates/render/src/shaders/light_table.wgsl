@@ -9,8 +9,8 @@ struct ClusterGrid {
     slice_from_log_distance: vec2f,
     directional_count: u32,
     global_count: u32,
-    // Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 1 if
-    // penumbrae are as wide as lights make them, the bias in texels.
+    // Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
+    // the bias in texels.
     shadow_filter: vec4f,
     // The number of lights before the first that is in lists and casts a shadow, and zeros.
     first_caster: vec4u,

@@ -12,6 +12,10 @@ import package::shaders::light_table::{cluster_grid, light_texel, lights};
 @group(0) @binding(10) var shadow_compare: sampler_comparison;
 @group(0) @binding(11) var shadow_depths: texture_2d<f32>;
 
+// Whether penumbrae are as wide as lights make them (1): a constant of pipelines, since software adapters run both sides of what
+// a uniform chooses.
+override penumbrae: u32 = 0u;
+
 // The border of a tile in texels, within which filters find neighbours.
 const BORDER_TEXELS: f32 = 3.0;
 // Room for rounding: of depth as such, and as a share of it.
@@ -154,23 +158,26 @@ fn tile_visibility(
     let point = shadow_point(tile, position_world, normal, perspective);
     let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
     let texel = 2.0 / max(texels, 1.0);
-    // Loops rather than branches: a processor that runs both sides of a branch leaves a loop that has no rounds.
-    let is_soft = (cluster_grid.shadow_filter.z > 0.0) & (radius > 0.0);
-    let rotation = rotation_noise(position_world);
-    let looks = select(0u, PENUMBRA_TAPS, is_soft);
-    let width = penumbra_radius(tile, point, radius, perspective, texels, rotation, looks);
-    let taps = select(select(4u, 1u, cluster_grid.shadow_filter.y > 0.5), PENUMBRA_TAPS, is_soft);
+    if penumbrae == 1u {
+        let rotation = rotation_noise(position_world);
+        // A loop without rounds rather than a branch, of which software adapters run both sides.
+        let looks = select(0u, PENUMBRA_TAPS, radius > 0.0);
+        let width = max(penumbra_radius(tile, point, radius, perspective, texels, rotation, looks), texel);
+        var soft = 0.0;
+        for (var i = 0u; i < PENUMBRA_TAPS; i++) {
+            soft += shadow_tap(tile, point, spiral(i, PENUMBRA_TAPS, rotation) * width, texels);
+        }
+        return soft / f32(PENUMBRA_TAPS);
+    }
     // The middle of its texel if texels are seen as they are.
     let snapped = (floor(point.position / texel) + 0.5) * texel - point.position;
     let middle = snapped * cluster_grid.shadow_filter.y;
     let spread = cluster_grid.shadow_filter.x * texel;
-    var sum = 0.0;
-    for (var i = 0u; i < taps; i++) {
-        let corner = vec2f(f32(i & 1u), f32((i >> 1u) & 1u)) * 2.0 - 1.0;
-        let offset = select(middle + corner * spread, spiral(i, taps, rotation) * max(width, texel), is_soft);
-        sum += shadow_tap(tile, point, offset, texels);
-    }
-    return sum / f32(taps);
+    var sum = shadow_tap(tile, point, middle + vec2f(-spread, -spread), texels);
+    sum += shadow_tap(tile, point, middle + vec2f(spread, -spread), texels);
+    sum += shadow_tap(tile, point, middle + vec2f(-spread, spread), texels);
+    sum += shadow_tap(tile, point, middle + vec2f(spread, spread), texels);
+    return 0.25 * sum;
 }
 
 // Which face of a cube around a light sees what lies away from it: +x, -x, +y, -y, +z, -z.
