@@ -234,7 +234,7 @@ impl Renderer {
             name: "".into(),
             size: asked.size,
             goes_on: false,
-            uniform: ready.view.uniform,
+            uniform: ViewUniform { sample_index: asked.request.dealing().pattern(), ..ready.view.uniform },
             draws: Arc::default(),
             sampling: ready.view.sampling,
             light_count: 0,

@@ -23,6 +23,13 @@ pub struct Dealing {
 }
 
 impl Dealing {
+    /// Which texels of blended surfaces stop light in this frame: another choice in as many parts of the frames as are worth
+    /// drawing their maps anew. The choices of a texel divide its alpha evenly among them, so that eight suffice.
+    pub fn pattern(&self) -> u32 {
+        let patterns = self.frames.clamp(1, PATTERNS_MAX);
+        (u64::from(self.frame) * u64::from(patterns) / u64::from(self.frames.max(1))) as u32
+    }
+
     /// Whether lights take turns.
     pub fn deals(&self) -> bool {
         self.rounds != 1
@@ -84,6 +91,9 @@ fn radius_share(share: f32) -> f32 {
     }
     0.5 * (low + high)
 }
+
+/// The most choices of a picture.
+const PATTERNS_MAX: u32 = 8;
 
 /// More rounds than this make tiles smaller, rather than more rounds.
 const ROUNDS_MAX: u32 = 16;

@@ -184,7 +184,7 @@ impl Shadows {
         settings: &ShadowSettings,
         dealing: Dealing,
     ) -> FrameShadows {
-        let casters = Casters::new(world, version, dealing.frame);
+        let casters = Casters::new(world, version, dealing.pattern());
         let mut wanting = self.wanting(&casters, world, views, settings, dealing);
         wanting.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));
         let mut frame = FrameShadows { is_first: self.tiles.is_empty(), ..FrameShadows::default() };
