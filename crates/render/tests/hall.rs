@@ -87,7 +87,6 @@ fn away_from_edges(frame: &Frame) -> Vec<usize> {
 }
 
 #[test]
-#[ignore = "lights that take turns are seen at a part of the samples' places only"]
 fn the_hall_with_every_light_shadowed_is_that_of_the_ray_caster() {
     const SAMPLES: u32 = 16;
     let path = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("tests/references/hall.exr");

@@ -6,66 +6,15 @@
 
 mod common;
 
-use common::{inner_pixels, plain_request, renderer};
+use common::inner_pixels;
+use common::shadows::{
+    ATLAS_PX, SIZE, SPOT, light, perspective, radiance, request, shared, shares, surfaces, unshadowed, world_of,
+};
 use glam::{DVec3, Quat, Vec3};
-use manypass::{FrameRequest, Renderer};
-use manypass_scene::{AlphaMode, Light, LightKind, Material, Node, Primitive, Projection, Scene, primitives};
+use manypass::FrameRequest;
+use manypass_scene::{AlphaMode, Light, LightKind, Material, Node, Primitive, Scene, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
-use manypass_testkit::raycast::{Camera, Emission, Frame, Options, World};
-use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
-
-const SIZE: (u32, u32) = (160, 120);
-/// So small that its texels are larger than pixels: what they miss shows.
-const ATLAS_PX: u32 = 1024;
-
-/// One device for all tests.
-fn shared() -> MutexGuard<'static, Renderer> {
-    static RENDERER: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(renderer()));
-    RENDERER.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn request(scene: &Scene) -> FrameRequest {
-    plain_request(scene, SIZE).with(|settings| {
-        settings.shadows.enabled = true;
-        settings.shadows.atlas_px = ATLAS_PX;
-    })
-}
-
-fn unshadowed(request: &FrameRequest) -> FrameRequest {
-    request.with(|settings| settings.shadows.enabled = false)
-}
-
-/// The mean radiance of so many samples, in which every light casts its shadow.
-fn radiance(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<[f32; 3]> {
-    let light_rounds = renderer.light_rounds(scene, request).unwrap();
-    let frames_per_sample = light_rounds.div_ceil(samples);
-    let sample_count = samples * frames_per_sample;
-    for sample_index in 0..sample_count {
-        let request = FrameRequest { sample_index, sample_count, frames_per_sample, light_rounds, ..request.clone() };
-        renderer.render(scene, &request).unwrap();
-    }
-    renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
-}
-
-/// Of each pixel, the share of light that its shadows leave; none where there is no light at all.
-fn shares(scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<Option<f32>> {
-    let mut renderer = shared();
-    renderer.load(scene).unwrap();
-    let lit = radiance(&mut renderer, scene, &unshadowed(request), samples);
-    let shadowed = radiance(&mut renderer, scene, request, samples);
-    let share = |(lit, shadowed): (&[f32; 3], &[f32; 3])| (lit[1] > 1e-4).then(|| shadowed[1] / lit[1]);
-    lit.iter().zip(&shadowed).map(share).collect()
-}
-
-fn world_of(scene: &Scene) -> World {
-    World::of_scene(scene, Camera::of_scene(scene).unwrap())
-}
-
-/// The surfaces of a picture without any light.
-fn surfaces(world: &World) -> Frame {
-    let unlit = World { lights: Vec::new(), ..world.clone() };
-    unlit.render(SIZE.0 as usize, SIZE.1 as usize, Options { multiple_scattering: false, ..Options::default() })
-}
+use manypass_testkit::raycast::{Emission, Options, World};
 
 /// A texel of a shadow map where it falls on a place: the axis along which the map looks, and the texel's side there.
 type TexelAt<'t> = &'t dyn Fn(DVec3) -> (DVec3, f64);
@@ -149,8 +98,12 @@ fn compare_edges(world: &World, found: &[Option<f32>], texel_at: TexelAt, texels
 
 fn assert_edges(name: &str, scene: &Scene, parallel_m: f64, texels: f64) {
     let world = world_of(scene);
+    assert_edges_by_texels(name, scene, &world, &texel_at(&world, parallel_m), texels);
+}
+
+fn assert_edges_by_texels(name: &str, scene: &Scene, world: &World, texel_at: TexelAt, texels: f64) {
     let found = shares(scene, &request(scene), 1);
-    let edges = compare_edges(&world, &found, &texel_at(&world, parallel_m), texels);
+    let edges = compare_edges(world, &found, texel_at, texels);
     println!(
         "{name}: {} pixels, {} in shadow, {} wrong: {:?}",
         edges.compared,
@@ -159,23 +112,13 @@ fn assert_edges(name: &str, scene: &Scene, parallel_m: f64, texels: f64) {
         &edges.wrong[..edges.wrong.len().min(12)]
     );
     assert!(edges.compared > 4000 && edges.in_shadow > 200, "{name}: nothing to look at");
-    // Where faces of one object meet, a pixel may be taken to lie on the other one.
-    assert!(edges.wrong.len() * 1000 <= edges.compared, "{name}: {} pixels", edges.wrong.len());
-    // The test can fail: the picture moved by eight pixels has edges elsewhere.
-    let moved: Vec<_> = (0..found.len()).map(|pixel| found[(pixel + 8) % found.len()]).collect();
-    let edges = compare_edges(&world, &moved, &texel_at(&world, parallel_m), texels);
+    // None on software; adapters may take a pixel where two faces meet to lie on either.
+    assert!(edges.wrong.len() <= 2, "{name}: {} pixels", edges.wrong.len());
+    // The test can fail: the picture moved by twelve pixels has edges elsewhere.
+    let moved: Vec<_> = (0..found.len()).map(|pixel| found[(pixel + 12) % found.len()]).collect();
+    let edges = compare_edges(world, &moved, texel_at, texels);
     assert!(edges.wrong.len() > 20, "{name}: {} wrong pixels where all are moved", edges.wrong.len());
 }
-
-fn perspective() -> Projection {
-    Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: Some(100.0) }
-}
-
-fn light(kind: LightKind, intensity: f32) -> Light {
-    Light { kind, intensity, ..Light::default() }
-}
-
-const SPOT: LightKind = LightKind::Spot { inner_cone_rad: 0.5, outer_cone_rad: 0.7 };
 
 /// A box, a ring and a ball over a floor before a wall, under one light.
 fn still_life(lamp: Light, place: Vec3, direction: Vec3) -> Scene {
@@ -239,6 +182,55 @@ fn edges_lie_where_the_ray_caster_says() {
     // From within, so that shadows lie across the borders of the cube's faces.
     let place = Vec3::new(-0.2, 1.6, 0.6);
     assert_edges("point", &still_life(light(LightKind::Point, 10.0), place, Vec3::NEG_Y), 0.0, 1.5);
+}
+
+/// The texels of a directional light's cascades: of four that follow the practical split, each a square around the sphere that
+/// its part of the view has. Where one ends it goes over into the next, which is coarser.
+fn cascade_texel_at(scene: &Scene, world: &World) -> impl Fn(DVec3) -> (DVec3, f64) {
+    let bounds = scene.posed_bounds_world();
+    let direction = world.lights[0].direction_world;
+    let eye = world.camera.position_world;
+    let forward = world.camera.world_from_view * DVec3::NEG_Z;
+    let far_m = eye.distance(bounds.center().as_dvec3()) + f64::from(bounds.radius_m());
+    let far_m = ((2.0 * far_m.log2()).ceil() * 0.5).exp2();
+    let corner = 0.4f64.tan() * f64::from(SIZE.0).hypot(f64::from(SIZE.1)) / f64::from(SIZE.1);
+    let split = |index: i32| {
+        let (share, near_m) = (f64::from(index) / 4.0, far_m / 256.0);
+        0.5 * (near_m + (far_m - near_m) * share) + 0.5 * near_m * (far_m / near_m).powf(share)
+    };
+    let spheres = [0, 1, 2, 3].map(|index| {
+        let (near_m, end_m) = (if index == 0 { 0.0 } else { split(index) }, split(index + 1));
+        let middle_m = (0.5 * (near_m + end_m) * (1.0 + corner * corner)).min(end_m);
+        let radius_m = (end_m - middle_m).hypot(corner * end_m);
+        (end_m, middle_m, radius_m.min(bounds.radius_m().into()))
+    });
+    move |position: DVec3| {
+        let depth_m = (position - eye).dot(forward);
+        let at = spheres.iter().position(|(end_m, ..)| depth_m < *end_m).unwrap_or(3);
+        let (_, middle_m, radius_m) = spheres[at];
+        let is_near_seam = position.distance(eye + middle_m * forward) > 0.9 * radius_m;
+        let (.., radius_m) = spheres[(at + usize::from(is_near_seam)).min(3)];
+        // Three texels on each side are border.
+        (direction, 2.0 * radius_m / (f64::from(ATLAS_PX / 2) - 6.0))
+    }
+}
+
+#[test]
+fn edges_lie_where_the_ray_caster_says_across_the_seams_of_cascades() {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 2.5, 3.0), Vec3::new(0.0, 0.0, -10.0), perspective());
+    builder.put(primitives::plane(100.0), grey(0.5), at(Vec3::ZERO));
+    for i in 0..24_u8 {
+        let (side, away_m) = (if i % 2 == 0 { 1.0 } else { -1.0 }, 0.5 * f32::from(i).powf(1.4));
+        let turned = Node {
+            rotation: Quat::from_rotation_y(0.3 * f32::from(i)),
+            ..at(Vec3::new(side * (1.0 + 0.2 * away_m), 1.0, -away_m))
+        };
+        builder.put(primitives::cube(Vec3::new(0.4, 2.0, 0.4)), grey(0.5), turned);
+    }
+    builder.light(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(-1.0, -0.9, -0.3));
+    let scene = builder.finish();
+    let world = world_of(&scene);
+    assert_edges_by_texels("cascades", &scene, &world, &cascade_texel_at(&scene, &world), 1.5);
 }
 
 /// A plane with a hole in it, whose edges a texture draws; a morphed box and one bent by joints.
@@ -319,12 +311,13 @@ fn what_opts_out_and_what_glows_around_the_light_casts_nothing() {
         builder.finish()
     };
     type Change = (&'static str, fn(&mut SceneBuilder), bool);
-    let changes: [Change; 6] = [
+    let changes: [Change; 7] = [
         ("all of them cast", |_| (), true),
         ("the node does not", |builder| builder.scene.nodes[2].casts_shadow = false, false),
         ("the material does not", |builder| builder.scene.materials[1].casts_shadow = false, false),
         ("the light does not", |builder| builder.scene.lights[0].casts_shadows = false, false),
         ("what glows elsewhere does", |builder| builder.scene.materials[1].emissive_factor = Vec3::ONE, true),
+        ("what encloses it does", |builder| builder.scene.nodes[2].translation.y = 3.0, true),
         (
             "what glows around it does not",
             |builder| {

@@ -9,6 +9,9 @@ import package::gbuffer::{GbufferTexels, Surface, gbuffer_unpack};
 @group(1) @binding(2) var material: texture_2d<f32>;
 @group(1) @binding(3) var linear_depth: texture_2d<f32>;
 
+// The least cosine between the normals of a surface and of its facet: smooth shading and normal maps bend it by less than 37°.
+const FACET_LIKENESS_MIN: f32 = 0.8;
+
 fn surface_at(pixel: vec2i) -> Surface {
     var texels: GbufferTexels;
     texels.base_color = textureLoad(base_color, pixel, 0);
@@ -24,7 +27,7 @@ fn distance_at(pixel: vec2i) -> f32 {
 
 // The normal of the surface as it was drawn, from the distances of the pixels around: of the four corners that a pixel has
 // with its neighbours the one that lies most like `normal`, so that no neighbour on another surface, or on the other side of an
-// edge, has a part in it. `normal` itself where there is none.
+// edge, has a part in it. `normal` itself where none is like it: then the surface shows in this pixel alone.
 fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f) -> vec3f {
     let center = position_view_from_pixel(vec2f(pixel) + 0.5, distance_m);
     let right = step_to(pixel, vec2i(1, 0), center);
@@ -33,7 +36,7 @@ fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f) -> vec3f {
     let up = step_to(pixel, vec2i(0, -1), center);
     let normal_view = (view.view_from_world * vec4f(normal, 0.0)).xyz;
     // The last is how much it is like the normal.
-    var best = vec4f(normal_view, 0.0);
+    var best = vec4f(normal_view, FACET_LIKENESS_MIN);
     best = more_like(best, cross(down, right), normal_view);
     best = more_like(best, cross(left, down), normal_view);
     best = more_like(best, cross(up, left), normal_view);

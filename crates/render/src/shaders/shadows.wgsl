@@ -126,8 +126,8 @@ fn penumbra_radius(
     // The light's radius in units of half the tile: of parallel rays for every metre on the way, else where z is 1.
     let light = radius / (0.5 * texels * tile.place.w);
     let z = 1.0 / max(point.depth, 1e-6);
-    // As wide as what blocks the light could make it if it lay as near to the light as it can, or half way.
-    let search = clamp(light * mix(depth_m * (1.0 - point.depth), 1.0 / z, perspective), 1.0 / texels, PENUMBRA_MAX);
+    // As wide as what blocks the light could make it if it lay as near to the light as it can, or three quarters of the way.
+    let search = clamp(light * mix(depth_m * (1.0 - point.depth), 3.0 / z, perspective), 1.0 / texels, PENUMBRA_MAX);
     let size = vec2f(textureDimensions(shadow_depths));
     let limit = vec2f(1.0 - 1.0 / texels);
     var blockers = vec2f(0.0);

@@ -2,7 +2,7 @@
 
 use super::projection::TileProjection;
 use crate::constants::WITHOUT_NORMALS;
-use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Item, WorldDraws};
+use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Faces, Item, WorldDraws};
 use crate::resources::Instance;
 use glam::{Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
@@ -18,10 +18,19 @@ pub(super) struct Casters<'w> {
     deformation: OnceCell<u64>,
 }
 
+/// An item that may cast a shadow of one light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Caster {
+    item: u32,
+    /// Whether the light lies within its bounds. Of others a side that the eye would not see casts no shadow either; but what
+    /// encloses a light keeps it in, whichever side is within.
+    encloses: bool,
+}
+
 /// The items that may cast a shadow of one light.
 #[derive(Debug, Default)]
 pub(super) struct OfLight {
-    pub items: Vec<u32>,
+    pub items: Vec<Caster>,
     /// Whether an item was left out because it glows around the light.
     pub is_in_emitter: bool,
 }
@@ -41,10 +50,11 @@ impl<'w> Casters<'w> {
         let mut of_light = OfLight::default();
         self.each(is_near, |index, item| {
             let bounds = &item.bounds_world;
-            if item.emits && position.cmpge(bounds.min).all() && position.cmple(bounds.max).all() {
+            let encloses = position.cmpge(bounds.min).all() && position.cmple(bounds.max).all();
+            if item.emits && encloses {
                 of_light.is_in_emitter = true;
             } else {
-                of_light.items.push(index);
+                of_light.items.push(Caster { item: index, encloses });
             }
         });
         of_light
@@ -53,7 +63,7 @@ impl<'w> Casters<'w> {
     /// All of them.
     pub fn everywhere(&self) -> OfLight {
         let mut of_light = OfLight::default();
-        self.each(|_| true, |index, _| of_light.items.push(index));
+        self.each(|_| true, |index, _| of_light.items.push(Caster { item: index, encloses: false }));
         of_light
     }
 
@@ -73,33 +83,45 @@ impl<'w> Casters<'w> {
     }
 
     /// Those of `items` that the tile may show.
-    pub fn in_tile<'i>(&'i self, items: &'i [u32], projection: &TileProjection) -> impl Iterator<Item = u32> + 'i {
+    pub fn in_tile<'i>(
+        &'i self,
+        items: &'i [Caster],
+        projection: &TileProjection,
+    ) -> impl Iterator<Item = Caster> + 'i {
         let planes = projection.planes();
-        items.iter().copied().filter(move |index| !is_outside(&planes, &self.world.items[*index as usize].bounds_world))
+        items.iter().copied().filter(move |caster| !is_outside(&planes, &self.item(caster).bounds_world))
     }
 
     /// What the picture of a tile depends on: two tiles with the same number are alike.
-    pub fn signature(&self, items: &[u32], projection: &TileProjection) -> u64 {
+    pub fn signature(&self, items: &[Caster], projection: &TileProjection) -> u64 {
         let mut hasher = DefaultHasher::new();
         self.version.hash(&mut hasher);
         projection.is_perspective.hash(&mut hasher);
         for row in projection.rows {
             hasher.write(bytemuck::bytes_of(&row));
         }
-        for index in items {
-            let item = &self.world.items[*index as usize];
+        for caster in items {
+            let item = self.item(caster);
             let (page, mesh) = ((item.index_page, item.vertex_page), (item.mesh, item.primitive, item.material));
-            (mesh, page, &item.elements, item.masked).hash(&mut hasher);
+            (mesh, page, &item.elements, item.masked, caster.encloses).hash(&mut hasher);
             hasher.write(bytemuck::bytes_of(&self.world.instances[item.instance as usize].world_from_object));
             if item.extent.is_none() {
                 self.deformation().hash(&mut hasher);
             }
-            if *index as usize >= self.world.opaque_count {
+            if self.is_blended(caster) {
                 // Which of its texels let light through is another choice in every sample.
                 self.sample_index.hash(&mut hasher);
             }
         }
         hasher.finish()
+    }
+
+    fn item(&self, caster: &Caster) -> &Item {
+        &self.world.items[caster.item as usize]
+    }
+
+    fn is_blended(&self, caster: &Caster) -> bool {
+        caster.item as usize >= self.world.opaque_count
     }
 
     fn deformation(&self) -> u64 {
@@ -113,11 +135,12 @@ impl<'w> Casters<'w> {
     }
 
     /// The draws of a tile, whose instances are appended to `instances`.
-    pub fn draws(&self, items: &[u32], projection: &TileProjection, instances: &mut Vec<Instance>) -> Vec<Draw> {
+    pub fn draws(&self, items: &[Caster], projection: &TileProjection, instances: &mut Vec<Instance>) -> Vec<Draw> {
         let mut draws: Vec<Draw> = Vec::new();
         let mut last_group = None;
-        for index in items {
-            let item = &self.world.items[*index as usize];
+        for caster in items {
+            let item = self.item(caster);
+            let faces = if caster.encloses && !self.is_blended(caster) { Faces::Both } else { item.faces };
             let instance = &self.world.instances[item.instance as usize];
             let at = instances.len() as u32;
             let is_skinned = instance.ids[1] != u32::MAX;
@@ -131,11 +154,11 @@ impl<'w> Casters<'w> {
             // The object has a part in which rays its alpha stops.
             let ids = [(object & !WITHOUT_NORMALS) << 1 | u32::from(projection.is_perspective), joint, weight, targets];
             instances.push(Instance { world_from_object: rows, ids, ..*instance });
-            match draws.last_mut().filter(|_| last_group == Some(item.group)) {
+            match draws.last_mut().filter(|_| last_group == Some((item.group, faces))) {
                 Some(last) => last.instances.end = at + 1,
-                None => draws.push(Draw { item: *index, faces: item.faces, instances: at..at + 1 }),
+                None => draws.push(Draw { item: caster.item, faces, instances: at..at + 1 }),
             }
-            last_group = Some(item.group);
+            last_group = Some((item.group, faces));
         }
         draws
     }

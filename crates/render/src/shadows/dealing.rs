@@ -46,9 +46,14 @@ impl Dealing {
         (first(round + 1) - first(round)) as u32
     }
 
+    /// Whether lights of some size shine from another of their points in every frame.
+    pub fn moves(&self) -> bool {
+        self.frames > 1
+    }
+
     /// The light as this frame's shadows have it: at one of its points.
     pub fn moved(&self, light: &TableLight) -> TableLight {
-        if self.frames <= 1 || light.radius_m <= 0.0 {
+        if !self.moves() || light.radius_m <= 0.0 {
             return *light;
         }
         let [a, b, c] = self.point(light.node.0);

@@ -22,7 +22,7 @@ use crate::draws::{Tile, WorldDraws};
 use crate::lights::{LightTable, TableLight};
 use crate::resources::Instance;
 use atlas::Allocator;
-use casters::{Casters, OfLight};
+use casters::{Caster, Casters, OfLight};
 use dealing::Turns;
 use manypass_scene::{LightKind, NodeId};
 use std::collections::btree_map::Entry;
@@ -216,7 +216,7 @@ impl Shadows {
             let records = self.tiles_of(&casters, wanting, squares, &mut frame);
             of_lights.insert(&wanting.key, (records, weight));
         }
-        frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights)).collect();
+        frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights, dealing)).collect();
         frame
     }
 
@@ -408,7 +408,7 @@ impl Shadows {
                 continue;
             };
             let projection = aim.projection(square.side);
-            let items: Vec<u32> = casters.in_tile(&wanting.of_light.items, &projection).collect();
+            let items: Vec<Caster> = casters.in_tile(&wanting.of_light.items, &projection).collect();
             let signature = casters.signature(&items, &projection);
             let key = (wanting.key, part as u8);
             let is_kept = self.tiles.get(&key).is_some_and(|kept| kept.signature == signature);
@@ -443,13 +443,15 @@ fn first_part(wanting: &Wanting) -> u8 {
     wanting.has_casters.iter().position(|has| *has).unwrap_or(0) as u8
 }
 
-fn view_shadows(viewer: &Viewer<'_>, table: &LightTable, of_lights: &OfLights<'_>) -> ViewShadows {
+fn view_shadows(viewer: &Viewer<'_>, table: &LightTable, of_lights: &OfLights<'_>, dealing: Dealing) -> ViewShadows {
     let mut shadows = ViewShadows::default();
     for light in &table.lights {
         let known = of_lights.get(&LightKey::of(viewer, light)).filter(|_| light.casts_shadows);
         let (records, weight) = known.map_or((&[][..], 1.0), |(records, weight)| (&records[..], *weight));
         let first = if records.is_empty() { 0 } else { table.len() as usize + shadows.tiles.len() / 4 };
-        shadows.of_light.push([first as f32, records.len() as f32, light.radius_m, 0.0]);
+        // What shines from its points in turn is as small as a point in each of them.
+        let radius_m = if dealing.moves() { 0.0 } else { light.radius_m };
+        shadows.of_light.push([first as f32, records.len() as f32, radius_m, 0.0]);
         shadows.weights.push(weight);
         shadows.tiles.extend(records.iter().flatten());
     }

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, clippy::unwrap_used, reason = "each test file uses a part, and panics where it expects something")]
 
+pub mod shadows;
+
 use manypass::{AovPixels, Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Tonemap, View};
 use manypass_scene::Scene;
 use std::path::PathBuf;

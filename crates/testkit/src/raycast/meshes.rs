@@ -141,9 +141,10 @@ impl Meshes {
     /// The share of light that gets along a ray of `length_m` from `origin_world`, which lies on the triangle `own`, to its
     /// source, around which the parts `glows_around` glow.
     ///
-    /// Surfaces keep light off whichever side is turned to it, by 1 or, cut out, 0. Blended ones do so by their alpha, and
-    /// where they are not double-sided only if their front is turned to the light, as the eye sees no more of them either:
-    /// a closed pane of glass weakens light as it weakens what lies behind it, once.
+    /// Surfaces keep light off by 1 or, cut out, 0, blended ones by their alpha. Those that are not double-sided do so only
+    /// if their front is turned to the light, as the eye sees no more of them either: a closed pane of glass weakens light as
+    /// it weakens what lies behind it, once. But one that is not blended, and whose box holds the source, encloses it,
+    /// whichever side is within.
     pub(super) fn transmittance(
         &self,
         (origin_world, own): (DVec3, Option<u32>),
@@ -154,13 +155,16 @@ impl Meshes {
         let mut blended: Vec<Layer> = Vec::new();
         let ray = Ray::new(origin_world, direction_world);
         let end_m = length_m - self.epsilon_m;
+        let source_world = length_m.is_finite().then(|| origin_world + length_m * direction_world);
         self.bvh.crossings(&ray, self.epsilon_m, end_m, |crossing| {
             let (index, part) = self.part(crossing.triangle);
             let material = &self.materials[part.material];
             let faces_light = !crossing.from_front || material.is_double_sided;
+            let encloses =
+                || !material.is_blended() && source_world.is_some_and(|source| part.bounds_world.contains(source));
             if own == Some(crossing.triangle)
                 || !(part.casts_shadow && material.casts_shadow)
-                || (material.is_blended() && !faces_light)
+                || !(faces_light || encloses())
                 || glows_around.contains(&index)
             {
                 return ControlFlow::Continue(end_m);

@@ -13,8 +13,7 @@ struct ShadowVarying {
     @builtin(position) position_clip: vec4f,
     @location(0) uv: vec4f,
     @location(1) color: vec4f,
-    // Another number for every object, from 0 to 1.
-    @location(2) @interpolate(flat, either) object: f32,
+    @location(2) @interpolate(flat, either) object: u32,
 }
 
 @vertex
@@ -35,15 +34,25 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     out.position_clip = vec4f(at.xy, select(min(at.z, 1.0), 1.0, is_perspective), select(1.0, at.z, is_perspective));
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
-    out.object = fract(f32((in.instance.x >> 1u) & 0xffffu) * 0.75487766);
+    out.object = in.instance.x >> 1u;
     return out;
 }
 
-// 0 ≤ x < 1 and another one for every texel, object and sample (Jimenez 2014, "Next Generation Post Processing in Call of Duty";
-// the samples go on by the golden ratio, the objects by the plastic number).
-fn threshold_at(position_px: vec2f, object: f32) -> f32 {
-    let noise = fract(52.9829189 * fract(dot(floor(position_px), vec2f(0.06711056, 0.00583715))));
-    return fract(noise + object + f32(view.sample_index) * 0.61803398875);
+// 0 ≤ x < 1 and another one for every texel, object and sample; the samples go on by the golden ratio. Each texel has every 16
+// of them in an order of its own for each object, so that two of them behind each other let through the product of what each does.
+fn threshold_at(position_px: vec2f, object: u32) -> f32 {
+    let texel = vec2u(position_px);
+    // The finaliser of MurmurHash3.
+    var hash = (object * 0x1f1f1f1fu) ^ (texel.x * 0x8da6b343u) ^ (texel.y * 0xd8163841u);
+    hash = (hash + 1u) * 0x9e3779b9u;
+    hash = (hash ^ (hash >> 16u)) * 0x85ebca6bu;
+    hash = (hash ^ (hash >> 13u)) * 0xc2b2ae35u;
+    hash ^= hash >> 16u;
+    // Each step is one to one on the numbers below 16.
+    var order = (view.sample_index * (hash | 1u) + (hash >> 8u)) & 15u;
+    order = ((order ^ (order >> 2u)) * ((hash >> 16u) | 1u)) & 15u;
+    let sample_index = (view.sample_index & 0xfffffff0u) | order;
+    return fract(f32(hash >> 8u) / 16777216.0 + f32(sample_index) * 0.61803398875);
 }
 
 @fragment

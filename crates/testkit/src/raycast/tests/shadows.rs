@@ -83,7 +83,8 @@ fn alpha_and_opting_out_let_light_through() {
     };
     let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-6, "{found} against {expected}");
     near(left_below(grey(0.5), Node::default(), |_| {}), 0.0);
-    near(left_below(grey(0.5), turned(), |_| {}), 0.0);
+    near(left_below(grey(0.5), turned(), |_| {}), 1.0);
+    near(left_below(Material { double_sided: true, ..grey(0.5) }, turned(), |_| {}), 0.0);
     near(left_below(blended(0.3), Node::default(), |_| {}), 0.7);
     near(left_below(blended(0.3), turned(), |_| {}), 1.0);
     near(left_below(Material { double_sided: true, ..blended(0.3) }, turned(), |_| {}), 0.7);

@@ -1,0 +1,144 @@
+//! Which lights have shadow maps, and which of them a frame draws.
+//!
+//! These need an adapter; the software one will do.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::shadows::{SPOT, light, perspective, radiance, request, shared};
+use glam::{Quat, Vec3};
+use manypass::{FrameRequest, FrameStats, Renderer, View};
+use manypass_scene::{Light, LightKind, NodeId, Scene, primitives};
+use manypass_testkit::build::{SceneBuilder, at, grey};
+
+/// A floor with boxes on it, and 64 lights above them.
+fn many_lights() -> SceneBuilder {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 5.0, 9.0), Vec3::ZERO, perspective());
+    builder.put(primitives::plane(10.0), grey(0.5), at(Vec3::ZERO));
+    for i in 0..64_u8 {
+        let place = Vec3::new(f32::from(i % 8) - 3.5, 0.0, f32::from(i / 8) - 3.5);
+        builder.put(primitives::cube(Vec3::splat(0.3)), grey(0.5), at(place + Vec3::Y * 0.15));
+        let kind = if i % 2 == 0 { SPOT } else { LightKind::Point };
+        builder.light(Light { range_m: Some(2.5), ..light(kind, 1.0) }, place + Vec3::new(0.2, 1.2, 0.3), Vec3::NEG_Y);
+    }
+    builder
+}
+
+fn render(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> FrameStats {
+    renderer.render(scene, request).unwrap();
+    renderer.stats()
+}
+
+#[test]
+fn a_static_scene_with_64_shadowed_lights_draws_each_map_once() {
+    let mut builder = many_lights();
+    builder.light(light(LightKind::Directional, 1.0), Vec3::ZERO, Vec3::new(0.4, -1.0, 0.2));
+    let scene = builder.finish();
+    let request = request(&scene).with(|settings| settings.shadows.atlas_px = 4096);
+    let mut renderer = shared();
+    renderer.load(&scene).unwrap();
+    let first = render(&mut renderer, &scene, &request);
+    println!("{first:?}");
+    assert_eq!((first.shadowed_lights, first.lights_beyond_atlas, first.light_rounds), (65, 0, 1));
+    // A spot has one map, a point light six, of which those that look up have nothing to show, the sun at least one.
+    assert!(first.shadow_tiles_drawn > 32 + 3 * 32, "{} maps", first.shadow_tiles_drawn);
+    let picture = radiance(&mut renderer, &scene, &request, 1);
+    let second = render(&mut renderer, &scene, &request);
+    assert_eq!((second.shadow_tiles_drawn, second.shadow_tiles_kept), (0, first.shadow_tiles_drawn));
+    assert!(radiance(&mut renderer, &scene, &request, 1) == picture, "kept maps give another picture");
+}
+
+#[test]
+fn a_turning_camera_draws_no_map_of_local_lights_again() {
+    let scene = many_lights().finish();
+    let request = request(&scene).with(|settings| settings.shadows.atlas_px = 4096);
+    let mut renderer = shared();
+    renderer.load(&scene).unwrap();
+    let mut turn = |step: i32| {
+        let camera = View {
+            world_from_view: request.camera.world_from_view * glam::Mat4::from_rotation_y(0.04 * step as f32),
+            ..request.camera
+        };
+        render(&mut renderer, &scene, &FrameRequest { camera, ..request.clone() })
+    };
+    // There and back again: on the way back every map has been drawn.
+    let there: Vec<_> = (0..20).map(&mut turn).collect();
+    let back: Vec<_> = (0..20).rev().map(&mut turn).collect();
+    let counts = |frames: &[FrameStats]| -> Vec<(u32, u32)> {
+        frames.iter().map(|stats| (stats.shadow_tiles_drawn, stats.shadow_tiles_kept)).collect()
+    };
+    println!("{:?} {:?}", counts(&there), counts(&back));
+    assert!(back.iter().all(|stats| stats.shadow_tiles_drawn == 0), "{:?}", counts(&back));
+    assert!(back.last().unwrap().shadow_tiles_kept > 100, "{:?}", counts(&back));
+    assert!(there.iter().map(|stats| stats.shadow_tiles_drawn).sum::<u32>() > 100);
+}
+
+#[test]
+fn a_caster_that_moves_redraws_the_maps_that_it_is_in() {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 8.0, 10.0), Vec3::ZERO, perspective());
+    builder.put(primitives::plane(20.0), grey(0.5), at(Vec3::ZERO));
+    let mut boxes: Vec<NodeId> = Vec::new();
+    for i in 0..8_u8 {
+        let place = Vec3::new(1.5 * (f32::from(i) - 3.5), 0.0, 0.0);
+        boxes.push(builder.put(primitives::cube(Vec3::splat(0.4)), grey(0.5), at(place + Vec3::Y * 0.2)));
+        let narrow = LightKind::Spot { inner_cone_rad: 0.2, outer_cone_rad: 0.3 };
+        builder.light(Light { range_m: Some(3.0), ..light(narrow, 10.0) }, place + Vec3::Y * 2.0, Vec3::NEG_Y);
+    }
+    let mut scene = builder.finish();
+    let request = request(&scene);
+    let mut renderer = shared();
+    renderer.load(&scene).unwrap();
+    let before = radiance(&mut renderer, &scene, &request, 1);
+    scene.node_mut(boxes[3]).translation.x += 0.1;
+    scene.update_transforms();
+    let stats = render(&mut renderer, &scene, &request);
+    assert_eq!((stats.shadow_tiles_drawn, stats.shadow_tiles_kept), (1, 7));
+    let after = radiance(&mut renderer, &scene, &request, 1);
+    assert!(after != before, "nothing moved");
+    renderer.load(&scene).unwrap();
+    assert!(radiance(&mut renderer, &scene, &request, 1) == after, "the picture is not that of the moved scene");
+}
+
+#[test]
+fn lights_beyond_the_atlas_are_counted_or_take_turns() {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 5.0, 9.0), Vec3::ZERO, perspective());
+    builder.put(primitives::plane(10.0), grey(0.5), at(Vec3::ZERO));
+    for i in 0..300_u16 {
+        let place = Vec3::new(f32::from(i % 20) * 0.4 - 4.0, 1.0, f32::from(i / 20) * 0.4 - 3.0);
+        builder.light(Light { range_m: Some(2.0), ..light(SPOT, 0.1) }, place, Vec3::NEG_Y);
+    }
+    let scene = builder.finish();
+    // 16 times 16 of the smallest maps.
+    let request = request(&scene).with(|settings| settings.shadows.atlas_px = 256);
+    let mut renderer = shared();
+    renderer.load(&scene).unwrap();
+    let stats = render(&mut renderer, &scene, &request);
+    assert_eq!((stats.shadowed_lights, stats.lights_beyond_atlas, stats.lights_dealt), (256, 44, 0));
+    let light_rounds = renderer.light_rounds(&scene, &request).unwrap();
+    assert!(light_rounds > 1, "{light_rounds} rounds");
+    let stats = render(&mut renderer, &scene, &FrameRequest { light_rounds, sample_count: light_rounds, ..request });
+    assert_eq!(stats.lights_beyond_atlas, 0);
+    assert!(stats.lights_dealt > 44, "{} lights take turns", stats.lights_dealt);
+}
+
+#[test]
+fn ten_thousand_shadowed_lights_shine() {
+    // Each before a wall, with a small box around, so that most faces of its cube have casters.
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO, perspective());
+    let turned = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    builder.put(primitives::plane(10.0), grey(0.5), manypass_scene::Node { rotation: turned, ..at(Vec3::ZERO) });
+    for i in 0..10_000_u16 {
+        let place = Vec3::new(f32::from(i % 100) * 0.06 - 3.0, f32::from(i / 100) * 0.06 - 3.0, 0.1);
+        builder.light(Light { range_m: Some(0.3), ..light(LightKind::Point, 0.01) }, place, Vec3::NEG_Y);
+    }
+    let scene = builder.finish();
+    let request = request(&scene).with(|settings| settings.shadows.atlas_px = 4096);
+    let mut renderer = shared();
+    renderer.load(&scene).unwrap();
+    let total = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    let lit = total(&radiance(&mut renderer, &scene, &common::shadows::unshadowed(&request), 1));
+    let shadowed = total(&radiance(&mut renderer, &scene, &request, 1));
+    println!("{:?} {lit} {shadowed}", renderer.stats());
+    assert!((shadowed / lit - 1.0).abs() < 1e-4, "{shadowed} of {lit}");
+}
