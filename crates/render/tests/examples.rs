@@ -11,6 +11,11 @@ use std::process::Command;
 
 /// Runs the example `name`; the last argument is the picture it writes.
 fn run(name: &str, arguments: &[&str]) -> Picture {
+    run_and_hear(name, arguments).0
+}
+
+/// As [`run`], with what the example says.
+fn run_and_hear(name: &str, arguments: &[&str]) -> (Picture, String) {
     // Cargo puts tests into `deps`, and examples beside that folder.
     let deps = std::env::current_exe().unwrap();
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
@@ -24,7 +29,8 @@ fn run(name: &str, arguments: &[&str]) -> Picture {
     let output = Command::new(example).args(arguments).arg(&out).output().unwrap();
     assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
     let decoded = image::open(&out).unwrap().to_rgba8();
-    Picture::from_rgba8(decoded.width() as usize, decoded.height() as usize, decoded.as_raw())
+    let picture = Picture::from_rgba8(decoded.width() as usize, decoded.height() as usize, decoded.as_raw());
+    (picture, String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 /// The share of pixels that are neither black nor white.
@@ -80,4 +86,46 @@ fn a_picture_is_embedded_between_the_callers_commands() {
     let is_border = |x: usize, y: usize| picture.pixels[y * 320 + x] == border;
     assert!((0..320).all(|x| (0..10).all(|y| is_border(x, y) && is_border(x, 199 - y))));
     assert!((0..160).all(|y| (0..10).all(|x| is_border(x, y) && is_border(319 - x, y))));
+}
+
+/// The part of `picture` at this row and column of two each.
+fn quarter(picture: &Picture, row: usize, column: usize) -> Picture {
+    let (width, height) = (picture.width / 2, picture.height / 2);
+    let at = |y: usize| (row * height + y) * picture.width + column * width;
+    let pixels = (0..height).flat_map(|y| picture.pixels[at(y)..at(y) + width].iter().copied()).collect();
+    Picture { width, height, pixels }
+}
+
+/// Layouts share nothing with our frame but the frame graph and the scene: their reflectance, falloff, camera and targets are
+/// their own. They round the sum of 16 lights to 8 bits of sRGB after each, by up to half a step: 8 steps at the most beside
+/// the rounding of our own, and 1 in the mean.
+#[test]
+fn textbook_layouts_make_the_picture_of_our_frame() {
+    let (picture, table) = run_and_hear("textbook_layouts", &["128", "72", "1"]);
+    assert_eq!((picture.width, picture.height), (256, 144));
+    assert!(toned_share(&picture) > 0.8);
+    for row in 0..2 {
+        let [theirs, ours] = [0, 1].map(|column| quarter(&picture, row, column));
+        let difference = difference(&ours, &theirs, 9);
+        assert!(difference.share > 0.998 && difference.mean < 1.2, "layout {row}: {difference:?}");
+    }
+    // The rows differ in what surfaces are made of.
+    let [alike, different] = [0, 1].map(|row| quarter(&picture, row, 1));
+    let difference = difference(&alike, &different, 9);
+    assert!(difference.share < 0.98, "{difference:?}");
+
+    let bytes = |name: &str| -> [f64; 3] {
+        let line =
+            table.lines().find(|line| line.starts_with(&format!("| {name}"))).unwrap_or_else(|| panic!("{table}"));
+        let cells: Vec<_> = line.split('|').map(str::trim).collect();
+        [2, 3, 4].map(|column| cells[column].parse().unwrap())
+    };
+    // Three targets of 8 bytes and depth of 4, shared by all lights; each light writes them, and the picture.
+    assert_eq!(bytes("three targets"), [3.0 * 8.0 + 4.0, 28.0 + 4.0, 16.0 * (28.0 + 4.0)]);
+    // Two targets of 16 bytes, diffuse colour, accumulation and depth with stencil; the last two are written by the volumes
+    // as well. The diffuse colour's memory is the picture's in the end.
+    let held = 2.0 * 16.0 + 3.0 * 4.0;
+    assert_eq!(bytes("float positions, two geometry passes"), [held, held, held + 8.0 + 4.0]);
+    let ours = bytes("ours, clustered");
+    assert!(ours[0] < held && ours[2] < held + 12.0, "{table}");
 }
