@@ -10,6 +10,8 @@
 //!   textures between lifetimes that do not overlap. The [`Plan`] is plain data.
 //! - **Execute.** [`Executor::run`] records the plan into a command encoder.
 //!
+//! Two whole frames are declared in `crates/render/examples/textbook_layouts`.
+//!
 //! Absent on purpose: compute passes, and anything that knows what a scene is.
 //!
 //! ```

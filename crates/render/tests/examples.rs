@@ -126,6 +126,6 @@ fn textbook_layouts_make_the_picture_of_our_frame() {
     // as well. The diffuse colour's memory is the picture's in the end.
     let held = 2.0 * 16.0 + 3.0 * 4.0;
     assert_eq!(bytes("float positions, two geometry passes"), [held, held, held + 8.0 + 4.0]);
-    let ours = bytes("ours, clustered");
+    let ours = bytes("ours |");
     assert!(ours[0] < held && ours[2] < held + 12.0, "{table}");
 }

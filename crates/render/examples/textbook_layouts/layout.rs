@@ -29,16 +29,15 @@ pub struct Measured {
     pub held_bytes: f64,
     /// What all passes write if each covers its targets once, in bytes a pixel.
     pub written_bytes: f64,
-    /// Median time to record and draw a frame.
+    /// The time in which a frame was recorded and drawn.
     pub frame_ms: f64,
 }
 
 /// How pictures are drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot {
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// How many frames are timed.
-    pub frames: usize,
 }
 
 impl Shot {
@@ -49,7 +48,7 @@ impl Shot {
     pub fn layout(&self, gpu: &Gpu, layout: &dyn Layout, limits: Limits) -> Result<Measured, Error> {
         let mut executor = Executor::new(&gpu.device, &gpu.queue);
         let mut drawn = None;
-        let frame_ms = self.median_ms(|| {
+        let frame_ms = Self::timed_ms(|| {
             let mut graph = executor.graph(limits);
             let export = layout.declare(&mut graph, self.size);
             let plan = graph.plan()?;
@@ -82,7 +81,7 @@ impl Shot {
         request.settings.tone_map.dither = 0.0;
         request.settings.shadows.enabled = false;
         renderer.load(&content.scene)?;
-        let frame_ms = self.median_ms(|| {
+        let frame_ms = Self::timed_ms(|| {
             renderer.render(&content.scene, &request)?;
             renderer.wait();
             Ok(())
@@ -91,17 +90,13 @@ impl Shot {
         Ok(self.measured(renderer.read_display()?, &plan, frame_ms))
     }
 
-    fn median_ms(&self, mut draw: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
-        let mut times_ms = Vec::with_capacity(self.frames);
-        for frame in 0..WARM_UP_FRAMES + self.frames {
-            let begun = Instant::now();
+    fn timed_ms(mut draw: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
+        for _ in 0..WARM_UP_FRAMES {
             draw()?;
-            if frame >= WARM_UP_FRAMES {
-                times_ms.push(begun.elapsed().as_secs_f64() * 1e3);
-            }
         }
-        times_ms.sort_by(f64::total_cmp);
-        Ok(times_ms.get(times_ms.len() / 2).copied().unwrap_or_default())
+        let begun = Instant::now();
+        draw()?;
+        Ok(begun.elapsed().as_secs_f64() * 1e3)
     }
 
     fn measured(&self, rgba8: Vec<u8>, plan: &Plan, frame_ms: f64) -> Measured {
