@@ -10,6 +10,9 @@ use crate::constants::RADIANCE_MAX;
 use crate::setting::choices;
 use bytemuck::{Pod, Zeroable};
 
+/// The constant of shaders that shade surfaces where they are drawn: whether they add the light that fog scatters before them.
+pub const IN_LIT_FOG: &str = "in_lit_fog";
+
 choices! {
     /// How fog grows with the distance.
     pub enum FogMode {
@@ -39,8 +42,29 @@ pub struct FogUniform {
     density_per_m: f32,
     /// The density of squared exponential fog, else 0.
     squared_density_per_m: f32,
-    /// Zero.
-    padding: f32,
+    /// 1 / the height over which density falls to 1/e; 0 for uniform fog.
+    falloff_per_m: f32,
+    /// The height at which density is as stated.
+    base_height_m: f32,
+    /// Of the light that fog takes, the share that it scatters.
+    scattering: f32,
+    /// The mean cosine of the turns of scattered light.
+    anisotropy: f32,
+    /// How far light is looked for where no surface is.
+    far_m: f32,
+    /// Places along a ray where a light that shines everywhere is looked at.
+    steps: u32,
+    /// Zeros.
+    padding_a: f32,
+    padding_b: f32,
+    padding_c: f32,
+}
+
+impl FogSettings {
+    /// Whether light from lights is seen in the fog.
+    pub fn scatters(&self) -> bool {
+        self.mode == FogMode::Exponential && self.scattering > 0.0 && self.density_per_m > 0.0
+    }
 }
 
 impl FogUniform {
@@ -56,7 +80,15 @@ impl FogUniform {
             linear_per_m: of(FogMode::Linear, 1.0 / depth_m),
             density_per_m: of(FogMode::Exponential, settings.density_per_m),
             squared_density_per_m: of(FogMode::ExponentialSquared, settings.density_per_m),
-            padding: 0.0,
+            falloff_per_m: if settings.scale_height_m > 0.0 { settings.scale_height_m.max(1e-6).recip() } else { 0.0 },
+            base_height_m: settings.base_height_m,
+            scattering: settings.scattering,
+            anisotropy: settings.anisotropy,
+            far_m: settings.far_m,
+            steps: settings.steps,
+            padding_a: 0.0,
+            padding_b: 0.0,
+            padding_c: 0.0,
         }
     }
 }
@@ -72,7 +104,22 @@ mod tests {
             "forward",
             "Fog",
             FogUniform,
-            [radiance, start_m, linear_per_m, density_per_m, squared_density_per_m, padding]
+            [
+                radiance,
+                start_m,
+                linear_per_m,
+                density_per_m,
+                squared_density_per_m,
+                falloff_per_m,
+                base_height_m,
+                scattering,
+                anisotropy,
+                far_m,
+                steps,
+                padding_a,
+                padding_b,
+                padding_c
+            ]
         );
     }
 

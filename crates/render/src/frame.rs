@@ -45,6 +45,12 @@ pub fn view_passes(
     if let Some((radiance, depth)) = forward {
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
         let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
+        let radiance = if settings.fog.scatters() {
+            let linear_depth = linear_depth::record(r, &depth)?;
+            fog::record_light(r, &settings.fog, &linear_depth, radiance)?
+        } else {
+            radiance
+        };
         let radiance = match settings.render.path {
             Path::Gouraud => gouraud::record_blended(r, &settings.fog, radiance, &depth)?,
             _ => forward::record_blended(r, &settings.fog, radiance, &depth)?,
@@ -57,6 +63,7 @@ pub fn view_passes(
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
+    let radiance = fog::record_light(r, &settings.fog, &gbuffer.linear_depth, radiance)?;
     let radiance = forward::record_blended(r, &settings.fog, radiance, &depth)?;
     Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..outputs })
 }

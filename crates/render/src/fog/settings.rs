@@ -21,5 +21,21 @@ settings! {
         end_m: f32 = 50.0, in 0.0.., unit "m", needs "fog.mode=linear";
         /// Whether the environment behind all surfaces, which is infinitely far away, is hidden as well.
         background: bool = false, needs "background.source=environment";
+        /// Every so many metres upwards fog is 1/e as dense; 0 for fog that is the same everywhere.
+        scale_height_m: f32 = 0.0, in 0.0.., unit "m", needs "fog.mode=exponential";
+        /// The height at which fog that thins out upwards is as dense as `density_per_m` says.
+        base_height_m: f32 = 0.0, in -1e9..=1e9, unit "m", needs "fog.mode=exponential";
+        /// Of what fog takes of light, the share that it scatters once from lights towards the eye, past what casts shadows;
+        /// 0 leaves lights out of fog, 1 is fog of water. Light loses nothing on its way from the light to the fog.
+        scattering: f32 = 0.0, in 0.0..=1.0, unit "share", needs "fog.mode=exponential";
+        /// The mean cosine of the turns of scattered light (Henyey and Greenstein): 0 scatters evenly, towards 1 forwards, so that
+        /// fog is brightest before a light.
+        anisotropy: f32 = 0.0, in -0.95..=0.95, needs "fog.scattering>0";
+        /// Places along a ray at which a light is looked for that shines everywhere; more have less noise.
+        steps: u32 = 16, in 1..=128, needs "fog.scattering>0";
+        /// How far light is looked for in fog where no surface is.
+        far_m: f32 = 1000.0, in 0.0..=1e6, unit "m", needs "fog.scattering>0";
+        /// Whether light in fog is found at half the width and height, and brought to the full size by depth.
+        half: bool = true, needs "fog.scattering>0";
     }
 }

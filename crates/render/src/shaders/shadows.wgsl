@@ -233,3 +233,44 @@ fn directional_visibility(index: u32, position_world: vec3f, normal: vec3f) -> f
     }
     return visibility + left;
 }
+
+// The share of light that gets to a place in the air, by one tile: the comparison of its texels alone, because no surface
+// lies there that could shadow itself.
+fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: f32) -> f32 {
+    let at = in_tile(tile, position_world);
+    let inverse_z = 1.0 / max(at.z, 1e-6);
+    var point: ShadowPoint;
+    point.position = at.xy * mix(1.0, inverse_z, perspective);
+    point.depth = mix(at.z, inverse_z, perspective);
+    let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
+    return shadow_tap(tile, point, vec2f(0.0), texels);
+}
+
+// The share of the light `index` that gets to a place in the air.
+fn punctual_visibility_in_air(index: u32, light_position: vec3f, position_world: vec3f) -> f32 {
+    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    if shadow.x <= 0.0 {
+        return 1.0;
+    }
+    let face = select(0u, cube_face(position_world - light_position), shadow.y > 1.5);
+    let tile = shadow_tile(u32(shadow.x) + face);
+    if tile.place.z <= 0.0 {
+        return 1.0;
+    }
+    return tile_visibility_in_air(tile, position_world, 1.0);
+}
+
+// The share of the directional light `index` that gets to a place in the air: by the first of its cascades that shows it.
+fn directional_visibility_in_air(index: u32, position_world: vec3f) -> f32 {
+    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    let count = u32(shadow.y);
+    for (var i = 0u; i < count; i++) {
+        let tile = shadow_tile(u32(shadow.x) + i);
+        let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
+        let at = abs(in_tile(tile, position_world).xy);
+        if (tile.place.z > 0.0) & (max(at.x, at.y) < 1.0 - 2.0 * BORDER_TEXELS / texels) {
+            return tile_visibility_in_air(tile, position_world, 0.0);
+        }
+    }
+    return 1.0;
+}

@@ -3,13 +3,13 @@
 // Program: fog.
 
 import package::view::position_world_from_pixel;
-import package::shaders::fog::{fog, fog_transmittance, ray_length_m};
+import package::shaders::fog::{fog, fog_transmittance};
 
 @group(1) @binding(1) var linear_depth: texture_2d<f32>;
 
 @fragment
 fn fs_fog(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let distance_m = textureLoad(linear_depth, vec2i(position.xy), 0).r;
-    let transmittance = fog_transmittance(ray_length_m(position_world_from_pixel(position.xy, distance_m)));
+    let transmittance = fog_transmittance(position_world_from_pixel(position.xy, distance_m));
     return vec4f(fog.radiance * (1.0 - transmittance), transmittance);
 }

@@ -6,9 +6,10 @@
 
 use crate::environment::Background;
 use crate::fog::{FogMode, FogSettings, FogUniform};
-use crate::record::{PicturePart, Recorder};
+use crate::gbuffer::RADIANCE;
+use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Handle};
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
 /// What is there times alpha, plus what is drawn; coverage stays.
 const THROUGH: wgpu::BlendState = wgpu::BlendState {
@@ -61,4 +62,38 @@ pub fn record_background(
     let uniform = FogUniform::new(settings, r.view.uniform.pre_exposure);
     let step = r.fullscreen("fog.background", "fog_background", &[]).uniform("fog", &uniform);
     step.over(PicturePart::Background, depth).blend(THROUGH).draw_into(radiance, ColorLoad::Keep)
+}
+
+/// Records the passes that add the light which fog scatters from lights towards the eye, before opaque surfaces and before
+/// what lies behind them, if the settings ask for it. Blended surfaces add what lies before them where they are shaded.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_light(
+    r: &mut Recorder<'_, '_>,
+    settings: &FogSettings,
+    linear_depth: &Handle,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    if !settings.scatters() || r.view.light_count == 0 {
+        return Ok(radiance);
+    }
+    let uniform = FogUniform::new(settings, r.view.uniform.pre_exposure);
+    let axes = r.view.light_axes();
+    if !settings.half {
+        let step = r.fullscreen("fog.light", "fog_light", axes).uniform("fog", &uniform);
+        return step.read("linear_depth", linear_depth).blend(ADD).draw_into(radiance, ColorLoad::Keep);
+    }
+    let half = TextureDesc::new_2d(r.view.size.0.div_ceil(2), r.view.size.1.div_ceil(2), RADIANCE);
+    let target = r.texture_of("fog.light", half);
+    let step = r.fullscreen("fog.light", "fog_light", &[&["half"], axes].concat()).uniform("fog", &uniform);
+    let mut light = step.read("linear_depth", linear_depth).draw_into(target, ColorLoad::Discard)?;
+    // The noise of several samples averages out without losing what is fine.
+    if r.view.is_single_sample {
+        let target = r.texture_of("fog.filter", half);
+        let step = r.fullscreen("fog.filter", "fog_filter", &[]).read("linear_depth", linear_depth);
+        light = step.read("half_light", &light).draw_into(target, ColorLoad::Discard)?;
+    }
+    let step = r.fullscreen("fog.upsample", "fog_upsample", &[]).read("linear_depth", linear_depth);
+    step.read("half_light", &light).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }

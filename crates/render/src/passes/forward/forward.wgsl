@@ -14,6 +14,7 @@ import package::shaders::lights::light_sums;
 import package::shaders::light_lists::object_light_sums;
 import package::shaders::ambient::ambient_radiance;
 import package::shaders::fog::fogged;
+import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 
 // Which lights: those of clusters, or a batch of the object's own; the first is drawn with emission and ambient light.
@@ -21,6 +22,8 @@ const LIGHTS_OF_CLUSTERS: u32 = 0u;
 const LIGHTS_OF_FIRST_BATCH: u32 = 1u;
 const LIGHTS_OF_LATER_BATCH: u32 = 2u;
 override lights_of: u32 = LIGHTS_OF_CLUSTERS;
+// 1 if the light that fog scatters before the surface is added, which blended surfaces alone do for themselves.
+override in_lit_fog: u32 = 0u;
 
 struct LightBatch {
     // The first light of the batch; the others are padding.
@@ -77,6 +80,9 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         return vec4f(half_float_clamped(added), 0.0);
     }
     radiance = fogged(radiance, in.position_world);
+    if in_lit_fog != 0u {
+        radiance += light_in_fog_before(in.position_clip.xy, in.position_world);
+    }
     let alpha = mix(1.0, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
     return vec4f(half_float_clamped(radiance) * alpha, alpha);
 }

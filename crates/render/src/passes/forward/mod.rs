@@ -5,7 +5,7 @@
 //! Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque.
 
 use crate::constants::LIGHTS_PER_BATCH;
-use crate::fog::{FogSettings, FogUniform};
+use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::RADIANCE;
 use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
@@ -93,6 +93,7 @@ pub fn record_blended(
         return Ok(radiance);
     }
     let axes = r.view.light_axes();
+    let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward", "forward");
     pass.uniform("light_batch", &LightBatch::default());
@@ -101,6 +102,9 @@ pub fn record_blended(
     pass.depth_read_only(depth);
     pass.blend(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
     pass.uniform("fog", &fog);
+    if is_lit {
+        pass.constant(IN_LIT_FOG, 1);
+    }
     pass.draw_blended()?;
     Ok(radiance)
 }

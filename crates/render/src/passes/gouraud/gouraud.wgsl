@@ -15,10 +15,13 @@ import package::shaders::shading::shading_from_surface;
 import package::shaders::light_lists::object_light_sums;
 import package::shaders::ambient::ambient_radiance;
 import package::shaders::fog::fogged;
+import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 
 // As many as there are.
 const ALL_LIGHTS: u32 = 0xffffffffu;
+// 1 if the light that fog scatters before the surface is added, which blended surfaces alone do for themselves.
+override in_lit_fog: u32 = 0u;
 
 struct GouraudVarying {
     @invariant @builtin(position) position_clip: vec4f,
@@ -115,7 +118,10 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
     }
     let is_lit = select(1.0, 0.0, sample.surface.shading_model == SHADING_MODEL_UNLIT);
     let light = max(sample.surface.base_color * in.diffuse + in.specular, vec3f(0.0));
-    let radiance = fogged(sample.emission * view.pre_exposure + light * is_lit, in.position_world);
+    var radiance = fogged(sample.emission * view.pre_exposure + light * is_lit, in.position_world);
+    if in_lit_fog != 0u {
+        radiance += light_in_fog_before(in.position_clip.xy, in.position_world);
+    }
     let alpha = mix(1.0, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
     return vec4f(half_float_clamped(radiance) * alpha, alpha);
 }

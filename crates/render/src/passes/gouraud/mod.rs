@@ -4,7 +4,7 @@
 //! pixel's, so that textures stay sharp; lights are those of the object's own list. Reads: lists of lights of objects, the
 //! environment, depth. Writes: radiance (premultiplied), and depth if opaque.
 
-use crate::fog::{FogSettings, FogUniform};
+use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::RADIANCE;
 use crate::record::{Recorder, Which};
 use crate::shader::program::ProgramError;
@@ -40,6 +40,7 @@ pub fn record_blended(
     if !r.view.has_blended() {
         return Ok(radiance);
     }
+    let is_lit = fog.scatters();
     let (axes, fog) = (r.view.light_axes(), FogUniform::new(fog, r.view.uniform.pre_exposure));
     let mut pass = r.surfaces("gouraud", "gouraud");
     pass.axes(axes);
@@ -47,6 +48,9 @@ pub fn record_blended(
     let radiance = pass.color(radiance, ColorLoad::Keep);
     pass.depth_read_only(depth);
     pass.blend(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+    if is_lit {
+        pass.constant(IN_LIT_FOG, 1);
+    }
     pass.draw_blended()?;
     Ok(radiance)
 }
