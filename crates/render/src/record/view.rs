@@ -44,8 +44,8 @@ pub struct PreparedView {
     pub is_environment_dark: bool,
     /// Whether the frame goes on from the view's last one, so that histories hold what that left.
     pub goes_on: bool,
-    /// Whether the picture has no other sample.
-    pub is_single_sample: bool,
+    /// Of how many samples the picture is the mean.
+    pub sample_count: u32,
     pub(crate) draws: Arc<DrawList>,
     /// How samplers of textures filter.
     pub(crate) sampling: Sampling,
@@ -139,7 +139,7 @@ pub(crate) struct Viewed<'a> {
     pub name: Cow<'static, str>,
     pub size: (u32, u32),
     pub goes_on: bool,
-    pub is_single_sample: bool,
+    pub sample_count: u32,
     pub uniform: ViewUniform,
     pub draws: Arc<DrawList>,
     pub sampling: Sampling,
@@ -190,7 +190,7 @@ impl Viewed<'_> {
             light_count: self.light_count,
             is_environment_dark: self.environment.is_dark(),
             goes_on: self.goes_on,
-            is_single_sample: self.is_single_sample,
+            sample_count: self.sample_count,
             draws: self.draws,
             sampling: self.sampling,
             instances: self.instances,

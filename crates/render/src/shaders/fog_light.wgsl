@@ -1,8 +1,7 @@
 // Light that fog scatters once on its way from lights to the eye, along a ray up to where a surface ends it.
 // Lights that shine everywhere are looked at in places that are equal by what fog takes of their light (directional ones), or by
 // the angle in which they see the ray. Others are found in the lists of the clusters that the ray goes through, and looked at in
-// one place of the ray within their range, spots in one of each cluster, by that angle: what is near a light is bright, and its
-// 1 / d² cancels.
+// one place of each, by that angle: what is near a light is bright, and its 1 / d² cancels.
 // Source: Kulla & Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media" (equiangular places);
 // Henyey & Greenstein 1941 (phase). Places are spread over pixels by interleaved gradient noise (Jimenez 2014) and over
 // samples by the golden ratio. Differs: lights do not lose strength on their way to the fog.
@@ -49,10 +48,8 @@ fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
     return irradiance * (lost * phase(dot(to_light, air.direction_world)));
 }
 
-// A light at a place, over the part of the ray from `first_m` to `last_m`, of which the share `place` is looked at. A point
-// light that is `listed`, in the lists of several clusters, counts where the ray comes into its range, and there for all of it:
-// the cluster of that place has it in its list. A spot is in the lists of clusters that its cone touches, part by part.
-fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32, listed: bool) -> vec3f {
+// A light at a place, over the part of the ray from `first_m` to `last_m`, of which the share `place` is looked at.
+fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) -> vec3f {
     let texel = light_texel(index);
     let source = textureLoad(lights, texel, 0);
     let towards = source.xyz - air.origin_world;
@@ -64,14 +61,8 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32, 
     }
     // What of it lies within the light's range.
     let half_chord_m = select(3e18, sqrt(1.0 / max(source.w, 1e-37) - aside_squared), source.w > 0.0);
-    let color = textureLoad(lights, texel + vec2i(1, 0), 0);
-    let is_whole = listed & (color.w == 0.0);
-    let enters_m = max(middle_m - half_chord_m, 0.0);
-    if is_whole & ((enters_m < first_m) | (enters_m >= last_m)) {
-        return vec3f(0.0);
-    }
-    let first = select(max(first_m - middle_m, -half_chord_m), enters_m - middle_m, is_whole);
-    let last = min(select(last_m, air.length_m, is_whole) - middle_m, half_chord_m);
+    let first = max(first_m - middle_m, -half_chord_m);
+    let last = min(last_m - middle_m, half_chord_m);
     if first >= last {
         return vec3f(0.0);
     }
@@ -85,6 +76,7 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32, 
     let to_light = (source.xyz - position_world) * inverseSqrt(distance_squared);
     let ratio_squared = distance_squared * source.w;
     var strength = clamp(1.0 - ratio_squared * ratio_squared, 0.0, 1.0) * opening / aside_m;
+    let color = textureLoad(lights, texel + vec2i(1, 0), 0);
     // Point lights have no cone.
     if color.w != 0.0 {
         let axis = textureLoad(lights, texel + vec2i(2, 0), 0);
@@ -119,7 +111,7 @@ fn global_in_air(air: Air, noise: f32, position_px: vec2f) -> vec3f {
             sum += directional_in_air(light, air, at_m, lost / f32(steps));
         }
         for (var light = directional_count; light < global_count; light++) {
-            sum += punctual_in_air(light, air, 0.0, air.length_m, place, false) / f32(steps);
+            sum += punctual_in_air(light, air, 0.0, air.length_m, place) / f32(steps);
         }
     }
     return sum;
@@ -157,7 +149,7 @@ fn light_in_fog(position_px: vec2f, noise: f32, eye_world: vec3f, direction_worl
             let ends_m = mix(vec2f(first_m), vec2f(last_m), vec2f(part, part + 1.0) / f32(parts));
             // Another place for each light and slice, else what one shadow lets through another would, too.
             let place = fract(noise + f32(light) * 0.754877666 + f32(slice * parts + i % parts) * 0.569840291);
-            sum += punctual_in_air(light, air, ends_m.x, ends_m.y, place, true);
+            sum += punctual_in_air(light, air, ends_m.x, ends_m.y, place);
         }
         first_m = last_m;
         if first_m >= air.length_m {

@@ -1,4 +1,4 @@
-// fog.filter: light in fog of a picture of one sample, averaged over nine rays of half the size, as far as they end at
+// fog.filter: light in fog of a picture of few samples, averaged over nine rays of half the size, as far as they end at
 // distances like the middle one's. Their places along the ray are spread by interleaved gradient noise, which any three by
 // three of them share out evenly (Jimenez 2014).
 // Reads: half_light, linear_depth. Writes: pre-exposed radiance.

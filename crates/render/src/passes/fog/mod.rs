@@ -25,6 +25,9 @@ const THROUGH: wgpu::BlendState = wgpu::BlendState {
     },
 };
 
+/// The noise of so many samples averages out by itself, without losing what is fine.
+const UNFILTERED_SAMPLES: u32 = 32;
+
 /// Records the pass over opaque surfaces.
 ///
 /// # Errors
@@ -88,8 +91,7 @@ pub fn record_light(
     let target = r.texture_of("fog.light", half);
     let step = r.fullscreen("fog.light", "fog_light", &[&["half"], axes].concat()).uniform("fog", &uniform);
     let mut light = step.read("linear_depth", linear_depth).draw_into(target, ColorLoad::Discard)?;
-    // The noise of several samples averages out without losing what is fine.
-    if r.view.is_single_sample {
+    if r.view.sample_count < UNFILTERED_SAMPLES {
         let target = r.texture_of("fog.filter", half);
         let step = r.fullscreen("fog.filter", "fog_filter", &[]).read("linear_depth", linear_depth);
         light = step.read("half_light", &light).draw_into(target, ColorLoad::Discard)?;
