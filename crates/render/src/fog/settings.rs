@@ -28,14 +28,14 @@ settings! {
         /// Of what fog takes of light, the share that it scatters once from lights towards the eye, past what casts shadows;
         /// 0 leaves lights out of fog, 1 is fog of water. Light loses nothing on its way from the light to the fog.
         scattering: f32 = 0.0, in 0.0..=1.0, unit "share", needs "fog.mode=exponential";
-        /// The mean cosine of the turns of scattered light (Henyey and Greenstein): 0 scatters evenly, towards 1 forwards, so that
+        /// Light in fog: the mean cosine of its turns (Henyey and Greenstein): 0 scatters evenly, towards 1 forwards, so that
         /// fog is brightest before a light.
-        anisotropy: f32 = 0.0, in -0.95..=0.95, needs "fog.scattering>0";
-        /// Places along a ray at which a light is looked for that shines everywhere; more have less noise.
-        steps: u32 = 16, in 1..=128, needs "fog.scattering>0";
-        /// How far light is looked for in fog where no surface is.
-        far_m: f32 = 1000.0, in 0.0..=1e6, unit "m", needs "fog.scattering>0";
-        /// Whether light in fog is found at half the width and height, and brought to the full size by depth.
-        half: bool = true, needs "fog.scattering>0";
+        anisotropy: f32 = 0.0, in -0.95..=0.95, needs "fog.mode=exponential";
+        /// Light in fog: places along a ray at which a light is looked for that shines everywhere; more have less noise.
+        steps: u32 = 16, in 1..=128, needs "fog.mode=exponential";
+        /// Light in fog: how far it is looked for where no surface is.
+        far_m: f32 = 1000.0, in 0.0..=1e6, unit "m", needs "fog.mode=exponential";
+        /// Light in fog: whether it is found at half the width and height, and brought to the full size by depth.
+        half: bool = true, needs "fog.mode=exponential";
     }
 }
