@@ -9,7 +9,9 @@ import package::gbuffer::{GbufferTexels, Surface, gbuffer_unpack};
 @group(1) @binding(2) var material: texture_2d<f32>;
 @group(1) @binding(3) var linear_depth: texture_2d<f32>;
 
-// The least cosine between the normals of a surface and of its facet: smooth shading and normal maps bend it by less than 37°.
+// The least cosine between the corners of a pixel on a flat surface.
+const FACET_AGREEMENT_MIN: f32 = 0.98;
+// The least cosine between the normals of a surface and of its facet, where it is not flat.
 const FACET_LIKENESS_MIN: f32 = 0.8;
 
 fn surface_at(pixel: vec2i) -> Surface {
@@ -35,13 +37,26 @@ fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f) -> vec3f {
     let down = step_to(pixel, vec2i(0, 1), center);
     let up = step_to(pixel, vec2i(0, -1), center);
     let normal_view = (view.view_from_world * vec4f(normal, 0.0)).xyz;
+    let corners = array<vec3f, 4>(
+        unit_or_zero(cross(down, right)),
+        unit_or_zero(cross(left, down)),
+        unit_or_zero(cross(up, left)),
+        unit_or_zero(cross(right, up)),
+    );
     // The last is how much it is like the normal.
     var best = vec4f(normal_view, FACET_LIKENESS_MIN);
-    best = more_like(best, cross(down, right), normal_view);
-    best = more_like(best, cross(left, down), normal_view);
-    best = more_like(best, cross(up, left), normal_view);
-    best = more_like(best, cross(right, up), normal_view);
-    return (view.world_from_view * vec4f(best.xyz, 0.0)).xyz;
+    best = more_like(best, corners[0], normal_view);
+    best = more_like(best, corners[1], normal_view);
+    best = more_like(best, corners[2], normal_view);
+    best = more_like(best, corners[3], normal_view);
+    // Where all of them agree the surface is flat, however a normal map bends its normal.
+    let agreement = min(dot(corners[0], corners[2]), dot(corners[1], corners[3]));
+    let facet = select(best.xyz, corners[0], min(agreement, dot(corners[0], corners[1])) > FACET_AGREEMENT_MIN);
+    return (view.world_from_view * vec4f(facet, 0.0)).xyz;
+}
+
+fn unit_or_zero(v: vec3f) -> vec3f {
+    return v * inverseSqrt(max(dot(v, v), 1e-30));
 }
 
 // The step from a pixel's point to that of a neighbour, in view space; 0 where there is no surface, or no pixel.
@@ -52,9 +67,7 @@ fn step_to(pixel: vec2i, offset: vec2i, center: vec3f) -> vec3f {
     return select(vec3f(0.0), step, distance_m < DISTANCE_BACKGROUND_M);
 }
 
-fn more_like(best: vec4f, across: vec3f, normal: vec3f) -> vec4f {
-    let length_squared = dot(across, across);
-    let candidate = across * inverseSqrt(max(length_squared, 1e-30));
+fn more_like(best: vec4f, candidate: vec3f, normal: vec3f) -> vec4f {
     let likeness = dot(candidate, normal);
-    return select(best, vec4f(candidate, likeness), (length_squared > 1e-30) & (likeness > best.w));
+    return select(best, vec4f(candidate, likeness), likeness > best.w);
 }
