@@ -24,7 +24,7 @@ pub struct Dealing {
 
 impl Dealing {
     /// Which texels of blended surfaces stop light in this frame: another choice in as many parts of the frames as are worth
-    /// drawing their maps anew. The choices of a texel divide its alpha evenly among them, so that eight suffice.
+    /// drawing their maps anew. The choices of a texel divide its alpha evenly among them, so that sixteen suffice.
     pub fn pattern(&self) -> u32 {
         let patterns = self.frames.clamp(1, PATTERNS_MAX);
         (u64::from(self.frame) * u64::from(patterns) / u64::from(self.frames.max(1))) as u32
@@ -98,7 +98,7 @@ fn radius_share(share: f32) -> f32 {
 }
 
 /// The most choices of a picture.
-const PATTERNS_MAX: u32 = 8;
+const PATTERNS_MAX: u32 = 16;
 
 /// More rounds than this make tiles smaller, rather than more rounds.
 const ROUNDS_MAX: u32 = 16;
