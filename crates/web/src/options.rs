@@ -31,7 +31,11 @@ impl Options {
 
     /// Whether surfaces get the same light as with `other`.
     pub fn has_light_of(&self, other: &Self) -> bool {
-        self.settings.environment == other.settings.environment && self.settings.fog == other.settings.fog
+        let light = |options: &Self| {
+            let settings = &options.settings;
+            (settings.environment.clone(), settings.fog.clone(), settings.shadows.clone())
+        };
+        light(self) == light(other)
     }
 
     /// The options for what a stage shows, or a model without one: what was chosen comes after the stage's settings.

@@ -54,12 +54,18 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
 }
 
 pub(super) const CASES: [Case; 16] = [
-    Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
-    Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
+    Case { echo: FAINT, is_shadowless: true, ..case("hall-echo", variables::MODEL, WIDE) },
+    Case {
+        echo: FAINT,
+        is_forward: true,
+        has_variables: true,
+        is_shadowless: true,
+        ..case("hall-forward", variables::MODEL, WIDE)
+    },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
     Case { has_variables: true, is_shadowless: true, ..case("hall", variables::MODEL, WIDE) },
     // Lights and fog that a stage adds to the hall, on top of surfaces, behind blended ones, and over the environment.
-    case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
+    Case { is_shadowless: true, ..case("hall-stage", "docs/examples/hall.stage.toml", WIDE) },
     // A white floor under three lights of 10⁶ cd, a part of which glows: emission, lights and studio all end at the limit of
     // half floats, and the effect adds that to itself.
     Case { echo: WHOLE, is_dazzling: true, ..case("bright", "xtask/browser/bright.gltf", SQUARE) },
