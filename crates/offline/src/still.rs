@@ -177,9 +177,8 @@ pub fn still_request(
     samples: u32,
 ) -> Result<FrameRequest, StillError> {
     let samples = samples.max(1);
-    let takes_turns = request.settings.shadows.turns;
-    let light_rounds = if takes_turns { renderer.light_rounds(scene, request)? } else { 1 };
-    let frames_per_sample = light_rounds.div_ceil(samples);
+    let light_rounds = renderer.light_rounds(scene, request)?;
+    let frames_per_sample = light_rounds.unwrap_or(1).div_ceil(samples);
     let sample_count = samples * frames_per_sample;
     Ok(FrameRequest { sample_index: 0, sample_count, frames_per_sample, light_rounds, ..request.clone() })
 }

@@ -354,20 +354,21 @@ impl Renderer {
     }
 
     /// In how many rounds the lights of `scene` have to share the atlas of shadow maps so that every light casts its shadow in
-    /// the picture that `request` asks for: what to give as [`FrameRequest::light_rounds`]. 1 where all have room at once, or
-    /// none casts shadows. It renders nothing.
+    /// the picture that `request` asks for: what to give as [`FrameRequest::light_rounds`]. 1 where all have room at once; none
+    /// where none casts shadows, or lights are not to take turns (`shadows.turns`). It renders nothing.
     ///
     /// # Errors
     /// As [`Self::render_async`].
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn light_rounds(&mut self, scene: &Scene, request: &FrameRequest) -> Result<u32, RenderError> {
-        if !request.settings.shadows.enabled {
-            return Ok(1);
+    pub fn light_rounds(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Option<u32>, RenderError> {
+        let settings = &request.settings.shadows;
+        if !settings.enabled || !settings.turns {
+            return Ok(None);
         }
         let mut purpose = Purpose::Rounds(1);
-        let request = FrameRequest { light_rounds: 0, sample_index: 0, ..request.clone() };
+        let request = FrameRequest { light_rounds: Some(0), sample_index: 0, ..request.clone() };
         pollster::block_on(self.run(scene, &[("", &request)], &mut purpose))?;
-        Ok(if let Purpose::Rounds(rounds) = purpose { rounds } else { 1 })
+        Ok(if let Purpose::Rounds(rounds) = purpose { Some(rounds) } else { None })
     }
 
     /// The plan of the frame that `request` asks for. It renders nothing, and disturbs no picture that is being accumulated.

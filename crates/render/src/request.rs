@@ -39,8 +39,9 @@ pub struct FrameRequest {
     pub frames_per_sample: u32,
     /// In how many rounds lights share the atlas of shadow maps over the frames of a picture, so that every light casts its
     /// shadow: what [`crate::Renderer::light_rounds`] says. There have to be at least so many frames, and radiance is
-    /// averaged. 1 where every frame stands for itself: then lights beyond the atlas cast no shadow, and are counted.
-    pub light_rounds: u32,
+    /// averaged. None where every frame stands for itself: then lights beyond the atlas, and beyond `shadows.maps` of the
+    /// settings, cast no shadow, and are counted.
+    pub light_rounds: Option<u32>,
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
     /// as a live view wants it. Otherwise a picture depends on nothing before its first sample.
     pub goes_on: bool,
@@ -88,7 +89,9 @@ impl SceneDefaults {
 impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
-        self.sample_count > 1 && self.averaging != Averaging::Radiance && self.light_rounds <= 1
+        self.sample_count > 1
+            && self.averaging != Averaging::Radiance
+            && self.light_rounds.is_none_or(|rounds| rounds <= 1)
     }
 
     /// Index and number of the sample that the frame is of.
@@ -148,7 +151,7 @@ impl FrameRequest {
             sample_index: 0,
             sample_count: 1,
             frames_per_sample: 1,
-            light_rounds: 1,
+            light_rounds: None,
             goes_on: false,
             settings: Settings::default(),
             light_subset: None,

@@ -17,9 +17,9 @@ pub struct Dealing {
     pub frame: u32,
     /// The number of frames.
     pub frames: u32,
-    /// Rounds; 1 if nothing is dealt out: then lights for which there is no place are lit without shadows. 0 to find out
-    /// how many there have to be.
-    pub rounds: u32,
+    /// Rounds; 0 to find out how many there have to be. None where every frame stands for itself: then lights for which
+    /// there is no place are lit without shadows.
+    pub rounds: Option<u32>,
 }
 
 impl Dealing {
@@ -32,7 +32,7 @@ impl Dealing {
 
     /// Whether lights take turns.
     pub fn deals(&self) -> bool {
-        self.rounds != 1
+        self.rounds.is_some_and(|rounds| rounds != 1)
     }
 
     /// The round whose turn it is.
@@ -188,7 +188,7 @@ mod tests {
             let frames = frames.max(turns.rounds());
             let mut means = vec![0.0; demanded.len()];
             for frame in 0..frames {
-                let dealing = Dealing { frame, frames, rounds: turns.rounds() };
+                let dealing = Dealing { frame, frames, rounds: Some(turns.rounds()) };
                 let sides = turns.sides_in(dealing);
                 let texels: u64 =
                     sides.iter().zip(&demanded).map(|(side, light)| u64::from(*side).pow(2) * u64::from(light.1)).sum();
@@ -216,7 +216,7 @@ mod tests {
         };
         let (frames, mut inner) = (4000, [0u32; 3]);
         for frame in 0..frames {
-            let place = Dealing { frame, frames, rounds: 1 }.moved(&light).position;
+            let place = Dealing { frame, frames, rounds: None }.moved(&light).position;
             assert!(place.length() <= 2.0001);
             // Seen along each axis: a circle of half the area holds half the points.
             for (axis, count) in inner.iter_mut().enumerate() {

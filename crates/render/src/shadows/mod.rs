@@ -132,6 +132,7 @@ type OfLights<'w> = BTreeMap<&'w LightKey, (Vec<[[f32; 4]; 4]>, f32)>;
 /// A light with the tiles that it wants.
 struct Wanting {
     key: LightKey,
+    is_directional: bool,
     aims: Vec<Aim>,
     /// The demanded side.
     side: f32,
@@ -191,7 +192,7 @@ impl Shadows {
         let turns = if dealing.deals() { Some(self.turns(&wanting)) } else { None };
         let sides = match &turns {
             Some(turns) => turns.sides_in(dealing),
-            None => self.sides(&wanting),
+            None => self.sides(&wanting, if dealing.rounds.is_none() { settings.maps } else { u32::MAX }),
         };
         frame.counts.rounds = turns.as_ref().map_or(1, Turns::rounds);
         frame.counts.dealt = turns.as_ref().map_or(0, Turns::dealt);
@@ -248,7 +249,8 @@ impl Shadows {
                 match wanting.entry(key) {
                     Entry::Occupied(mut known) => known.get_mut().side = known.get().side.max(side),
                     Entry::Vacant(place) => {
-                        let (aims, of_light) = if light.kind == LightKind::Directional {
+                        let is_directional = light.kind == LightKind::Directional;
+                        let (aims, of_light) = if is_directional {
                             let items = everywhere.get_or_insert_with(|| casters.everywhere().items).clone();
                             let aims = Aim::of_directional(light, viewer, &world.bounds_world, settings.cascades);
                             (aims, OfLight { items, is_in_emitter: false })
@@ -262,7 +264,7 @@ impl Shadows {
                             casters.in_tile(&of_light.items, &projection).next().is_some()
                         };
                         let has_casters = aims.iter().map(shows).collect();
-                        place.insert(Wanting { key, aims, side, of_light, has_casters });
+                        place.insert(Wanting { key, is_directional, aims, side, of_light, has_casters });
                     }
                 }
             }
@@ -282,15 +284,19 @@ impl Shadows {
         Turns::new(&demanded, u64::from(self.allocator.side()).pow(2), SIDE_MIN)
     }
 
-    /// The side of the tiles of every light, 0 where there is no place for them. All are made smaller alike until they fit.
-    fn sides(&self, wanting: &[Wanting]) -> Vec<u32> {
+    /// The side of the tiles of every light, 0 where there is no place for them, or where there would be more than `most` of
+    /// lights at a place. All are made smaller alike until they fit.
+    fn sides(&self, wanting: &[Wanting], most: u32) -> Vec<u32> {
         let area = u64::from(self.allocator.side()).pow(2);
-        // The demanded side, that which is there, and how many of them.
-        let demands: Vec<(f32, Option<u32>, u64)> = wanting
+        let mut tiles = 0;
+        // The demanded side, that which is there, and how many of them; none of a light beyond `most`.
+        let demands: Vec<Option<(f32, Option<u32>, u64)>> = wanting
             .iter()
             .map(|light| {
                 let kept = self.tiles.get(&(light.key, first_part(light))).map(|kept| kept.square.side);
-                (light.side, kept, light.has_casters.iter().filter(|has| **has).count() as u64)
+                let count = light.has_casters.iter().filter(|has| **has).count() as u64;
+                tiles += if light.is_directional { 0 } else { count };
+                (tiles <= u64::from(most)).then_some((light.side, kept, count))
             })
             .collect();
         let side_of = |(demanded, kept, _): &(f32, Option<u32>, u64), shift: u32| {
@@ -300,12 +306,14 @@ impl Shadows {
             (steady.unwrap_or_else(|| (*demanded as u32).max(1).next_power_of_two()) >> shift).max(SIDE_MIN)
         };
         let needed = |demand: &(f32, Option<u32>, u64), shift| demand.2 * u64::from(side_of(demand, shift)).pow(2);
-        let is_enough = |shift: &u32| demands.iter().map(|demand| needed(demand, *shift)).sum::<u64>() <= area;
+        let is_enough =
+            |shift: &u32| demands.iter().flatten().map(|demand| needed(demand, *shift)).sum::<u64>() <= area;
         let shift = (0..16).find(is_enough).unwrap_or(16);
         let mut left = area;
         demands
             .iter()
             .map(|demand| {
+                let Some(demand) = demand else { return 0 };
                 let side = side_of(demand, shift);
                 let needed = needed(demand, shift);
                 let fits = needed <= left;

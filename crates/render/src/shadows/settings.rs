@@ -26,6 +26,10 @@ settings! {
         /// The greatest width and height of the texture that holds all shadow maps, rounded up to a power of two; it takes four
         /// bytes a texel. A small picture has a smaller one.
         atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
+        /// The most shadow maps of lights at a place in a frame that stands for itself, as in `bench` and in the browser: six
+        /// for a point light, one for a spot. Those of the lights that matter least are left out, and counted. Stills have
+        /// as many as their lights need.
+        maps: u32 = 1024, in 0..=65536, needs "shadows.enabled=true";
         /// The number of shadow maps of a directional light, each for a part of the view's depth.
         cascades: u32 = 4, in 1..=4, needs "shadows.enabled=true";
         /// Whether in a still the lights for whose shadow maps there is no room at once take turns, so that every light casts

@@ -33,7 +33,7 @@ pub fn unshadowed(request: &FrameRequest) -> FrameRequest {
 /// The mean radiance of so many samples, in which every light casts its shadow.
 pub fn radiance(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<[f32; 3]> {
     let light_rounds = renderer.light_rounds(scene, request).unwrap();
-    let frames_per_sample = light_rounds.div_ceil(samples);
+    let frames_per_sample = light_rounds.unwrap_or(1).div_ceil(samples);
     let sample_count = samples * frames_per_sample;
     for sample_index in 0..sample_count {
         let request = FrameRequest { sample_index, sample_count, frames_per_sample, light_rounds, ..request.clone() };
