@@ -23,8 +23,6 @@ pub struct ClusterUniform {
     /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
     /// the bias in texels.
     pub shadow_filter: [f32; 4],
-    /// The number of lights before the first that is in lists and casts a shadow, and zeros.
-    pub first_caster: [u32; 4],
 }
 
 /// What the textures that hold the lists have room for.
@@ -38,12 +36,12 @@ pub struct ListLimits {
 
 impl ListLimits {
     /// What textures of at most `max_texture_size` rows hold, and not so much that it takes memory which the picture needs:
-    /// 2²² entries take 8 MiB, so many clusters 32 MiB.
+    /// 2²² entries take 8 MiB, half as many clusters 32 MiB.
     pub fn of(max_texture_size: u32) -> Self {
         let rows_of = |width: u32| (max_texture_size as usize * width as usize).min(1 << 22);
         // There is always room for one more list of all lights.
         let entries = rows_of(LIST_WIDTH).saturating_sub(LIGHTS_MAX as usize);
-        Self { entries, clusters: rows_of(TABLE_WIDTH) }
+        Self { entries, clusters: rows_of(TABLE_WIDTH) / 2 }
     }
 }
 
@@ -52,9 +50,9 @@ impl ListLimits {
 pub struct ClusterLists {
     /// Shape of the grid.
     pub uniform: ClusterUniform,
-    /// Offset and length of the list of every cluster.
-    pub table: Vec<[u32; 2]>,
-    /// Indices of lights, list after list.
+    /// A record of the list of every cluster: see [`record`].
+    pub table: Vec<[u32; 4]>,
+    /// Indices of lights, list after list, low bytes first.
     pub lights: Vec<u16>,
 }
 
@@ -72,16 +70,15 @@ impl ClusterLists {
                 directional_count: table.directional_count,
                 global_count: table.global_count,
                 shadow_filter: [0.0; 4],
-                first_caster: [table.first_caster, 0, 0, 0],
             },
-            table: vec![[0, lights.len() as u32]],
+            table: vec![record(0, &lights, table.class_ends)],
             lights,
         }
     }
 
     /// One cluster without lights, but for those that are in no list.
     pub fn nothing(table: &LightTable, size: (u32, u32)) -> Self {
-        Self { table: vec![[0; 2]], lights: Vec::new(), ..Self::everything(table, size) }
+        Self { table: vec![[0; 4]], lights: Vec::new(), ..Self::everything(table, size) }
     }
 
     /// Lists for tiles and slices fitted to `range`. Where there would be more lists than `limits` has room for, or lights
@@ -114,7 +111,7 @@ impl ClusterLists {
                 }
             }
         };
-        let (lists, lights) = lists(&grid, &spans);
+        let (lists, lights) = lists(&grid, &spans, table.class_ends);
         Self {
             uniform: ClusterUniform {
                 size: [grid.tiles[0], grid.tiles[1], grid.slices(), grid.tile_px],
@@ -122,7 +119,6 @@ impl ClusterLists {
                 directional_count: table.directional_count,
                 global_count: table.global_count,
                 shadow_filter: [0.0; 4],
-                first_caster: [table.first_caster, 0, 0, 0],
             },
             table: lists,
             lights,
@@ -152,9 +148,24 @@ fn all_spans(grid: &Grid, reaches: &[Reach], first_light: u32, entries_max: usiz
     (total <= entries_max).then(|| results.into_iter().map(|(spans, _)| spans).collect())
 }
 
-/// Offset and length of every list, and the lists. Rows of clusters are filled one after the other, so that what
+/// What the shader knows of a list that begins at `first` among all entries: that, its length, and where the classes of
+/// its lights end, counted from its beginning: the first two in halves of one number, then the third.
+pub(super) fn record(first: usize, list: &[u16], class_ends: [u32; 4]) -> [u32; 4] {
+    let end = |class: usize| {
+        // Mostly all lights are of one class.
+        let is_before = |light: &u16| u32::from(*light) < class_ends[class];
+        match (list.first().is_some_and(is_before), list.last().is_some_and(is_before)) {
+            (false, _) => 0,
+            (true, true) => list.len() as u32,
+            (true, false) => list.partition_point(is_before) as u32,
+        }
+    };
+    [first as u32, list.len() as u32, end(0) | end(1) << 16, end(2)]
+}
+
+/// A record of every list, and the lists. Rows of clusters are filled one after the other, so that what
 /// is written stays in the cache.
-fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>]) -> (Vec<[u32; 2]>, Vec<u16>) {
+fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: [u32; 4]) -> (Vec<[u32; 4]>, Vec<u16>) {
     let row_len = grid.tiles[0] as usize;
     // Where the spans and the entries of a row begin.
     let mut begins = vec![[0usize; 2]; grid.row_count() + 1];
@@ -175,7 +186,7 @@ fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>]) -> (Vec<[u32; 2]>, Vec<u16>)
         sorted[*place as usize] = *span;
         *place += 1;
     }
-    let mut table = vec![[0u32; 2]; grid.row_count() * row_len];
+    let mut table = vec![[0u32; 4]; grid.row_count() * row_len];
     let mut lights = vec![0u16; begins.last().map_or(0, |begin| begin[1])];
     let mut parts_with_output = Vec::new();
     let (mut table_rest, mut lights_rest) = (table.as_mut_slice(), lights.as_mut_slice());
@@ -191,22 +202,21 @@ fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>]) -> (Vec<[u32; 2]>, Vec<u16>)
         let first_entry = begins[rows.start][1];
         for (row, table) in rows.clone().zip(table.chunks_exact_mut(row_len)) {
             let spans = &sorted[begins[row][0]..begins[row + 1][0]];
-            fill_row(spans, begins[row][1], first_entry, table, lights, &mut cursors);
+            fill_row(spans, begins[row][1] - first_entry, lights, &mut cursors);
+            let mut begin = begins[row][1];
+            for (cluster, end) in table.iter_mut().zip(&cursors) {
+                let end = first_entry + *end as usize;
+                *cluster = record(begin, &lights[begin - first_entry..end - first_entry], class_ends);
+                begin = end;
+            }
         }
     });
     (table, lights)
 }
 
-/// Writes the lists of one row of clusters, whose first entry has the number `offset` in all and stands at
-/// `offset - first_entry` in `lights`. `cursors` has one place more than the row.
-fn fill_row(
-    spans: &[Span],
-    offset: usize,
-    first_entry: usize,
-    table: &mut [[u32; 2]],
-    lights: &mut [u16],
-    cursors: &mut [i32],
-) {
+/// Writes the lists of one row of clusters from `offset` in `lights` on, and leaves where each ends in `cursors`, which has one
+/// place more than the row.
+fn fill_row(spans: &[Span], offset: usize, lights: &mut [u16], cursors: &mut [i32]) {
     // The number of lights rises by one where a span begins and falls where it ends.
     cursors.fill(0);
     for span in spans {
@@ -214,10 +224,9 @@ fn fill_row(
         cursors[usize::from(span.end)] -= 1;
     }
     let (mut count, mut end) = (0, offset);
-    for (cluster, cursor) in table.iter_mut().zip(cursors.iter_mut()) {
+    for cursor in cursors.iter_mut() {
         count += *cursor;
-        *cluster = [end as u32, count as u32];
-        *cursor = (end - first_entry) as i32;
+        *cursor = end as i32;
         end += count as usize;
     }
     for span in spans {
@@ -348,7 +357,7 @@ mod tests {
                 let slice = (distance.log2() * scale + bias).clamp(0.0, slices as f32 - 1.0) as u32;
                 let tile = (pixel / tile_px as f32).floor();
                 let cluster = (slice * down + tile.y as u32) * across + tile.x as u32;
-                let [first, count] = lists.table[cluster as usize];
+                let [first, count, ..] = lists.table[cluster as usize];
                 let list = &lists.lights[first as usize..(first + count) as usize];
                 assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "a list is in the order of the lights");
                 // As far as samples go: the lists are those of all.
@@ -390,7 +399,7 @@ mod tests {
         let table = LightTable { texels: vec![[0.0; 4]; 8], global_count: 2, ..Default::default() };
         for (view, range, target) in cases() {
             let lists = ClusterLists::build(&table, &view, range, &target, &ClusterSettings::default(), UNLIMITED);
-            assert_eq!((lists.table, lists.lights), (vec![[0, 0]], vec![]));
+            assert_eq!((lists.table, lists.lights), (vec![[0; 4]], vec![]));
             assert_eq!(lists.uniform.global_count, 2);
         }
     }
@@ -418,12 +427,22 @@ mod tests {
     }
 
     #[test]
+    fn records_tell_where_classes_end() {
+        let ends = [10, 20, 30, 40];
+        assert_eq!(record(7, &[], ends), [7, 0, 0, 0]);
+        assert_eq!(record(7, &[3, 9, 12, 19, 25, 31, 39], ends), [7, 7, 2 | 4 << 16, 5]);
+        assert_eq!(record(0, &[21, 22], ends), [0, 2, 0, 2]);
+        assert_eq!(record(0, &[0, 5], ends), [0, 2, 2 | 2 << 16, 2]);
+        assert_eq!(record(0, &[35], ends), [0, 1, 0, 0]);
+    }
+
+    #[test]
     fn the_uniform_has_one_layout() {
         assert_same_layout!(
             "forward",
             "ClusterGrid",
             ClusterUniform,
-            [size, slice_from_log_distance, directional_count, global_count, shadow_filter, first_caster]
+            [size, slice_from_log_distance, directional_count, global_count, shadow_filter]
         );
     }
 }

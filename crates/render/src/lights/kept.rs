@@ -54,7 +54,7 @@ impl KeptLists {
         let volume_draws = reaches.draws.clone();
         // The lists of objects lie behind those of clusters.
         let clusters = lists.uniform.size[..3].iter().product::<u32>() as usize;
-        let object_lights = lists.table.iter().skip(clusters).map(|[_, length]| *length).collect();
+        let object_lights = lists.table.iter().skip(clusters).map(|[_, length, ..]| *length).collect();
         Self { of, table, uniform: lists.uniform, entries: lists.lights.len() as u64, volume_draws, object_lights }
     }
 

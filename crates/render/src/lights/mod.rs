@@ -93,7 +93,7 @@ pub struct TableLight {
     pub casts_shadows: bool,
 }
 
-/// The lights of a scene, those that no list holds first; of those in lists the ones that cast shadows last.
+/// The lights of a scene, those that no list holds first; those in lists by their class.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     /// What it was made of.
@@ -107,8 +107,9 @@ pub struct LightTable {
     pub directional_count: u32,
     /// The number of lights before the first that has a range.
     pub global_count: u32,
-    /// The number of lights before the first that has a range and casts a shadow.
-    pub first_caster: u32,
+    /// The numbers of the lights before which each class of those that have a range ends: point lights that cast no shadow,
+    /// that cast one, spots that cast one, that cast none.
+    pub class_ends: [u32; 4],
     /// The lights, in the order of their texels.
     pub lights: Vec<TableLight>,
 }
@@ -117,8 +118,8 @@ impl LightTable {
     /// Collects the lights of `nodes`; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
     /// only every n-th light, beginning with the k-th.
     pub fn new(scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
-        let mut classes: [Vec<([[f32; 4]; 4], TableLight)>; 4] = Default::default();
-        let mut reaches: [Vec<Reach>; 2] = Default::default();
+        let mut classes: [Vec<([[f32; 4]; 4], TableLight)>; 6] = Default::default();
+        let mut reaches: [Vec<Reach>; 4] = Default::default();
         let sources: Vec<Source> = sources(scene, nodes, subset).collect();
         for light in &sources {
             let position = light.position;
@@ -143,25 +144,32 @@ impl LightTable {
                 (LightKind::Directional, _) => 0,
                 (_, None) => 1,
                 (_, Some(range)) => {
-                    let casts = usize::from(light.casts_shadows);
-                    reaches[casts].push(Reach::of_light(light.kind, position, direction, range));
-                    2 + casts
+                    let listed = match (scale > 0.0, light.casts_shadows) {
+                        (false, casts) => usize::from(casts),
+                        (true, casts) => 3 - usize::from(casts),
+                    };
+                    reaches[listed].push(Reach::of_light(light.kind, position, direction, range));
+                    2 + listed
                 }
             };
             let Source { node, kind, radius_m, casts_shadows, .. } = *light;
             let light = TableLight { node, kind, position, direction, range_m: range, radius_m, casts_shadows };
             classes[class].push((texels, light));
         }
-        let [directional, global, quiet, _] = classes.each_ref().map(|class| class.len() as u32);
+        let mut end = 0;
+        let [directional_count, global_count, class_ends @ ..] = classes.each_ref().map(|class| {
+            end += class.len() as u32;
+            end
+        });
         let (texels, lights): (Vec<_>, Vec<_>) = classes.into_iter().flatten().unzip();
         Self {
             sources,
             pre_exposure,
             texels: texels.into_iter().flatten().collect(),
             reaches: reaches.concat(),
-            directional_count: directional,
-            global_count: directional + global,
-            first_caster: directional + global + quiet,
+            directional_count,
+            global_count,
+            class_ends,
             lights,
         }
     }
@@ -173,7 +181,7 @@ impl LightTable {
 
     /// Whether lists of both are the same: the lights may differ, but not in number and in what they reach.
     fn has_lists_of(&self, other: &Self) -> bool {
-        let counts = |table: &Self| (table.len(), table.directional_count, table.global_count);
+        let counts = |table: &Self| (table.len(), table.directional_count, table.global_count, table.class_ends);
         counts(self) == counts(other) && self.reaches == other.reaches
     }
 

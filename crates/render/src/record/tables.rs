@@ -34,7 +34,7 @@ pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
     slot("cluster_grid", UNIFORM),
     slot("lights", texture(wgpu::TextureSampleType::Float { filterable: false })),
     slot("cluster_table", texture(wgpu::TextureSampleType::Uint)),
-    slot("cluster_lights", texture(wgpu::TextureSampleType::Uint)),
+    slot("cluster_lights", texture(wgpu::TextureSampleType::Float { filterable: false })),
     slot("environment", UNIFORM),
     slot("nearest_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
     slot("shadow_atlas", texture(wgpu::TextureSampleType::Depth)),

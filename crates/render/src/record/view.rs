@@ -114,8 +114,8 @@ impl ViewTables {
         let table = |label, format, width| DataTexture::new(&gpu.device, label, format, width);
         Self {
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, LIGHTS_PER_ROW * TEXELS_PER_LIGHT),
-            cluster_table: table("cluster_table", wgpu::TextureFormat::Rg32Uint, TABLE_WIDTH),
-            cluster_lights: table("cluster_lights", wgpu::TextureFormat::R16Uint, LIST_WIDTH),
+            cluster_table: table("cluster_table", wgpu::TextureFormat::Rgba32Uint, TABLE_WIDTH),
+            cluster_lights: table("cluster_lights", wgpu::TextureFormat::Rg8Unorm, LIST_WIDTH),
             light_reaches: table("light_reaches", wgpu::TextureFormat::Rgba32Float, DATA_WIDTH),
         }
     }

@@ -22,28 +22,28 @@ struct Shading {
     dfg: vec2f,
     // 1 + f0 (1 / directional albedo - 1).
     energy_compensation: vec3f,
+    // What of the reflectance of lamps is the same for all of them: see `set_lamp_terms`.
+    normal_dot_eye: f32,
+    alpha_squared: f32,
+    eye_masking: f32,
+    diffuse: vec3f,
+    specular: vec3f,
+    specular_grazing: vec3f,
 }
 
-fn fresnel_schlick(f0: vec3f, v_dot_h: f32) -> vec3f {
-    let m = clamp(1.0 - v_dot_h, 0.0, 1.0);
-    let m2 = m * m;
-    return f0 + (1.0 - f0) * (m2 * m2 * m);
+// Computes once a surface what `brdf_times_n_dot_l` would compute once a lamp.
+fn set_lamp_terms(shading: ptr<function, Shading>) {
+    let a2 = (*shading).roughness_alpha * (*shading).roughness_alpha;
+    let n_dot_v = (*shading).n_dot_v;
+    (*shading).normal_dot_eye = dot((*shading).normal, (*shading).to_eye);
+    (*shading).alpha_squared = a2;
+    (*shading).eye_masking = sqrt(n_dot_v * n_dot_v * (1.0 - a2) + a2);
+    (*shading).diffuse = (1.0 - (*shading).f0) * (*shading).albedo * (1.0 / PI);
+    let specular = a2 * (0.5 / PI) * (*shading).energy_compensation;
+    (*shading).specular = specular * (*shading).f0;
+    (*shading).specular_grazing = specular - (*shading).specular;
 }
 
-fn distribution_ggx(n_dot_h: f32, roughness_alpha: f32) -> f32 {
-    let a2 = roughness_alpha * roughness_alpha;
-    // Written with 1 - n.h squared apart, so that a2 is not lost beside 1.
-    let d = (1.0 - n_dot_h * n_dot_h) + n_dot_h * n_dot_h * a2;
-    return a2 / (PI * d * d);
-}
-
-// G / (4 n.l n.v).
-fn visibility_smith(n_dot_l: f32, n_dot_v: f32, roughness_alpha: f32) -> f32 {
-    let a2 = roughness_alpha * roughness_alpha;
-    let light = n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);
-    let eye = n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - a2) + a2);
-    return 0.5 / max(light + eye, 1e-7);
-}
 
 // The exponent of Blinn-Phong whose highlight is as wide as that of a roughness (Walter et al. 2007, for Beckmann's distribution).
 fn blinn_phong_exponent(roughness_alpha: f32) -> f32 {
@@ -67,26 +67,30 @@ fn lobe_times_n_dot_l(shading: Shading, to_light: vec3f, n_dot_l: f32) -> vec3f 
         let norm = (exponent + 2.0) * (exponent + 4.0) / (8.0 * PI * (exp2(-0.5 * exponent) + exponent));
         lobe = norm * pow(cosine, exponent);
     }
-    return ((1.0 - shading.f0) * shading.albedo * (1.0 / PI) + shading.f0 * lobe) * n_dot_l;
+    return (shading.diffuse + shading.f0 * lobe) * n_dot_l;
 }
 
-// Reflected radiance for one unit of irradiance on a plane across the light's direction; n.l is included.
-fn brdf_times_n_dot_l(shading: Shading, to_light: vec3f) -> vec3f {
-    let n_dot_l = dot(shading.normal, to_light);
-    if n_dot_l <= 0.0 {
-        return vec3f(0.0);
-    }
+// Reflected radiance for one unit of irradiance on a plane across the light's direction; n.l, not below 0, is included.
+fn brdf_times_n_dot_l(shading: Shading, to_light: vec3f, n_dot_l: f32) -> vec3f {
     if reflectance_model != 0u {
         return lobe_times_n_dot_l(shading, to_light, n_dot_l);
     }
-    // For unit vectors |l + v|^2 = 2 + 2 l.v, and v.h = |l + v| / 2, so the half vector itself is not needed.
-    let half_length_squared = max(2.0 + 2.0 * dot(to_light, shading.to_eye), 1e-8);
-    let inverse_half_length = inverseSqrt(half_length_squared);
-    let n_dot_h = min((n_dot_l + dot(shading.normal, shading.to_eye)) * inverse_half_length, 1.0);
-    let v_dot_h = 0.5 * half_length_squared * inverse_half_length;
-    let fresnel = fresnel_schlick(shading.f0, v_dot_h);
-    let specular = distribution_ggx(max(n_dot_h, 0.0), shading.roughness_alpha)
-        * visibility_smith(n_dot_l, shading.n_dot_v, shading.roughness_alpha);
-    let diffuse = (1.0 - fresnel) * shading.albedo * (1.0 / PI);
-    return (diffuse + specular * fresnel * shading.energy_compensation) * n_dot_l;
+    // For unit vectors h = l + v has h.h = 2 + 2 l.v and v.h = |h| / 2, so the half vector itself is not needed.
+    let half_squared = max(2.0 + 2.0 * dot(to_light, shading.to_eye), 1e-8);
+    let n_dot_half = max(n_dot_l + shading.normal_dot_eye, 0.0);
+    let cosine_squared = min(n_dot_half * n_dot_half, half_squared);
+    // Schlick's Fresnel: what is left of it above f0.
+    let m = max(1.0 - 0.5 * sqrt(half_squared), 0.0);
+    let m2 = m * m;
+    let grazing = m2 * m2 * m;
+    // D = a^2 / (pi d^2) with d = 1 - (n.h)^2 + (n.h)^2 a^2, here times h.h; the square of n.h apart from 1, so that a^2 is not
+    // lost beside it. V = 0.5 / (light + eye) is G / (4 n.l n.v). One division makes both; what is constant in them is
+    // in `specular`.
+    let a2 = shading.alpha_squared;
+    let d = (half_squared - cosine_squared) + cosine_squared * a2;
+    let light = shading.n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);
+    let masking = max(light + n_dot_l * shading.eye_masking, 1e-7);
+    let lobe = half_squared * half_squared / (d * d * masking);
+    let specular = shading.specular + shading.specular_grazing * grazing;
+    return (shading.diffuse * (1.0 - grazing) + specular * lobe) * n_dot_l;
 }

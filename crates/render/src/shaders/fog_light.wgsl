@@ -8,8 +8,9 @@
 
 import package::view::{view, direction_to_eye_world};
 import package::shaders::fog::{FogRay, fog, fog_ray, fog_density_per_m, optical_depth, distance_at_depth, ray_length_m};
-import package::shaders::light_table::{cluster_grid, light_texel, lights};
-import package::shaders::lights::{cluster_at, cluster_light_at};
+import package::shaders::light_table::{
+    cluster_at, cluster_grid, cluster_light_at, light_texel, lights, table_rows,
+};
 @if(shadowed) import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air};
 
 // Nearer than this a ray does not pass a light, in metres: a place has no size.
@@ -136,16 +137,17 @@ fn light_in_fog(position_px: vec2f, noise: f32, eye_world: vec3f, direction_worl
     let tile = min(vec2u(position_px) / size.w, size.xy - 1u);
     let slices = select(0u, size.z, position_px.x >= 0.0);
     let parts = max(fog.steps / size.z, 1u);
+    let rows = table_rows();
     var first_m = 0.0;
     for (var slice = 0u; slice < slices; slice++) {
         let end_m = exp2((f32(slice + 1u) - from_log.y) / from_log.x) / along_axis - fog.start_m;
         // The last takes all that lies beyond.
         let last_m = select(clamp(end_m, 0.0, air.length_m), air.length_m, slice + 1u == slices);
         let list = cluster_at((slice * size.y + tile.y) * size.x + tile.x);
-        let count = select(0u, list.y, last_m > first_m) * parts;
+        let count = select(0u, list.end - list.first, last_m > first_m) * parts;
         for (var i = 0u; i < count; i++) {
             let part = f32(i % parts);
-            let light = cluster_light_at(list.x + i / parts);
+            let light = cluster_light_at(list.first + i / parts, rows);
             let ends_m = mix(vec2f(first_m), vec2f(last_m), vec2f(part, part + 1.0) / f32(parts));
             // Another place for each light and slice, else what one shadow lets through another would, too.
             let place = fract(noise + f32(light) * 0.754877666 + f32(slice * parts + i % parts) * 0.569840291);

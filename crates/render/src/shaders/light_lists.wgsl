@@ -4,10 +4,8 @@
 
 import package::constants::DATA_WIDTH;
 import package::shaders::brdf::Shading;
-import package::shaders::light_table::cluster_grid;
-import package::shaders::lights::{
-    LightSums, cluster_at, cluster_index_at, cluster_light_at, directional_radiance, punctual_radiance,
-};
+import package::shaders::light_table::{cluster_at, cluster_grid, cluster_light_at, table_rows};
+import package::shaders::lights::{LightSums, cluster_index_at, directional_radiance, punctual_radiance};
 
 // What `LightReaches` holds: see `lights/reaches.rs`.
 @if(tiled) @group(1) @binding(4) var light_reaches: texture_2d<f32>;
@@ -22,8 +20,9 @@ fn global_light_sums(position_px: vec2f, position_world: vec3f, shading: Shading
     for (var i = 0u; i < directional_count; i++) {
         directional_radiance(i, position_world, shading, &sums);
     }
+    let rows = table_rows();
     for (var i = directional_count; i < global_count; i++) {
-        punctual_radiance(i, position_world, shading, &sums);
+        punctual_radiance(i, position_world, shading, rows, &sums);
     }
     return sums;
 }
@@ -31,7 +30,7 @@ fn global_light_sums(position_px: vec2f, position_world: vec3f, shading: Shading
 // One light that has a range.
 fn single_light_sums(light: u32, position_world: vec3f, shading: Shading) -> LightSums {
     var sums: LightSums;
-    punctual_radiance(light, position_world, shading, &sums);
+    punctual_radiance(light, position_world, shading, table_rows(), &sums);
     return sums;
 }
 
@@ -44,16 +43,16 @@ fn single_light_sums(light: u32, position_world: vec3f, shading: Shading) -> Lig
     let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
     let bounds_m = textureLoad(tile_depth, vec2i(tile), 0).rg;
     let list = cluster_at(cluster_index_at(position_px, distance_m));
-    let end = list.x + list.y;
-    for (var entry = list.x; entry < end; entry++) {
-        let light = cluster_light_at(entry);
+    let rows = table_rows();
+    for (var entry = list.first; entry < list.end; entry++) {
+        let light = cluster_light_at(entry, rows);
         let at = light - cluster_grid.global_count;
         let reach_m = textureLoad(light_reaches, vec2i(i32(at % DATA_WIDTH), i32(at / DATA_WIDTH)), 0).rg;
         if (reach_m.x > bounds_m.y) | (reach_m.y < bounds_m.x) {
             sums.visited += 1.0;
             passed_over += 1.0;
         } else {
-            punctual_radiance(light, position_world, shading, &sums);
+            punctual_radiance(light, position_world, shading, rows, &sums);
         }
     }
     return sums;
@@ -70,14 +69,16 @@ fn object_light_sums(
 ) -> LightSums {
     var sums: LightSums;
     let list = cluster_at(cluster_grid.size.x * cluster_grid.size.y * cluster_grid.size.z + object_id);
-    let end = min(first + most, cluster_grid.global_count + list.y);
+    let rows = table_rows();
+    let end = min(first + most, cluster_grid.global_count + list.end - list.first);
     for (var i = first; i < end; i++) {
         if i < cluster_grid.directional_count {
             directional_radiance(i, position_world, shading, &sums);
         } else {
             let is_global = i < cluster_grid.global_count;
-            let entry = select(list.x + i - cluster_grid.global_count, list.x, is_global);
-            punctual_radiance(select(cluster_light_at(entry), i, is_global), position_world, shading, &sums);
+            let entry = select(list.first + i - cluster_grid.global_count, list.first, is_global);
+            let light = select(cluster_light_at(entry, rows), i, is_global);
+            punctual_radiance(light, position_world, shading, rows, &sums);
         }
     }
     return sums;

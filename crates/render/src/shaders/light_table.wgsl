@@ -1,6 +1,7 @@
-// The table of lights, and after them of tiles of shadow maps, in a texture wrapped in two dimensions.
+// The table of lights, and after them of tiles of shadow maps, and the lists of lights for every cluster, in textures wrapped in
+// two dimensions, reached only through the functions of this module, so that another storage can take their place here.
 
-import package::constants::{LIGHTS_PER_ROW, TEXELS_PER_LIGHT};
+import package::constants::{LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
 
 struct ClusterGrid {
     // Tiles across, tiles down, slices along the view axis, side of a tile in pixels.
@@ -12,8 +13,6 @@ struct ClusterGrid {
     // Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
     // the bias in texels.
     shadow_filter: vec4f,
-    // The number of lights before the first that is in lists and casts a shadow, and zeros.
-    first_caster: vec4u,
 }
 
 // A light has four texels: position and 1 / range² (0 without a range); intensity, in candela or lux, times colour, pre-exposed,
@@ -22,7 +21,57 @@ struct ClusterGrid {
 
 @group(0) @binding(3) var<uniform> cluster_grid: ClusterGrid;
 @group(0) @binding(4) var lights: texture_2d<f32>;
+@group(0) @binding(5) var cluster_table: texture_2d<u32>;
+// An index in two bytes, each as a share of 255.
+@group(0) @binding(6) var cluster_lights: texture_2d<f32>;
+@group(0) @binding(8) var nearest_clamp: sampler;
 
 fn light_texel(index: u32) -> vec2i {
     return vec2i(i32((index % LIGHTS_PER_ROW) * TEXELS_PER_LIGHT), i32(index / LIGHTS_PER_ROW));
+}
+
+// What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load. The
+// number of rows, as what 1 is divided by, is asked for once.
+struct TableRows {
+    lights: f32,
+    lists: f32,
+}
+
+fn table_rows() -> TableRows {
+    return TableRows(1.0 / f32(textureDimensions(lights).y), 1.0 / f32(textureDimensions(cluster_lights).y));
+}
+
+// The texel `part` of a light.
+fn light_part(index: u32, part: f32, rows: TableRows) -> vec4f {
+    let column = f32(index % LIGHTS_PER_ROW) * f32(TEXELS_PER_LIGHT) + part + 0.5;
+    let uv = vec2f(column / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT), (f32(index / LIGHTS_PER_ROW) + 0.5) * rows.lights);
+    return textureSampleLevel(lights, nearest_clamp, uv, 0.0);
+}
+
+// Where the list of a cluster begins and ends among all entries, and on the way the ends of its classes of lights: point
+// lights that cast no shadow, that cast one, spots that cast one; those that cast none are the rest.
+struct ClusterList {
+    first: u32,
+    quiet_points_end: u32,
+    points_end: u32,
+    casters_end: u32,
+    end: u32,
+}
+
+fn cluster_at(index: u32) -> ClusterList {
+    let texel = textureLoad(cluster_table, vec2i(i32(index % TABLE_WIDTH), i32(index / TABLE_WIDTH)), 0);
+    let first = texel.x;
+    return ClusterList(
+        first,
+        first + (texel.z & 0xffffu),
+        first + (texel.z >> 16u),
+        first + texel.w,
+        first + texel.y,
+    );
+}
+
+fn cluster_light_at(entry: u32, rows: TableRows) -> u32 {
+    let uv = vec2f((f32(entry % LIST_WIDTH) + 0.5) / f32(LIST_WIDTH), (f32(entry / LIST_WIDTH) + 0.5) * rows.lists);
+    let bytes = textureSampleLevel(cluster_lights, nearest_clamp, uv, 0.0).rg;
+    return u32(dot(bytes, vec2f(255.0, 255.0 * 256.0)) + 0.5);
 }

@@ -2,7 +2,7 @@
 
 import package::gbuffer::Surface;
 import package::constants::{DIRECTIONAL_ALBEDO_SIZE, ROUGHNESS_PERCEPTUAL_MIN};
-import package::shaders::brdf::Shading;
+import package::shaders::brdf::{Shading, set_lamp_terms};
 
 // Scale and bias of f0 in the directional albedo of GGX (Karis 2013), over n.v (u) and perceptual roughness (v);
 // integrated by `build.rs`.
@@ -28,5 +28,6 @@ fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
     shading.f0 = mix(vec3f(surface.f0_dielectric), surface.base_color, surface.metallic);
     shading.dfg = dfg_at(shading.n_dot_v, roughness);
     shading.energy_compensation = 1.0 + shading.f0 * (1.0 / max(shading.dfg.x + shading.dfg.y, 1e-3) - 1.0);
+    set_lamp_terms(&shading);
     return shading;
 }

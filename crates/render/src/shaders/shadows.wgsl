@@ -5,9 +5,8 @@
 // Spaces of tiles: see `shadows/projection.rs`.
 
 import package::view::view;
-import package::shaders::light_table::{cluster_grid, light_texel, lights};
+import package::shaders::light_table::{cluster_grid, light_texel, lights, nearest_clamp};
 
-@group(0) @binding(8) var nearest_clamp: sampler;
 @group(0) @binding(9) var shadow_atlas: texture_depth_2d;
 @group(0) @binding(10) var shadow_compare: sampler_comparison;
 @group(0) @binding(11) var shadow_depths: texture_2d<f32>;

@@ -3,8 +3,8 @@
 // Program: debug_lights, also for points. Axes: textured, masked, deformed.
 
 import package::view::distance_from_depth_ndc;
-import package::shaders::light_table::cluster_grid;
-import package::shaders::lights::{cluster_at, cluster_index_at};
+import package::shaders::light_table::{cluster_at, cluster_grid};
+import package::shaders::lights::cluster_index_at;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, is_without_normals};
 import package::shaders::surface_material::material_factors;
 import package::passes::debug::fragment::is_dropped;
@@ -23,5 +23,5 @@ fn fs_debug_lights(in: SurfaceVarying) -> @location(0) vec4f {
     let distance_m = distance_from_depth_ndc(in.position_clip.xy, in.position_clip.z);
     let list = cluster_at(cluster_index_at(in.position_clip.xy, distance_m));
     let is_unlit = (material_factors.unlit > 0.5) | is_without_normals(in.object);
-    return vec4f(select(f32(cluster_grid.global_count + list.y), 0.0, is_unlit), 0.0, 0.0, 1.0);
+    return vec4f(select(f32(cluster_grid.global_count + list.end - list.first), 0.0, is_unlit), 0.0, 0.0, 1.0);
 }

@@ -11,6 +11,7 @@ import package::shaders::surface_material::{material_factors, material_uv, surfa
     base_color_texture, base_color_sampler, metallic_roughness_texture, metallic_roughness_sampler,
 };
 @if(occlusion_apart) import package::shaders::surface_material::{occlusion_texture, occlusion_sampler};
+import package::shaders::brdf::set_lamp_terms;
 import package::shaders::shading::shading_from_surface;
 import package::shaders::light_lists::object_light_sums;
 import package::shaders::ambient::ambient_radiance;
@@ -76,9 +77,11 @@ fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     let object = object_id(vertex.object);
     // Reflectance is linear in albedo: what an albedo of 0 leaves is specular, and the rest of that of 1 diffuse.
     shading.albedo = vec3f(0.0);
+    set_lamp_terms(&shading);
     let specular = ambient_radiance(surface, shading)
         + object_light_sums(object, 0u, ALL_LIGHTS, vertex.position_world, shading).radiance;
     shading.albedo = vec3f(1.0 - surface.metallic);
+    set_lamp_terms(&shading);
     let all = ambient_radiance(surface, shading)
         + object_light_sums(object, 0u, ALL_LIGHTS, vertex.position_world, shading).radiance;
     var out: GouraudVarying;
