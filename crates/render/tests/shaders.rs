@@ -32,6 +32,46 @@ fn translate(module: &naga::Module, info: &ModuleInfo, entry: &naga::EntryPoint)
     Ok(text)
 }
 
+/// Built-in modules are compiled without the counters that end endless loops.
+#[test]
+fn every_loop_counts_up_to_a_bound_that_stays() {
+    let mut loops = 0;
+    for (name, _, sources) in PROGRAMS {
+        for source in *sources {
+            let words =
+                |line: &str| line.split(|c: char| !c.is_alphanumeric() && c != '_').map(str::to_owned).collect();
+            let lines: Vec<(&str, Vec<String>)> = source.lines().map(|line| (line.trim(), words(line))).collect();
+            for (at, (line, words)) in lines.iter().enumerate() {
+                let is_word = |word: &str| words.iter().any(|found| found == word);
+                assert!(!is_word("loop") && !is_word("while"), "{name}: {line}");
+                if !is_word("for") {
+                    continue;
+                }
+                let head = line.strip_prefix("for (").and_then(|rest| rest.split_once(") {")).map(|(head, _)| head);
+                let parts: Vec<&str> = head.into_iter().flat_map(|head| head.split(';')).map(str::trim).collect();
+                let [first, condition, step] = parts[..] else { panic!("{name}: {line}") };
+                let (counter, bound) = condition.split_once(" < ").unwrap_or_else(|| panic!("{name}: {line}"));
+                let is_name = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '.');
+                assert!(is_name(counter) && is_name(bound) && step == format!("{counter}++"), "{name}: {line}");
+                assert!(first.is_empty() || first.starts_with(&format!("var {counter} = ")), "{name}: {line}");
+                // The body ends where the indentation is that of the head again.
+                let indent = |at: usize| source.lines().nth(at).map_or(0, |line| line.len() - line.trim_start().len());
+                let body = lines.iter().enumerate().skip(at + 1).take_while(|(i, _)| indent(*i) > indent(at));
+                for (_, (inner, _)) in body {
+                    let is_changed = |name: &str| {
+                        let rest = inner.strip_prefix(name).map(str::trim_start);
+                        rest.is_some_and(|rest| rest.starts_with(['=', '+', '-', '*', '/']) && !rest.starts_with("=="))
+                            || inner.contains(&format!("&{name}"))
+                    };
+                    assert!(!is_changed(counter) && !is_changed(bound), "{name}: {inner}");
+                }
+                loops += 1;
+            }
+        }
+    }
+    assert!(loops > 100, "{loops} loops were looked at");
+}
+
 #[test]
 fn every_variant_is_valid_and_runs_on_webgl2() {
     let mut variants = 0;

@@ -8,9 +8,7 @@
 
 import package::view::{view, direction_to_eye_world};
 import package::shaders::fog::{FogRay, fog, fog_ray, fog_density_per_m, optical_depth, distance_at_depth, ray_length_m};
-import package::shaders::light_table::{
-    cluster_at, cluster_grid, cluster_light_at, light_texel, lights, table_rows,
-};
+import package::shaders::light_table::{cluster_at, cluster_grid, cluster_light_at, light_part, table_rows};
 @if(shadowed) import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air};
 
 // Nearer than this a ray does not pass a light, in metres: a place has no size.
@@ -40,9 +38,9 @@ fn phase(cos_turn: f32) -> f32 {
 
 // A directional light, at a place that stands for `lost` of what fog takes.
 fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
-    let texel = light_texel(index);
-    var irradiance = textureLoad(lights, texel + vec2i(1, 0), 0).rgb;
-    let to_light = -textureLoad(lights, texel + vec2i(2, 0), 0).xyz;
+    let rows = table_rows();
+    var irradiance = light_part(index, 1.0, rows).rgb;
+    let to_light = -light_part(index, 2.0, rows).xyz;
     @if(shadowed) {
         irradiance *= directional_visibility_in_air(index, air.origin_world + air.direction_world * at_m);
     }
@@ -51,8 +49,8 @@ fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
 
 // A light at a place, over the part of the ray from `first_m` to `last_m`, of which the share `place` is looked at.
 fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) -> vec3f {
-    let texel = light_texel(index);
-    let source = textureLoad(lights, texel, 0);
+    let rows = table_rows();
+    let source = light_part(index, 0.0, rows);
     let towards = source.xyz - air.origin_world;
     let middle_m = dot(towards, air.direction_world);
     let across = towards - middle_m * air.direction_world;
@@ -77,10 +75,10 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
     let to_light = (source.xyz - position_world) * inverseSqrt(distance_squared);
     let ratio_squared = distance_squared * source.w;
     var strength = clamp(1.0 - ratio_squared * ratio_squared, 0.0, 1.0) * opening / aside_m;
-    let color = textureLoad(lights, texel + vec2i(1, 0), 0);
+    let color = light_part(index, 1.0, rows);
     // Point lights have no cone.
     if color.w != 0.0 {
-        let axis = textureLoad(lights, texel + vec2i(2, 0), 0);
+        let axis = light_part(index, 2.0, rows);
         let cone = clamp(dot(axis.xyz, -to_light) * color.w + axis.w, 0.0, 1.0);
         strength *= cone * cone;
     }

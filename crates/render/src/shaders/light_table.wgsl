@@ -26,10 +26,6 @@ struct ClusterGrid {
 @group(0) @binding(6) var cluster_lights: texture_2d<f32>;
 @group(0) @binding(8) var nearest_clamp: sampler;
 
-fn light_texel(index: u32) -> vec2i {
-    return vec2i(i32((index % LIGHTS_PER_ROW) * TEXELS_PER_LIGHT), i32(index / LIGHTS_PER_ROW));
-}
-
 // What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load. The
 // number of rows, as what 1 is divided by, is asked for once.
 struct TableRows {

@@ -4,7 +4,7 @@
 import package::view::view;
 import package::shaders::brdf::{Shading, brdf_times_n_dot_l};
 import package::shaders::light_table::{
-    TableRows, cluster_at, cluster_grid, cluster_light_at, light_part, light_texel, lights, table_rows,
+    TableRows, cluster_at, cluster_grid, cluster_light_at, light_part, table_rows,
 };
 @if(shadowed) import package::shaders::shadows::{directional_visibility, punctual_visibility};
 
@@ -83,9 +83,9 @@ fn punctual_radiance(
 }
 
 fn directional_radiance(index: u32, position_world: vec3f, shading: Shading, sums: ptr<function, LightSums>) {
-    let texel = light_texel(index);
-    let color = textureLoad(lights, texel + vec2i(1, 0), 0);
-    let to_light = -textureLoad(lights, texel + vec2i(2, 0), 0).xyz;
+    let rows = table_rows();
+    let color = light_part(index, 1.0, rows);
+    let to_light = -light_part(index, 2.0, rows).xyz;
     let n_dot_l = max(dot(shading.normal, to_light), 0.0);
     (*sums).visited += 1.0;
     (*sums).in_range += 1.0;

@@ -5,7 +5,7 @@
 // Spaces of tiles: see `shadows/projection.rs`.
 
 import package::view::view;
-import package::shaders::light_table::{cluster_grid, light_texel, lights, nearest_clamp};
+import package::shaders::light_table::{cluster_grid, light_part, nearest_clamp, table_rows};
 
 @group(0) @binding(9) var shadow_atlas: texture_depth_2d;
 @group(0) @binding(10) var shadow_compare: sampler_comparison;
@@ -44,12 +44,12 @@ struct ShadowPoint {
 }
 
 fn shadow_tile(index: u32) -> ShadowTile {
-    let texel = light_texel(index);
+    let rows = table_rows();
     return ShadowTile(
-        textureLoad(lights, texel, 0),
-        textureLoad(lights, texel + vec2i(1, 0), 0),
-        textureLoad(lights, texel + vec2i(2, 0), 0),
-        textureLoad(lights, texel + vec2i(3, 0), 0),
+        light_part(index, 0.0, rows),
+        light_part(index, 1.0, rows),
+        light_part(index, 2.0, rows),
+        light_part(index, 3.0, rows),
     );
 }
 
@@ -191,7 +191,7 @@ fn cube_face(away: vec3f) -> u32 {
 
 // The share of the light `index` that reaches a surface.
 fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    let shadow = light_part(index, 3.0, table_rows());
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -207,7 +207,7 @@ fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f,
 // The share of the directional light `index` that reaches a surface: by the first of its cascades that shows it, and
 // where that ends, more and more by the next.
 fn directional_visibility(index: u32, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    let shadow = light_part(index, 3.0, table_rows());
     let count = u32(shadow.y);
     var visibility = 0.0;
     var left = 1.0;
@@ -247,7 +247,7 @@ fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: 
 
 // The share of the light `index` that gets to a place in the air.
 fn punctual_visibility_in_air(index: u32, light_position: vec3f, position_world: vec3f) -> f32 {
-    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    let shadow = light_part(index, 3.0, table_rows());
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -261,7 +261,7 @@ fn punctual_visibility_in_air(index: u32, light_position: vec3f, position_world:
 
 // The share of the directional light `index` that gets to a place in the air: by the first of its cascades that shows it.
 fn directional_visibility_in_air(index: u32, position_world: vec3f) -> f32 {
-    let shadow = textureLoad(lights, light_texel(index) + vec2i(3, 0), 0);
+    let shadow = light_part(index, 3.0, table_rows());
     let count = u32(shadow.y);
     for (var i = 0u; i < count; i++) {
         let tile = shadow_tile(u32(shadow.x) + i);

@@ -15,8 +15,8 @@ fn fs_fog_filter(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let distance_m = textureLoad(linear_depth, pixel_of_texel(middle), 0).r;
     let last = vec2i(textureDimensions(half_light)) - 1;
     var sum = vec4f(0.0);
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
+    for (var y = -1; y < 2; y++) {
+        for (var x = -1; x < 2; x++) {
             let texel = clamp(middle + vec2i(x, y), vec2i(0), last);
             let weight = likeness(distance_m, textureLoad(linear_depth, pixel_of_texel(texel), 0).r);
             sum += vec4f(textureLoad(half_light, texel, 0).rgb, 1.0) * weight;
