@@ -1,5 +1,6 @@
 //! Composes every variant of every shader module with WESL, and integrates the directional albedo of GGX.
 
+use std::collections::BTreeSet;
 use std::{env, fmt::Write as _, fs, path::Path};
 use wesl::{CompileOptions, FileResolver, ManglerKind, Router, VirtualResolver, Wesl};
 
@@ -19,21 +20,30 @@ fn main() {
     let mut list = String::from(
         "/// Every program: name, axes, and the WGSL of every variant.\npub const PROGRAMS: &[(&str, &[&str], &[&str])] = &[\n",
     );
+    let mut constants = String::from(
+        "/// The `override` constants that any variant of a program declares.\npub const CONSTANTS: &[(&str, &[&str])] = &[\n",
+    );
     for program in programs::declared(Path::new("src")) {
         let programs::Declared { name, axes, .. } = &program;
         let count = 1usize << axes.len();
         assert!(count <= VARIANTS_MAX, "{name} has {count} variants");
         let _ = writeln!(list, "    ({name:?}, &{axes:?}, &[");
+        let mut declared = BTreeSet::new();
         for variant in 0..count {
             let source =
                 compose(&program, variant).unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"));
+            let names =
+                source.lines().filter_map(|line| line.trim_start().strip_prefix("override ")?.split(':').next());
+            declared.extend(names.map(str::to_owned));
             let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
             fs::write(&file, source).expect("the output folder is writable");
             let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());
         }
         list.push_str("    ]),\n");
+        let _ = writeln!(constants, "    ({name:?}, &{:?}),", Vec::from_iter(declared));
     }
     list.push_str("];\n");
+    let _ = writeln!(list, "{constants}];");
     let prelude = compose_prelude().unwrap_or_else(|error| panic!("prelude of effects:\n{error}"));
     let _ = writeln!(list, "/// What effects find declared.\npub const EFFECT_PRELUDE: &str = {prelude:?};");
     let table = directional_albedo_table();

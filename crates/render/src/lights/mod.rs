@@ -185,6 +185,14 @@ impl LightTable {
         counts(self) == counts(other) && self.reaches == other.reaches
     }
 
+    /// Which classes of lights there are, as `lights.wgsl` has them: a bit for each, in the order of the table.
+    pub fn classes(&self) -> u32 {
+        let ends = [self.directional_count, self.global_count].into_iter().chain(self.class_ends);
+        let mut begin = 0;
+        let bits = ends.enumerate().map(|(class, end)| u32::from(std::mem::replace(&mut begin, end) < end) << class);
+        bits.sum()
+    }
+
     /// The number of lights.
     pub fn len(&self) -> u32 {
         self.texels.len() as u32 / TEXELS_PER_LIGHT

@@ -198,7 +198,7 @@ impl Renderer {
                 sampling: filtering.sampling,
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
-                constants: constants_of(settings),
+                constants: constants_of(settings, &lists.table),
                 volume_draws: lists.volume_draws.clone(),
                 object_lights: lists.object_lights.clone(),
                 environment: &environment,
@@ -306,8 +306,9 @@ impl Renderer {
 }
 
 /// The `override` constants of a view's pipelines.
-fn constants_of(settings: &Settings) -> Vec<Constant> {
+fn constants_of(settings: &Settings, lights: &LightTable) -> Vec<Constant> {
     let mut constants = settings.shading.model.constants();
+    constants.push(("light_classes", lights.classes()));
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
     }

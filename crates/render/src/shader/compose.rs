@@ -29,3 +29,8 @@ pub fn points_of(program: &str) -> Option<&'static str> {
 pub fn has_axis(program: &str, axis: &str) -> bool {
     PROGRAMS.iter().any(|(name, axes, _)| *name == program && axes.contains(&axis))
 }
+
+/// Whether any variant of a program declares the `override` constant `constant`.
+pub fn has_constant(program: &str, constant: &str) -> bool {
+    CONSTANTS.iter().any(|(name, declared)| *name == program && declared.contains(&constant))
+}

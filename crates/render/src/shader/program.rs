@@ -623,7 +623,8 @@ impl Shaders {
         depth: Option<DepthTest>,
         constants: &[Constant],
     ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
-        let key = ((name, axes_on.to_vec()), format, blend, depth, constants.to_vec());
+        let declared = constants.iter().filter(|(constant, _)| super::compose::has_constant(name, constant));
+        let key = ((name, axes_on.to_vec()), format, blend, depth, declared.copied().collect());
         if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
             return Ok(pipeline.clone());
         }

@@ -1,31 +1,16 @@
-// Sums of light over other lists than those of clusters: of the lights that every pixel visits, of a tile's list, of the list
-// of an object.
+// Sums of light over other lists than those of clusters: of a tile, of an object, of a single light.
 // One light's contribution is that of `lights.wgsl`, here as everywhere.
 
 import package::constants::DATA_WIDTH;
 import package::shaders::brdf::Shading;
 import package::shaders::light_table::{cluster_at, cluster_grid, cluster_light_at, table_rows};
-import package::shaders::lights::{LightSums, cluster_index_at, directional_radiance, punctual_radiance};
+import package::shaders::lights::{
+    LightSums, cluster_index_at, directional_radiance, global_light_sums, punctual_radiance,
+};
 
 // What `LightReaches` holds: see `lights/reaches.rs`.
 @if(tiled) @group(1) @binding(4) var light_reaches: texture_2d<f32>;
 @if(tiled) @group(1) @binding(5) var tile_depth: texture_2d<f32>;
-
-// The lights that are in no list: directional ones, and those without a range.
-fn global_light_sums(position_px: vec2f, position_world: vec3f, shading: Shading) -> LightSums {
-    var sums: LightSums;
-    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
-    let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
-    let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);
-    for (var i = 0u; i < directional_count; i++) {
-        directional_radiance(i, position_world, shading, &sums);
-    }
-    let rows = table_rows();
-    for (var i = directional_count; i < global_count; i++) {
-        punctual_radiance(i, position_world, shading, rows, &sums);
-    }
-    return sums;
-}
 
 // One light that has a range.
 fn single_light_sums(light: u32, position_world: vec3f, shading: Shading) -> LightSums {
@@ -39,11 +24,11 @@ fn single_light_sums(light: u32, position_world: vec3f, shading: Shading) -> Lig
 
 // Those, and the lights of the tile's list that reach the distances at which the tile has surfaces.
 @if(tiled) fn tile_light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
-    var sums = global_light_sums(position_px, position_world, shading);
+    let rows = table_rows();
+    var sums = global_light_sums(position_px, position_world, shading, rows);
     let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
     let bounds_m = textureLoad(tile_depth, vec2i(tile), 0).rg;
     let list = cluster_at(cluster_index_at(position_px, distance_m));
-    let rows = table_rows();
     for (var entry = list.first; entry < list.end; entry++) {
         let light = cluster_light_at(entry, rows);
         let at = light - cluster_grid.global_count;
@@ -73,7 +58,7 @@ fn object_light_sums(
     let end = min(first + most, cluster_grid.global_count + list.end - list.first);
     for (var i = first; i < end; i++) {
         if i < cluster_grid.directional_count {
-            directional_radiance(i, position_world, shading, &sums);
+            directional_radiance(i, position_world, shading, rows, &sums);
         } else {
             let is_global = i < cluster_grid.global_count;
             let entry = select(list.first + i - cluster_grid.global_count, list.first, is_global);

@@ -8,6 +8,15 @@ import package::shaders::light_table::{
 };
 @if(shadowed) import package::shaders::shadows::{directional_visibility, punctual_visibility};
 
+// The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at least.
+override light_classes: u32 = 63u;
+const DIRECTIONAL_LIGHTS: u32 = 1u;
+const GLOBAL_LIGHTS: u32 = 2u;
+const QUIET_POINTS: u32 = 4u;
+const CASTING_POINTS: u32 = 8u;
+const CASTING_SPOTS: u32 = 16u;
+const QUIET_SPOTS: u32 = 32u;
+
 struct LightSums {
     radiance: vec3f,
     visited: f32,
@@ -82,8 +91,13 @@ fn punctual_radiance(
     add_light(index, true, true, position_world, shading, rows, sums);
 }
 
-fn directional_radiance(index: u32, position_world: vec3f, shading: Shading, sums: ptr<function, LightSums>) {
-    let rows = table_rows();
+fn directional_radiance(
+    index: u32,
+    position_world: vec3f,
+    shading: Shading,
+    rows: TableRows,
+    sums: ptr<function, LightSums>,
+) {
     let color = light_part(index, 1.0, rows);
     let to_light = -light_part(index, 2.0, rows).xyz;
     let n_dot_l = max(dot(shading.normal, to_light), 0.0);
@@ -99,36 +113,65 @@ fn directional_radiance(index: u32, position_world: vec3f, shading: Shading, sum
     (*sums).radiance += brdf_times_n_dot_l(shading, to_light, n_dot_l) * irradiance;
 }
 
-fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
+// The lights that are in no list: directional ones, and those without a range.
+fn global_light_sums(position_px: vec2f, position_world: vec3f, shading: Shading, rows: TableRows) -> LightSums {
     var sums: LightSums;
+    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
     let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
     let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);
-    for (var i = 0u; i < directional_count; i++) {
-        directional_radiance(i, position_world, shading, &sums);
+    if (light_classes & DIRECTIONAL_LIGHTS) != 0u {
+        for (var i = 0u; i < directional_count; i++) {
+            directional_radiance(i, position_world, shading, rows, &sums);
+        }
     }
+    if (light_classes & GLOBAL_LIGHTS) != 0u {
+        for (var i = directional_count; i < global_count; i++) {
+            punctual_radiance(i, position_world, shading, rows, &sums);
+        }
+    }
+    return sums;
+}
+
+fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
     let rows = table_rows();
-    for (var i = directional_count; i < global_count; i++) {
-        punctual_radiance(i, position_world, shading, rows, &sums);
-    }
+    var sums = global_light_sums(position_px, position_world, shading, rows);
     // Each class of lights has a loop of its own, so that the others are spared what it costs where a processor runs both
     // sides of a branch.
     let list = cluster_at(cluster_index_at(position_px, distance_m));
     var entry = list.first;
     @if(shadowed) {
-        for (; entry < list.quiet_points_end; entry++) {
-            add_light(cluster_light_at(entry, rows), false, false, position_world, shading, rows, &sums);
+        if (light_classes & QUIET_POINTS) != 0u {
+            for (; entry < list.quiet_points_end; entry++) {
+                add_light(cluster_light_at(entry, rows), false, false, position_world, shading, rows, &sums);
+            }
+        }
+        if (light_classes & CASTING_POINTS) != 0u {
+            for (; entry < list.points_end; entry++) {
+                add_light(cluster_light_at(entry, rows), false, true, position_world, shading, rows, &sums);
+            }
+        }
+        if (light_classes & CASTING_SPOTS) != 0u {
+            for (; entry < list.casters_end; entry++) {
+                add_light(cluster_light_at(entry, rows), true, true, position_world, shading, rows, &sums);
+            }
+        }
+        if (light_classes & QUIET_SPOTS) != 0u {
+            for (; entry < list.end; entry++) {
+                add_light(cluster_light_at(entry, rows), true, false, position_world, shading, rows, &sums);
+            }
         }
     }
-    for (; entry < list.points_end; entry++) {
-        add_light(cluster_light_at(entry, rows), false, true, position_world, shading, rows, &sums);
-    }
-    @if(shadowed) {
-        for (; entry < list.casters_end; entry++) {
-            add_light(cluster_light_at(entry, rows), true, true, position_world, shading, rows, &sums);
+    @if(!shadowed) {
+        if (light_classes & (QUIET_POINTS | CASTING_POINTS)) != 0u {
+            for (; entry < list.points_end; entry++) {
+                add_light(cluster_light_at(entry, rows), false, false, position_world, shading, rows, &sums);
+            }
         }
-    }
-    for (; entry < list.end; entry++) {
-        add_light(cluster_light_at(entry, rows), true, false, position_world, shading, rows, &sums);
+        if (light_classes & (CASTING_SPOTS | QUIET_SPOTS)) != 0u {
+            for (; entry < list.end; entry++) {
+                add_light(cluster_light_at(entry, rows), true, false, position_world, shading, rows, &sums);
+            }
+        }
     }
     return sums;
 }

@@ -12,6 +12,7 @@ pub use tiles::TilePass;
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::draws::Draw;
+use crate::shader::compose::has_constant;
 use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
@@ -137,7 +138,8 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
 
     fn draw(self, draws: &[Draw], which: Which) -> Result<(), ProgramError> {
         let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth, constants } = self;
-        let constants = [constants, view.constants.clone()].concat();
+        let of_view = view.constants.iter().filter(|(constant, _)| has_constant(program, constant));
+        let constants = constants.into_iter().chain(of_view.copied()).collect();
         let Some((depth, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
