@@ -20,7 +20,8 @@ cargo xtask COMMAND
               --fast         compile sooner to a larger module, for work on the package
   browser   only the browser tests, with the web package as it was built last, or else built as by `web --fast` (about
               3 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
-  bench     measure the frame graph and the demo against forward and brute force; ratios within one run
+  bench     measure every way of lighting against brute force, and the loop over lights against its limit; ratios within
+              one run (about 12 minutes); `bench --help` lists its tables and options
   goldens   write the golden pictures again; look at every change before you commit it
   setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core, NumPy and OpenEXR
 
@@ -33,6 +34,10 @@ fn main() -> Result<()> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let mut steps = Steps::default();
     match words.as_slice() {
+        ["bench", .., "-h" | "--help"] => {
+            print!("{}", bench::HELP);
+            return Ok(());
+        }
         [] | ["help" | "-h" | "--help", ..] | [_, "-h" | "--help"] => {
             print!("{HELP}");
             return Ok(());
@@ -48,10 +53,16 @@ fn main() -> Result<()> {
         ["web"] => web_package(&mut steps, web::Size::Small, web::Warnings::Shown),
         ["web", "--fast"] => web_package(&mut steps, web::Size::Fast, web::Warnings::Shown),
         ["browser"] => browser_tests(&mut steps),
-        ["bench"] => {
-            steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
-            steps.run("bench", "7 min, and 4 min to build", bench::run);
-        }
+        ["bench", options @ ..] => match bench::Options::parse(options) {
+            Ok(options) => {
+                steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
+                steps.run("bench", "12 min, and 4 min to build", || bench::run(&options));
+            }
+            Err(error) => {
+                eprintln!("error: {error}\nhint: cargo xtask bench --help lists tables and options");
+                std::process::exit(2);
+            }
+        },
         ["goldens"] => steps.run("goldens", "3 min", || {
             step::check(cargo(["test", "--workspace", "golden"]).env("MANYPASS_GOLDENS", "write"))
         }),

@@ -234,6 +234,9 @@ pub struct BenchArgs {
     /// Stop after this many milliseconds, whatever the count.
     #[arg(long, value_name = "MS")]
     pub budget_ms: Option<f64>,
+    /// Draw the first frame alone, for what takes minutes: neither passes are timed nor pairs counted.
+    #[arg(long, conflicts_with_all = ["count", "budget_ms"])]
+    pub first_frame: bool,
     /// Write the last frame here.
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,

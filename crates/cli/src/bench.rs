@@ -73,24 +73,11 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         renderer.wait();
         Ok(ms_since(start))
     };
-    frame(&mut renderer)?;
+    let first_frame_ms = frame(&mut renderer)?;
     let first_ms = ms_since(started);
-    // Later frames find that the lists of lights are still right.
-    let culling_ms = renderer.stats().culling_ms;
-
-    // The budget is for what comes after the first frame; a quarter of it at most warms up.
-    let budget_ms = args.budget_ms.unwrap_or(f64::INFINITY);
-    let measured = Instant::now();
-    for _ in 0..WARM_UP_FRAMES {
-        if ms_since(measured) >= 0.25 * budget_ms {
-            break;
-        }
-        frame(&mut renderer)?;
-    }
-    let mut frames_ms = Vec::new();
-    while frames_ms.is_empty() || (frames_ms.len() < args.count as usize && ms_since(measured) < budget_ms) {
-        frames_ms.push(frame(&mut renderer)?);
-    }
+    // Later frames find that the lists of lights and the shadow maps are still right.
+    let first = renderer.stats();
+    let frames_ms = if args.first_frame { Vec::new() } else { frames_after_the_first(args, || frame(&mut renderer))? };
     let stats = renderer.stats();
     let shadows = shadow_numbers(&renderer, &scene);
     if let Some(path) = &args.png {
@@ -98,9 +85,15 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
         atomic::write_file(path, &bytes).map_err(write_failure)?;
     }
-    let pass_times = renderer.pass_times(&scene, &request).map_err(failed)?;
-    let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
-    let over = (pairs.pairs_in_range > 0).then(|| pairs.pairs_visited as f64 / pairs.pairs_in_range as f64);
+    let (pass_times, pairs) = if args.first_frame {
+        (Vec::new(), None)
+    } else {
+        let pass_times = renderer.pass_times(&scene, &request).map_err(failed)?;
+        (pass_times, Some(renderer.count_pairs(&scene, &request).map_err(failed)?))
+    };
+    let over = pairs
+        .filter(|pairs| pairs.pairs_in_range > 0)
+        .map(|pairs| pairs.pairs_visited as f64 / pairs.pairs_in_range as f64);
     let adapter = &renderer.gpu().adapter;
     let info = json!({
         "adapter": adapter.name,
@@ -117,33 +110,36 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "light_draws": stats.light_draws,
         "written_bytes": stats.written_bytes,
         "triangles": stats.triangles,
-        "culling_ms": culling_ms,
+        "culling_ms": first.culling_ms,
         "list_entries": stats.list_entries,
         "light_lists_made": stats.light_lists_made,
         "shadows": shadows,
+        "shadow_tiles_drawn_first": first.shadow_tiles_drawn,
         "bind_groups_made": stats.bind_groups_made,
         "bundles_executed": stats.bundles_executed,
         "pipelines_made": stats.pipelines_made,
         "uploaded_bytes": stats.uploaded_bytes,
-        "pairs_visited": pairs.pairs_visited,
-        "pairs_shaded": pairs.pairs_shaded,
-        "pairs_in_range": pairs.pairs_in_range,
-        "pairs_passed_over": pairs.pairs_passed_over,
+        "pairs_visited": pairs.map(|pairs| pairs.pairs_visited),
+        "pairs_shaded": pairs.map(|pairs| pairs.pairs_shaded),
+        "pairs_in_range": pairs.map(|pairs| pairs.pairs_in_range),
+        "pairs_passed_over": pairs.map(|pairs| pairs.pairs_passed_over),
         "visited_over_in_range": over,
         "texture_bytes": stats.texture_bytes,
         "texture_bytes_unaliased": stats.texture_bytes_unaliased,
         "passes": pass_times,
+        "first_frame_ms": first_frame_ms,
         "load_ms": load_ms,
         "upload_ms": upload_ms,
     });
     if !args.json {
-        let (median, min, max) = summary(&frames_ms);
+        let shown_ms = if args.first_frame { &vec![first_frame_ms] } else { &frames_ms };
+        let (median, min, max) = summary(shown_ms);
         print(&format!(
             "{} at {width}x{height} on {}\nframes: {}, median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
              after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n",
             input.name(),
             adapter.name,
-            frames_ms.len(),
+            shown_ms.len(),
             stats.lights,
             stats.draws,
             stats.triangles,
@@ -151,6 +147,26 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     }
     let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });
     print(&format!("{line}\n"))
+}
+
+/// The times of the frames after the first, in milliseconds. The budget is for all of them; a quarter of it at most warms up.
+fn frames_after_the_first(
+    args: &BenchArgs,
+    mut frame: impl FnMut() -> Result<f64, Failure>,
+) -> Result<Vec<f64>, Failure> {
+    let budget_ms = args.budget_ms.unwrap_or(f64::INFINITY);
+    let measured = Instant::now();
+    for _ in 0..WARM_UP_FRAMES {
+        if ms_since(measured) >= 0.25 * budget_ms {
+            break;
+        }
+        frame()?;
+    }
+    let mut frames_ms = Vec::new();
+    while frames_ms.is_empty() || (frames_ms.len() < args.count as usize && ms_since(measured) < budget_ms) {
+        frames_ms.push(frame()?);
+    }
+    Ok(frames_ms)
 }
 
 /// What `bench` begins with: the scene's own lights alone, and radiance as it is.

@@ -267,6 +267,23 @@ fn bench_ends_with_a_line_of_json() {
 }
 
 #[test]
+fn bench_of_the_first_frame_draws_it_and_measures_nothing_else() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("bench-first");
+    let shadowed = ["--set", "shadows.enabled=true", "--set", "shadows.maps=40", "--json"];
+    let first = ["bench", "demo:hall", "--size", "64x36", "--first-frame", "--png", "b.png"];
+    let value = json(&run_in(&folder, &[&first[..], &shadowed[..]].concat()).expect(0).text());
+    assert_eq!(value["frames"].as_array().map(Vec::len), Some(0));
+    let info = &value["info"];
+    assert!(info["first_frame_ms"].as_f64() > Some(0.0) && info["pairs_visited"].is_null(), "{info}");
+    assert!(info["shadow_tiles_drawn_first"].as_u64() > Some(4), "{info}");
+    assert_eq!(info["shadow_tiles_drawn_first"], info["shadows"]["tiles_drawn"], "the first frame is the last");
+    assert_eq!(picture(&folder.join("b.png")).dimensions(), (64, 36));
+}
+
+#[test]
 fn graphs_print_in_every_format() {
     if !has_adapter() {
         return;

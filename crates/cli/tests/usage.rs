@@ -69,6 +69,7 @@ fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
         (&["bench", "a.glb", "--png", "-"], "--png FILE.png"),
         (&["bench", "a.glb", "--count", "0"], "--count"),
         (&["bench", "a.glb", "--budget-ms", "0"], "--budget-ms"),
+        (&["bench", "a.glb", "--first-frame", "--count", "3"], "--first-frame"),
         (&["graph", "a.glb", "--format", "dot"], "mermaid"),
     ];
     for (args, part) in wrong {

@@ -230,8 +230,7 @@ fn sum_at(x: u32, y: u32, lights: &[Light]) -> Vec3 {
         for channel in 0..3 {
             let fresnel = f0[channel] + (1.0 - f0[channel]) * (1.0 - dot(to_eye, halfway)).powi(5);
             let compensation = 1.0 + 0.5 * f0[channel] * roughness;
-            let reflected =
-                (1.0 - fresnel) * albedo[channel] / PI + fresnel * distribution * visibility * compensation;
+            let reflected = (1.0 - fresnel) * albedo[channel] / PI + fresnel * distribution * visibility * compensation;
             radiance[channel] += reflected * n_dot_l * f64::from(color[channel]) * window / distance_squared;
         }
     }

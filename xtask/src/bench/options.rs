@@ -1,0 +1,163 @@
+//! What `cargo xtask bench` is asked for.
+
+use std::path::PathBuf;
+
+/// What `cargo xtask bench --help` prints.
+pub(crate) const HELP: &str = "\
+Usage: cargo xtask bench [OPTIONS]
+
+Measures what frames cost, as ratios within one run: what is compared takes turns, and the least median of the turns counts.
+Times of different machines, or of different runs, are not to be compared.
+
+Tables:
+  graph     the frame graph, and a frame of 10,000 nodes, outside the adapter
+  ways      ways of lighting by numbers of lights, each as a ratio to the cheapest, with draws, pairs and bytes
+  shadows   the same with every tenth light shadowed, with shadowed lights and shadow maps drawn
+  fields    the demo and the fields of lights: the pass `direct` against the limit, which is a bare loop over lights
+            measured in the same run (`cargo bench -p manypass --bench limit`), and the frame against forward and brute force
+  textures  memory of the textures of a frame of 1920x1080
+  baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
+
+A cell counts only if its picture is that of brute force, which visits every light for every pixel. Otherwise it says
+DIFFERS, and the command fails at its end. Light by vertices (gouraud) is another picture, which is not compared.
+
+Options:
+  --only TABLES       run these tables alone, with commas between them
+  --lights NUMBERS    only fields of so many lights, with commas between them [default: 16,64,256,1024,4096,10000]
+  --markdown FILE     write the tables to FILE, too, with machine, adapter and date
+  --baseline PROGRAM  run the table baseline against another build of manypass; alone, unless --only names other tables, too
+  --program PROGRAM   measure this build of manypass; otherwise the release build, which is made first
+
+All tables take about 12 minutes on two cores with a software adapter, and 4 more to build.
+The fields of lights lie in MANYPASS_ASSETS, else beside the repository in shared/assets.
+";
+
+/// The numbers of lights of the fields.
+pub(super) const LIGHTS: [usize; 6] = [16, 64, 256, 1024, 4096, 10_000];
+
+/// A table that can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TableName {
+    Graph,
+    Ways,
+    Shadows,
+    Fields,
+    Textures,
+    Baseline,
+}
+
+impl TableName {
+    const ALL: [(&str, Self); 6] = [
+        ("graph", Self::Graph),
+        ("ways", Self::Ways),
+        ("shadows", Self::Shadows),
+        ("fields", Self::Fields),
+        ("textures", Self::Textures),
+        ("baseline", Self::Baseline),
+    ];
+
+    fn parse(name: &str) -> Result<Self, String> {
+        let found = Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, table)| *table);
+        found.ok_or_else(|| {
+            format!("no table is called `{name}`; there are {}", Self::ALL.map(|(name, _)| name).join(", "))
+        })
+    }
+}
+
+/// What `cargo xtask bench` is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Options {
+    pub tables: Vec<TableName>,
+    pub lights: Vec<usize>,
+    pub markdown: Option<PathBuf>,
+    pub baseline: Option<PathBuf>,
+    /// None for the release build, which is made first.
+    pub program: Option<PathBuf>,
+}
+
+impl Options {
+    /// Reads the words after `bench`.
+    ///
+    /// # Errors
+    /// What is wrong with them, in one sentence.
+    pub fn parse(words: &[&str]) -> Result<Self, String> {
+        let (mut only, mut lights) = (None, LIGHTS.to_vec());
+        let (mut markdown, mut baseline, mut program) = (None, None, None);
+        let mut words = words.iter();
+        while let Some(&word) = words.next() {
+            let (name, value) = match word.split_once('=') {
+                Some((name, value)) => (name, Some(value)),
+                None => (word, None),
+            };
+            let known = ["--only", "--lights", "--markdown", "--baseline", "--program"];
+            if !known.contains(&name) {
+                return Err(format!("bench does not know `{word}`"));
+            }
+            let value = value.or_else(|| words.next().copied()).ok_or_else(|| format!("{name} needs a value"))?;
+            match name {
+                "--only" => only = Some(value.split(',').map(TableName::parse).collect::<Result<Vec<_>, _>>()?),
+                "--lights" => lights = value.split(',').map(number_of_lights).collect::<Result<Vec<_>, _>>()?,
+                "--markdown" => markdown = Some(PathBuf::from(value)),
+                "--baseline" => baseline = Some(PathBuf::from(value)),
+                _ => program = Some(PathBuf::from(value)),
+            }
+        }
+        use TableName::{Baseline, Fields, Graph, Shadows, Textures, Ways};
+        let tables = match (only, &baseline) {
+            (Some(only), _) => only,
+            (None, Some(_)) => vec![Baseline],
+            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures],
+        };
+        if tables.contains(&Baseline) != baseline.is_some() {
+            return Err("the table baseline and --baseline PROGRAM need each other".into());
+        }
+        Ok(Self { tables, lights, markdown, baseline, program })
+    }
+}
+
+fn number_of_lights(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number| LIGHTS.contains(number));
+    number.ok_or_else(|| format!("there is no field of `{text}` lights; there are {LIGHTS:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_read_in_both_forms() {
+        let words = ["--only", "ways,fields", "--lights=16,1024", "--markdown", "a.md", "--program=x/manypass"];
+        let expected = Options {
+            tables: vec![TableName::Ways, TableName::Fields],
+            lights: vec![16, 1024],
+            markdown: Some("a.md".into()),
+            baseline: None,
+            program: Some("x/manypass".into()),
+        };
+        assert_eq!(Options::parse(&words), Ok(expected));
+    }
+
+    #[test]
+    fn a_baseline_is_measured_alone_unless_other_tables_are_named() {
+        let tables = |words: &[&str]| Options::parse(words).map(|options| options.tables);
+        assert_eq!(tables(&["--baseline", "old"]), Ok(vec![TableName::Baseline]));
+        let both = tables(&["--baseline", "old", "--only", "baseline,ways"]);
+        assert_eq!(both, Ok(vec![TableName::Baseline, TableName::Ways]));
+        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(5));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        for (words, said) in [
+            (&["--only", "wais"][..], "wais"),
+            (&["--only"], "needs a value"),
+            (&["--lights", "17"], "17"),
+            (&["--fast"], "--fast"),
+            (&["--only", "baseline"], "--baseline PROGRAM"),
+            (&["--baseline", "old", "--only", "ways"], "--baseline PROGRAM"),
+        ] {
+            let error = Options::parse(words).expect_err("wrong options");
+            assert!(error.contains(said), "{words:?}: {error}");
+        }
+    }
+}
