@@ -37,6 +37,14 @@ impl Limit {
         })
     }
 
+    /// The lesser of two measurements, by what they say of a million pairs: other work only makes frames slower.
+    pub fn or_less(self, other: Option<Self>) -> Self {
+        match other {
+            Some(other) if other.ms(1e6, PIXELS) < self.ms(1e6, PIXELS) => other,
+            _ => self,
+        }
+    }
+
     /// What so many pairs of pixel and light would cost, in a frame of so many pixels.
     pub fn ms(&self, pairs: f64, pixels: f64) -> f64 {
         1e-6 * self.ns_per_pair * pairs + self.fixed_ms * pixels / PIXELS
@@ -55,5 +63,13 @@ mod tests {
         assert!((limit.ms(3e6, PIXELS) - 14.0).abs() < 1e-9);
         assert!((limit.ms(0.0, 0.25 * PIXELS) - 0.5).abs() < 1e-9);
         assert!(Limit::parse(&json!({ "ns_per_pair": 4.0 })).is_err());
+    }
+
+    #[test]
+    fn the_lesser_of_two_limits_counts() {
+        let limit = |ns_per_pair, fixed_ms| Limit { adapter: "a".into(), ns_per_pair, fixed_ms };
+        assert_eq!(limit(4.0, 2.0).or_less(None), limit(4.0, 2.0));
+        assert_eq!(limit(4.0, 2.0).or_less(Some(limit(6.0, 0.5))), limit(4.0, 2.0));
+        assert_eq!(limit(4.0, 2.0).or_less(Some(limit(4.1, 1.6))), limit(4.1, 1.6));
     }
 }

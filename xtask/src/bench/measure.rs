@@ -108,15 +108,26 @@ impl Measurements {
         let open: Vec<_> = ways.iter().filter(is_open).copied().collect();
         for turn in 0..TURNS {
             for &(way, effort) in open.iter().filter(|(_, effort)| turn == 0 || *effort == Effort::Frames) {
-                let measured = self.run(scene, way, effort).map_err(|error| format!("{error:#}"));
-                let slot = self.cells.entry((scene.name.clone(), way.name));
-                slot.and_modify(|cell| match (cell, &measured) {
-                    (Ok(cell), Ok(measured)) => cell.take_least(measured),
-                    (cell, _) => *cell = measured.clone(),
-                })
-                .or_insert(measured);
+                self.measure(scene, way, effort);
             }
         }
+    }
+
+    /// One more turn of a cell.
+    pub fn measure_again(&mut self, scene: &Scene, way: &'static Way) {
+        self.measure(scene, way, Effort::Frames);
+    }
+
+    fn measure(&mut self, scene: &Scene, way: &'static Way, effort: Effort) {
+        let measured = self.run(scene, way, effort).map_err(|error| format!("{error:#}"));
+        let slot = self.cells.entry((scene.name.clone(), way.name));
+        slot.and_modify(|cell| match (cell, &measured) {
+            (Ok(cell), Ok(measured)) => cell.take_least(measured),
+            // A turn that failed is not made good by another.
+            (Err(_), Ok(_)) => (),
+            (cell, Err(error)) => *cell = Err(error.clone()),
+        })
+        .or_insert(measured);
     }
 
     fn run(&self, scene: &Scene, way: &Way, effort: Effort) -> Result<Cell> {

@@ -16,6 +16,7 @@ pub(crate) use options::{HELP, Options, TableName};
 
 use crate::step::{cargo, check, output_of, root};
 use anyhow::{Context, Result, ensure};
+use limit::Limit;
 use machine::Machine;
 use manypass_testkit::needs;
 use measure::{Measurements, Scene};
@@ -31,6 +32,7 @@ struct Bench<'a> {
     measurements: Measurements,
     report: Report,
     failures: Vec<String>,
+    limit: Option<Limit>,
 }
 
 /// Measures what the options name.
@@ -49,7 +51,11 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let folder = root().join("target/bench");
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let measurements = Measurements::new(program, folder);
-    let mut bench = Bench { options, measurements, report: Report::default(), failures: Vec::new() };
+    let mut bench = Bench { options, measurements, report: Report::default(), failures: Vec::new(), limit: None };
+    if options.tables.contains(&TableName::Fields) {
+        let limit = bench.measure_limit()?;
+        println!("\nThe limit of lighting: {:.2} ns a pair of pixel and light on {}", limit.ns_per_pair, limit.adapter);
+    }
     for table in &options.tables {
         if let Err(error) = bench.print(*table) {
             bench.failures.push(format!("{table:?}: {error:#}"));
@@ -81,6 +87,13 @@ impl Bench<'_> {
     /// Whether a program was named, which need not be a release build.
     const fn is_trial(&self) -> bool {
         self.options.program.is_some()
+    }
+
+    /// Measures the limit once more; the least until now.
+    fn measure_limit(&mut self) -> Result<Limit> {
+        let limit = Limit::measure(self.is_trial())?.or_less(self.limit.take());
+        self.limit = Some(limit.clone());
+        Ok(limit)
     }
 
     /// The fields that are on this machine, of the numbers of lights that were asked for.

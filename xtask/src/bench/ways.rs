@@ -29,11 +29,15 @@ impl State<'_> {
             Self::Failed => "FAILED".into(),
             Self::Differs => "DIFFERS".into(),
             Self::Measured { cell, .. } => {
-                let about = if cell.is_first_frame { "~" } else { "" };
-                format!("{about}{} ({})", ratio(cell.median_ms / cheapest_ms), milliseconds(cell.median_ms))
+                format!("{}{} ({})", about(cell), ratio(cell.median_ms / cheapest_ms), milliseconds(cell.median_ms))
             }
         }
     }
+}
+
+/// Marks what is of the first frame, with all that is made once.
+const fn about(cell: &Cell) -> &'static str {
+    if cell.is_first_frame { "~" } else { "" }
 }
 
 /// Prints the table of times and that of counters.
@@ -58,8 +62,8 @@ pub(super) fn print(bench: &mut Bench, is_shadowed: bool) -> Result<()> {
     }
     bench.report.note(
         "`none` visits every light for every pixel; a cell counts only if its picture is that of `none`, but for `gouraud`, \
-         whose picture is another one: its ratio is that to the cheapest of the others. `~`: the first frame alone, with what is \
-         made once. `-`: left out, because it takes minutes.",
+         whose picture is another one: its ratio is that to the cheapest of the others. `~`: the first frame alone, with all that \
+         is made once. `-`: left out, because it takes minutes.",
     );
     columns.truncate(1);
     columns.extend(WAYS.iter().map(|way| (way.name, 10)));
@@ -77,7 +81,7 @@ pub(super) fn print(bench: &mut Bench, is_shadowed: bool) -> Result<()> {
     }
     bench.report.note(
         "Draws are those of surfaces + those that only light. Pairs are visited pairs of pixel and light, in millions; those of \
-         forward paths, of single frames and at vertices are not counted. MB are written, if each pass covers its targets once; \
+         forward paths, of first frames (~) and at vertices are not counted. MB are written, if each pass covers its targets once; \
          volumes blend 8 bytes a pair.",
     );
     if is_shadowed {
@@ -123,7 +127,7 @@ type Counter = (&'static str, fn(&Cell, &Way, &Scene) -> String);
 const COUNTERS: [Counter; 3] = [("draws", draws), ("pairs, M", pairs), ("MB", megabytes)];
 
 fn draws(cell: &Cell, _: &Way, _: &Scene) -> String {
-    format!("{}+{}", cell.number("draws"), cell.number("light_draws"))
+    format!("{}{}+{}", about(cell), cell.number("draws"), cell.number("light_draws"))
 }
 
 fn pairs(cell: &Cell, way: &Way, _: &Scene) -> String {
@@ -133,7 +137,7 @@ fn pairs(cell: &Cell, way: &Way, _: &Scene) -> String {
 /// Volumes are counted as one that covers the picture; it gives way to what they cover.
 fn megabytes(cell: &Cell, way: &Way, scene: &Scene) -> String {
     let blended = if way.blends_pairs { 8.0 * (cell.number("pairs_visited") - scene.pixels()) } else { 0.0 };
-    milliseconds(1e-6 * (cell.number("written_bytes") + blended))
+    about(cell).to_owned() + &milliseconds(1e-6 * (cell.number("written_bytes") + blended))
 }
 
 /// What was shadowed, and how many maps were drawn for it, first and later.
