@@ -8,12 +8,16 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 /// How often everything that is compared is measured in turn. The least median counts: other work only makes frames slower.
 const TURNS: usize = 2;
 /// The frames of a turn at most, and the milliseconds after which no more are begun.
 const FRAMES: &str = "10";
 const BUDGET_MS: &str = "1000";
+/// What took longer in its first turn, with the start of the program, has no other: long times vary less, and few of them would
+/// take most of the run.
+const LONG_TURN: Duration = Duration::from_secs(6);
 
 /// What is drawn.
 #[derive(Clone, Debug)]
@@ -105,11 +109,13 @@ impl Measurements {
         let is_open = |(way, effort): &&(&'static Way, Effort)| {
             *effort != Effort::LeftOut && !self.cells.contains_key(&(scene.name.clone(), way.name))
         };
-        let open: Vec<_> = ways.iter().filter(is_open).copied().collect();
-        for turn in 0..TURNS {
-            for &(way, effort) in open.iter().filter(|(_, effort)| turn == 0 || *effort == Effort::Frames) {
+        let mut open: Vec<_> = ways.iter().filter(is_open).copied().collect();
+        for _ in 0..TURNS {
+            open.retain(|&(way, effort)| {
+                let started = Instant::now();
                 self.measure(scene, way, effort);
-            }
+                effort == Effort::Frames && started.elapsed() < LONG_TURN
+            });
         }
     }
 
@@ -186,8 +192,9 @@ pub(super) fn last_json(command: &mut Command) -> Result<Value> {
     let output = command.env("RUST_LOG", "off").output().with_context(|| format!("starting {command:?}"))?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
-        let last = said.lines().map(str::trim).filter(|line| !line.is_empty()).last().unwrap_or_default();
-        bail!("{command:?} ended with {}: {last}", output.status);
+        // A hint may follow the error, and the driver's words may come before it.
+        let error = said.lines().rfind(|line| line.starts_with("error")).unwrap_or(&said);
+        bail!("{command:?} ended with {}: {}", output.status, error.trim());
     }
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().rev().find(|line| line.starts_with('{'));

@@ -7,7 +7,7 @@ pub(crate) const HELP: &str = "\
 Usage: cargo xtask bench [OPTIONS]
 
 Measures what frames cost, as ratios within one run: what is compared takes turns, and the least median of the turns counts.
-Times of different machines, or of different runs, are not to be compared.
+What takes long has one turn. Times of different machines, or of different runs, are not to be compared.
 
 Tables:
   graph     the frame graph, and a frame of 10,000 nodes, outside the adapter

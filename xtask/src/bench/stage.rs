@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn every_tenth_light_is_a_caster_and_the_rest_of_the_file_stays() {
-        let lights = vec!["{\"type\":\"point\"}"; 12].join(",");
+        let lights = ["{\"type\":\"point\"}"; 12].join(",");
         let text = format!("{{\"extensions\":{{\"KHR_lights_punctual\":{{\"lights\":[{lights}]}}}}}}   ");
         let text = &text[..text.len() / 4 * 4];
         let rest = b"\x04\0\0\0BIN\0abcd";

@@ -69,8 +69,12 @@ static FORWARD_BATCHED: Way = Way {
     counts_pairs: false,
     ..Way::deferred("forward-batched", &["--path", "forward-batched"])
 };
-static GOURAUD: Way =
-    Way { judged: Judged::NotCompared, counts_pairs: false, ..Way::deferred("gouraud", &["--path", "gouraud"]) };
+static GOURAUD: Way = Way {
+    judged: Judged::NotCompared,
+    most_lights: (1024, usize::MAX),
+    counts_pairs: false,
+    ..Way::deferred("gouraud", &["--path", "gouraud"])
+};
 /// Every pixel visits every light. All others are held against its picture, so that it is never left out.
 pub(super) static BRUTE_FORCE: Way =
     Way { most_lights: (64, usize::MAX), ..Way::deferred("none", &["--light-culling", "none"]) };
