@@ -176,7 +176,10 @@ impl LightChange {
         let name = self.names.value.text();
         let fault = |message: String| Err(source.fault(self.names.range.clone(), message));
         match (self.radius_m.map(|_| "radius_m").or(self.range_m.map(|_| "range_m")), self.tangent) {
-            (Some(key), _) if !has_other => fault(format!("`{name}` is directional light, which has no `{key}`")),
+            (Some(key), _) if !has_other => {
+                let remedy = if key == "radius_m" { ": give it `angle_deg`" } else { "" };
+                fault(format!("`{name}` is directional light, which has no `{key}`{remedy}"))
+            }
             (_, Some(_)) if !has_directional => fault(format!("`{name}` is no directional light: give it `radius_m`")),
             _ => Ok(()),
         }
