@@ -29,12 +29,15 @@ pub use volumes::BALL_CORNER;
 pub use volumes::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep};
 
 use crate::colour::finite_product;
-use crate::constants::TEXELS_PER_LIGHT;
+use crate::constants::{LIGHTS_PER_ROW, TEXELS_PER_LIGHT};
 use glam::{Vec3, Vec4};
 use manypass_scene::{LightKind, NodeId, Scene};
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub use manypass_scene::light::LIGHTS_MAX;
+
+// Shaders find a light's column in the low byte of its index, and its row in the high one.
+const _: () = assert!(LIGHTS_PER_ROW == 256);
 
 /// What one light of a table is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,9 @@
 
 import package::view::{view, direction_to_eye_world};
 import package::shaders::fog::{FogRay, fog, fog_ray, fog_density_per_m, optical_depth, distance_at_depth, ray_length_m};
-import package::shaders::light_table::{cluster_at, cluster_grid, cluster_light_at, light_part, table_rows};
+import package::shaders::light_table::{
+    cluster_at, cluster_grid, cluster_light_at, light_part, light_place, table_rows,
+};
 @if(shadowed) import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air};
 
 // Nearer than this a ray does not pass a light, in metres: a place has no size.
@@ -38,19 +40,19 @@ fn phase(cos_turn: f32) -> f32 {
 
 // A directional light, at a place that stands for `lost` of what fog takes.
 fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
-    let rows = table_rows();
-    var irradiance = light_part(index, 1.0, rows).rgb;
-    let to_light = -light_part(index, 2.0, rows).xyz;
+    let at = light_place(index, table_rows());
+    var irradiance = light_part(at, 1.0).rgb;
+    let to_light = -light_part(at, 2.0).xyz;
     @if(shadowed) {
-        irradiance *= directional_visibility_in_air(index, air.origin_world + air.direction_world * at_m);
+        irradiance *= directional_visibility_in_air(at, air.origin_world + air.direction_world * at_m);
     }
     return irradiance * (lost * phase(dot(to_light, air.direction_world)));
 }
 
 // A light at a place, over the part of the ray from `first_m` to `last_m`, of which the share `place` is looked at.
 fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) -> vec3f {
-    let rows = table_rows();
-    let source = light_part(index, 0.0, rows);
+    let at = light_place(index, table_rows());
+    let source = light_part(at, 0.0);
     let towards = source.xyz - air.origin_world;
     let middle_m = dot(towards, air.direction_world);
     let across = towards - middle_m * air.direction_world;
@@ -75,10 +77,10 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
     let to_light = (source.xyz - position_world) * inverseSqrt(distance_squared);
     let ratio_squared = distance_squared * source.w;
     var strength = clamp(1.0 - ratio_squared * ratio_squared, 0.0, 1.0) * opening / aside_m;
-    let color = light_part(index, 1.0, rows);
+    let color = light_part(at, 1.0);
     // Point lights have no cone.
     if color.w != 0.0 {
-        let axis = light_part(index, 2.0, rows);
+        let axis = light_part(at, 2.0);
         let cone = clamp(dot(axis.xyz, -to_light) * color.w + axis.w, 0.0, 1.0);
         strength *= cone * cone;
     }
@@ -88,7 +90,7 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
     strength *= phase(dot(to_light, air.direction_world)) * exp(-optical_depth(air.fog, at_m));
     strength *= fog_density_per_m(air.fog.height + air.fog.rise_per_m * at_m);
     @if(shadowed) {
-        strength *= punctual_visibility_in_air(index, source.xyz, position_world);
+        strength *= punctual_visibility_in_air(at, source.xyz, position_world);
     }
     return color.rgb * strength;
 }

@@ -37,11 +37,21 @@ fn table_rows() -> TableRows {
     return TableRows(1.0 / f32(textureDimensions(lights).y), 1.0 / f32(textureDimensions(cluster_lights).y));
 }
 
-// The texel `part` of a light.
-fn light_part(index: u32, part: f32, rows: TableRows) -> vec4f {
-    let column = f32(index % LIGHTS_PER_ROW) * f32(TEXELS_PER_LIGHT) + part + 0.5;
-    let uv = vec2f(column / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT), (f32(index / LIGHTS_PER_ROW) + 0.5) * rows.lights);
-    return textureSampleLevel(lights, nearest_clamp, uv, 0.0);
+// Where the first texel of a light lies in the table, or of a tile, in texture coordinates.
+fn light_place(index: u32, rows: TableRows) -> vec2f {
+    return place_of_bytes(vec2f(vec2u(index % LIGHTS_PER_ROW, index / LIGHTS_PER_ROW)), rows);
+}
+
+// The same of an index by its column and row, which are its low byte and what is above it.
+fn place_of_bytes(column_and_row: vec2f, rows: TableRows) -> vec2f {
+    let texel = 1.0 / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT);
+    return vec2f(column_and_row.x / f32(LIGHTS_PER_ROW) + 0.5 * texel, (column_and_row.y + 0.5) * rows.lights);
+}
+
+// The texel `part` of the light at a place.
+fn light_part(place: vec2f, part: f32) -> vec4f {
+    let offset = part / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT);
+    return textureSampleLevel(lights, nearest_clamp, vec2f(place.x + offset, place.y), 0.0);
 }
 
 // Where the list of a cluster begins and ends among all entries, and on the way the ends of its classes of lights: point
@@ -66,8 +76,18 @@ fn cluster_at(index: u32) -> ClusterList {
     );
 }
 
-fn cluster_light_at(entry: u32, rows: TableRows) -> u32 {
+// The low and the high byte of the index that an entry of a list holds.
+fn cluster_light_bytes(entry: u32, rows: TableRows) -> vec2f {
     let uv = vec2f((f32(entry % LIST_WIDTH) + 0.5) / f32(LIST_WIDTH), (f32(entry / LIST_WIDTH) + 0.5) * rows.lists);
-    let bytes = textureSampleLevel(cluster_lights, nearest_clamp, uv, 0.0).rg;
-    return u32(dot(bytes, vec2f(255.0, 255.0 * 256.0)) + 0.5);
+    return textureSampleLevel(cluster_lights, nearest_clamp, uv, 0.0).rg * 255.0;
+}
+
+// The place of the light that an entry of a list names. A row has as many lights as a byte has values, which spares its index.
+fn cluster_light_place(entry: u32, rows: TableRows) -> vec2f {
+    return place_of_bytes(cluster_light_bytes(entry, rows), rows);
+}
+
+// The index of the light that an entry of a list names.
+fn cluster_light_at(entry: u32, rows: TableRows) -> u32 {
+    return u32(dot(cluster_light_bytes(entry, rows), vec2f(1.0, 256.0)) + 0.5);
 }

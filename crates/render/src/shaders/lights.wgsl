@@ -4,7 +4,7 @@
 import package::view::view;
 import package::shaders::brdf::{Shading, brdf_times_n_dot_l};
 import package::shaders::light_table::{
-    TableRows, cluster_at, cluster_grid, cluster_light_at, light_part, table_rows,
+    TableRows, cluster_at, cluster_grid, cluster_light_place, light_part, light_place, table_rows,
 };
 @if(shadowed) import package::shaders::shadows::{directional_visibility, punctual_visibility};
 
@@ -32,19 +32,18 @@ fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
     return (slice * cluster_grid.size.y + tile.y) * cluster_grid.size.x + tile.x;
 }
 
-// Adds a light at a place. What is known of it when the shader is compiled spares others what it costs: whether it may have a
+// Adds a light at a place, which lies at `at` in the table. What is known of it when the shader is compiled spares others what it costs: whether it may have a
 // cone, and whether it may cast a shadow.
 // The falloff is that of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
 fn add_light(
-    index: u32,
+    at: vec2f,
     may_have_cone: bool,
     may_cast: bool,
     position_world: vec3f,
     shading: Shading,
-    rows: TableRows,
     sums: ptr<function, LightSums>,
 ) {
-    let place = light_part(index, 0.0, rows);
+    let place = light_part(at, 0.0);
     let towards = place.xyz - position_world;
     let distance_squared = dot(towards, towards);
     let ratio_squared = distance_squared * place.w;
@@ -52,18 +51,19 @@ fn add_light(
     (*sums).visited += 1.0;
     @if(counting) {
         let to_light = towards * inverseSqrt(max(distance_squared, 1e-12));
-        let axis = light_part(index, 2.0, rows);
-        let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(index, 1.0, rows).w > 0.0;
+        let axis = light_part(at, 2.0);
+        let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(at, 1.0).w > 0.0;
         (*sums).in_range += select(0.0, 1.0, is_in_cone & (ratio_squared <= 1.0));
     }
-    if (ratio_squared <= 1.0) & (normal_towards > 0.0) {
+    // In range, and before the surface, as one condition.
+    if min(1.0 - ratio_squared, normal_towards) > 0.0 {
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-12));
         let to_light = towards * inverse_distance;
-        let color = light_part(index, 1.0, rows);
+        let color = light_part(at, 1.0);
         var attenuation = (1.0 - ratio_squared * ratio_squared) * min(inverse_distance * inverse_distance, 1e6);
         if may_have_cone {
             // Point lights have a scale of 0 and an offset of 1.
-            let axis = light_part(index, 2.0, rows);
+            let axis = light_part(at, 2.0);
             let cone = clamp(axis.w - dot(axis.xyz, to_light) * color.w, 0.0, 1.0);
             attenuation *= cone * cone;
         }
@@ -71,7 +71,7 @@ fn add_light(
             (*sums).shaded += 1.0;
             @if(shadowed) {
                 if may_cast {
-                    attenuation *= punctual_visibility(index, place.xyz, position_world, shading.facet_normal);
+                    attenuation *= punctual_visibility(at, place.xyz, position_world, shading.facet_normal);
                 }
             }
             let reflected = brdf_times_n_dot_l(shading, to_light, normal_towards * inverse_distance);
@@ -88,7 +88,7 @@ fn punctual_radiance(
     rows: TableRows,
     sums: ptr<function, LightSums>,
 ) {
-    add_light(index, true, true, position_world, shading, rows, sums);
+    add_light(light_place(index, rows), true, true, position_world, shading, sums);
 }
 
 fn directional_radiance(
@@ -98,8 +98,9 @@ fn directional_radiance(
     rows: TableRows,
     sums: ptr<function, LightSums>,
 ) {
-    let color = light_part(index, 1.0, rows);
-    let to_light = -light_part(index, 2.0, rows).xyz;
+    let at = light_place(index, rows);
+    let color = light_part(at, 1.0);
+    let to_light = -light_part(at, 2.0).xyz;
     let n_dot_l = max(dot(shading.normal, to_light), 0.0);
     (*sums).visited += 1.0;
     (*sums).in_range += 1.0;
@@ -107,7 +108,7 @@ fn directional_radiance(
     var irradiance = color.rgb;
     @if(shadowed) {
         if n_dot_l > 0.0 {
-            irradiance *= directional_visibility(index, position_world, shading.facet_normal);
+            irradiance *= directional_visibility(at, position_world, shading.facet_normal);
         }
     }
     (*sums).radiance += brdf_times_n_dot_l(shading, to_light, n_dot_l) * irradiance;
@@ -142,34 +143,34 @@ fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shadin
     @if(shadowed) {
         if (light_classes & QUIET_POINTS) != 0u {
             for (; entry < list.quiet_points_end; entry++) {
-                add_light(cluster_light_at(entry, rows), false, false, position_world, shading, rows, &sums);
+                add_light(cluster_light_place(entry, rows), false, false, position_world, shading, &sums);
             }
         }
         if (light_classes & CASTING_POINTS) != 0u {
             for (; entry < list.points_end; entry++) {
-                add_light(cluster_light_at(entry, rows), false, true, position_world, shading, rows, &sums);
+                add_light(cluster_light_place(entry, rows), false, true, position_world, shading, &sums);
             }
         }
         if (light_classes & CASTING_SPOTS) != 0u {
             for (; entry < list.casters_end; entry++) {
-                add_light(cluster_light_at(entry, rows), true, true, position_world, shading, rows, &sums);
+                add_light(cluster_light_place(entry, rows), true, true, position_world, shading, &sums);
             }
         }
         if (light_classes & QUIET_SPOTS) != 0u {
             for (; entry < list.end; entry++) {
-                add_light(cluster_light_at(entry, rows), true, false, position_world, shading, rows, &sums);
+                add_light(cluster_light_place(entry, rows), true, false, position_world, shading, &sums);
             }
         }
     }
     @if(!shadowed) {
         if (light_classes & (QUIET_POINTS | CASTING_POINTS)) != 0u {
             for (; entry < list.points_end; entry++) {
-                add_light(cluster_light_at(entry, rows), false, false, position_world, shading, rows, &sums);
+                add_light(cluster_light_place(entry, rows), false, false, position_world, shading, &sums);
             }
         }
         if (light_classes & (CASTING_SPOTS | QUIET_SPOTS)) != 0u {
             for (; entry < list.end; entry++) {
-                add_light(cluster_light_at(entry, rows), true, false, position_world, shading, rows, &sums);
+                add_light(cluster_light_place(entry, rows), true, false, position_world, shading, &sums);
             }
         }
     }

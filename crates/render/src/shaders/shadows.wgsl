@@ -5,7 +5,7 @@
 // Spaces of tiles: see `shadows/projection.rs`.
 
 import package::view::view;
-import package::shaders::light_table::{cluster_grid, light_part, nearest_clamp, table_rows};
+import package::shaders::light_table::{cluster_grid, light_part, light_place, nearest_clamp, table_rows};
 
 @group(0) @binding(9) var shadow_atlas: texture_depth_2d;
 @group(0) @binding(10) var shadow_compare: sampler_comparison;
@@ -44,13 +44,8 @@ struct ShadowPoint {
 }
 
 fn shadow_tile(index: u32) -> ShadowTile {
-    let rows = table_rows();
-    return ShadowTile(
-        light_part(index, 0.0, rows),
-        light_part(index, 1.0, rows),
-        light_part(index, 2.0, rows),
-        light_part(index, 3.0, rows),
-    );
+    let at = light_place(index, table_rows());
+    return ShadowTile(light_part(at, 0.0), light_part(at, 1.0), light_part(at, 2.0), light_part(at, 3.0));
 }
 
 fn in_tile(tile: ShadowTile, position_world: vec3f) -> vec3f {
@@ -189,9 +184,9 @@ fn cube_face(away: vec3f) -> u32 {
     return axis * 2u + select(0u, 1u, along < 0.0);
 }
 
-// The share of the light `index` that reaches a surface.
-fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = light_part(index, 3.0, table_rows());
+// The share of the light whose place in the table is `at` that reaches a surface.
+fn punctual_visibility(at: vec2f, light_position: vec3f, position_world: vec3f, normal: vec3f) -> f32 {
+    let shadow = light_part(at, 3.0);
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -204,10 +199,10 @@ fn punctual_visibility(index: u32, light_position: vec3f, position_world: vec3f,
     return tile_visibility(tile, position_world, normal, shadow.z, 1.0);
 }
 
-// The share of the directional light `index` that reaches a surface: by the first of its cascades that shows it, and
+// The share of the directional light whose place in the table is `at` that reaches a surface: by the first of its cascades that shows it, and
 // where that ends, more and more by the next.
-fn directional_visibility(index: u32, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = light_part(index, 3.0, table_rows());
+fn directional_visibility(at: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
+    let shadow = light_part(at, 3.0);
     let count = u32(shadow.y);
     var visibility = 0.0;
     var left = 1.0;
@@ -245,9 +240,9 @@ fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: 
     return shadow_tap(tile, point, vec2f(0.0), texels);
 }
 
-// The share of the light `index` that gets to a place in the air.
-fn punctual_visibility_in_air(index: u32, light_position: vec3f, position_world: vec3f) -> f32 {
-    let shadow = light_part(index, 3.0, table_rows());
+// The share of the light whose place in the table is `at` that gets to a place in the air.
+fn punctual_visibility_in_air(at: vec2f, light_position: vec3f, position_world: vec3f) -> f32 {
+    let shadow = light_part(at, 3.0);
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -259,9 +254,9 @@ fn punctual_visibility_in_air(index: u32, light_position: vec3f, position_world:
     return tile_visibility_in_air(tile, position_world, 1.0);
 }
 
-// The share of the directional light `index` that gets to a place in the air: by the first of its cascades that shows it.
-fn directional_visibility_in_air(index: u32, position_world: vec3f) -> f32 {
-    let shadow = light_part(index, 3.0, table_rows());
+// The share of the directional light whose place in the table is `at` that gets to a place in the air: by the first of its cascades that shows it.
+fn directional_visibility_in_air(at: vec2f, position_world: vec3f) -> f32 {
+    let shadow = light_part(at, 3.0);
     let count = u32(shadow.y);
     for (var i = 0u; i < count; i++) {
         let tile = shadow_tile(u32(shadow.x) + i);

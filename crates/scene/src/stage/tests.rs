@@ -90,7 +90,11 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("[[lights]]\nintensity = 3", "2:1: error: a light needs `kind` if it is new", ""),
     ("[[lights]]\nname = \"Lamp\"\nposition = [0, 0, 0]", "4:12: error: `position` is of new lights", ""),
     ("[[lights]]\nname = \"Lampe\"", "3:8: error: the model has no light called `Lampe`; did you mean `Lamp`?", ""),
-    ("[[lights]]\nname = \"Sun\"\nradius_m = 1", "3:8: error: `Sun` is directional light, which has no `radius_m`: give it `angle_deg`", ""),
+    (
+        "[[lights]]\nname = \"Sun\"\nradius_m = 1",
+        "3:8: error: `Sun` is directional light, which has no `radius_m`: give it `angle_deg`",
+        "",
+    ),
     ("[[lights]]\nname = \"Lamp\"\nangle_deg = 1", "3:8: error: `Lamp` is no directional light", ""),
     ("[[nodes]]\ncast_shadow = true", "2:1: error: `name` is missing", ""),
     ("[[nodes]]\nname = \"floor\"\ncast_shadow = true", "3:8: error: the model has no node called `floor`", "`Floor`"),
