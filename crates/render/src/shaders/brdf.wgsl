@@ -44,7 +44,6 @@ fn set_lamp_terms(shading: ptr<function, Shading>) {
     (*shading).specular_grazing = specular - (*shading).specular;
 }
 
-
 // The exponent of Blinn-Phong whose highlight is as wide as that of a roughness (Walter et al. 2007, for Beckmann's distribution).
 fn blinn_phong_exponent(roughness_alpha: f32) -> f32 {
     return 2.0 / (roughness_alpha * roughness_alpha) - 2.0;
