@@ -311,7 +311,7 @@ fn what_opts_out_and_what_glows_around_the_light_casts_nothing() {
         builder.finish()
     };
     type Change = (&'static str, fn(&mut SceneBuilder), bool);
-    let changes: [Change; 7] = [
+    let changes: [Change; 8] = [
         ("all of them cast", |_| (), true),
         ("the node does not", |builder| builder.scene.nodes[2].casts_shadow = false, false),
         ("the material does not", |builder| builder.scene.materials[1].casts_shadow = false, false),
@@ -326,15 +326,27 @@ fn what_opts_out_and_what_glows_around_the_light_casts_nothing() {
             },
             false,
         ),
+        (
+            "what glows around it does not where it is smaller than the light",
+            |builder| {
+                builder.scene.materials[1].emissive_factor = Vec3::ONE;
+                builder.scene.nodes[2].translation.y = 3.0;
+                builder.scene.lights[0].radius_m = 1.5;
+            },
+            false,
+        ),
     ];
+    // With several the light shines from other points than its middle, and a shadow of any of them counts.
+    let has_size = |scene: &Scene| scene.lights[0].radius_m > 0.0;
     for (name, change, casts) in changes {
         let scene = scene(change);
         let world = world_of(&scene);
-        let (frame, found) = (surfaces(&world), shares(&scene, &request(&scene), 1));
+        let (frame, found) = (surfaces(&world), shares(&scene, &request(&scene), if has_size(&scene) { 4 } else { 1 }));
+        let most = if has_size(&scene) { 0.95 } else { 0.5 };
         let floor = |pixel: &usize| frame.object_id[*pixel] == 2;
         let pixels = inner_pixels(&frame.object_id, (frame.width, frame.height));
         let dark =
-            pixels.iter().filter(|pixel| floor(pixel) && found[**pixel].is_some_and(|share| share < 0.5)).count();
+            pixels.iter().filter(|pixel| floor(pixel) && found[**pixel].is_some_and(|share| share < most)).count();
         println!("{name}: {dark} pixels in shadow");
         assert_eq!(dark > 100, casts, "{name}: {dark} pixels in shadow");
     }

@@ -40,9 +40,9 @@ impl<'w> Casters<'w> {
         Self { world, version, sample_index, deformation: OnceCell::new() }
     }
 
-    /// Those around a light that reaches `range_m`. What emits light and has the light within its bounds is none: it is the
-    /// bulb that the light stands for.
-    pub fn around(&self, position: Vec3, range_m: f32) -> OfLight {
+    /// Those around a light that reaches `range_m` from one of its points. What emits light and has the light's middle within
+    /// its bounds is none: it is the bulb that the light stands for.
+    pub fn around(&self, position: Vec3, middle: Vec3, range_m: f32) -> OfLight {
         let is_near = |bounds: &Aabb| {
             let nearest = position.clamp(bounds.min, bounds.max);
             nearest.distance_squared(position) <= range_m * range_m
@@ -50,8 +50,9 @@ impl<'w> Casters<'w> {
         let mut of_light = OfLight::default();
         self.each(is_near, |index, item| {
             let bounds = &item.bounds_world;
-            let encloses = position.cmpge(bounds.min).all() && position.cmple(bounds.max).all();
-            if item.emits && encloses {
+            let holds = |place: Vec3| place.cmpge(bounds.min).all() && place.cmple(bounds.max).all();
+            let encloses = holds(position);
+            if item.emits && holds(middle) {
                 of_light.is_in_emitter = true;
             } else {
                 of_light.items.push(Caster { item: index, encloses });

@@ -51,9 +51,11 @@ impl Dealing {
         self.frames > 1
     }
 
-    /// The light as this frame's shadows have it: at one of its points.
+    /// The light as this frame's shadows have it: at one of its points. Where every frame stands for itself the first has it
+    /// in its middle: it may be all that is seen.
     pub fn moved(&self, light: &TableLight) -> TableLight {
-        if !self.moves() || light.radius_m <= 0.0 {
+        let is_first_of_all = self.rounds.is_none() && self.frame == 0;
+        if !self.moves() || is_first_of_all || light.radius_m <= 0.0 {
             return *light;
         }
         let [a, b, c] = self.point(light.node.0);
@@ -216,7 +218,7 @@ mod tests {
         };
         let (frames, mut inner) = (4000, [0u32; 3]);
         for frame in 0..frames {
-            let place = Dealing { frame, frames, rounds: None }.moved(&light).position;
+            let place = Dealing { frame, frames, rounds: Some(1) }.moved(&light).position;
             assert!(place.length() <= 2.0001);
             // Seen along each axis: a circle of half the area holds half the points.
             for (axis, count) in inner.iter_mut().enumerate() {
@@ -225,5 +227,7 @@ mod tests {
             }
         }
         assert!(inner.iter().all(|count| count.abs_diff(frames / 2) < frames / 40), "{inner:?}");
+        let live = |frame| Dealing { frame, frames, rounds: None }.moved(&light).position;
+        assert!(live(0) == Vec3::ZERO && live(1) != Vec3::ZERO, "what may be all that is seen has the middle");
     }
 }

@@ -234,8 +234,8 @@ impl Shadows {
         let mut everywhere = None;
         let side_max = self.allocator.side();
         for (viewer, table) in views {
-            for light in table.lights.iter().filter(|light| light.casts_shadows) {
-                let light = &dealing.moved(light);
+            for source in table.lights.iter().filter(|light| light.casts_shadows) {
+                let light = &dealing.moved(source);
                 let side = if light.kind == LightKind::Directional {
                     // Cascades are as fine as the picture if they have twice its pixels.
                     let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
@@ -256,7 +256,7 @@ impl Shadows {
                             (aims, OfLight { items, is_in_emitter: false })
                         } else {
                             let range_m = light.range_m.unwrap_or(f32::INFINITY);
-                            (Aim::of_local(light), casters.around(light.position, range_m))
+                            (Aim::of_local(light), casters.around(light.position, source.position, range_m))
                         };
                         // The smallest tile has the widest border.
                         let shows = |aim: &Aim| {
