@@ -26,11 +26,11 @@ struct ClusterGrid {
 @group(0) @binding(6) var cluster_lights: texture_2d<f32>;
 @group(0) @binding(8) var nearest_clamp: sampler;
 
-// What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load. The
-// number of rows, as what 1 is divided by, is asked for once.
+// What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load. One
+// divided by the numbers of rows is asked for once, not for every light.
 struct TableRows {
-    lights: f32,
-    lists: f32,
+    inverse_light_rows: f32,
+    inverse_list_rows: f32,
 }
 
 fn table_rows() -> TableRows {
@@ -45,7 +45,7 @@ fn light_place(index: u32, rows: TableRows) -> vec2f {
 // The same of an index by its column and row, which are its low byte and what is above it.
 fn place_of_bytes(column_and_row: vec2f, rows: TableRows) -> vec2f {
     let texel = 1.0 / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT);
-    return vec2f(column_and_row.x / f32(LIGHTS_PER_ROW) + 0.5 * texel, (column_and_row.y + 0.5) * rows.lights);
+    return vec2f(column_and_row.x / f32(LIGHTS_PER_ROW) + 0.5 * texel, (column_and_row.y + 0.5) * rows.inverse_light_rows);
 }
 
 // The texel `part` of the light at a place.
@@ -78,7 +78,7 @@ fn cluster_at(index: u32) -> ClusterList {
 
 // The low and the high byte of the index that an entry of a list holds.
 fn cluster_light_bytes(entry: u32, rows: TableRows) -> vec2f {
-    let uv = vec2f((f32(entry % LIST_WIDTH) + 0.5) / f32(LIST_WIDTH), (f32(entry / LIST_WIDTH) + 0.5) * rows.lists);
+    let uv = vec2f((f32(entry % LIST_WIDTH) + 0.5) / f32(LIST_WIDTH), (f32(entry / LIST_WIDTH) + 0.5) * rows.inverse_list_rows);
     return textureSampleLevel(cluster_lights, nearest_clamp, uv, 0.0).rg * 255.0;
 }
 
