@@ -40,19 +40,19 @@ fn phase(cos_turn: f32) -> f32 {
 
 // A directional light, at a place that stands for `lost` of what fog takes.
 fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
-    let at = light_place(index, table_rows());
-    var irradiance = light_part(at, 1.0).rgb;
-    let to_light = -light_part(at, 2.0).xyz;
+    let table_uv = light_place(index, table_rows());
+    var irradiance = light_part(table_uv, 1.0).rgb;
+    let to_light = -light_part(table_uv, 2.0).xyz;
     @if(shadowed) {
-        irradiance *= directional_visibility_in_air(at, air.origin_world + air.direction_world * at_m);
+        irradiance *= directional_visibility_in_air(table_uv, air.origin_world + air.direction_world * at_m);
     }
     return irradiance * (lost * phase(dot(to_light, air.direction_world)));
 }
 
 // A light at a place, over the part of the ray from `first_m` to `last_m`, of which the share `place` is looked at.
 fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) -> vec3f {
-    let at = light_place(index, table_rows());
-    let source = light_part(at, 0.0);
+    let table_uv = light_place(index, table_rows());
+    let source = light_part(table_uv, 0.0);
     let towards = source.xyz - air.origin_world;
     let middle_m = dot(towards, air.direction_world);
     let across = towards - middle_m * air.direction_world;
@@ -77,10 +77,10 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
     let to_light = (source.xyz - position_world) * inverseSqrt(distance_squared);
     let ratio_squared = distance_squared * source.w;
     var strength = clamp(1.0 - ratio_squared * ratio_squared, 0.0, 1.0) * opening / aside_m;
-    let color = light_part(at, 1.0);
+    let color = light_part(table_uv, 1.0);
     // Point lights have no cone.
     if color.w != 0.0 {
-        let axis = light_part(at, 2.0);
+        let axis = light_part(table_uv, 2.0);
         let cone = clamp(dot(axis.xyz, -to_light) * color.w + axis.w, 0.0, 1.0);
         strength *= cone * cone;
     }
@@ -90,7 +90,7 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
     strength *= phase(dot(to_light, air.direction_world)) * exp(-optical_depth(air.fog, at_m));
     strength *= fog_density_per_m(air.fog.height + air.fog.rise_per_m * at_m);
     @if(shadowed) {
-        strength *= punctual_visibility_in_air(at, source.xyz, position_world);
+        strength *= punctual_visibility_in_air(table_uv, source.xyz, position_world);
     }
     return color.rgb * strength;
 }

@@ -32,18 +32,18 @@ fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
     return (slice * cluster_grid.size.y + tile.y) * cluster_grid.size.x + tile.x;
 }
 
-// Adds a light at a place, which lies at `at` in the table. What is known of it when the shader is compiled spares others what it costs: whether it may have a
-// cone, and whether it may cast a shadow.
+// Adds a light at a place, which lies at `table_uv` in the table. What is known of it when the shader is compiled spares others
+// what it costs: whether it may have a cone, and whether it may cast a shadow.
 // The falloff is that of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
 fn add_light(
-    at: vec2f,
+    table_uv: vec2f,
     may_have_cone: bool,
     may_cast: bool,
     position_world: vec3f,
     shading: Shading,
     sums: ptr<function, LightSums>,
 ) {
-    let place = light_part(at, 0.0);
+    let place = light_part(table_uv, 0.0);
     let towards = place.xyz - position_world;
     let distance_squared = dot(towards, towards);
     let ratio_squared = distance_squared * place.w;
@@ -51,19 +51,19 @@ fn add_light(
     (*sums).visited += 1.0;
     @if(counting) {
         let to_light = towards * inverseSqrt(max(distance_squared, 1e-12));
-        let axis = light_part(at, 2.0);
-        let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(at, 1.0).w > 0.0;
+        let axis = light_part(table_uv, 2.0);
+        let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(table_uv, 1.0).w > 0.0;
         (*sums).in_range += select(0.0, 1.0, is_in_cone & (ratio_squared <= 1.0));
     }
     // In range, and before the surface, as one condition.
     if min(1.0 - ratio_squared, normal_towards) > 0.0 {
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-12));
         let to_light = towards * inverse_distance;
-        let color = light_part(at, 1.0);
+        let color = light_part(table_uv, 1.0);
         var attenuation = (1.0 - ratio_squared * ratio_squared) * min(inverse_distance * inverse_distance, 1e6);
         if may_have_cone {
             // Point lights have a scale of 0 and an offset of 1.
-            let axis = light_part(at, 2.0);
+            let axis = light_part(table_uv, 2.0);
             let cone = clamp(axis.w - dot(axis.xyz, to_light) * color.w, 0.0, 1.0);
             attenuation *= cone * cone;
         }
@@ -71,7 +71,7 @@ fn add_light(
             (*sums).shaded += 1.0;
             @if(shadowed) {
                 if may_cast {
-                    attenuation *= punctual_visibility(at, place.xyz, position_world, shading.facet_normal);
+                    attenuation *= punctual_visibility(table_uv, place.xyz, position_world, shading.facet_normal);
                 }
             }
             let reflected = brdf_times_n_dot_l(shading, to_light, normal_towards * inverse_distance);
@@ -98,9 +98,9 @@ fn directional_radiance(
     rows: TableRows,
     sums: ptr<function, LightSums>,
 ) {
-    let at = light_place(index, rows);
-    let color = light_part(at, 1.0);
-    let to_light = -light_part(at, 2.0).xyz;
+    let table_uv = light_place(index, rows);
+    let color = light_part(table_uv, 1.0);
+    let to_light = -light_part(table_uv, 2.0).xyz;
     let n_dot_l = max(dot(shading.normal, to_light), 0.0);
     (*sums).visited += 1.0;
     (*sums).in_range += 1.0;
@@ -108,7 +108,7 @@ fn directional_radiance(
     var irradiance = color.rgb;
     @if(shadowed) {
         if n_dot_l > 0.0 {
-            irradiance *= directional_visibility(at, position_world, shading.facet_normal);
+            irradiance *= directional_visibility(table_uv, position_world, shading.facet_normal);
         }
     }
     (*sums).radiance += brdf_times_n_dot_l(shading, to_light, n_dot_l) * irradiance;

@@ -44,8 +44,8 @@ struct ShadowPoint {
 }
 
 fn shadow_tile(index: u32) -> ShadowTile {
-    let at = light_place(index, table_rows());
-    return ShadowTile(light_part(at, 0.0), light_part(at, 1.0), light_part(at, 2.0), light_part(at, 3.0));
+    let table_uv = light_place(index, table_rows());
+    return ShadowTile(light_part(table_uv, 0.0), light_part(table_uv, 1.0), light_part(table_uv, 2.0), light_part(table_uv, 3.0));
 }
 
 fn in_tile(tile: ShadowTile, position_world: vec3f) -> vec3f {
@@ -184,9 +184,9 @@ fn cube_face(away: vec3f) -> u32 {
     return axis * 2u + select(0u, 1u, along < 0.0);
 }
 
-// The share of the light whose place in the table is `at` that reaches a surface.
-fn punctual_visibility(at: vec2f, light_position: vec3f, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = light_part(at, 3.0);
+// The share of the light whose place in the table is `table_uv` that reaches a surface.
+fn punctual_visibility(table_uv: vec2f, light_position: vec3f, position_world: vec3f, normal: vec3f) -> f32 {
+    let shadow = light_part(table_uv, 3.0);
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -199,10 +199,10 @@ fn punctual_visibility(at: vec2f, light_position: vec3f, position_world: vec3f, 
     return tile_visibility(tile, position_world, normal, shadow.z, 1.0);
 }
 
-// The share of the directional light whose place in the table is `at` that reaches a surface: by the first of its cascades that shows it, and
+// The share of the directional light whose place in the table is `table_uv` that reaches a surface: by the first of its cascades that shows it, and
 // where that ends, more and more by the next.
-fn directional_visibility(at: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = light_part(at, 3.0);
+fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
+    let shadow = light_part(table_uv, 3.0);
     let count = u32(shadow.y);
     var visibility = 0.0;
     var left = 1.0;
@@ -240,9 +240,9 @@ fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: 
     return shadow_tap(tile, point, vec2f(0.0), texels);
 }
 
-// The share of the light whose place in the table is `at` that gets to a place in the air.
-fn punctual_visibility_in_air(at: vec2f, light_position: vec3f, position_world: vec3f) -> f32 {
-    let shadow = light_part(at, 3.0);
+// The share of the light whose place in the table is `table_uv` that gets to a place in the air.
+fn punctual_visibility_in_air(table_uv: vec2f, light_position: vec3f, position_world: vec3f) -> f32 {
+    let shadow = light_part(table_uv, 3.0);
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -254,9 +254,9 @@ fn punctual_visibility_in_air(at: vec2f, light_position: vec3f, position_world: 
     return tile_visibility_in_air(tile, position_world, 1.0);
 }
 
-// The share of the directional light whose place in the table is `at` that gets to a place in the air: by the first of its cascades that shows it.
-fn directional_visibility_in_air(at: vec2f, position_world: vec3f) -> f32 {
-    let shadow = light_part(at, 3.0);
+// The share of the directional light whose place in the table is `table_uv` that gets to a place in the air: by the first of its cascades that shows it.
+fn directional_visibility_in_air(table_uv: vec2f, position_world: vec3f) -> f32 {
+    let shadow = light_part(table_uv, 3.0);
     let count = u32(shadow.y);
     for (var i = 0u; i < count; i++) {
         let tile = shadow_tile(u32(shadow.x) + i);
