@@ -27,6 +27,18 @@ shared_constants! {
     TEXELS_PER_LIGHT: u32 = 4;
     /// Lights in a row of the table of lights.
     LIGHTS_PER_ROW: u32 = 256;
+    /// Classes of lights, a bit each, in the order of their table. Directional lights.
+    DIRECTIONAL_LIGHTS: u32 = 1;
+    /// Lights at a place that have no range, of all kinds.
+    GLOBAL_LIGHTS: u32 = 2;
+    /// Point lights that cast no shadow.
+    QUIET_POINTS: u32 = 4;
+    /// Point lights that cast shadows.
+    CASTING_POINTS: u32 = 8;
+    /// Spots that cast shadows.
+    CASTING_SPOTS: u32 = 16;
+    /// Spots that cast no shadow.
+    QUIET_SPOTS: u32 = 32;
     /// Lists in a row of the table of clusters.
     TABLE_WIDTH: u32 = 1024;
     /// Entries in a row of the lists of lights. WebGL 2 promises no wider textures.

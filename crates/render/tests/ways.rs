@@ -42,6 +42,22 @@ fn with_spots(mut scene: Scene) -> Scene {
     scene
 }
 
+/// The scene's lights as points and cones with ranges, of which every third casts a shadow, a sun and a lamp without a range.
+fn with_every_class(mut scene: Scene) -> Scene {
+    let points: Vec<_> = scene.lights.clone();
+    scene = with_spots(scene);
+    for ((light, point), i) in scene.lights.iter_mut().zip(points).zip(0u16..) {
+        match i {
+            0 => (light.kind, light.intensity, light.range_m) = (point.kind, 3.0, None),
+            1 => (light.kind, light.intensity, light.range_m) = (LightKind::Directional, 0.5, None),
+            i if i % 2 == 0 => (light.kind, light.range_m) = (point.kind, Some(2.0)),
+            _ => (),
+        }
+        light.casts_shadows = i % 3 == 0 || i == 1;
+    }
+    scene
+}
+
 const CULLING: [LightCulling; 4] =
     [LightCulling::Clustered, LightCulling::Tiled, LightCulling::Volumes, LightCulling::VolumesStencil];
 
@@ -60,8 +76,11 @@ fn cases() -> Vec<Case> {
     let mut shadowed = case("spots with shadows in fog", scenes::spot_lights().scene, (80, 60));
     shadowed.request.settings.shadows.enabled = true;
     shadowed.request.settings.fog.mode = FogMode::Exponential;
+    let mut classes = case("every class of lights with shadows", with_every_class(field.clone()), (80, 60));
+    classes.request.settings.shadows.enabled = true;
     vec![
         shadowed,
+        classes,
         case("a field of points", field.clone(), (97, 61)),
         case("a field of spots", with_spots(field), (65, 79)),
         case("without range", scenes::rows_of_spheres().scene, (80, 60)),
@@ -114,6 +133,29 @@ fn every_way_of_culling_is_brute_force() {
                 case.name
             );
         }
+    }
+}
+
+/// Of the lights of every class some cast shadows, which a way that takes one class for another would leave out.
+#[test]
+fn shadows_of_every_class_are_seen() {
+    let mut renderer = renderer();
+    let mut case = cases().into_iter().find(|case| case.name.starts_with("every class")).unwrap();
+    renderer.load(&case.scene).unwrap();
+    let truth = display(&mut renderer, &case, LightCulling::None);
+    let is_of: [fn(LightKind, Option<f32>) -> bool; 4] = [
+        |kind, _| kind == LightKind::Directional,
+        |kind, range_m| kind == LightKind::Point && range_m.is_none(),
+        |kind, range_m| kind == LightKind::Point && range_m.is_some(),
+        |kind, _| matches!(kind, LightKind::Spot { .. }),
+    ];
+    for is_of in is_of {
+        let cast = case.scene.clone();
+        let lights = case.scene.lights.iter_mut().filter(|light| is_of(light.kind, light.range_m));
+        lights.for_each(|light| light.casts_shadows = false);
+        let quiet = display(&mut renderer, &case, LightCulling::Volumes);
+        assert!(!difference(&truth, &quiet, 2).is_within(Tolerance::default()));
+        case.scene = cast;
     }
 }
 

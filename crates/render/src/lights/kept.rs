@@ -32,6 +32,15 @@ pub struct ListsOf {
     pub depth_row: Vec4,
 }
 
+/// The list of lights of an object, without the lights themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ObjectLights {
+    /// Their number.
+    pub count: u32,
+    /// The first of those that cast shadows, and the end of them.
+    pub casters: [u32; 2],
+}
+
 /// Lists that were made, without the lists themselves, which lie on the device.
 #[derive(Clone, Debug)]
 pub struct KeptLists {
@@ -44,8 +53,8 @@ pub struct KeptLists {
     pub entries: u64,
     /// How volumes are drawn.
     pub volume_draws: Arc<[VolumeDraw]>,
-    /// The number of lights of every object's list, by object id.
-    pub object_lights: Arc<[u32]>,
+    /// What every object's list has, by object id.
+    pub object_lights: Arc<[ObjectLights]>,
 }
 
 impl KeptLists {
@@ -54,7 +63,11 @@ impl KeptLists {
         let volume_draws = reaches.draws.clone();
         // The lists of objects lie behind those of clusters.
         let clusters = lists.uniform.size[..3].iter().product::<u32>() as usize;
-        let object_lights = lists.table.iter().skip(clusters).map(|[_, length, ..]| *length).collect();
+        let of_object = |[_, count, ends, casters_end]: &[u32; 4]| ObjectLights {
+            count: *count,
+            casters: [ends & 0xffff, *casters_end],
+        };
+        let object_lights = lists.table.iter().skip(clusters).map(of_object).collect();
         Self { of, table, uniform: lists.uniform, entries: lists.lights.len() as u64, volume_draws, object_lights }
     }
 

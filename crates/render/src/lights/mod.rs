@@ -19,22 +19,27 @@ mod volumes;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
 pub use grid::Target;
-pub use kept::{KeptLists, ListsOf};
+pub use kept::{KeptLists, ListsOf, ObjectLights};
 pub use objects::ObjectBounds;
 pub use reach::Reach;
 pub use reaches::LightReaches;
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
 #[cfg(test)]
 pub use volumes::BALL_CORNER;
-pub use volumes::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep};
+pub use volumes::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep, without_shadows};
 
 use crate::colour::finite_product;
-use crate::constants::{LIGHTS_PER_ROW, TEXELS_PER_LIGHT};
+use crate::constants::{CASTING_POINTS, CASTING_SPOTS, LIGHTS_PER_ROW, TEXELS_PER_LIGHT};
 use glam::{Vec3, Vec4};
 use manypass_scene::{LightKind, NodeId, Scene};
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub use manypass_scene::light::LIGHTS_MAX;
+
+/// The constant of pipelines that says which classes of lights there are.
+pub const LIGHT_CLASSES: &str = "light_classes";
+/// Classes of lights that have a range and cast shadows.
+pub const LIGHTS_WITH_SHADOWS: u32 = CASTING_POINTS | CASTING_SPOTS;
 
 // Shaders find a light's column in the low byte of its index, and its row in the high one.
 const _: () = assert!(LIGHTS_PER_ROW == 256);
@@ -194,6 +199,12 @@ impl LightTable {
         let mut begin = 0;
         let bits = ends.enumerate().map(|(class, end)| u32::from(std::mem::replace(&mut begin, end) < end) << class);
         bits.sum()
+    }
+
+    /// The class of the light with a number, as a bit.
+    pub fn class_of(&self, light: u32) -> u32 {
+        let ends = [self.directional_count, self.global_count].into_iter().chain(self.class_ends);
+        1 << ends.filter(|end| *end <= light).count()
     }
 
     /// The number of lights.

@@ -3,11 +3,12 @@
 use super::reach::{Cone, Reach};
 use super::reaches::RADIUS_SLACK;
 use super::{LightTable, ListsOf};
+use crate::constants::{CASTING_POINTS, CASTING_SPOTS, QUIET_POINTS, QUIET_SPOTS};
 use glam::{Vec2, Vec3, Vec4};
 use std::ops::Range;
 
 /// The shape of a volume. Their meshes are made by `record/volumes.rs`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum VolumeShape {
     /// A sphere.
     Ball,
@@ -33,6 +34,8 @@ pub struct VolumeDraw {
     pub shape: VolumeShape,
     /// What is done.
     pub step: VolumeStep,
+    /// Of which classes the lights are, as shaders have them.
+    pub classes: u32,
     /// Which volumes of the table.
     pub instances: Range<u32>,
 }
@@ -51,6 +54,8 @@ const CELLS: u32 = 64;
 /// A volume in view.
 pub struct Volume {
     light: u32,
+    /// The class of the light.
+    class: u32,
     shape: VolumeShape,
     /// In world space.
     reach: Reach,
@@ -100,7 +105,7 @@ pub fn visible(table: &LightTable, of: &ListsOf) -> Vec<Volume> {
         let row = of.depth_row;
         let nearest_end = row.truncate().dot(center_world) + row.w - row.truncate().length() * radius_m;
         let is_cut = row != Vec4::ZERO && nearest_end < 1e-6;
-        Some(Volume { light, shape, reach: *reach, is_cut, cells })
+        Some(Volume { light, class: table.class_of(light), shape, reach: *reach, is_cut, cells })
     });
     volumes.collect()
 }
@@ -145,11 +150,11 @@ impl Seen {
     }
 }
 
-/// The texels of the table, and one draw for each shape.
+/// The texels of the table, and draws: of each shape one for every class of lights, which has a shader of its own.
 pub fn all(volumes: &[Volume]) -> (Vec<[f32; 4]>, Vec<VolumeDraw>) {
     let mut writer = Writer::default();
     let volumes: Vec<&Volume> = volumes.iter().collect();
-    writer.write(&volumes, VolumeStep::Shade);
+    writer.write(&volumes, &[VolumeStep::Shade]);
     (writer.texels, writer.draws)
 }
 
@@ -170,15 +175,28 @@ pub fn grouped(volumes: &[Volume]) -> (Vec<[f32; 4]>, Vec<VolumeDraw>) {
         }
     }
     let mut writer = Writer::default();
-    writer.write(&cut, VolumeStep::Shade);
+    writer.write(&cut, &[VolumeStep::Shade]);
     for group in &groups {
-        let marked = writer.draws.len();
-        writer.write(&group.volumes, VolumeStep::Mark);
-        let again = |draw: &VolumeDraw| VolumeDraw { step: VolumeStep::ShadeMarked, ..draw.clone() };
-        let shaded: Vec<_> = writer.draws[marked..].iter().map(again).collect();
-        writer.draws.extend(shaded);
+        writer.write(&group.volumes, &[VolumeStep::Mark, VolumeStep::ShadeMarked]);
     }
     (writer.texels, writer.draws)
+}
+
+/// The same draws where no light casts a shadow: classes that differ in that alone are drawn together.
+pub fn without_shadows(draws: &[VolumeDraw]) -> Vec<VolumeDraw> {
+    let mut merged: Vec<VolumeDraw> = Vec::with_capacity(draws.len());
+    for draw in draws {
+        let alike = [QUIET_POINTS | CASTING_POINTS, CASTING_SPOTS | QUIET_SPOTS];
+        let classes = alike.into_iter().filter(|alike| alike & draw.classes != 0).sum();
+        let draw = VolumeDraw { classes, ..draw.clone() };
+        match merged.last_mut() {
+            Some(last) if (last.shape, last.step, last.classes) == (draw.shape, draw.step, classes) => {
+                last.instances.end = draw.instances.end;
+            }
+            _ => merged.push(draw),
+        }
+    }
+    merged
 }
 
 /// Volumes that cover no cell twice: a bit for every cell, a number for every row.
@@ -213,15 +231,24 @@ struct Writer {
 }
 
 impl Writer {
-    /// Appends `volumes`, shape by shape, and a draw of each shape.
-    fn write(&mut self, volumes: &[&Volume], step: VolumeStep) {
-        for shape in [VolumeShape::Ball, VolumeShape::Cone] {
-            let first = self.texels.len() as u32 / 3;
-            let of_shape = volumes.iter().filter(|volume| volume.shape == shape);
-            self.texels.extend(of_shape.flat_map(|volume| volume.texels()));
-            let instances = first..self.texels.len() as u32 / 3;
-            if !instances.is_empty() {
-                self.draws.push(VolumeDraw { shape, step, instances });
+    /// Appends `volumes`, shape by shape and in each by class, and draws of them for one step after the other. What is marked is
+    /// the same for all classes.
+    fn write(&mut self, volumes: &[&Volume], steps: &[VolumeStep]) {
+        let first = self.texels.len() as u32 / 3;
+        let mut sorted = volumes.to_vec();
+        sorted.sort_by_key(|volume| (volume.shape, volume.class));
+        self.texels.extend(sorted.iter().flat_map(|volume| volume.texels()));
+        for step in steps {
+            let is_one_draw = |a: &&Volume, b: &&Volume| {
+                a.shape == b.shape && (a.class == b.class || *step == VolumeStep::Mark)
+            };
+            let mut end = first;
+            for part in sorted.chunk_by(is_one_draw) {
+                let instances = end..end + part.len() as u32;
+                end = instances.end;
+                let classes = part.iter().fold(0, |classes, volume| classes | volume.class);
+                let Some(shape) = part.first().map(|volume| volume.shape) else { continue };
+                self.draws.push(VolumeDraw { shape, step: *step, classes, instances });
             }
         }
     }
@@ -231,6 +258,35 @@ impl Writer {
 mod tests {
     use super::*;
     use std::f32::consts::PI;
+
+    #[test]
+    fn every_class_has_a_draw_and_those_without_shadows_fewer() {
+        let reach = Reach::of_light(manypass_scene::LightKind::Point, Vec3::ZERO, Vec3::NEG_Z, 1.0);
+        let of = |(light, class, shape)| Volume { light, class, shape, reach, is_cut: false, cells: [0..1, 0..1] };
+        let (ball, cone) = (VolumeShape::Ball, VolumeShape::Cone);
+        let volumes = [
+            (0, QUIET_POINTS, ball),
+            (1, CASTING_POINTS, ball),
+            (2, CASTING_SPOTS, ball),
+            (3, CASTING_SPOTS, cone),
+            (4, QUIET_SPOTS, ball),
+            (5, QUIET_SPOTS, cone),
+        ]
+        .map(of);
+        let (texels, draws) = all(&volumes);
+        let drawn: Vec<f32> = texels.chunks_exact(3).map(|volume| volume[2][0]).collect();
+        assert_eq!(drawn, [0.0, 1.0, 2.0, 4.0, 3.0, 5.0]);
+        let of_draws = |draws: &[VolumeDraw]| -> Vec<(u32, Range<u32>)> {
+            draws.iter().map(|draw| (draw.classes, draw.instances.clone())).collect()
+        };
+        let classes = [QUIET_POINTS, CASTING_POINTS, CASTING_SPOTS, QUIET_SPOTS, CASTING_SPOTS, QUIET_SPOTS];
+        assert_eq!(of_draws(&draws), classes.into_iter().zip((0..6).map(|i| i..i + 1)).collect::<Vec<_>>());
+        let (points, spots) = (QUIET_POINTS | CASTING_POINTS, QUIET_SPOTS | CASTING_SPOTS);
+        assert_eq!(of_draws(&without_shadows(&draws)), [(points, 0..2), (spots, 2..4), (spots, 4..6)]);
+        // Each covers the others' cell, so that each is marked and shaded for itself.
+        let steps: Vec<VolumeStep> = grouped(&volumes).1.iter().map(|draw| draw.step).collect();
+        assert_eq!(steps, [VolumeStep::Mark, VolumeStep::ShadeMarked].repeat(6));
+    }
 
     #[test]
     fn a_polygon_around_a_circle_has_its_corners_there() {

@@ -8,14 +8,18 @@ use crate::draws::{Draw, DrawList, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::lights::{ClusterLists, ClusterUniform, LightReaches, VolumeDraw};
+use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ObjectLights, VolumeDraw, without_shadows};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::shader::program::Constant;
 use crate::view::ViewUniform;
 use manypass_graph::TextureDesc;
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
+
+/// The axis of programs that add up lights whose shadows there are.
+pub(super) const SHADOWED: &str = "shadowed";
 
 /// One camera of a frame, prepared before its passes are recorded.
 #[derive(Debug)]
@@ -36,8 +40,8 @@ pub struct PreparedView {
     pub(crate) constants: Vec<Constant>,
     /// How volumes of lights are drawn.
     pub(crate) volume_draws: Arc<[VolumeDraw]>,
-    /// The number of lights of every object's own list, by object id, where objects have lists.
-    pub(crate) object_lights: Arc<[u32]>,
+    /// What every object's own list has, by object id, where objects have lists.
+    pub(crate) object_lights: Arc<[ObjectLights]>,
     /// The texture of [`LightReaches`].
     pub(crate) light_reaches: wgpu::TextureView,
     /// Whether the environment lights anything.
@@ -65,7 +69,7 @@ impl PreparedView {
 
     /// The axes of programs that add up lights.
     pub fn light_axes(&self) -> &'static [&'static str] {
-        if self.has_shadows { &["shadowed"] } else { &[] }
+        if self.has_shadows { &[SHADOWED] } else { &[] }
     }
 
     /// Whether the camera sees the world mirrored, so that triangles turn around.
@@ -89,9 +93,25 @@ impl PreparedView {
     }
 
     pub(crate) fn most_lights_of(&self, draw: &Draw, world: &WorldDraws) -> u32 {
+        self.global_light_count + self.lists_of(draw, world).map(|list| list.count).max().unwrap_or(0)
+    }
+
+    /// The lists of the objects that are drawn.
+    fn lists_of<'w>(&'w self, draw: &Draw, world: &'w WorldDraws) -> impl Iterator<Item = ObjectLights> + 'w {
         let instances = world.instances.get(draw.instances.start as usize..draw.instances.end as usize).unwrap_or(&[]);
-        let lights = |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or(0);
-        self.global_light_count + instances.iter().map(lights).max().unwrap_or(0)
+        let list = |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or_default();
+        instances.iter().map(list)
+    }
+
+    /// The axes of programs that add up those lights alone of each object that have numbers within `batch`.
+    pub(crate) fn light_axes_of(&self, batch: &Range<u32>, world: &WorldDraws) -> &'static [&'static str] {
+        let global_count = self.global_light_count;
+        let casts = |list: ObjectLights| {
+            let [first, end] = list.casters.map(|light| global_count + light);
+            first.max(batch.start) < end.min(batch.end)
+        };
+        let mut lists = self.draws.opaque.iter().flat_map(|draw| self.lists_of(draw, world));
+        if batch.start < global_count || lists.any(casts) { self.light_axes() } else { &[] }
     }
 
     /// Pixels of the view.
@@ -147,7 +167,7 @@ pub(crate) struct Viewed<'a> {
     pub cluster_grid: &'a ClusterUniform,
     pub constants: Vec<Constant>,
     pub volume_draws: Arc<[VolumeDraw]>,
-    pub object_lights: Arc<[u32]>,
+    pub object_lights: Arc<[ObjectLights]>,
     pub environment: &'a EnvironmentUniform,
     pub instances: wgpu::Buffer,
     /// The atlas of shadow maps, if there is one that lights are read from.
@@ -181,7 +201,10 @@ impl Viewed<'_> {
             light_tiles: [across, down, tile_px],
             light_reaches: tables.light_reaches.view().clone(),
             constants: self.constants,
-            volume_draws: self.volume_draws,
+            volume_draws: match self.shadows {
+                Some(_) => self.volume_draws,
+                None => without_shadows(&self.volume_draws).into(),
+            },
             object_lights: self.object_lights,
             group: groups.get(&gpu.device, "frame", shaders.frame_layout(), &bindings, resources),
             name: self.name,

@@ -1,7 +1,11 @@
 //! Passes that draw the volumes which lights reach, as instances of one mesh for each shape.
 
+use super::PreparedView;
 use super::fullscreen::{Fullscreen, Shading, Slot};
-use crate::lights::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep};
+use super::view::SHADOWED;
+use crate::lights::{
+    CONE_CORNER, CONE_SIDES, LIGHT_CLASSES, LIGHTS_WITH_SHADOWS, VolumeDraw, VolumeShape, VolumeStep,
+};
 use crate::shader::program::{Constant, ProgramError};
 use crate::shader::{Program, Shaders};
 use glam::Vec3;
@@ -31,6 +35,33 @@ struct Key {
     step: VolumeStep,
     is_reflected: bool,
     constants: Vec<Constant>,
+}
+
+impl Key {
+    /// The pipeline that draws one class of lights with a program and its axes.
+    fn of(
+        draw: &VolumeDraw,
+        (program, axes): (&'static str, &[&'static str]),
+        (color, depth): (wgpu::TextureFormat, wgpu::TextureFormat),
+        view: &PreparedView,
+    ) -> Self {
+        let is_needed = |axis: &&'static str| *axis != SHADOWED || draw.classes & LIGHTS_WITH_SHADOWS != 0;
+        let of_shape = (draw.shape == VolumeShape::Cone).then_some("cones");
+        let constants = view.constants.iter().copied().filter(|(name, _)| *name != LIGHT_CLASSES);
+        Self {
+            program,
+            axes: axes.iter().copied().filter(is_needed).chain(of_shape).collect(),
+            color,
+            depth,
+            step: draw.step,
+            is_reflected: view.is_reflected(),
+            // What marks is the same for all classes.
+            constants: match draw.step {
+                VolumeStep::Mark => Vec::new(),
+                _ => constants.chain([(LIGHT_CLASSES, draw.classes)]).collect(),
+            },
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -172,22 +203,11 @@ impl Fullscreen<'_, '_> {
         draws: &[VolumeDraw],
     ) -> Result<(Handle, Handle), ProgramError> {
         let Shading::Program(name, axes) = &self.shading else { return Ok((target, depth)) };
+        let formats = (target.desc().format, depth.desc().format);
         let mut steps: Vec<(Arc<VolumePipeline>, Vec<Slot>, VolumeDraw)> = Vec::with_capacity(draws.len());
         for draw in draws {
-            let is_marking = matches!(draw.step, VolumeStep::Mark);
-            let mut axes = if is_marking { Vec::new() } else { axes.clone() };
-            axes.extend((draw.shape == VolumeShape::Cone).then_some("cones"));
-            let program = if is_marking { mark } else { name };
-            let (color, depth) = (target.desc().format, depth.desc().format);
-            let key = Key {
-                program,
-                axes,
-                color,
-                depth,
-                step: draw.step,
-                is_reflected: self.view.is_reflected(),
-                constants: self.view.constants.clone(),
-            };
+            let program = if draw.step == VolumeStep::Mark { (mark, &[][..]) } else { (*name, &axes[..]) };
+            let key = Key::of(draw, program, formats, self.view);
             let pipeline = self.frame.volumes.pipeline(self.frame.shaders, &self.frame.gpu.device, key)?;
             let slots = self.slots(&pipeline.program)?;
             steps.push((pipeline, slots, draw.clone()));

@@ -306,9 +306,9 @@ impl Renderer {
 }
 
 /// The `override` constants of a view's pipelines.
-fn constants_of(settings: &Settings, lights: &LightTable) -> Vec<Constant> {
+fn constants_of(settings: &Settings, table: &LightTable) -> Vec<Constant> {
     let mut constants = settings.shading.model.constants();
-    constants.push(("light_classes", lights.classes()));
+    constants.push((lights::LIGHT_CLASSES, table.classes()));
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
     }

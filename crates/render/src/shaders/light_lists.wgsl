@@ -1,45 +1,98 @@
-// Sums of light over other lists than those of clusters: of a tile, of an object, of a single light.
-// One light's contribution is that of `lights.wgsl`, here as everywhere.
+// Sums of light over lists: of a cluster, of a tile, of an object; and of a single light. One light's contribution is that of
+// `lights.wgsl`, here as everywhere.
 
-import package::constants::DATA_WIDTH;
+import package::constants::{CASTING_POINTS, CASTING_SPOTS, DATA_WIDTH, QUIET_POINTS, QUIET_SPOTS};
 import package::shaders::brdf::Shading;
-import package::shaders::light_table::{cluster_at, cluster_grid, cluster_light_at, table_rows};
-import package::shaders::lights::{
-    LightSums, cluster_index_at, directional_radiance, global_light_sums, punctual_radiance,
+import package::shaders::light_table::{
+    ClusterList, TableRows, cluster_at, cluster_grid, cluster_light_at, cluster_light_place, light_place, table_rows,
 };
+import package::shaders::lights::{LightSums, add_global_lights, add_light, global_light_sums, light_classes};
 
 // What `LightReaches` holds: see `lights/reaches.rs`.
 @if(tiled) @group(1) @binding(4) var light_reaches: texture_2d<f32>;
 @if(tiled) @group(1) @binding(5) var tile_depth: texture_2d<f32>;
 
-// One light that has a range.
-fn single_light_sums(light: u32, position_world: vec3f, shading: Shading) -> LightSums {
-    var sums: LightSums;
-    punctual_radiance(light, position_world, shading, table_rows(), &sums);
-    return sums;
-}
-
+// The least and the greatest distance of the surfaces of the pixel's tile.
+@if(tiled) var<private> tile_bounds_m: vec2f;
 // Lights of the tile's list that its bounds spare; counted only where pairs are.
 @if(tiled) var<private> passed_over: f32;
 
-// Those, and the lights of the tile's list that reach the distances at which the tile has surfaces.
-@if(tiled) fn tile_light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
-    let rows = table_rows();
-    var sums = global_light_sums(position_px, position_world, shading, rows);
+fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
     let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
-    let bounds_m = textureLoad(tile_depth, vec2i(tile), 0).rg;
-    let list = cluster_at(cluster_index_at(position_px, distance_m));
-    for (var entry = list.first; entry < list.end; entry++) {
-        let light = cluster_light_at(entry, rows);
-        let at = light - cluster_grid.global_count;
-        let reach_m = textureLoad(light_reaches, vec2i(i32(at % DATA_WIDTH), i32(at / DATA_WIDTH)), 0).rg;
-        if (reach_m.x > bounds_m.y) | (reach_m.y < bounds_m.x) {
-            sums.visited += 1.0;
-            passed_over += 1.0;
-        } else {
-            punctual_radiance(light, position_world, shading, rows, &sums);
+    let slice_float = log2(distance_m) * cluster_grid.slice_from_log_distance.x + cluster_grid.slice_from_log_distance.y;
+    let slice = u32(clamp(slice_float, 0.0, f32(cluster_grid.size.z - 1u)));
+    return (slice * cluster_grid.size.y + tile.y) * cluster_grid.size.x + tile.x;
+}
+
+// Whether the light that an entry of a list names ends before the surfaces of the tile, or begins behind them.
+@if(tiled) fn is_beside_tile(entry: u32, rows: TableRows) -> bool {
+    let at = cluster_light_at(entry, rows) - cluster_grid.global_count;
+    let reach_m = textureLoad(light_reaches, vec2i(i32(at % DATA_WIDTH), i32(at / DATA_WIDTH)), 0).rg;
+    return (reach_m.x > tile_bounds_m.y) | (reach_m.y < tile_bounds_m.x);
+}
+
+// Adds the entries of a list from one to another, which are all of one of `classes`.
+fn add_entries(
+    classes: u32,
+    first: u32,
+    end: u32,
+    rows: TableRows,
+    position_world: vec3f,
+    shading: Shading,
+    sums: ptr<function, LightSums>,
+) {
+    if (light_classes & classes) != 0u {
+        for (var entry = first; entry < end; entry++) {
+            @if(tiled) {
+                if is_beside_tile(entry, rows) {
+                    (*sums).visited += 1.0;
+                    passed_over += 1.0;
+                    continue;
+                }
+            }
+            add_light(classes, cluster_light_place(entry, rows), position_world, shading, sums);
         }
     }
+}
+
+// Adds the lights of a list. Each class of lights has a loop of its own, so that the others are spared what it costs where a
+// processor runs both sides of a branch.
+fn add_list(
+    list: ClusterList,
+    rows: TableRows,
+    position_world: vec3f,
+    shading: Shading,
+    sums: ptr<function, LightSums>,
+) {
+    @if(shadowed) {
+        add_entries(QUIET_POINTS, list.first, list.quiet_points_end, rows, position_world, shading, sums);
+        add_entries(CASTING_POINTS, list.quiet_points_end, list.points_end, rows, position_world, shading, sums);
+        add_entries(CASTING_SPOTS, list.points_end, list.casters_end, rows, position_world, shading, sums);
+        add_entries(QUIET_SPOTS, list.casters_end, list.end, rows, position_world, shading, sums);
+    }
+    @if(!shadowed) {
+        add_entries(QUIET_POINTS | CASTING_POINTS, list.first, list.points_end, rows, position_world, shading, sums);
+        add_entries(CASTING_SPOTS | QUIET_SPOTS, list.points_end, list.end, rows, position_world, shading, sums);
+    }
+}
+
+// The lights that are in no list, and those of the pixel's cluster; with `tiled` those of the pixel's tile that reach the
+// distances at which it has surfaces.
+fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
+    let rows = table_rows();
+    var sums = global_light_sums(position_px, position_world, shading, rows);
+    @if(tiled) {
+        let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
+        tile_bounds_m = textureLoad(tile_depth, vec2i(tile), 0).rg;
+    }
+    add_list(cluster_at(cluster_index_at(position_px, distance_m)), rows, position_world, shading, &sums);
+    return sums;
+}
+
+// One light that has a range, of a class among `light_classes`.
+fn single_light_sums(light: u32, position_world: vec3f, shading: Shading) -> LightSums {
+    var sums: LightSums;
+    add_light(light_classes, light_place(light, table_rows()), position_world, shading, &sums);
     return sums;
 }
 
@@ -55,16 +108,19 @@ fn object_light_sums(
     var sums: LightSums;
     let list = cluster_at(cluster_grid.size.x * cluster_grid.size.y * cluster_grid.size.z + object_id);
     let rows = table_rows();
-    let end = min(first + most, cluster_grid.global_count + list.end - list.first);
-    for (var i = first; i < end; i++) {
-        if i < cluster_grid.directional_count {
-            directional_radiance(i, position_world, shading, rows, &sums);
-        } else {
-            let is_global = i < cluster_grid.global_count;
-            let entry = select(list.first + i - cluster_grid.global_count, list.first, is_global);
-            let light = select(cluster_light_at(entry, rows), i, is_global);
-            punctual_radiance(light, position_world, shading, rows, &sums);
-        }
-    }
+    let global_count = cluster_grid.global_count;
+    let end = min(first + most, global_count + list.end - list.first);
+    let directional_end = min(cluster_grid.directional_count, end);
+    add_global_lights(first, directional_end, min(global_count, end), rows, position_world, shading, &sums);
+    let first_entry = list.first + max(first, global_count) - global_count;
+    let end_entry = max(list.first + max(end, global_count) - global_count, first_entry);
+    let part = ClusterList(
+        first_entry,
+        clamp(list.quiet_points_end, first_entry, end_entry),
+        clamp(list.points_end, first_entry, end_entry),
+        clamp(list.casters_end, first_entry, end_entry),
+        end_entry,
+    );
+    add_list(part, rows, position_world, shading, &sums);
     return sums;
 }

@@ -4,7 +4,7 @@
 
 import package::view::distance_from_depth_ndc;
 import package::shaders::light_table::{cluster_at, cluster_grid};
-import package::shaders::lights::cluster_index_at;
+import package::shaders::light_lists::cluster_index_at;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, is_without_normals};
 import package::shaders::surface_material::material_factors;
 import package::passes::debug::fragment::is_dropped;

@@ -10,8 +10,8 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
-import package::shaders::lights::light_sums;
-@if(tiled) import package::shaders::light_lists::{tile_light_sums, passed_over};
+import package::shaders::light_lists::light_sums;
+@if(tiled) import package::shaders::light_lists::passed_over;
 @if(global) import package::shaders::light_table::table_rows;
 @if(global) import package::shaders::lights::global_light_sums;
 import package::shaders::colour::half_float_clamped;
@@ -30,8 +30,7 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
     }
     @if(global) let sums = global_light_sums(position.xy, position_world, shading, table_rows());
-    @if(!tiled && !global) let sums = light_sums(position.xy, distance_m, position_world, shading);
-    @if(tiled && !global) let sums = tile_light_sums(position.xy, distance_m, position_world, shading);
+    @if(!global) let sums = light_sums(position.xy, distance_m, position_world, shading);
     @if(counting) {
         @if(!tiled) let passed_over = 0.0;
         return vec4f(sums.visited, sums.shaded, sums.in_range, passed_over);

@@ -10,8 +10,7 @@ import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_
 import package::shaders::surface_material::{material_factors, surface_sample};
 import package::shaders::shading::shading_from_surface;
 import package::constants::LIGHTS_PER_BATCH;
-import package::shaders::lights::light_sums;
-import package::shaders::light_lists::object_light_sums;
+import package::shaders::light_lists::{light_sums, object_light_sums};
 import package::shaders::ambient::ambient_radiance;
 import package::shaders::fog::fogged;
 import package::shaders::fog_light::light_in_fog_before;

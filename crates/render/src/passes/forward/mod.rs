@@ -35,20 +35,22 @@ const LATER_BATCH: u32 = 2;
 pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
     let radiance = r.texture("radiance", RADIANCE);
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
-    let axes = r.view.light_axes();
-    let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
+    let (view, world) = (r.view, r.frame.world);
+    // Lists are in the order of classes, so that few batches have lights that cast shadows.
+    let axes_of = |first| view.light_axes_of(&(first..first + LIGHTS_PER_BATCH), world);
+    let fog = FogUniform::new(fog, view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward_batched", "forward");
-    pass.axes(axes);
+    pass.axes(axes_of(0));
     pass.uniform("fog", &fog);
     let mut radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     pass.uniform("light_batch", &LightBatch::default());
     pass.draw_opaque(Which::All)?;
-    let most = r.view.most_lights(r.frame.world);
+    let most = view.most_lights(world);
     for first in (LIGHTS_PER_BATCH..most).step_by(LIGHTS_PER_BATCH as usize) {
         let mut pass = r.surfaces(format!("forward_batched.{}", first / LIGHTS_PER_BATCH), "forward");
-        pass.axes(axes);
+        pass.axes(axes_of(first));
         pass.uniform("fog", &fog);
         radiance = pass.color(radiance, ColorLoad::Keep);
         pass.depth_read_only(&depth);
