@@ -6,7 +6,8 @@ use super::uniforms::{OWN_GROUP, Uniforms};
 use crate::diagnostic::Diagnostic;
 use crate::settings::{SettingInfo, SettingValue, SettingsError, Written};
 use crate::shader::locate;
-use crate::shader::program::{self, ProgramError, Slot};
+use crate::shader::program::{ProgramError, Slot};
+use crate::shader::reflection::reflect_bindings;
 
 /// The text of a [`super::WgslEffect`], checked without a device: its name, its settings and their values.
 #[derive(Clone, Debug)]
@@ -37,7 +38,7 @@ impl EffectFile {
         }
         let header = Header::parse(source, &scan)?;
         let (module, info) = locate::parse(file, text)?;
-        let slots = program::reflect_bindings(&module, &info, &locate::composed(text));
+        let slots = reflect_bindings(&module, &info, &locate::composed(text));
         let entry_point = check_module(source, &scan, &module)?;
         check_slots(source, &scan, &slots)?;
         let names = |group: usize| -> Vec<&str> {

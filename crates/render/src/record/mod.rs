@@ -29,7 +29,7 @@ use crate::draws::WorldDraws;
 use crate::gpu::Gpu;
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
-use crate::shader::program::FullscreenPipeline;
+use crate::shader::cache::FullscreenPipeline;
 use fullscreen::Shading;
 use manypass_graph::{Graph, Handle, History, TextureDesc};
 use std::borrow::Cow;

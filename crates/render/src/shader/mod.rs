@@ -1,10 +1,14 @@
-//! Shaders: composed when the crate is built (`compose`), bound by the names that they declare (`program`).
+//! Shaders: composed when the crate is built (`compose`), bound by the names that they declare (`program`, `reflection`), and
+//! made once (`cache`).
 
+pub mod cache;
 pub mod compose;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 pub(crate) mod layout;
 pub(crate) mod locate;
 pub mod program;
+pub(crate) mod reflection;
 
-pub use program::{Program, ProgramError, Shaders};
+pub use cache::Shaders;
+pub use program::{Program, ProgramError};

@@ -1,0 +1,193 @@
+//! Every program and full-screen pipeline is made once.
+
+use super::program::{Constant, FrameLayout, Program, ProgramError};
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A pipeline that draws one triangle over the whole target.
+#[derive(Debug)]
+pub struct FullscreenPipeline {
+    /// Its program.
+    pub program: Arc<Program>,
+    /// The pipeline.
+    pub pipeline: wgpu::RenderPipeline,
+}
+
+impl FullscreenPipeline {
+    /// A pipeline of the vertex stage of `triangle` and the fragment stage of `program`.
+    pub fn new(
+        device: &wgpu::Device,
+        program: Arc<Program>,
+        triangle: &Program,
+        format: wgpu::TextureFormat,
+        blend: Option<wgpu::BlendState>,
+        depth: Option<DepthTest>,
+        constants: &[Constant],
+    ) -> Self {
+        let constants = program.constants(constants);
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(&program.name),
+            layout: Some(&program.layout),
+            vertex: wgpu::VertexState {
+                module: &triangle.module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: depth.map(|(format, compare)| wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(compare),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &program.module,
+                entry_point: None,
+                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+                targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { program, pipeline }
+    }
+}
+
+type ProgramKey = (&'static str, Vec<&'static str>);
+type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>, Option<DepthTest>, Vec<Constant>);
+
+/// The format of the depth buffer, and how depth 0, where the triangle lies, compares with what is there.
+pub type DepthTest = (wgpu::TextureFormat, wgpu::CompareFunction);
+
+/// Every program and full-screen pipeline made so far.
+#[derive(Debug)]
+pub struct Shaders {
+    frame: FrameLayout,
+    made: Cell<u64>,
+    programs: RefCell<HashMap<ProgramKey, Arc<Program>>>,
+    fullscreen: RefCell<HashMap<FullscreenKey, Arc<FullscreenPipeline>>>,
+    depth_clears: RefCell<HashMap<wgpu::TextureFormat, wgpu::RenderPipeline>>,
+    compile_ms: Cell<f64>,
+}
+
+impl Shaders {
+    /// No program yet.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self {
+            frame: FrameLayout::new(device),
+            made: Cell::default(),
+            programs: RefCell::default(),
+            fullscreen: RefCell::default(),
+            depth_clears: RefCell::default(),
+            compile_ms: Cell::default(),
+        }
+    }
+
+    /// The layout of group 0 of all programs.
+    pub(crate) fn frame_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.frame.layout
+    }
+
+    /// How many programs and pipelines were made so far.
+    pub(crate) fn made(&self) -> u64 {
+        self.made.get()
+    }
+
+    /// Runs `compile` and counts it and its time.
+    pub(crate) fn compiling<T>(&self, compile: impl FnOnce() -> T) -> T {
+        self.made.set(self.made.get() + 1);
+        let started = web_time::Instant::now();
+        let result = compile();
+        self.compile_ms.set(self.compile_ms.get() + started.elapsed().as_secs_f64() * 1e3);
+        result
+    }
+
+    /// Milliseconds spent on programs and pipelines so far. A driver may do more of it when it first draws.
+    pub fn compile_ms(&self) -> f64 {
+        self.compile_ms.get()
+    }
+
+    /// The program `name` with the given axes on.
+    ///
+    /// # Errors
+    /// The program does not compile or does not exist.
+    pub fn program(&self, name: &'static str, axes_on: &[&'static str]) -> Result<Arc<Program>, ProgramError> {
+        let key = (name, axes_on.to_vec());
+        if let Some(program) = self.programs.borrow().get(&key) {
+            return Ok(program.clone());
+        }
+        let source = super::compose::source(name, axes_on)
+            .map_err(|message| ProgramError::Invalid { pass: name.into(), message })?;
+        let program = Arc::new(self.compiling(|| Program::built_in(&self.frame, name, source))?);
+        self.programs.borrow_mut().insert(key, program.clone());
+        Ok(program)
+    }
+
+    /// The pipeline that sets depth to 0 where it draws, because no part of a texture can be cleared for itself.
+    ///
+    /// # Errors
+    /// The program does not compile.
+    pub fn depth_clear(&self, format: wgpu::TextureFormat) -> Result<wgpu::RenderPipeline, ProgramError> {
+        if let Some(pipeline) = self.depth_clears.borrow().get(&format) {
+            return Ok(pipeline.clone());
+        }
+        let triangle = self.program("fullscreen", &[])?;
+        let depth_stencil = wgpu::DepthStencilState {
+            format,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: Default::default(),
+            bias: Default::default(),
+        };
+        let descriptor = wgpu::RenderPipelineDescriptor {
+            label: Some("depth_clear"),
+            layout: Some(&triangle.layout),
+            vertex: wgpu::VertexState {
+                module: &triangle.module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: Some(depth_stencil),
+            multisample: Default::default(),
+            fragment: None,
+            multiview_mask: None,
+            cache: None,
+        };
+        let pipeline = self.compiling(|| self.frame.device.create_render_pipeline(&descriptor));
+        self.depth_clears.borrow_mut().insert(format, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    /// The pipeline that draws the program `name` over a whole target of `format`, where depth passes the test.
+    ///
+    /// # Errors
+    /// The program does not compile or does not exist.
+    pub fn fullscreen(
+        &self,
+        name: &'static str,
+        axes_on: &[&'static str],
+        format: wgpu::TextureFormat,
+        blend: Option<wgpu::BlendState>,
+        depth: Option<DepthTest>,
+        constants: &[Constant],
+    ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
+        let declared = constants.iter().filter(|(constant, _)| super::compose::has_constant(name, constant));
+        let key = ((name, axes_on.to_vec()), format, blend, depth, declared.copied().collect());
+        if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
+            return Ok(pipeline.clone());
+        }
+        let program = self.program(name, axes_on)?;
+        let triangle = self.program("fullscreen", &[])?;
+        let create =
+            || FullscreenPipeline::new(&self.frame.device, program, &triangle, format, blend, depth, constants);
+        let pipeline = Arc::new(self.compiling(create));
+        self.fullscreen.borrow_mut().insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+}
