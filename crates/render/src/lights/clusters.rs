@@ -62,16 +62,16 @@ const LIGHTS_PER_THREAD_MIN: usize = 256;
 impl ClusterLists {
     /// One cluster with every light.
     pub fn everything(table: &LightTable, size: (u32, u32)) -> Self {
-        let lights: Vec<u16> = (table.global_count..table.len()).map(|light| light as u16).collect();
+        let lights: Vec<u16> = (table.global_count()..table.len()).map(|light| light as u16).collect();
         Self {
             uniform: ClusterUniform {
                 size: [1, 1, 1, size.0.max(size.1)],
                 slice_from_log_distance: [0.0; 2],
-                directional_count: table.directional_count,
-                global_count: table.global_count,
+                directional_count: table.directional_count(),
+                global_count: table.global_count(),
                 shadow_filter: [0.0; 4],
             },
-            table: vec![record(0, &lights, table.class_ends)],
+            table: vec![record(0, &lights, &table.class_ends)],
             lights,
         }
     }
@@ -101,7 +101,7 @@ impl ClusterLists {
         let (grid, spans) = loop {
             let grid = Grid::new(view, range, target, &settings);
             let fits = grid.row_count() * grid.tiles[0] as usize <= limits.clusters;
-            let spans = if fits { all_spans(&grid, &reaches, table.global_count, limits.entries) } else { None };
+            let spans = if fits { all_spans(&grid, &reaches, table.global_count(), limits.entries) } else { None };
             match spans {
                 Some(spans) => break (grid, spans),
                 None if grid.row_count() == 1 && grid.tiles[0] == 1 => return Self::everything(table, target.size),
@@ -111,13 +111,13 @@ impl ClusterLists {
                 }
             }
         };
-        let (lists, lights) = lists(&grid, &spans, table.class_ends);
+        let (lists, lights) = lists(&grid, &spans, &table.class_ends);
         Self {
             uniform: ClusterUniform {
                 size: [grid.tiles[0], grid.tiles[1], grid.slices(), grid.tile_px],
                 slice_from_log_distance: grid.slice_from_log_distance(),
-                directional_count: table.directional_count,
-                global_count: table.global_count,
+                directional_count: table.directional_count(),
+                global_count: table.global_count(),
                 shadow_filter: [0.0; 4],
             },
             table: lists,
@@ -150,22 +150,23 @@ fn all_spans(grid: &Grid, reaches: &[Reach], first_light: u32, entries_max: usiz
 
 /// What the shader knows of a list that begins at `first` among all entries: that, its length, and where the classes of
 /// its lights end, counted from its beginning: the first two in halves of one number, then the third.
-pub(super) fn record(first: usize, list: &[u16], class_ends: [u32; 4]) -> [u32; 4] {
-    let end = |class: usize| {
+pub(super) fn record(first: usize, list: &[u16], class_ends: &[u32; 6]) -> [u32; 4] {
+    let [.., quiet_points_end, points_end, casters_end, _] = *class_ends;
+    let end = |class_end: u32| {
         // Mostly all lights are of one class.
-        let is_before = |light: &u16| u32::from(*light) < class_ends[class];
+        let is_before = |light: &u16| u32::from(*light) < class_end;
         match (list.first().is_some_and(is_before), list.last().is_some_and(is_before)) {
             (false, _) => 0,
             (true, true) => list.len() as u32,
             (true, false) => list.partition_point(is_before) as u32,
         }
     };
-    [first as u32, list.len() as u32, end(0) | end(1) << 16, end(2)]
+    [first as u32, list.len() as u32, end(quiet_points_end) | end(points_end) << 16, end(casters_end)]
 }
 
 /// A record of every list, and the lists. Rows of clusters are filled one after the other, so that what
 /// is written stays in the cache.
-fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: [u32; 4]) -> (Vec<[u32; 4]>, Vec<u16>) {
+fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: &[u32; 6]) -> (Vec<[u32; 4]>, Vec<u16>) {
     let row_len = grid.tiles[0] as usize;
     // Where the spans and the entries of a row begin.
     let mut begins = vec![[0usize; 2]; grid.row_count() + 1];
@@ -287,7 +288,7 @@ mod tests {
 
     /// Two lights without range, and then so many spots: the half angle, at most 90°, and the range by number.
     fn table(count: u32, outer_cone_rad: impl Fn(u32) -> Option<f32>) -> LightTable {
-        let mut table = LightTable { texels: vec![[0.0; 4]; 8], global_count: 2, ..Default::default() };
+        let mut table = LightTable { texels: vec![[0.0; 4]; 8], class_ends: [0, 2, 2, 2, 2, 2], ..Default::default() };
         for i in 0..count {
             let position = Vec3::new(18.0 * unit(i, 1) - 9.0, 10.0 * unit(i, 2) - 5.0, -24.0 * unit(i, 3));
             let direction = Vec3::new(unit(i, 8) - 0.5, unit(i, 9) - 0.5, unit(i, 10) - 0.5).normalize_or(Vec3::X);
@@ -396,7 +397,7 @@ mod tests {
 
     #[test]
     fn without_lights_of_a_range_there_is_one_empty_list() {
-        let table = LightTable { texels: vec![[0.0; 4]; 8], global_count: 2, ..Default::default() };
+        let table = LightTable { texels: vec![[0.0; 4]; 8], class_ends: [0, 2, 2, 2, 2, 2], ..Default::default() };
         for (view, range, target) in cases() {
             let lists = ClusterLists::build(&table, &view, range, &target, &ClusterSettings::default(), UNLIMITED);
             assert_eq!((lists.table, lists.lights), (vec![[0; 4]], vec![]));
@@ -428,12 +429,12 @@ mod tests {
 
     #[test]
     fn records_tell_where_classes_end() {
-        let ends = [10, 20, 30, 40];
-        assert_eq!(record(7, &[], ends), [7, 0, 0, 0]);
-        assert_eq!(record(7, &[3, 9, 12, 19, 25, 31, 39], ends), [7, 7, 2 | 4 << 16, 5]);
-        assert_eq!(record(0, &[21, 22], ends), [0, 2, 0, 2]);
-        assert_eq!(record(0, &[0, 5], ends), [0, 2, 2 | 2 << 16, 2]);
-        assert_eq!(record(0, &[35], ends), [0, 1, 0, 0]);
+        let ends = [0, 0, 10, 20, 30, 40];
+        assert_eq!(record(7, &[], &ends), [7, 0, 0, 0]);
+        assert_eq!(record(7, &[3, 9, 12, 19, 25, 31, 39], &ends), [7, 7, 2 | 4 << 16, 5]);
+        assert_eq!(record(0, &[21, 22], &ends), [0, 2, 0, 2]);
+        assert_eq!(record(0, &[0, 5], &ends), [0, 2, 2 | 2 << 16, 2]);
+        assert_eq!(record(0, &[35], &ends), [0, 1, 0, 0]);
     }
 
     #[test]

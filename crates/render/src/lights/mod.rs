@@ -111,13 +111,9 @@ pub struct LightTable {
     pub texels: Vec<[f32; 4]>,
     /// What every light reaches that has a range, in world space.
     pub reaches: Vec<Reach>,
-    /// The number of directional lights.
-    pub directional_count: u32,
-    /// The number of lights before the first that has a range.
-    pub global_count: u32,
-    /// The numbers of the lights before which each class of those that have a range ends: point lights that cast no shadow,
-    /// that cast one, spots that cast one, that cast none.
-    pub class_ends: [u32; 4],
+    /// The numbers of the lights before which each class ends: directional ones, others without a range, point lights that
+    /// cast no shadow, that cast one, spots that cast one, that cast none.
+    pub class_ends: [u32; 6],
     /// The lights, in the order of their texels.
     pub lights: Vec<TableLight>,
 }
@@ -165,7 +161,7 @@ impl LightTable {
             classes[class].push((texels, light));
         }
         let mut end = 0;
-        let [directional_count, global_count, class_ends @ ..] = classes.each_ref().map(|class| {
+        let class_ends = classes.each_ref().map(|class| {
             end += class.len() as u32;
             end
         });
@@ -175,8 +171,6 @@ impl LightTable {
             pre_exposure,
             texels: texels.into_iter().flatten().collect(),
             reaches: reaches.concat(),
-            directional_count,
-            global_count,
             class_ends,
             lights,
         }
@@ -189,22 +183,29 @@ impl LightTable {
 
     /// Whether lists of both are the same: the lights may differ, but not in number and in what they reach.
     fn has_lists_of(&self, other: &Self) -> bool {
-        let counts = |table: &Self| (table.len(), table.directional_count, table.global_count, table.class_ends);
-        counts(self) == counts(other) && self.reaches == other.reaches
+        self.class_ends == other.class_ends && self.reaches == other.reaches
     }
 
     /// Which classes of lights there are, as `lights.wgsl` has them: a bit for each, in the order of the table.
     pub fn classes(&self) -> u32 {
-        let ends = [self.directional_count, self.global_count].into_iter().chain(self.class_ends);
         let mut begin = 0;
-        let bits = ends.enumerate().map(|(class, end)| u32::from(std::mem::replace(&mut begin, end) < end) << class);
+        let bits = self.class_ends.into_iter().enumerate().map(|(class, end)| u32::from(std::mem::replace(&mut begin, end) < end) << class);
         bits.sum()
     }
 
     /// The class of the light with a number, as a bit.
     pub fn class_of(&self, light: u32) -> u32 {
-        let ends = [self.directional_count, self.global_count].into_iter().chain(self.class_ends);
-        1 << ends.filter(|end| *end <= light).count()
+        1 << self.class_ends.iter().filter(|end| **end <= light).count()
+    }
+
+    /// The number of directional lights.
+    pub const fn directional_count(&self) -> u32 {
+        self.class_ends[0]
+    }
+
+    /// The number of lights before the first that has a range.
+    pub const fn global_count(&self) -> u32 {
+        self.class_ends[1]
     }
 
     /// The number of lights.

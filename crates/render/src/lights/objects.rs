@@ -40,8 +40,8 @@ impl ClusterLists {
     /// Appends a list for every object id, of the lights with a range that may reach the object, in the order of the lights.
     /// What may be anywhere, and what there is no room for within `limits`, has a list of all lights.
     pub fn append_objects(&mut self, table: &LightTable, objects: &ObjectBounds, limits: ListLimits) {
-        let everything: Vec<u16> = (table.global_count..table.len()).map(|light| light as u16).collect();
-        let of_everything = record(self.lights.len(), &everything, table.class_ends);
+        let everything: Vec<u16> = (table.global_count()..table.len()).map(|light| light as u16).collect();
+        let of_everything = record(self.lights.len(), &everything, &table.class_ends);
         self.lights.extend(everything);
         for place in &objects.0 {
             let bounds = match place {
@@ -60,10 +60,10 @@ impl ClusterLists {
                 let nearest = center.clamp(bounds.min, bounds.max);
                 nearest.distance_squared(center) <= radius_m * radius_m
             };
-            let reaching = (table.global_count..).zip(&table.reaches);
+            let reaching = (table.global_count()..).zip(&table.reaches);
             let reaching = reaching.filter(|(_, reach)| touches(reach.center, reach.radius_m * RADIUS_SLACK));
             self.lights.extend(reaching.map(|(light, _)| light as u16));
-            self.table.push(record(first, &self.lights[first..], table.class_ends));
+            self.table.push(record(first, &self.lights[first..], &table.class_ends));
         }
     }
 }

@@ -98,7 +98,7 @@ pub fn visible(table: &LightTable, of: &ListsOf) -> Vec<Volume> {
     // A sample lies within its pixel, so that half a pixel more is seen than the picture shows; a whole one is room.
     let half_extent = of.view.half_extent(of.target.aspect) * (1.0 + 2.0 / size_px);
     let seen = Seen { half_extent, is_orthographic: of.view.is_orthographic() };
-    let volumes = (table.global_count..).zip(&table.reaches).filter_map(|(light, reach)| {
+    let volumes = (table.global_count()..).zip(&table.reaches).filter_map(|(light, reach)| {
         let (center_world, radius_m) = bounds(reach);
         let cells = seen.cells(view_from_world.transform_point3(center_world), radius_m)?;
         let shape = if reach.cone.is_some() { VolumeShape::Cone } else { VolumeShape::Ball };
