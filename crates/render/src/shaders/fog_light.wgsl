@@ -9,7 +9,7 @@
 import package::view::{view, direction_to_eye_world};
 import package::shaders::fog::{FogRay, fog, fog_ray, fog_density_per_m, optical_depth, distance_at_depth, ray_length_m};
 import package::shaders::light_table::{
-    cluster_at, cluster_grid, cluster_light_at, light_part, light_place, table_rows,
+    LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, cluster_at, cluster_grid, cluster_light_at, light_part, light_place, table_rows,
 };
 @if(shadowed) import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air};
 
@@ -41,8 +41,8 @@ fn phase(cos_turn: f32) -> f32 {
 // A directional light, at a place that stands for `lost` of what fog takes.
 fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
     let table_uv = light_place(index, table_rows());
-    var irradiance = light_part(table_uv, 1.0).rgb;
-    let to_light = -light_part(table_uv, 2.0).xyz;
+    var irradiance = light_part(table_uv, LIGHT_COLOR).rgb;
+    let to_light = -light_part(table_uv, LIGHT_AXIS).xyz;
     @if(shadowed) {
         irradiance *= directional_visibility_in_air(table_uv, air.origin_world + air.direction_world * at_m);
     }
@@ -52,7 +52,7 @@ fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
 // A light at a place, over the part of the ray from `first_m` to `last_m`, of which the share `place` is looked at.
 fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) -> vec3f {
     let table_uv = light_place(index, table_rows());
-    let source = light_part(table_uv, 0.0);
+    let source = light_part(table_uv, LIGHT_POSITION);
     let towards = source.xyz - air.origin_world;
     let middle_m = dot(towards, air.direction_world);
     let across = towards - middle_m * air.direction_world;
@@ -77,10 +77,10 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
     let to_light = (source.xyz - position_world) * inverseSqrt(distance_squared);
     let ratio_squared = distance_squared * source.w;
     var strength = clamp(1.0 - ratio_squared * ratio_squared, 0.0, 1.0) * opening / aside_m;
-    let color = light_part(table_uv, 1.0);
+    let color = light_part(table_uv, LIGHT_COLOR);
     // Point lights have no cone.
     if color.w != 0.0 {
-        let axis = light_part(table_uv, 2.0);
+        let axis = light_part(table_uv, LIGHT_AXIS);
         let cone = clamp(dot(axis.xyz, -to_light) * color.w + axis.w, 0.0, 1.0);
         strength *= cone * cone;
     }

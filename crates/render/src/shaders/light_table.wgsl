@@ -19,6 +19,11 @@ struct ClusterGrid {
 // and the scale of its cone; the direction in which it shines and the offset of its cone; the number of the first of its tiles
 // (0: it casts no shadow), how many it has, its radius in metres, 0. A tile has four texels, too: see `shaders/shadows.wgsl`.
 
+const LIGHT_POSITION: f32 = 0.0;
+const LIGHT_COLOR: f32 = 1.0;
+const LIGHT_AXIS: f32 = 2.0;
+const LIGHT_SHADOW: f32 = 3.0;
+
 @group(0) @binding(3) var<uniform> cluster_grid: ClusterGrid;
 @group(0) @binding(4) var lights: texture_2d<f32>;
 @group(0) @binding(5) var cluster_table: texture_2d<u32>;

@@ -6,7 +6,9 @@ import package::constants::{
     CASTING_POINTS, CASTING_SPOTS, DIRECTIONAL_LIGHTS, GLOBAL_LIGHTS, QUIET_POINTS, QUIET_SPOTS,
 };
 import package::shaders::brdf::{Shading, brdf_times_n_dot_l};
-import package::shaders::light_table::{TableRows, cluster_grid, light_part, light_place};
+import package::shaders::light_table::{
+    LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, TableRows, cluster_grid, light_part, light_place,
+};
 @if(shadowed) import package::shaders::shadows::{directional_visibility, punctual_visibility};
 
 // The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at least.
@@ -33,7 +35,7 @@ fn add_light(
     sums: ptr<function, LightSums>,
 ) {
     let has_cone = (classes & LIGHTS_WITH_CONES) != 0u;
-    let place = light_part(table_uv, 0.0);
+    let place = light_part(table_uv, LIGHT_POSITION);
     let towards = place.xyz - position_world;
     let distance_squared = dot(towards, towards);
     let ratio_squared = distance_squared * place.w;
@@ -41,19 +43,19 @@ fn add_light(
     (*sums).visited += 1.0;
     @if(counting) {
         let to_light = towards * inverseSqrt(max(distance_squared, 1e-12));
-        let axis = light_part(table_uv, 2.0);
-        let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(table_uv, 1.0).w > 0.0;
+        let axis = light_part(table_uv, LIGHT_AXIS);
+        let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(table_uv, LIGHT_COLOR).w > 0.0;
         (*sums).in_range += select(0.0, 1.0, is_in_cone & (ratio_squared <= 1.0));
     }
     // In range, and before the surface, as one condition.
     if min(1.0 - ratio_squared, normal_towards) > 0.0 {
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-12));
         let to_light = towards * inverse_distance;
-        let color = light_part(table_uv, 1.0);
+        let color = light_part(table_uv, LIGHT_COLOR);
         var attenuation = (1.0 - ratio_squared * ratio_squared) * min(inverse_distance * inverse_distance, 1e6);
         if has_cone {
             // Point lights have a scale of 0 and an offset of 1.
-            let axis = light_part(table_uv, 2.0);
+            let axis = light_part(table_uv, LIGHT_AXIS);
             let cone = clamp(axis.w - dot(axis.xyz, to_light) * color.w, 0.0, 1.0);
             attenuation *= cone * cone;
         }
@@ -78,8 +80,8 @@ fn directional_radiance(
     sums: ptr<function, LightSums>,
 ) {
     let table_uv = light_place(index, rows);
-    let color = light_part(table_uv, 1.0);
-    let to_light = -light_part(table_uv, 2.0).xyz;
+    let color = light_part(table_uv, LIGHT_COLOR);
+    let to_light = -light_part(table_uv, LIGHT_AXIS).xyz;
     let n_dot_l = max(dot(shading.normal, to_light), 0.0);
     (*sums).visited += 1.0;
     (*sums).in_range += 1.0;

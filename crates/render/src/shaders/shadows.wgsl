@@ -5,7 +5,9 @@
 // Spaces of tiles: see `shadows/projection.rs`.
 
 import package::view::view;
-import package::shaders::light_table::{cluster_grid, light_part, light_place, nearest_clamp, table_rows};
+import package::shaders::light_table::{
+    LIGHT_SHADOW, cluster_grid, light_part, light_place, nearest_clamp, table_rows,
+};
 
 @group(0) @binding(9) var shadow_atlas: texture_depth_2d;
 @group(0) @binding(10) var shadow_compare: sampler_comparison;
@@ -35,6 +37,12 @@ struct ShadowTile {
     place: vec4f,
 }
 
+// Its texels, in the order of its members.
+const TILE_ROW_X: f32 = 0.0;
+const TILE_ROW_Y: f32 = 1.0;
+const TILE_ROW_Z: f32 = 2.0;
+const TILE_PLACE: f32 = 3.0;
+
 // A point as a tile sees it: x and y from -1 to 1 across it, depth (1 nearest to the light), and by how much the depth of its
 // surface rises along x and y.
 struct ShadowPoint {
@@ -45,7 +53,12 @@ struct ShadowPoint {
 
 fn shadow_tile(index: u32) -> ShadowTile {
     let table_uv = light_place(index, table_rows());
-    return ShadowTile(light_part(table_uv, 0.0), light_part(table_uv, 1.0), light_part(table_uv, 2.0), light_part(table_uv, 3.0));
+    return ShadowTile(
+        light_part(table_uv, TILE_ROW_X),
+        light_part(table_uv, TILE_ROW_Y),
+        light_part(table_uv, TILE_ROW_Z),
+        light_part(table_uv, TILE_PLACE),
+    );
 }
 
 fn in_tile(tile: ShadowTile, position_world: vec3f) -> vec3f {
@@ -186,7 +199,7 @@ fn cube_face(away: vec3f) -> u32 {
 
 // The share of the light whose place in the table is `table_uv` that reaches a surface.
 fn punctual_visibility(table_uv: vec2f, light_position: vec3f, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = light_part(table_uv, 3.0);
+    let shadow = light_part(table_uv, LIGHT_SHADOW);
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -202,7 +215,7 @@ fn punctual_visibility(table_uv: vec2f, light_position: vec3f, position_world: v
 // The share of the directional light whose place in the table is `table_uv` that reaches a surface: by the first of its cascades that shows it, and
 // where that ends, more and more by the next.
 fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
-    let shadow = light_part(table_uv, 3.0);
+    let shadow = light_part(table_uv, LIGHT_SHADOW);
     let count = u32(shadow.y);
     var visibility = 0.0;
     var left = 1.0;
@@ -242,7 +255,7 @@ fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: 
 
 // The share of the light whose place in the table is `table_uv` that gets to a place in the air.
 fn punctual_visibility_in_air(table_uv: vec2f, light_position: vec3f, position_world: vec3f) -> f32 {
-    let shadow = light_part(table_uv, 3.0);
+    let shadow = light_part(table_uv, LIGHT_SHADOW);
     if shadow.x <= 0.0 {
         return 1.0;
     }
@@ -256,7 +269,7 @@ fn punctual_visibility_in_air(table_uv: vec2f, light_position: vec3f, position_w
 
 // The share of the directional light whose place in the table is `table_uv` that gets to a place in the air: by the first of its cascades that shows it.
 fn directional_visibility_in_air(table_uv: vec2f, position_world: vec3f) -> f32 {
-    let shadow = light_part(table_uv, 3.0);
+    let shadow = light_part(table_uv, LIGHT_SHADOW);
     let count = u32(shadow.y);
     for (var i = 0u; i < count; i++) {
         let tile = shadow_tile(u32(shadow.x) + i);
