@@ -8,6 +8,7 @@
 mod atlas;
 mod casters;
 mod dealing;
+mod placing;
 mod projection;
 mod settings;
 mod wanted;
@@ -22,13 +23,13 @@ use crate::draws::{Tile, WorldDraws};
 use crate::lights::{LightTable, TableLight};
 use crate::resources::Instance;
 use atlas::Allocator;
-use casters::{Caster, Casters, OfLight};
+use casters::{Caster, Casters};
 use dealing::Turns;
+use placing::Kept;
 use manypass_scene::{LightKind, NodeId};
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use wanted::Aim;
+use wanted::Wanting;
 
 /// The smallest tile: less would be all border.
 const SIDE_MIN: u32 = 16;
@@ -56,12 +57,6 @@ impl LightKey {
 
 /// Which tile: one of a light's.
 type TileKey = (LightKey, u8);
-
-#[derive(Clone, Copy, Debug)]
-struct Kept {
-    square: Square,
-    signature: u64,
-}
 
 /// Numbers of a frame's shadows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -128,18 +123,6 @@ pub struct FrameShadows {
 
 /// Of every light that wants tiles: their records, and its weight in this frame.
 type OfLights<'w> = BTreeMap<&'w LightKey, (Vec<[[f32; 4]; 4]>, f32)>;
-
-/// A light with the tiles that it wants.
-struct Wanting {
-    key: LightKey,
-    is_directional: bool,
-    aims: Vec<Aim>,
-    /// The demanded side.
-    side: f32,
-    of_light: OfLight,
-    /// Of each tile, if anything casts a shadow into it.
-    has_casters: Vec<bool>,
-}
 
 /// What lasts from frame to frame.
 #[derive(Debug)]
@@ -221,57 +204,6 @@ impl Shadows {
         frame
     }
 
-    /// The lights that want tiles.
-    fn wanting(
-        &self,
-        casters: &Casters<'_>,
-        world: &WorldDraws,
-        views: &[(Viewer<'_>, &LightTable)],
-        settings: &ShadowSettings,
-        dealing: Dealing,
-    ) -> Vec<Wanting> {
-        let mut wanting: BTreeMap<LightKey, Wanting> = BTreeMap::new();
-        let mut everywhere = None;
-        let side_max = self.allocator.side();
-        for (viewer, table) in views {
-            for source in table.lights.iter().filter(|light| light.casts_shadows) {
-                let light = &dealing.moved(source);
-                let side = if light.kind == LightKind::Directional {
-                    // Cascades are as fine as the picture if they have twice its pixels.
-                    let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
-                    Some(side.min(side_max / 2) as f32)
-                } else {
-                    let most = if is_single(light) { side_max / 4 } else { side_max / 8 };
-                    wanted::demand(light, viewer).map(|side| side.min(most as f32))
-                };
-                let Some(side) = side else { continue };
-                let key = LightKey::of(viewer, light);
-                match wanting.entry(key) {
-                    Entry::Occupied(mut known) => known.get_mut().side = known.get().side.max(side),
-                    Entry::Vacant(place) => {
-                        let is_directional = light.kind == LightKind::Directional;
-                        let (aims, of_light) = if is_directional {
-                            let items = everywhere.get_or_insert_with(|| casters.everywhere().items).clone();
-                            let aims = Aim::of_directional(light, viewer, &world.bounds_world, settings.cascades);
-                            (aims, OfLight { items, is_in_emitter: false })
-                        } else {
-                            let range_m = light.range_m.unwrap_or(f32::INFINITY);
-                            (Aim::of_local(light), casters.around(light.position, source.position, range_m))
-                        };
-                        // The smallest tile has the widest border.
-                        let shows = |aim: &Aim| {
-                            let projection = aim.projection(SIDE_MIN);
-                            casters.in_tile(&of_light.items, &projection).next().is_some()
-                        };
-                        let has_casters = aims.iter().map(shows).collect();
-                        place.insert(Wanting { key, is_directional, aims, side, of_light, has_casters });
-                    }
-                }
-            }
-        }
-        wanting.into_values().collect()
-    }
-
     /// Which lights always have their tiles, and whose turn comes when.
     fn turns(&self, wanting: &[Wanting]) -> Turns {
         let demanded: Vec<(u32, u32)> = wanting
@@ -282,121 +214,6 @@ impl Shadows {
             })
             .collect();
         Turns::new(&demanded, u64::from(self.allocator.side()).pow(2), SIDE_MIN)
-    }
-
-    /// The side of the tiles of every light, 0 where there is no place for them, or where there would be more than `most` of
-    /// lights at a place. All are made smaller alike until they fit.
-    fn sides(&self, wanting: &[Wanting], most: u32) -> Vec<u32> {
-        let area = u64::from(self.allocator.side()).pow(2);
-        let mut tiles = 0;
-        // The demanded side, that which is there, and how many of them; none of a light beyond `most`.
-        let demands: Vec<Option<(f32, Option<u32>, u64)>> = wanting
-            .iter()
-            .map(|light| {
-                let kept = self.tiles.get(&(light.key, first_part(light))).map(|kept| kept.square.side);
-                let count = light.has_casters.iter().filter(|has| **has).count() as u64;
-                tiles += if light.is_directional { 0 } else { count };
-                (tiles <= u64::from(most)).then_some((light.side, kept, count))
-            })
-            .collect();
-        let side_of = |(demanded, kept, _): &(f32, Option<u32>, u64), shift: u32| {
-            // A size is kept while it is not far off.
-            let is_near = |side: &u32| (0.4..=1.1).contains(&(demanded / *side as f32));
-            let steady = kept.map(|side| side << shift).filter(is_near);
-            (steady.unwrap_or_else(|| (*demanded as u32).max(1).next_power_of_two()) >> shift).max(SIDE_MIN)
-        };
-        let needed = |demand: &(f32, Option<u32>, u64), shift| demand.2 * u64::from(side_of(demand, shift)).pow(2);
-        let is_enough =
-            |shift: &u32| demands.iter().flatten().map(|demand| needed(demand, *shift)).sum::<u64>() <= area;
-        let shift = (0..16).find(is_enough).unwrap_or(16);
-        let mut left = area;
-        demands
-            .iter()
-            .map(|demand| {
-                let Some(demand) = demand else { return 0 };
-                let side = side_of(demand, shift);
-                let needed = needed(demand, shift);
-                let fits = needed <= left;
-                left -= if fits { needed } else { 0 };
-                if fits { side } else { 0 }
-            })
-            .collect()
-    }
-
-    /// The squares of every light's tiles, none of a tile without casters; none at all of a light that has no place.
-    fn place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Vec<Option<Vec<Option<Square>>>> {
-        // First what stays where it is, then what is new; if that finds no gap, what nobody wants now is given up, and if that
-        // does not help, everything is placed anew, which always fits.
-        for attempt in 0..3 {
-            match attempt {
-                0 => (),
-                1 => {
-                    let is_wanted = |light: &Wanting, side: &u32| (*side > 0).then_some(light.key);
-                    let wanted: BTreeSet<_> =
-                        wanting.iter().zip(sides).filter_map(|(light, side)| is_wanted(light, side)).collect();
-                    self.give_back(|key| !wanted.contains(&key.0));
-                }
-                _ => self.give_back(|_| true),
-            }
-            if let Some(placed) = self.try_place(wanting, sides) {
-                return placed;
-            }
-        }
-        vec![None; wanting.len()]
-    }
-
-    fn give_back(&mut self, is_given: impl Fn(&TileKey) -> bool) {
-        let allocator = &mut self.allocator;
-        self.tiles.retain(|key, kept| {
-            let is_given = is_given(key);
-            if is_given {
-                allocator.give(kept.square);
-            }
-            !is_given
-        });
-    }
-
-    fn try_place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Option<Vec<Option<Vec<Option<Square>>>>> {
-        let keys = |wanting: &Wanting, part: usize| (wanting.key, part as u8);
-        // Tiles of another size make room first.
-        for (light, side) in wanting.iter().zip(sides) {
-            for (part, has_casters) in light.has_casters.iter().enumerate() {
-                let key = keys(light, part);
-                let Some(kept) = self.tiles.get(&key) else { continue };
-                if !has_casters || kept.square.side != *side {
-                    self.allocator.give(kept.square);
-                    self.tiles.remove(&key);
-                }
-            }
-        }
-        let mut placed = Vec::with_capacity(wanting.len());
-        let mut order: Vec<usize> = (0..wanting.len()).collect();
-        order.sort_by_key(|at| std::cmp::Reverse(sides[*at]));
-        placed.resize_with(wanting.len(), || None);
-        for at in order {
-            let (light, side) = (&wanting[at], sides[at]);
-            if side == 0 {
-                continue;
-            }
-            let mut squares = Vec::with_capacity(light.aims.len());
-            for (part, has_casters) in light.has_casters.iter().enumerate() {
-                if !has_casters {
-                    squares.push(None);
-                    continue;
-                }
-                let square = match self.tiles.entry(keys(light, part)) {
-                    Entry::Occupied(kept) => kept.get().square,
-                    Entry::Vacant(place) => {
-                        let square = self.allocator.take(side)?;
-                        place.insert(Kept { square, signature: 0 });
-                        square
-                    }
-                };
-                squares.push(Some(square));
-            }
-            placed[at] = Some(squares);
-        }
-        Some(placed)
     }
 
     /// The records of a light's tiles, and what of them is to be drawn.
@@ -439,16 +256,6 @@ impl Shadows {
         }
         records
     }
-}
-
-/// Whether one tile shows all that the light reaches.
-fn is_single(light: &TableLight) -> bool {
-    matches!(light.kind, LightKind::Spot { .. }) && Aim::of_local(light).len() == 1
-}
-
-/// The first of a light's tiles that has casters.
-fn first_part(wanting: &Wanting) -> u8 {
-    wanting.has_casters.iter().position(|has| *has).unwrap_or(0) as u8
 }
 
 fn view_shadows(viewer: &Viewer<'_>, table: &LightTable, of_lights: &OfLights<'_>, dealing: Dealing) -> ViewShadows {

@@ -1,10 +1,15 @@
 //! Which tiles the lights of a frame want, and how large.
 
+use super::casters::{Casters, OfLight};
 use super::projection::{TileProjection, cube_faces, looking_along, slice_sphere, splits};
-use crate::lights::TableLight;
+use super::{Dealing, LightKey, SIDE_MIN, ShadowSettings, Shadows};
+use crate::draws::WorldDraws;
+use crate::lights::{LightTable, TableLight};
 use crate::view::{DepthRange, View};
 use glam::{Quat, Vec2, Vec3};
 use manypass_scene::{Aabb, LightKind};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::f32::consts::FRAC_PI_3;
 
 /// A view that shows shadows.
@@ -18,6 +23,18 @@ pub struct Viewer<'v> {
     pub range: DepthRange,
     /// Width and height in pixels.
     pub size: (u32, u32),
+}
+
+/// A light with the tiles that it wants.
+pub(super) struct Wanting {
+    pub key: LightKey,
+    pub is_directional: bool,
+    pub aims: Vec<Aim>,
+    /// The demanded side.
+    pub side: f32,
+    pub of_light: OfLight,
+    /// Of each tile, if anything casts a shadow into it.
+    pub has_casters: Vec<bool>,
 }
 
 /// What a tile is to see, before it is known how large it is.
@@ -126,4 +143,62 @@ pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
     let eye_m = (center.length() - 0.5 * range_m).max(0.25 * range_m);
     let pixels_per_m = 0.5 * height / (half_extent.y * if view.is_orthographic() { 1.0 } else { eye_m });
     Some(tangent * range_m * pixels_per_m)
+}
+
+impl Shadows {
+    /// The lights that want tiles.
+    pub(super) fn wanting(
+        &self,
+        casters: &Casters<'_>,
+        world: &WorldDraws,
+        views: &[(Viewer<'_>, &LightTable)],
+        settings: &ShadowSettings,
+        dealing: Dealing,
+    ) -> Vec<Wanting> {
+        let mut wanting: BTreeMap<LightKey, Wanting> = BTreeMap::new();
+        let mut everywhere = None;
+        let side_max = self.allocator.side();
+        for (viewer, table) in views {
+            for source in table.lights.iter().filter(|light| light.casts_shadows) {
+                let light = &dealing.moved(source);
+                let side = if light.kind == LightKind::Directional {
+                    // Cascades are as fine as the picture if they have twice its pixels.
+                    let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
+                    Some(side.min(side_max / 2) as f32)
+                } else {
+                    let most = if is_single(light) { side_max / 4 } else { side_max / 8 };
+                    demand(light, viewer).map(|side| side.min(most as f32))
+                };
+                let Some(side) = side else { continue };
+                let key = LightKey::of(viewer, light);
+                match wanting.entry(key) {
+                    Entry::Occupied(mut known) => known.get_mut().side = known.get().side.max(side),
+                    Entry::Vacant(place) => {
+                        let is_directional = light.kind == LightKind::Directional;
+                        let (aims, of_light) = if is_directional {
+                            let items = everywhere.get_or_insert_with(|| casters.everywhere().items).clone();
+                            let aims = Aim::of_directional(light, viewer, &world.bounds_world, settings.cascades);
+                            (aims, OfLight { items, is_in_emitter: false })
+                        } else {
+                            let range_m = light.range_m.unwrap_or(f32::INFINITY);
+                            (Aim::of_local(light), casters.around(light.position, source.position, range_m))
+                        };
+                        // The smallest tile has the widest border.
+                        let shows = |aim: &Aim| {
+                            let projection = aim.projection(SIDE_MIN);
+                            casters.in_tile(&of_light.items, &projection).next().is_some()
+                        };
+                        let has_casters = aims.iter().map(shows).collect();
+                        place.insert(Wanting { key, is_directional, aims, side, of_light, has_casters });
+                    }
+                }
+            }
+        }
+        wanting.into_values().collect()
+    }
+}
+
+/// Whether one tile shows all that the light reaches.
+fn is_single(light: &TableLight) -> bool {
+    matches!(light.kind, LightKind::Spot { .. }) && Aim::of_local(light).len() == 1
 }
