@@ -10,7 +10,7 @@ pub struct DataTexture {
     width: u32,
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// What [`Self::write`] put there.
+    /// What [`Self::write_changed`] put there.
     uploaded: Vec<u8>,
 }
 
@@ -44,25 +44,49 @@ impl DataTexture {
     /// Replaces the array, writing what is new of it, and says how many bytes that were. One that the device cannot hold is
     /// `None`, and the former one stays.
     pub fn write<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: &[T]) -> Option<u64> {
-        let bytes: &[u8] = bytemuck::cast_slice(texels);
-        let rows = bytes.len().div_ceil(self.width as usize * self.texel_bytes()) as u32;
+        let count = (std::mem::size_of_val(texels) / self.texel_bytes()) as u32;
+        self.fit(device, queue, count, 0)?;
+        Some(self.write_changed(queue, 0, texels))
+    }
+
+    /// Gives the texture the size that so many texels need, of which the first `kept` stay what they are; the others are to be
+    /// written. Says how many bytes had to be written again, or `None` if the device cannot hold as many.
+    pub fn fit(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: u32, kept: u32) -> Option<u64> {
+        let rows = texels.div_ceil(self.width);
         if rows > device.limits().max_texture_dimension_2d {
             return None;
         }
         let height = self.texture.height();
-        if rows > height || 4 * rows.max(1).next_power_of_two() < height {
-            self.resize(device, (bytes.len() / self.texel_bytes()) as u32);
-            self.uploaded.clear();
+        if rows <= height && 4 * rows.max(1).next_power_of_two() >= height {
+            return Some(0);
         }
-        let changed = changed_parts(&self.uploaded, bytes, self.texel_bytes());
+        self.resize(device, texels);
+        let mut uploaded = std::mem::take(&mut self.uploaded);
+        uploaded.truncate(kept as usize * self.texel_bytes());
+        self.write_at(queue, 0, &uploaded);
+        self.uploaded = uploaded;
+        Some(self.uploaded.len() as u64)
+    }
+
+    /// Writes what is new of the array from the texel `first` on, where there is room for it, and says how many bytes that were.
+    pub fn write_changed<T: bytemuck::Pod>(&mut self, queue: &wgpu::Queue, first: u32, texels: &[T]) -> u64 {
+        let bytes: &[u8] = bytemuck::cast_slice(texels);
+        let texel_bytes = self.texel_bytes();
+        let begin = first as usize * texel_bytes;
+        // What was never written is zero.
+        self.uploaded.resize(self.uploaded.len().max(begin), 0);
+        let (_, known) = self.uploaded.split_at(begin);
+        let changed = changed_parts(known, bytes, texel_bytes);
         for part in &changed {
-            self.write_at(queue, (part.start / self.texel_bytes()) as u32, &bytes[part.clone()]);
+            self.write_at(queue, first + (part.start / texel_bytes) as u32, &bytes[part.clone()]);
         }
         if !changed.is_empty() {
-            self.uploaded.clear();
+            let beyond = self.uploaded.split_off((begin + bytes.len()).min(self.uploaded.len()));
+            self.uploaded.truncate(begin);
             self.uploaded.extend_from_slice(bytes);
+            self.uploaded.extend(beyond);
         }
-        Some(changed.iter().map(|part| part.len() as u64).sum())
+        changed.iter().map(|part| part.len() as u64).sum()
     }
 
     /// Makes room for an array of so many texels, whose values are then unknown, and says how many there is room for.
@@ -93,6 +117,11 @@ impl DataTexture {
             self.write_rows(queue, (x, y), rows, width, now);
             (x, y, bytes) = (0, y + rows, later);
         }
+    }
+
+    /// Its rows.
+    pub fn rows(&self) -> u32 {
+        self.texture.height()
     }
 
     /// Bytes of the texture.

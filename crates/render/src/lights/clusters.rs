@@ -2,6 +2,7 @@
 
 use super::grid::{Grid, Span, Target};
 use super::reach::Reach;
+use super::record::ListRecord;
 use super::{ClusterSettings, LIGHTS_MAX, LightTable};
 use crate::constants::{LIST_WIDTH, TABLE_WIDTH};
 use crate::view::{DepthRange, View};
@@ -23,6 +24,9 @@ pub struct ClusterUniform {
     /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
     /// the bias in texels.
     pub shadow_filter: [f32; 4],
+    /// Of the textures of lists and lights: one divided by the rows of the first, which holds the records of lists and then
+    /// the lights; the middle of its first row of lights, as a share of all; one divided by the rows of the second; 0.
+    pub table_rows: [f32; 4],
 }
 
 /// What the textures that hold the lists have room for.
@@ -50,8 +54,8 @@ impl ListLimits {
 pub struct ClusterLists {
     /// Shape of the grid.
     pub uniform: ClusterUniform,
-    /// A record of the list of every cluster: see [`record`].
-    pub table: Vec<[u32; 4]>,
+    /// A record of the list of every cluster.
+    pub table: Vec<ListRecord>,
     /// Indices of lights, list after list, low bytes first.
     pub lights: Vec<u16>,
 }
@@ -70,15 +74,16 @@ impl ClusterLists {
                 directional_count: table.directional_count(),
                 global_count: table.global_count(),
                 shadow_filter: [0.0; 4],
+                table_rows: [0.0; 4],
             },
-            table: vec![record(0, &lights, &table.class_ends)],
+            table: vec![ListRecord::new(0, &lights, &table.class_ends)],
             lights,
         }
     }
 
     /// One cluster without lights, but for those that are in no list.
     pub fn nothing(table: &LightTable, size: (u32, u32)) -> Self {
-        Self { table: vec![[0; 4]], lights: Vec::new(), ..Self::everything(table, size) }
+        Self { table: vec![ListRecord::EMPTY], lights: Vec::new(), ..Self::everything(table, size) }
     }
 
     /// Lists for tiles and slices fitted to `range`. Where there would be more lists than `limits` has room for, or lights
@@ -119,6 +124,7 @@ impl ClusterLists {
                 directional_count: table.directional_count(),
                 global_count: table.global_count(),
                 shadow_filter: [0.0; 4],
+                table_rows: [0.0; 4],
             },
             table: lists,
             lights,
@@ -148,25 +154,9 @@ fn all_spans(grid: &Grid, reaches: &[Reach], first_light: u32, entries_max: usiz
     (total <= entries_max).then(|| results.into_iter().map(|(spans, _)| spans).collect())
 }
 
-/// What the shader knows of a list that begins at `first` among all entries: that, its length, and where the classes of
-/// its lights end, counted from its beginning: the first two in halves of one number, then the third.
-pub(super) fn record(first: usize, list: &[u16], class_ends: &[u32; 6]) -> [u32; 4] {
-    let [.., quiet_points_end, points_end, casters_end, _] = *class_ends;
-    let end = |class_end: u32| {
-        // Mostly all lights are of one class.
-        let is_before = |light: &u16| u32::from(*light) < class_end;
-        match (list.first().is_some_and(is_before), list.last().is_some_and(is_before)) {
-            (false, _) => 0,
-            (true, true) => list.len() as u32,
-            (true, false) => list.partition_point(is_before) as u32,
-        }
-    };
-    [first as u32, list.len() as u32, end(quiet_points_end) | end(points_end) << 16, end(casters_end)]
-}
-
 /// A record of every list, and the lists. Rows of clusters are filled one after the other, so that what
 /// is written stays in the cache.
-fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: &[u32; 6]) -> (Vec<[u32; 4]>, Vec<u16>) {
+fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: &[u32; 6]) -> (Vec<ListRecord>, Vec<u16>) {
     let row_len = grid.tiles[0] as usize;
     // Where the spans and the entries of a row begin.
     let mut begins = vec![[0usize; 2]; grid.row_count() + 1];
@@ -187,7 +177,7 @@ fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: &[u32; 6]) -> (V
         sorted[*place as usize] = *span;
         *place += 1;
     }
-    let mut table = vec![[0u32; 4]; grid.row_count() * row_len];
+    let mut table = vec![ListRecord::EMPTY; grid.row_count() * row_len];
     let mut lights = vec![0u16; begins.last().map_or(0, |begin| begin[1])];
     let mut parts_with_output = Vec::new();
     let (mut table_rest, mut lights_rest) = (table.as_mut_slice(), lights.as_mut_slice());
@@ -207,7 +197,7 @@ fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: &[u32; 6]) -> (V
             let mut begin = begins[row][1];
             for (cluster, end) in table.iter_mut().zip(&cursors) {
                 let end = first_entry + *end as usize;
-                *cluster = record(begin, &lights[begin - first_entry..end - first_entry], class_ends);
+                *cluster = ListRecord::new(begin, &lights[begin - first_entry..end - first_entry], class_ends);
                 begin = end;
             }
         }
@@ -358,8 +348,7 @@ mod tests {
                 let slice = (distance.log2() * scale + bias).clamp(0.0, slices as f32 - 1.0) as u32;
                 let tile = (pixel / tile_px as f32).floor();
                 let cluster = (slice * down + tile.y as u32) * across + tile.x as u32;
-                let [first, count, ..] = lists.table[cluster as usize];
-                let list = &lists.lights[first as usize..(first + count) as usize];
+                let list = &lists.lights[lists.table[cluster as usize].entries()];
                 assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "a list is in the order of the lights");
                 // As far as samples go: the lists are those of all.
                 let jitter_px = 0.5 * [Vec2::ONE, Vec2::NEG_ONE, Vec2::NEG_X, Vec2::Y][i as usize % 4];
@@ -400,7 +389,7 @@ mod tests {
         let table = LightTable { texels: vec![[0.0; 4]; 8], class_ends: [0, 2, 2, 2, 2, 2], ..Default::default() };
         for (view, range, target) in cases() {
             let lists = ClusterLists::build(&table, &view, range, &target, &ClusterSettings::default(), UNLIMITED);
-            assert_eq!((lists.table, lists.lights), (vec![[0; 4]], vec![]));
+            assert_eq!((lists.table, lists.lights), (vec![ListRecord::EMPTY], vec![]));
             assert_eq!(lists.uniform.global_count, 2);
         }
     }
@@ -428,22 +417,12 @@ mod tests {
     }
 
     #[test]
-    fn records_tell_where_classes_end() {
-        let ends = [0, 0, 10, 20, 30, 40];
-        assert_eq!(record(7, &[], &ends), [7, 0, 0, 0]);
-        assert_eq!(record(7, &[3, 9, 12, 19, 25, 31, 39], &ends), [7, 7, 2 | 4 << 16, 5]);
-        assert_eq!(record(0, &[21, 22], &ends), [0, 2, 0, 2]);
-        assert_eq!(record(0, &[0, 5], &ends), [0, 2, 2 | 2 << 16, 2]);
-        assert_eq!(record(0, &[35], &ends), [0, 1, 0, 0]);
-    }
-
-    #[test]
     fn the_uniform_has_one_layout() {
         assert_same_layout!(
             "forward",
             "ClusterGrid",
             ClusterUniform,
-            [size, slice_from_log_distance, directional_count, global_count, shadow_filter]
+            [size, slice_from_log_distance, directional_count, global_count, shadow_filter, table_rows]
         );
     }
 }

@@ -1,7 +1,7 @@
 //! What is known of a view's lists after they were made, so that they are made again only when they would be others.
 
 use super::{
-    ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightReaches, LightTable, ListLimits, ObjectBounds,
+    ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightReaches, LightTable, ListLimits, ListRecord, ObjectBounds,
     Target, VolumeDraw,
 };
 use crate::view::{DepthRange, View};
@@ -32,15 +32,6 @@ pub struct ListsOf {
     pub depth_row: Vec4,
 }
 
-/// The list of lights of an object, without the lights themselves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ObjectLights {
-    /// Their number.
-    pub count: u32,
-    /// The first of those that cast shadows, and the end of them.
-    pub casters: [u32; 2],
-}
-
 /// Lists that were made, without the lists themselves, which lie on the device.
 #[derive(Clone, Debug)]
 pub struct KeptLists {
@@ -53,8 +44,8 @@ pub struct KeptLists {
     pub entries: u64,
     /// How volumes are drawn.
     pub volume_draws: Arc<[VolumeDraw]>,
-    /// What every object's list has, by object id.
-    pub object_lights: Arc<[ObjectLights]>,
+    /// The records of the lists of objects, by object id.
+    pub object_lights: Arc<[ListRecord]>,
 }
 
 impl KeptLists {
@@ -63,11 +54,7 @@ impl KeptLists {
         let volume_draws = reaches.draws.clone();
         // The lists of objects lie behind those of clusters.
         let clusters = lists.uniform.size[..3].iter().product::<u32>() as usize;
-        let of_object = |[_, count, ends, casters_end]: &[u32; 4]| ObjectLights {
-            count: *count,
-            casters: [ends & 0xffff, *casters_end],
-        };
-        let object_lights = lists.table.iter().skip(clusters).map(of_object).collect();
+        let object_lights = lists.table.iter().skip(clusters).copied().collect();
         Self { of, table, uniform: lists.uniform, entries: lists.lights.len() as u64, volume_draws, object_lights }
     }
 

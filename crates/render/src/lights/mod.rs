@@ -5,8 +5,8 @@
 //! touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row of
 //! tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has no
 //! compute. A spot must touch the cluster with its cone, too. They are kept from frame to frame while nothing changes that
-//! they were made of; jitter is none of it, because a sample stays within its pixel. Writes: `lights`, `cluster_table`,
-//! `cluster_lights`; read in `lights.wgsl` alone.
+//! they were made of; jitter is none of it, because a sample stays within its pixel. Writes: `lights`, which
+//! holds the records of lists, too, and `cluster_lights`; read through `light_table.wgsl` alone.
 
 mod clusters;
 mod grid;
@@ -14,15 +14,17 @@ mod kept;
 mod objects;
 mod reach;
 mod reaches;
+mod record;
 mod settings;
 mod volumes;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
 pub use grid::Target;
-pub use kept::{KeptLists, ListsOf, ObjectLights};
+pub use kept::{KeptLists, ListsOf};
 pub use objects::ObjectBounds;
 pub use reach::Reach;
 pub use reaches::LightReaches;
+pub use record::ListRecord;
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
 #[cfg(test)]
 pub use volumes::BALL_CORNER;

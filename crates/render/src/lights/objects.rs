@@ -1,7 +1,7 @@
 //! The lists of lights of objects, for paths that draw an object once for each few lights, or light its vertices.
 
-use super::clusters::record;
 use super::reaches::RADIUS_SLACK;
+use super::record::ListRecord;
 use super::{ClusterLists, LightTable, ListLimits};
 use glam::Vec3;
 use manypass_scene::Aabb;
@@ -41,12 +41,12 @@ impl ClusterLists {
     /// What may be anywhere, and what there is no room for within `limits`, has a list of all lights.
     pub fn append_objects(&mut self, table: &LightTable, objects: &ObjectBounds, limits: ListLimits) {
         let everything: Vec<u16> = (table.global_count()..table.len()).map(|light| light as u16).collect();
-        let of_everything = record(self.lights.len(), &everything, &table.class_ends);
+        let of_everything = ListRecord::new(self.lights.len(), &everything, &table.class_ends);
         self.lights.extend(everything);
         for place in &objects.0 {
             let bounds = match place {
                 Place::Nowhere => {
-                    self.table.push([0; 4]);
+                    self.table.push(ListRecord::EMPTY);
                     continue;
                 }
                 Place::Box(bounds) if self.lights.len() + table.reaches.len() <= limits.entries => bounds,
@@ -63,7 +63,7 @@ impl ClusterLists {
             let reaching = (table.global_count()..).zip(&table.reaches);
             let reaching = reaching.filter(|(_, reach)| touches(reach.center, reach.radius_m * RADIUS_SLACK));
             self.lights.extend(reaching.map(|(light, _)| light as u16));
-            self.table.push(record(first, &self.lights[first..], &table.class_ends));
+            self.table.push(ListRecord::new(first, &self.lights[first..], &table.class_ends));
         }
     }
 }

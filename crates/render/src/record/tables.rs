@@ -27,13 +27,12 @@ const fn slot(name: &'static str, ty: wgpu::BindingType) -> FrameSlot {
 
 /// Group 0 of all programs: one layout, so that it is bound once a pass whatever is drawn. A stage has 16 textures, and
 /// counts those of a layout that it does not read: here may be 6 at most.
-pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
+pub(crate) const FRAME_GROUP: [FrameSlot; 11] = [
     slot("view", UNIFORM),
     slot("directional_albedo", texture(wgpu::TextureSampleType::Float { filterable: true })),
     slot("linear_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
     slot("cluster_grid", UNIFORM),
     slot("lights", texture(wgpu::TextureSampleType::Float { filterable: false })),
-    slot("cluster_table", texture(wgpu::TextureSampleType::Uint)),
     slot("cluster_lights", texture(wgpu::TextureSampleType::Float { filterable: false })),
     slot("environment", UNIFORM),
     slot("nearest_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
@@ -90,15 +89,14 @@ impl FrameTables {
     }
 
     /// Group 0 with what is the view's: its uniform, the lists of lights and their shape, the environment, the shadows.
-    pub fn frame_group(&self, view: [Resource; 6], shadows: &wgpu::TextureView) -> Vec<Resource> {
-        let [view, grid, lights, table, lists, environment] = view;
+    pub fn frame_group(&self, view: [Resource; 5], shadows: &wgpu::TextureView) -> Vec<Resource> {
+        let [view, grid, lights, lists, environment] = view;
         vec![
             view,
             Resource::Texture(self.directional_albedo.clone()),
             Resource::Sampler(self.linear_clamp.clone()),
             grid,
             lights,
-            table,
             lists,
             environment,
             Resource::Sampler(self.nearest_clamp.clone()),
@@ -173,8 +171,8 @@ mod tests {
     fn group_0_leaves_room() {
         let is_texture = |slot: &&FrameSlot| matches!(slot.ty, wgpu::BindingType::Texture { .. });
         let count = FRAME_GROUP.iter().filter(is_texture).count();
-        // A stage has 16 on WebGL 2: two for the pass and eight for the material are left.
-        assert!(count <= 6, "group 0 has {count} textures");
+        // A stage has 16 on WebGL 2: two are for the pass, eight for the material, one for an environment.
+        assert!(count <= 5, "group 0 has {count} textures");
         let uniforms = FRAME_GROUP.iter().filter(|slot| slot.ty == UNIFORM).count();
         // WebGL 2 promises 12 a stage.
         assert!(uniforms <= 4, "group 0 has {uniforms} uniforms");

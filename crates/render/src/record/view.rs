@@ -8,7 +8,7 @@ use crate::draws::{Draw, DrawList, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ObjectLights, VolumeDraw, without_shadows};
+use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, VolumeDraw, without_shadows};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::shader::program::Constant;
@@ -40,8 +40,8 @@ pub struct PreparedView {
     pub(crate) constants: Vec<Constant>,
     /// How volumes of lights are drawn.
     pub(crate) volume_draws: Arc<[VolumeDraw]>,
-    /// What every object's own list has, by object id, where objects have lists.
-    pub(crate) object_lights: Arc<[ObjectLights]>,
+    /// The records of the lists of objects, by object id, where objects have lists.
+    pub(crate) object_lights: Arc<[ListRecord]>,
     /// The texture of [`LightReaches`].
     pub(crate) light_reaches: wgpu::TextureView,
     /// Whether the environment lights anything.
@@ -93,21 +93,21 @@ impl PreparedView {
     }
 
     pub(crate) fn most_lights_of(&self, draw: &Draw, world: &WorldDraws) -> u32 {
-        self.global_light_count + self.lists_of(draw, world).map(|list| list.count).max().unwrap_or(0)
+        self.global_light_count + self.lists_of(draw, world).map(|list| list.count()).max().unwrap_or(0)
     }
 
     /// The lists of the objects that are drawn.
-    fn lists_of<'w>(&'w self, draw: &Draw, world: &'w WorldDraws) -> impl Iterator<Item = ObjectLights> + 'w {
+    fn lists_of<'w>(&'w self, draw: &Draw, world: &'w WorldDraws) -> impl Iterator<Item = ListRecord> + 'w {
         let instances = world.instances.get(draw.instances.start as usize..draw.instances.end as usize).unwrap_or(&[]);
-        let list = |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or_default();
+        let list = |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or(ListRecord::EMPTY);
         instances.iter().map(list)
     }
 
     /// The axes of programs that add up those lights alone of each object that have numbers within `batch`.
     pub(crate) fn light_axes_of(&self, batch: &Range<u32>, world: &WorldDraws) -> &'static [&'static str] {
         let global_count = self.global_light_count;
-        let casts = |list: ObjectLights| {
-            let [first, end] = list.casters.map(|light| global_count + light);
+        let casts = |list: ListRecord| {
+            let [first, end] = list.casters().map(|light| global_count + light);
             first.max(batch.start) < end.min(batch.end)
         };
         let mut lists = self.draws.opaque.iter().flat_map(|draw| self.lists_of(draw, world));
@@ -123,8 +123,9 @@ impl PreparedView {
 /// Textures of a view that each frame fills anew.
 #[derive(Debug)]
 pub(crate) struct ViewTables {
+    /// The records of lists, which end with a row, and then the lights.
     lights: DataTexture,
-    cluster_table: DataTexture,
+    record_rows: u32,
     cluster_lights: DataTexture,
     light_reaches: DataTexture,
 }
@@ -134,7 +135,7 @@ impl ViewTables {
         let table = |label, format, width| DataTexture::new(&gpu.device, label, format, width);
         Self {
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, LIGHTS_PER_ROW * TEXELS_PER_LIGHT),
-            cluster_table: table("cluster_table", wgpu::TextureFormat::Rgba32Uint, TABLE_WIDTH),
+            record_rows: 0,
             cluster_lights: table("cluster_lights", wgpu::TextureFormat::Rg8Unorm, LIST_WIDTH),
             light_reaches: table("light_reaches", wgpu::TextureFormat::Rgba32Float, DATA_WIDTH),
         }
@@ -144,13 +145,26 @@ impl ViewTables {
     pub fn write(&mut self, gpu: &Gpu, lights: &[[f32; 4]], lists: Option<&(ClusterLists, LightReaches)>) -> u64 {
         let (device, queue) = (&gpu.device, &gpu.queue);
         // The lists were made to fit.
-        let mut written = self.lights.write(device, queue, lights).unwrap_or(0);
+        let known = self.record_rows * TABLE_WIDTH;
+        let mut written = 0;
         if let Some((lists, reaches)) = lists {
-            written += self.cluster_table.write(device, queue, &lists.table).unwrap_or(0);
+            self.record_rows = (lists.table.len() as u32).div_ceil(TABLE_WIDTH);
             written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
             written += self.light_reaches.write(device, queue, &reaches.texels).unwrap_or(0);
         }
+        let first = self.record_rows * TABLE_WIDTH;
+        let kept = if lists.is_some() { 0 } else { known };
+        if let Some(rewritten) = self.lights.fit(device, queue, first + lights.len() as u32, kept) {
+            let records = lists.map_or(0, |(lists, _)| self.lights.write_changed(queue, 0, &lists.table));
+            written += rewritten + records + self.lights.write_changed(queue, first, lights);
+        }
         written
+    }
+
+    /// What shaders know of the shape of the textures of lights and lists.
+    fn rows(&self) -> [f32; 4] {
+        let [light_rows, list_rows] = [&self.lights, &self.cluster_lights].map(|table| table.rows() as f32);
+        [light_rows.recip(), (self.record_rows as f32 + 0.5) / light_rows, list_rows.recip(), 0.0]
     }
 }
 
@@ -167,7 +181,7 @@ pub(crate) struct Viewed<'a> {
     pub cluster_grid: &'a ClusterUniform,
     pub constants: Vec<Constant>,
     pub volume_draws: Arc<[VolumeDraw]>,
-    pub object_lights: Arc<[ObjectLights]>,
+    pub object_lights: Arc<[ListRecord]>,
     pub environment: &'a EnvironmentUniform,
     pub instances: wgpu::Buffer,
     /// The atlas of shadow maps, if there is one that lights are read from.
@@ -187,9 +201,8 @@ impl Viewed<'_> {
         let texture = |table: &DataTexture| Resource::Texture(table.view().clone());
         let resources = [
             Resource::Uniform(uniforms.push(&self.uniform)),
-            Resource::Uniform(uniforms.push(self.cluster_grid)),
+            Resource::Uniform(uniforms.push(&ClusterUniform { table_rows: tables.rows(), ..*self.cluster_grid })),
             texture(&tables.lights),
-            texture(&tables.cluster_table),
             texture(&tables.cluster_lights),
             Resource::Uniform(uniforms.push(self.environment)),
         ];

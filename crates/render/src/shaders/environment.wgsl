@@ -30,7 +30,7 @@ struct Environment {
     backdrop_above: vec4f,
 }
 
-@group(0) @binding(7) var<uniform> environment: Environment;
+@group(0) @binding(6) var<uniform> environment: Environment;
 
 // What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends on
 // no other angle, so that it stays while the camera turns around the model.

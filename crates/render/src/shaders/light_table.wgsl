@@ -1,5 +1,5 @@
-// The table of lights, and after them of tiles of shadow maps, and the lists of lights for every cluster, in textures wrapped in
-// two dimensions, reached only through the functions of this module, so that another storage can take their place here.
+// The table of lights, before them of the lists of clusters and after them of tiles of shadow maps, and the lists of lights for
+// every cluster, in textures wrapped in two dimensions, reached only through the functions of this module, so that another storage can take their place here.
 
 import package::constants::{LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
 
@@ -13,6 +13,8 @@ struct ClusterGrid {
     // Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
     // the bias in texels.
     shadow_filter: vec4f,
+    // See `TableRows`.
+    table_rows: vec4f,
 }
 
 // A light has four texels: position and 1 / range² (0 without a range); intensity, in candela or lux, times colour, pre-exposed,
@@ -26,20 +28,22 @@ const LIGHT_SHADOW: f32 = 3.0;
 
 @group(0) @binding(3) var<uniform> cluster_grid: ClusterGrid;
 @group(0) @binding(4) var lights: texture_2d<f32>;
-@group(0) @binding(5) var cluster_table: texture_2d<u32>;
 // An index in two bytes, each as a share of 255.
-@group(0) @binding(6) var cluster_lights: texture_2d<f32>;
-@group(0) @binding(8) var nearest_clamp: sampler;
+@group(0) @binding(5) var cluster_lights: texture_2d<f32>;
+@group(0) @binding(7) var nearest_clamp: sampler;
 
-// What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load. One
-// divided by the numbers of rows is asked for once, not for every light.
+// What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load. What
+// depends on the numbers of rows is read once, not for every light.
 struct TableRows {
     inverse_light_rows: f32,
+    // The middle of the first row of lights, which lie behind the records of lists.
+    first_light_row: f32,
     inverse_list_rows: f32,
 }
 
 fn table_rows() -> TableRows {
-    return TableRows(1.0 / f32(textureDimensions(lights).y), 1.0 / f32(textureDimensions(cluster_lights).y));
+    let rows = cluster_grid.table_rows;
+    return TableRows(rows.x, rows.y, rows.z);
 }
 
 // Where the first texel of a light lies in the table, or of a tile, in texture coordinates.
@@ -50,7 +54,8 @@ fn light_place(index: u32, rows: TableRows) -> vec2f {
 // The same of an index by its column and row, which are its low byte and what is above it.
 fn place_of_bytes(column_and_row: vec2f, rows: TableRows) -> vec2f {
     let texel = 1.0 / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT);
-    return vec2f(column_and_row.x / f32(LIGHTS_PER_ROW) + 0.5 * texel, (column_and_row.y + 0.5) * rows.inverse_light_rows);
+    let row = column_and_row.y * rows.inverse_light_rows + rows.first_light_row;
+    return vec2f(column_and_row.x / f32(LIGHTS_PER_ROW) + 0.5 * texel, row);
 }
 
 // The texel `part` of the light at a place.
@@ -69,15 +74,20 @@ struct ClusterList {
     end: u32,
 }
 
+// The record of a list: see `lights/record.rs`.
 fn cluster_at(index: u32) -> ClusterList {
-    let texel = textureLoad(cluster_table, vec2i(i32(index % TABLE_WIDTH), i32(index / TABLE_WIDTH)), 0);
-    let first = texel.x;
+    let uv = vec2f(
+        (f32(index % TABLE_WIDTH) + 0.5) / f32(TABLE_WIDTH),
+        (f32(index / TABLE_WIDTH) + 0.5) * cluster_grid.table_rows.x,
+    );
+    let record = vec4u(textureSampleLevel(lights, nearest_clamp, uv, 0.0));
+    let first = record.x;
     return ClusterList(
         first,
-        first + (texel.z & 0xffffu),
-        first + (texel.z >> 16u),
-        first + texel.w,
-        first + texel.y,
+        first + (record.z & 0xffffu),
+        first + ((record.y >> 16u) | ((record.z >> 16u) << 8u)),
+        first + record.w,
+        first + (record.y & 0xffffu),
     );
 }
 

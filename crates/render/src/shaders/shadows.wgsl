@@ -9,9 +9,9 @@ import package::shaders::light_table::{
     LIGHT_SHADOW, cluster_grid, light_part, light_place, nearest_clamp, table_rows,
 };
 
-@group(0) @binding(9) var shadow_atlas: texture_depth_2d;
-@group(0) @binding(10) var shadow_compare: sampler_comparison;
-@group(0) @binding(11) var shadow_depths: texture_2d<f32>;
+@group(0) @binding(8) var shadow_atlas: texture_depth_2d;
+@group(0) @binding(9) var shadow_compare: sampler_comparison;
+@group(0) @binding(10) var shadow_depths: texture_2d<f32>;
 
 // Whether penumbrae are as wide as lights make them (1): a constant of pipelines, since software adapters run both sides of what
 // a uniform chooses.

@@ -7,7 +7,7 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, distance_from_depth_ndc};
 
 @group(1) @binding(0) var depth: texture_2d<f32>;
-@group(0) @binding(8) var nearest_clamp: sampler;
+@group(0) @binding(7) var nearest_clamp: sampler;
 
 @fragment
 fn fs_linear_depth(@builtin(position) position: vec4f) -> @location(0) f32 {
