@@ -1,8 +1,8 @@
 //! What is known of a view's lists after they were made, so that they are made again only when they would be others.
 
 use super::{
-    ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightReaches, LightTable, ListLimits, ListRecord, ObjectBounds,
-    Target, VolumeDraw,
+    ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightReaches, LightTable, ListLimits, ListRecord,
+    ObjectBounds, Target, VolumeDraw,
 };
 use crate::view::{DepthRange, View};
 use glam::Vec4;

@@ -191,7 +191,11 @@ impl LightTable {
     /// Which classes of lights there are, as `lights.wgsl` has them: a bit for each, in the order of the table.
     pub fn classes(&self) -> u32 {
         let mut begin = 0;
-        let bits = self.class_ends.into_iter().enumerate().map(|(class, end)| u32::from(std::mem::replace(&mut begin, end) < end) << class);
+        let bits = self
+            .class_ends
+            .into_iter()
+            .enumerate()
+            .map(|(class, end)| u32::from(std::mem::replace(&mut begin, end) < end) << class);
         bits.sum()
     }
 

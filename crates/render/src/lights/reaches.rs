@@ -12,7 +12,8 @@ const DISTANCE_SLACK: f32 = 1e-5;
 
 /// The table `light_reaches` of a view. Its texels depend on the way of lighting:
 ///
-/// - tiled: for every light that has a range the least and the greatest distance along the view axis that it reaches, 0, 0;
+/// - tiled: for every light the least and the greatest distance along the view axis that it reaches, 0, 0; zeros if it has
+///   no range;
 /// - volumes: three texels for every volume, as [`volumes::Volume::texels`] gives them.
 #[derive(Clone, Debug)]
 pub struct LightReaches {
@@ -43,5 +44,6 @@ fn depth_extents(table: &LightTable, of: &ListsOf) -> Vec<[f32; 4]> {
         let room_m = DISTANCE_SLACK * nearest_m.abs().max(farthest_m.abs());
         [nearest_m - room_m, farthest_m + room_m, 0.0, 0.0]
     });
-    extent.collect()
+    // Shaders find a light by its index.
+    std::iter::repeat_n([0.0; 4], table.global_count() as usize).chain(extent).collect()
 }

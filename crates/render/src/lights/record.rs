@@ -85,6 +85,9 @@ mod tests {
     fn the_longest_list_is_exact() {
         let list: Vec<u16> = (0..u16::MAX).collect();
         let record = ListRecord::new((1 << 22) - 1, &list, &[0, 0, 65_533, 65_534, 65_535, 65_535]);
-        assert_eq!((record.entries().start, record.count(), record.ends()), ((1 << 22) - 1, 65_535, [65_533, 65_534, 65_535]));
+        assert_eq!(
+            (record.entries().start, record.count(), record.ends()),
+            ((1 << 22) - 1, 65_535, [65_533, 65_534, 65_535])
+        );
     }
 }

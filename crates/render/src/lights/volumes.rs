@@ -239,9 +239,8 @@ impl Writer {
         sorted.sort_by_key(|volume| (volume.shape, volume.class));
         self.texels.extend(sorted.iter().flat_map(|volume| volume.texels()));
         for step in steps {
-            let is_one_draw = |a: &&Volume, b: &&Volume| {
-                a.shape == b.shape && (a.class == b.class || *step == VolumeStep::Mark)
-            };
+            let is_one_draw =
+                |a: &&Volume, b: &&Volume| a.shape == b.shape && (a.class == b.class || *step == VolumeStep::Mark);
             let mut end = first;
             for part in sorted.chunk_by(is_one_draw) {
                 let instances = end..end + part.len() as u32;

@@ -26,7 +26,7 @@ const fn slot(name: &'static str, ty: wgpu::BindingType) -> FrameSlot {
 }
 
 /// Group 0 of all programs: one layout, so that it is bound once a pass whatever is drawn. A stage has 16 textures, and
-/// counts those of a layout that it does not read: here may be 6 at most.
+/// counts those of a layout that it does not read: here may be 6 at most, of which an environment takes the last.
 pub(crate) const FRAME_GROUP: [FrameSlot; 11] = [
     slot("view", UNIFORM),
     slot("directional_albedo", texture(wgpu::TextureSampleType::Float { filterable: true })),

@@ -99,7 +99,8 @@ impl PreparedView {
     /// The lists of the objects that are drawn.
     fn lists_of<'w>(&'w self, draw: &Draw, world: &'w WorldDraws) -> impl Iterator<Item = ListRecord> + 'w {
         let instances = world.instances.get(draw.instances.start as usize..draw.instances.end as usize).unwrap_or(&[]);
-        let list = |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or(ListRecord::EMPTY);
+        let list =
+            |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or(ListRecord::EMPTY);
         instances.iter().map(list)
     }
 

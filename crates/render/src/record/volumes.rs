@@ -3,9 +3,7 @@
 use super::PreparedView;
 use super::fullscreen::{Fullscreen, Shading, Slot};
 use super::view::SHADOWED;
-use crate::lights::{
-    CONE_CORNER, CONE_SIDES, LIGHT_CLASSES, LIGHTS_WITH_SHADOWS, VolumeDraw, VolumeShape, VolumeStep,
-};
+use crate::lights::{CONE_CORNER, CONE_SIDES, LIGHT_CLASSES, LIGHTS_WITH_SHADOWS, VolumeDraw, VolumeShape, VolumeStep};
 use crate::shader::program::{Constant, ProgramError};
 use crate::shader::{Program, Shaders};
 use glam::Vec3;

@@ -1,10 +1,11 @@
 // Sums of light over lists: of a cluster, of a tile, of an object; and of a single light. One light's contribution is that of
 // `lights.wgsl`, here as everywhere.
 
-import package::constants::{CASTING_POINTS, CASTING_SPOTS, DATA_WIDTH, QUIET_POINTS, QUIET_SPOTS};
+import package::constants::{CASTING_POINTS, CASTING_SPOTS, DATA_WIDTH, LIGHTS_PER_ROW, QUIET_POINTS, QUIET_SPOTS};
 import package::shaders::brdf::Shading;
 import package::shaders::light_table::{
-    ClusterList, TableRows, cluster_at, cluster_grid, cluster_light_at, cluster_light_place, light_place, table_rows,
+    ClusterList, TableRows, cluster_at, cluster_grid, cluster_light_bytes, light_place, nearest_clamp, place_of_bytes,
+    table_rows,
 };
 import package::shaders::lights::{LightSums, add_global_lights, add_light, global_light_sums, light_classes};
 
@@ -12,8 +13,9 @@ import package::shaders::lights::{LightSums, add_global_lights, add_light, globa
 @if(tiled) @group(1) @binding(4) var light_reaches: texture_2d<f32>;
 @if(tiled) @group(1) @binding(5) var tile_depth: texture_2d<f32>;
 
-// The least and the greatest distance of the surfaces of the pixel's tile.
+// The least and the greatest distance of the surfaces of the pixel's tile, and one divided by the rows of `light_reaches`.
 @if(tiled) var<private> tile_bounds_m: vec2f;
+@if(tiled) var<private> inverse_reach_rows: f32;
 // Lights of the tile's list that its bounds spare; counted only where pairs are.
 @if(tiled) var<private> passed_over: f32;
 
@@ -24,10 +26,12 @@ fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
     return (slice * cluster_grid.size.y + tile.y) * cluster_grid.size.x + tile.x;
 }
 
-// Whether the light that an entry of a list names ends before the surfaces of the tile, or begins behind them.
-@if(tiled) fn is_beside_tile(entry: u32, rows: TableRows) -> bool {
-    let at = cluster_light_at(entry, rows) - cluster_grid.global_count;
-    let reach_m = textureLoad(light_reaches, vec2i(i32(at % DATA_WIDTH), i32(at / DATA_WIDTH)), 0).rg;
+// Whether a light ends before the surfaces of the tile, or begins behind them. The bytes are those of its index.
+@if(tiled) fn is_beside_tile(bytes: vec2f) -> bool {
+    let rows = bytes.y * f32(LIGHTS_PER_ROW) / f32(DATA_WIDTH);
+    let column = bytes.x + fract(rows) * f32(DATA_WIDTH);
+    let uv = vec2f((column + 0.5) / f32(DATA_WIDTH), (floor(rows) + 0.5) * inverse_reach_rows);
+    let reach_m = textureSampleLevel(light_reaches, nearest_clamp, uv, 0.0).rg;
     return (reach_m.x > tile_bounds_m.y) | (reach_m.y < tile_bounds_m.x);
 }
 
@@ -43,14 +47,18 @@ fn add_entries(
 ) {
     if (light_classes & classes) != 0u {
         for (var entry = first; entry < end; entry++) {
+            let bytes = cluster_light_bytes(entry, rows);
             @if(tiled) {
-                if is_beside_tile(entry, rows) {
+                if is_beside_tile(bytes) {
                     (*sums).visited += 1.0;
                     passed_over += 1.0;
-                    continue;
+                } else {
+                    add_light(classes, place_of_bytes(bytes, rows), position_world, shading, sums);
                 }
             }
-            add_light(classes, cluster_light_place(entry, rows), position_world, shading, sums);
+            @if(!tiled) {
+                add_light(classes, place_of_bytes(bytes, rows), position_world, shading, sums);
+            }
         }
     }
 }
@@ -84,6 +92,7 @@ fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shadin
     @if(tiled) {
         let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
         tile_bounds_m = textureLoad(tile_depth, vec2i(tile), 0).rg;
+        inverse_reach_rows = 1.0 / f32(textureDimensions(light_reaches).y);
     }
     add_list(cluster_at(cluster_index_at(position_px, distance_m)), rows, position_world, shading, &sums);
     return sums;

@@ -51,7 +51,8 @@ fn light_place(index: u32, rows: TableRows) -> vec2f {
     return place_of_bytes(vec2f(vec2u(index % LIGHTS_PER_ROW, index / LIGHTS_PER_ROW)), rows);
 }
 
-// The same of an index by its column and row, which are its low byte and what is above it.
+// The same of an index by its column and row, which are its low byte and what is above it: a row has as many lights as a byte has
+// values, which spares entries of lists their index.
 fn place_of_bytes(column_and_row: vec2f, rows: TableRows) -> vec2f {
     let texel = 1.0 / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT);
     let row = column_and_row.y * rows.inverse_light_rows + rows.first_light_row;
@@ -80,7 +81,8 @@ fn cluster_at(index: u32) -> ClusterList {
         (f32(index % TABLE_WIDTH) + 0.5) / f32(TABLE_WIDTH),
         (f32(index / TABLE_WIDTH) + 0.5) * cluster_grid.table_rows.x,
     );
-    let record = vec4u(textureSampleLevel(lights, nearest_clamp, uv, 0.0));
+    // By way of signed numbers, to which processors convert at once.
+    let record = vec4u(vec4i(textureSampleLevel(lights, nearest_clamp, uv, 0.0)));
     let first = record.x;
     return ClusterList(
         first,
@@ -95,11 +97,6 @@ fn cluster_at(index: u32) -> ClusterList {
 fn cluster_light_bytes(entry: u32, rows: TableRows) -> vec2f {
     let uv = vec2f((f32(entry % LIST_WIDTH) + 0.5) / f32(LIST_WIDTH), (f32(entry / LIST_WIDTH) + 0.5) * rows.inverse_list_rows);
     return textureSampleLevel(cluster_lights, nearest_clamp, uv, 0.0).rg * 255.0;
-}
-
-// The place of the light that an entry of a list names. A row has as many lights as a byte has values, which spares its index.
-fn cluster_light_place(entry: u32, rows: TableRows) -> vec2f {
-    return place_of_bytes(cluster_light_bytes(entry, rows), rows);
 }
 
 // The index of the light that an entry of a list names.
