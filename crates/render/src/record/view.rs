@@ -145,21 +145,21 @@ impl ViewTables {
     /// Uploads what changed, and says how many bytes that were. Without `lists` those that are there stay.
     pub fn write(&mut self, gpu: &Gpu, lights: &[[f32; 4]], lists: Option<&(ClusterLists, LightReaches)>) -> u64 {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        // The lists were made to fit.
-        let known = self.record_rows * TABLE_WIDTH;
         let mut written = 0;
+        let (record_rows, kept) = match lists {
+            Some((lists, _)) => ((lists.table.len() as u32).div_ceil(TABLE_WIDTH), 0),
+            None => (self.record_rows, self.record_rows * TABLE_WIDTH),
+        };
+        let first = record_rows * TABLE_WIDTH;
+        // The lists were made to fit.
+        let Some(rewritten) = self.lights.fit(device, queue, first + lights.len() as u32, kept) else { return 0 };
+        self.record_rows = record_rows;
         if let Some((lists, reaches)) = lists {
-            self.record_rows = (lists.table.len() as u32).div_ceil(TABLE_WIDTH);
+            written += self.lights.write_changed(queue, 0, &lists.table);
             written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
             written += self.light_reaches.write(device, queue, &reaches.texels).unwrap_or(0);
         }
-        let first = self.record_rows * TABLE_WIDTH;
-        let kept = if lists.is_some() { 0 } else { known };
-        if let Some(rewritten) = self.lights.fit(device, queue, first + lights.len() as u32, kept) {
-            let records = lists.map_or(0, |(lists, _)| self.lights.write_changed(queue, 0, &lists.table));
-            written += rewritten + records + self.lights.write_changed(queue, first, lights);
-        }
-        written
+        written + rewritten + self.lights.write_changed(queue, first, lights)
     }
 
     /// What shaders know of the shape of the textures of lights and lists.
