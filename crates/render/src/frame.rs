@@ -7,8 +7,8 @@ use crate::lights::LightCulling;
 use crate::passes::direct::Lights;
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, direct, emission, fog, forward, geometry, gouraud, ids, indirect, linear_depth, motion,
-    present, shadows, tile_depth, tone_map, volumes,
+    accumulate, background, coverage, direct, emission, fog, forward, geometry, gouraud, ids, indirect, linear_depth,
+    motion, present, shadows, tile_depth, tone_map, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -130,14 +130,15 @@ fn surface_passes(
 ) -> Result<(ViewOutputs, Gbuffer, Handle), ProgramError> {
     let geometry = geometry::record(r)?;
     let linear_depth = linear_depth::record(r, &geometry.depth)?;
+    let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;
     let gbuffer =
         Gbuffer { base_color: geometry.base_color, normal: geometry.normal, material: geometry.material, linear_depth };
     let wanted = variables.passes;
-    let emission = wanted.emission.then(|| emission::record(r, &geometry.radiance)).transpose()?;
+    let emission = wanted.emission.then(|| emission::record(r, &radiance)).transpose()?;
     let ids = wanted.ids.then(|| ids::record(r, &geometry.depth)).transpose()?;
     let step = variables.camera_step.as_ref();
     let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
-    let outputs = ViewOutputs { radiance: geometry.radiance, gbuffer: None, emission, ids, motion };
+    let outputs = ViewOutputs { radiance, gbuffer: None, emission, ids, motion };
     Ok((outputs, gbuffer, geometry.depth))
 }
 

@@ -5,13 +5,14 @@
 
 mod common;
 
-use common::{plain_request, renderer};
+use common::{floats, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3, Vec4};
-use manypass::{Averaging, Environment, FrameRequest, Path, Renderer};
+use manypass::graph::{PlannedAttachment, Target};
+use manypass::{Aov, Averaging, Environment, FrameRequest, Path, Renderer};
 use manypass_scene::image::ImageSource;
 use manypass_scene::{
     AlphaMode, Image, Light, LightKind, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive,
-    Scene, Skin, Texture, TextureRef, TextureTransform, primitives,
+    Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, primitives,
 };
 use manypass_testkit::scenes;
 use std::sync::Arc;
@@ -227,6 +228,59 @@ fn an_edited_scene_is_the_edited_scene_loaded() {
             }
             last = edited;
         }
+    }
+}
+
+/// What happens to the studio, and whether an opaque surface glows from then on.
+type Glow = (&'static str, fn(&mut Scene), bool);
+
+/// The last material of [`studio`] is that of the plate of glass; a lamp with a material of its own comes behind it.
+const GLASS: usize = 13;
+const LAMP: usize = 14;
+
+fn glows() -> Vec<Glow> {
+    fn lamp(scene: &mut Scene) -> &mut Node {
+        scene.nodes.last_mut().unwrap()
+    }
+    vec![
+        ("is dark", |_| (), false),
+        ("has glass that emits, which is blended", |scene| scene.materials[GLASS].emissive_factor = Vec3::ONE, false),
+        ("has a lamp that is shown", |scene| lamp(scene).is_visible = true, true),
+        ("has a lamp that goes out", |scene| scene.materials[LAMP].emissive_factor = Vec3::ZERO, false),
+        ("has an unlit lamp", |scene| scene.materials[LAMP].shading_model = ShadingModel::Unlit, true),
+        ("has a lamp that is hidden", |scene| lamp(scene).is_visible = false, false),
+    ]
+}
+
+#[test]
+fn surfaces_are_drawn_into_radiance_only_while_one_glows() {
+    let mut scene = studio().scene;
+    assert_eq!((scene.materials.len(), scene.materials[GLASS].alpha_mode), (LAMP, AlphaMode::Blend));
+    let emissive_factor = Vec3::new(0.25, 0.5, 0.125);
+    scene.materials.push(Material { emissive_factor, base_color_factor: Vec4::splat(0.5), ..Default::default() });
+    let cube = Primitive { material: Some(LAMP), ..primitives::cube(Vec3::splat(0.4)) };
+    add_mesh(&mut scene, cube, Node { translation: Vec3::Y, is_visible: false, ..Node::default() });
+    let mut live = renderer();
+    let mut anew = Renderer::new(live.gpu().clone()).unwrap();
+    for (what, edit, glows) in glows() {
+        edit(&mut scene);
+        scene.update_transforms();
+        let edited = picture(&mut live, &scene, Path::Deferred);
+        anew.unload();
+        assert!(edited == picture(&mut anew, &scene, Path::Deferred), "a studio that {what} is another one anew");
+        let request = FrameRequest { want_aovs: vec![Aov::Emission], ..request(&scene, Path::Deferred) };
+        let plan = live.plan(&scene, &request).unwrap();
+        let geometry = plan.passes.iter().find(|pass| pass.name == "geometry").unwrap();
+        let is_color = |attachment: &&PlannedAttachment| matches!(attachment.target, Target::Color(_));
+        let targets = geometry.attachments.iter().filter(is_color).count();
+        assert_eq!(targets, if glows { 4 } else { 3 }, "targets of a studio that {what}");
+        assert_eq!(plan.passes.iter().any(|pass| pass.name == "coverage"), !glows, "a studio that {what}");
+        live.render(&scene, &request).unwrap();
+        let emission = floats(live.read_aov(Aov::Emission).unwrap());
+        let most = emission.iter().copied().fold(0.0, f32::max);
+        // Half floats have 11 bits.
+        let expected = if glows { 0.5 } else { 0.0 };
+        assert!((most - expected).abs() <= 5e-4 * expected, "a studio that {what} emits {most}");
     }
 }
 

@@ -50,6 +50,8 @@ pub(crate) struct Item {
     pub casts_shadow: bool,
     /// Whether its material emits light.
     pub emits: bool,
+    /// Whether it has radiance before any light reaches it: what emits, what is unlit, and what has no normals.
+    pub glows: bool,
     /// What tells its distance, in world space.
     pub center: Vec3,
 }
@@ -98,6 +100,8 @@ pub(crate) struct WorldDraws {
     pub lit: Vec<NodeId>,
     /// The box around everything, in world space.
     pub bounds_world: Aabb,
+    /// Whether any of those that do not blend glows, in view or not, so that a camera that moves changes no pass.
+    pub glows: bool,
     posed: Vec<Posed>,
     /// Of all that is posed, for this frame and for the one that `order` is of.
     keys: [Vec<Key>; 2],
@@ -169,13 +173,16 @@ impl WorldDraws {
     /// Puts what is posed into its order, and gives it its instances.
     fn place(&mut self) {
         self.opaque_count = 0;
+        self.glows = false;
         let mut last = None;
         let mut group = 0;
         for at in &self.order {
             let (posed, key) = (&self.posed[*at as usize], self.keys[0][*at as usize]);
             group += u32::from(last.is_some_and(|last| last != key));
             last = Some(key);
-            self.opaque_count += usize::from(key.0 & BLENDED == 0);
+            let is_opaque = key.0 & BLENDED == 0;
+            self.opaque_count += usize::from(is_opaque);
+            self.glows |= is_opaque && posed.item.glows;
             // The corners of a point's disc read the object as vertices do, from a multiple of their number.
             let copies = if posed.item.topology == Topology::Points { DISC_CORNERS } else { 1 };
             let instance = (self.instances.len() as u32).next_multiple_of(copies);
@@ -289,6 +296,7 @@ impl Drawn<'_> {
             bounds_world: extent.as_ref().map_or(node.bounds_world, |extent| extent.around(center)),
             casts_shadow: node.casts_shadow && properties.casts_shadow,
             emits: properties.emits,
+            glows: properties.emits || properties.unlit || primitive.without_normals,
             extent,
             center,
         }

@@ -2,6 +2,7 @@
 
 pub mod accumulate;
 pub mod background;
+pub mod coverage;
 pub mod debug;
 pub mod direct;
 pub mod emission;

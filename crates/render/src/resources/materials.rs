@@ -75,6 +75,8 @@ pub(crate) struct Described {
     pub double_sided: bool,
     /// Whether it emits light.
     pub emits: bool,
+    /// Whether its base colour is seen as it is, without light.
+    pub unlit: bool,
     /// Whether its surfaces keep light from what lies behind them.
     pub casts_shadow: bool,
 }
@@ -226,6 +228,7 @@ impl Described {
         }
         let double_sided = material.double_sided;
         let emits = factors.emissive.max_element() > 0.0;
+        let unlit = factors.unlit > 0.5;
         let casts_shadow = material.casts_shadow;
         Self {
             factors,
@@ -237,6 +240,7 @@ impl Described {
             blended,
             double_sided,
             emits,
+            unlit,
             casts_shadow,
         }
     }

@@ -1,4 +1,4 @@
-// geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`.
+// geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`, if any surface glows.
 // Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 // Program: geometry, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed.
 

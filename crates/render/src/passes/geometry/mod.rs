@@ -1,4 +1,4 @@
-//! geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`.
+//! geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`, if any surface glows.
 //!
 //! Source: Saito & Takahashi 1990, "Comprehensible Rendering of 3-D Shapes"; the layout is `gbuffer.rs`'s.
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
@@ -17,8 +17,8 @@ pub struct Outputs {
     pub normal: Handle,
     /// Metallic, roughness, reflectance, shading model.
     pub material: Handle,
-    /// Emission; coverage.
-    pub radiance: Handle,
+    /// Emission; coverage. None where no surface of the world glows: `coverage` begins it then.
+    pub radiance: Option<Handle>,
     /// Depth and stencil.
     pub depth: Handle,
 }
@@ -51,14 +51,15 @@ pub fn record(r: &mut Recorder<'_, '_>) -> Result<Outputs, ProgramError> {
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);
     let material = r.texture("geometry.material", MATERIAL);
-    let radiance = r.texture("radiance", RADIANCE);
+    let radiance = r.frame.world.glows.then(|| r.texture("radiance", RADIANCE));
     let mut pass = r.surfaces("geometry", "geometry");
     let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
     let outputs = Outputs {
         base_color: pass.color(base_color, clear),
         normal: pass.color(normal, clear),
         material: pass.color(material, clear),
-        radiance: pass.color(radiance, clear),
+        // What the shader writes there without a target goes nowhere.
+        radiance: radiance.map(|radiance| pass.color(radiance, clear)),
         depth: pass.depth(depth, depth_load),
     };
     pass.draw_opaque(Which::All)?;
