@@ -233,7 +233,8 @@ impl RenderError {
 pub struct FrameStats {
     /// Draw calls of surfaces.
     pub draws: u32,
-    /// Draw calls that only light what others drew: full-screen ones, volumes and what marks them, later batches of surfaces.
+    /// Draw calls that only light what others drew: one for each rectangle of the picture that lights reach, volumes and what
+    /// marks them, later batches of surfaces.
     pub light_draws: u32,
     /// Bytes that the frame's passes write if each covers its targets once.
     pub written_bytes: u64,

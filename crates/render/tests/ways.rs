@@ -160,6 +160,38 @@ fn shadows_of_every_class_are_seen() {
 }
 
 #[test]
+fn lights_that_reach_little_are_shaded_only_there() {
+    let mut renderer = renderer();
+    let mut scene = scenes::many_points(12).scene;
+    scene.lights.iter_mut().for_each(|light| light.range_m = light.range_m.map(|range_m| 0.5 * range_m));
+    let mut case = case("small lights", scene, (203, 117));
+    renderer.load(&case.scene).unwrap();
+    for scale in [1.0, 0.7] {
+        case.request.settings.render.scale = scale;
+        let truth = display(&mut renderer, &case, LightCulling::None);
+        let all = renderer.stats().light_draws;
+        for (culling, reductions) in [(LightCulling::Clustered, 0), (LightCulling::Tiled, 2)] {
+            assert_same(&truth, &display(&mut renderer, &case, culling), Tolerance::default());
+            let parts = renderer.stats().light_draws - reductions;
+            assert!(all == 1 && parts > 3, "{} at {scale}: {parts} parts of the picture", culling.name());
+        }
+    }
+    // Whatever is in no list reaches every pixel.
+    case.scene.lights[0].range_m = None;
+    let truth = display(&mut renderer, &case, LightCulling::None);
+    assert_same(&truth, &display(&mut renderer, &case, LightCulling::Clustered), Tolerance::default());
+    assert_eq!(renderer.stats().light_draws, 1);
+    // What reaches nothing that is seen takes no pass.
+    case.scene.nodes.iter_mut().filter(|node| node.light.is_some()).for_each(|node| node.translation.y -= 90.0);
+    case.scene.lights[0].range_m = Some(1.0);
+    case.scene.update_transforms();
+    let plan = renderer.plan(&case.scene, &case.request).unwrap();
+    assert!(plan.passes.iter().all(|pass| pass.name != "direct"));
+    let dark = display(&mut renderer, &case, LightCulling::Clustered);
+    assert_same(&display(&mut renderer, &case, LightCulling::None), &dark, Tolerance::default());
+}
+
+#[test]
 fn ways_say_how_many_draws_they_take_and_what_they_write() {
     let mut renderer = renderer();
     let case = case("a field of points", scenes::many_points(60).scene, (64, 48));

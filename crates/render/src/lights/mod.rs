@@ -11,6 +11,7 @@
 mod clusters;
 mod grid;
 mod kept;
+mod lit;
 mod objects;
 mod reach;
 mod reaches;
@@ -21,6 +22,7 @@ mod volumes;
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
 pub use grid::Target;
 pub use kept::{KeptLists, ListsOf};
+pub use lit::Rectangle;
 pub use objects::ObjectBounds;
 pub use reach::Reach;
 pub use reaches::LightReaches;

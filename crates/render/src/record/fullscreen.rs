@@ -53,12 +53,12 @@ pub struct Fullscreen<'r, 'f> {
     bindings: Vec<(&'static str, Binding)>,
     pub(super) blend: Option<wgpu::BlendState>,
     depth: Option<DepthTest>,
-    rectangle: Option<[u32; 4]>,
+    rectangles: Option<Vec<[u32; 4]>>,
 }
 
 impl<'r, 'f> Fullscreen<'r, 'f> {
     pub(super) fn new(pass: Pass<'r, 'f>, frame: &'f Frame<'f>, view: &'f PreparedView, shading: Shading) -> Self {
-        Self { pass, frame, view, shading, bindings: Vec::new(), blend: None, depth: None, rectangle: None }
+        Self { pass, frame, view, shading, bindings: Vec::new(), blend: None, depth: None, rectangles: None }
     }
 
     /// The shader reads `handle` under `name`.
@@ -106,8 +106,13 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     }
 
     /// Draws into a rectangle alone: x and y of its corner, width and height, in texels.
-    pub fn within(mut self, rectangle: [u32; 4]) -> Self {
-        self.rectangle = Some(rectangle);
+    pub fn within(self, rectangle: [u32; 4]) -> Self {
+        self.within_each(&[rectangle])
+    }
+
+    /// Draws into each of `rectangles` alone, which do not overlap.
+    pub fn within_each(mut self, rectangles: &[[u32; 4]]) -> Self {
+        self.rectangles = Some(rectangles.to_vec());
         self
     }
 
@@ -126,16 +131,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { mut pass, frame, view, rectangle, .. } = self;
+        let Self { mut pass, frame, view, rectangles, .. } = self;
         let target = pass.color(target, load);
         pass.draw(move |context| {
             let resources = slots.into_iter().map(|slot| slot.resource(context));
             let group = frame.bind_groups.of_program(context.device, &program, 1, resources.collect());
             let render_pass = &mut *context.render_pass;
-            if let Some([x, y, width, height]) = rectangle {
-                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-                render_pass.set_scissor_rect(x, y, width, height);
-            }
             render_pass.set_pipeline(&pipeline.pipeline);
             render_pass.set_bind_group(0, &view.group, &[]);
             if let Some(group) = &group {
@@ -144,7 +145,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             if let Some(own) = &own {
                 render_pass.set_bind_group(2, own, &[]);
             }
-            render_pass.draw(0..3, 0..1);
+            let Some(rectangles) = rectangles else { return render_pass.draw(0..3, 0..1) };
+            for [x, y, width, height] in rectangles {
+                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+                render_pass.set_scissor_rect(x, y, width, height);
+                render_pass.draw(0..3, 0..1);
+            }
         });
         Ok(target)
     }

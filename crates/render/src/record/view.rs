@@ -8,7 +8,7 @@ use crate::draws::{Draw, DrawList, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
-use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, VolumeDraw, without_shadows};
+use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, Rectangle, VolumeDraw, without_shadows};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::shader::program::Constant;
@@ -38,6 +38,8 @@ pub struct PreparedView {
     pub(crate) light_tiles: [u32; 3],
     /// `override` constants of shaders that are the same for all of its passes.
     pub(crate) constants: Vec<Constant>,
+    /// The part of the picture that lights in lists may reach.
+    pub(crate) lit: Arc<[Rectangle]>,
     /// How volumes of lights are drawn.
     pub(crate) volume_draws: Arc<[VolumeDraw]>,
     /// The records of the lists of objects, by object id, where objects have lists.
@@ -181,6 +183,7 @@ pub(crate) struct Viewed<'a> {
     pub light_count: u32,
     pub cluster_grid: &'a ClusterUniform,
     pub constants: Vec<Constant>,
+    pub lit: Arc<[Rectangle]>,
     pub volume_draws: Arc<[VolumeDraw]>,
     pub object_lights: Arc<[ListRecord]>,
     pub environment: &'a EnvironmentUniform,
@@ -215,6 +218,7 @@ impl Viewed<'_> {
             light_tiles: [across, down, tile_px],
             light_reaches: tables.light_reaches.view().clone(),
             constants: self.constants,
+            lit: self.lit,
             volume_draws: match self.shadows {
                 Some(_) => self.volume_draws,
                 None => without_shadows(&self.volume_draws).into(),

@@ -357,10 +357,11 @@ fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), Rend
 fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws) -> u32 {
     let settings = &asked.request.settings;
     let fullscreen = |count: u32| u32::from(count > 0);
+    let lit = view.lit.len() as u32;
     match (settings.render.path, settings.lights.culling) {
-        (Path::Deferred, LightCulling::Clustered | LightCulling::None) => fullscreen(view.light_count),
+        (Path::Deferred, LightCulling::Clustered | LightCulling::None) => lit,
         // Two reduce depth.
-        (Path::Deferred, LightCulling::Tiled) => 3 * fullscreen(view.light_count),
+        (Path::Deferred, LightCulling::Tiled) => lit + 2 * fullscreen(lit),
         (Path::Deferred, LightCulling::Volumes | LightCulling::VolumesStencil) => {
             fullscreen(view.global_light_count) + view.volume_draws.len() as u32
         }

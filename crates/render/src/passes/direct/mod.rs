@@ -1,12 +1,14 @@
 //! direct: every light that reaches a pixel, added to `radiance`.
 //!
 //! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures. Reads: G-buffer, depth, lists of lights. Writes:
-//! radiance; or, for the report, the numbers of pairs of pixel and light.
+//! radiance, in the rectangles of the picture that lights reach; or, for the report, the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
+use crate::lights::Rectangle;
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+use std::sync::Arc;
 
 /// Which lights.
 #[derive(Debug)]
@@ -30,11 +32,15 @@ pub fn record(
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    let count = if matches!(lights, Lights::Global) { r.view.global_light_count } else { r.view.light_count };
-    if count == 0 {
+    let (width, height) = r.view.size;
+    let lit: Arc<[Rectangle]> = match lights {
+        Lights::Clusters | Lights::Tiles(_) => r.view.lit.clone(),
+        Lights::Global => (r.view.global_light_count > 0).then_some([0, 0, width, height]).into_iter().collect(),
+    };
+    if lit.is_empty() {
         return Ok(radiance);
     }
-    let step = step(r, ("direct", r.view.light_axes()), lights, gbuffer);
+    let step = step(r, ("direct", r.view.light_axes()), lights, gbuffer).within_each(&lit);
     step.over(PicturePart::Surfaces, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 
