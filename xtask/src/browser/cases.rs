@@ -20,8 +20,8 @@ pub(super) struct Case {
     pub has_variables: bool,
     /// In the studio at a million times its light, without exposure.
     is_dazzling: bool,
-    /// Without shadows.
-    is_shadowless: bool,
+    /// More settings.
+    settings: &'static [(&'static str, &'static str)],
 }
 
 /// Settings of the effect that adds what it made in the frame before.
@@ -41,38 +41,41 @@ const FAINT: Option<Echo> = Some(Echo { share: 0.25, gain: 0.5 });
 const WHOLE: Option<Echo> = Some(Echo { share: 1.0, gain: 1.0 });
 
 const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case {
-    Case {
-        name,
-        model,
-        size,
-        is_forward: false,
-        echo: None,
-        has_variables: false,
-        is_dazzling: false,
-        is_shadowless: false,
-    }
+    Case { name, model, size, is_forward: false, echo: None, has_variables: false, is_dazzling: false, settings: &[] }
 }
 
-pub(super) const CASES: [Case; 16] = [
-    Case { echo: FAINT, is_shadowless: true, ..case("hall-echo", variables::MODEL, WIDE) },
-    Case {
-        echo: FAINT,
-        is_forward: true,
-        has_variables: true,
-        is_shadowless: true,
-        ..case("hall-forward", variables::MODEL, WIDE)
-    },
+const SHADOWLESS: &[(&str, &str)] = &[("shadows.enabled", "false")];
+const SPOTS: &str = "renderling/shadow_mapping_spots.glb";
+const POINTS: &str = "renderling/shadow_mapping_points.glb";
+
+pub(super) const CASES: [Case; 24] = [
+    Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
+    Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
-    Case { has_variables: true, is_shadowless: true, ..case("hall", variables::MODEL, WIDE) },
+    Case { has_variables: true, settings: SHADOWLESS, ..case("hall", variables::MODEL, WIDE) },
     // Lights and fog that a stage adds to the hall, on top of surfaces, behind blended ones, and over the environment.
-    Case { is_shadowless: true, ..case("hall-stage", "docs/examples/hall.stage.toml", WIDE) },
+    case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
+    // Every other way in which lights reach surfaces, where thousands do.
+    Case { settings: &[("lights.culling", "tiled")], ..case("hall-tiled", variables::MODEL, WIDE) },
+    Case { settings: &[("lights.culling", "volumes")], ..case("hall-volumes", variables::MODEL, WIDE) },
+    Case { settings: &[("lights.culling", "volumes-stencil")], ..case("hall-stencil", variables::MODEL, WIDE) },
+    Case { settings: &[("render.path", "forward-batched")], ..case("spots-batched", SPOTS, SQUARE) },
+    // At corners that light only just reaches, rounding decides whether they are in shadow, and corners are shared.
+    Case {
+        settings: &[("render.path", "gouraud"), ("shadows.enabled", "false")],
+        ..case("hall-gouraud", variables::MODEL, WIDE)
+    },
+    // Lamps behind columns, and the shafts of their light in mist.
+    case("shafts", "docs/examples/shafts.stage.toml", WIDE),
     // A white floor under three lights of 10⁶ cd, a part of which glows: emission, lights and studio all end at the limit of
     // half floats, and the effect adds that to itself.
     Case { echo: WHOLE, is_dazzling: true, ..case("bright", "xtask/browser/bright.gltf", SQUARE) },
-    case("shadow_mapping_spots", "renderling/shadow_mapping_spots.glb", SQUARE),
-    case("shadow_mapping_points", "renderling/shadow_mapping_points.glb", SQUARE),
-    Case { is_shadowless: true, ..case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)) },
-    Case { is_shadowless: true, ..case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)) },
+    case("shadow_mapping_spots", SPOTS, SQUARE),
+    case("shadow_mapping_points", POINTS, SQUARE),
+    Case { settings: &[("shadows.filter", "pcss")], ..case("points-pcss", POINTS, SQUARE) },
+    case("DirectionalLight", "", SQUARE),
+    Case { settings: SHADOWLESS, ..case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)) },
+    Case { settings: SHADOWLESS, ..case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)) },
     case("DamagedHelmet", "", SQUARE),
     case("BoxTextured", "", SQUARE),
     case("NormalTangentMirrorTest", "", SQUARE),
@@ -87,9 +90,7 @@ impl Case {
     pub fn arguments(&self) -> Vec<String> {
         // The page draws a frame at a time, in which no light can wait for its turn.
         let mut arguments = vec!["--set".to_owned(), "shadows.turns=false".to_owned()];
-        if self.is_shadowless {
-            arguments.extend(["--set", "shadows.enabled=false"].map(String::from));
-        }
+        arguments.extend(self.settings.iter().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
         if self.is_forward {
             arguments.extend(["--path", "forward"].map(String::from));
         }
@@ -112,16 +113,21 @@ impl Case {
     /// What the page is told: options of `configure`, and effects.
     pub fn page(&self) -> Result<(Value, Value)> {
         let mut options = json!({});
+        let mut settings: serde_json::Map<String, Value> = self
+            .settings
+            .iter()
+            .map(|(key, value)| ((*key).to_owned(), value.parse().unwrap_or_else(|_| (*value).into())))
+            .collect();
         if self.is_forward {
             options["path"] = "forward".into();
         }
         if self.is_dazzling {
             options["environment"] = "studio".into();
             options["exposure"] = 0.into();
-            options["settings"] = json!({ "environment.intensity": 1e6 });
+            settings.insert("environment.intensity".into(), 1e6.into());
         }
-        if self.is_shadowless {
-            options["settings"] = json!({ "shadows.enabled": false });
+        if !settings.is_empty() {
+            options["settings"] = settings.into();
         }
         let Some(Echo { share, gain }) = self.echo else { return Ok((options, json!([]))) };
         let source = std::fs::read_to_string(root().join(ECHO))?;

@@ -3,7 +3,7 @@
 // into the world, the world. Reads: materials, where fragments are dropped. Writes: depth.
 // Program: shadows. Axes: textured, masked, deformed.
 
-import package::view::view;
+import package::view::{clippable, view};
 import package::shaders::surface_vertex::{
     Rows, SurfaceInput, SurfaceVarying, morph_displacement, skinned_rows, transform_point,
 };
@@ -31,7 +31,8 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     var out: ShadowVarying;
     // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself, and what lies before
     // the nearest is drawn there.
-    out.position_clip = vec4f(at.xy, select(min(at.z, 1.0), 1.0, is_perspective), select(1.0, at.z, is_perspective));
+    let depth = select(min(at.z, 1.0), 1.0, is_perspective);
+    out.position_clip = clippable(vec4f(at.xy, depth, select(1.0, at.z, is_perspective)));
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
     out.object = in.instance.x >> 1u;
