@@ -191,6 +191,36 @@ fn lights_that_reach_little_are_shaded_only_there() {
     assert_same(&display(&mut renderer, &case, LightCulling::None), &dark, Tolerance::default());
 }
 
+/// What tiles pass over lies in a texture of 1,024 texels a row, a light each.
+#[test]
+fn tiles_find_what_lights_reach_beyond_the_first_row() {
+    let mut renderer = renderer();
+    let case = case("2,100 small lights", scenes::many_points(2100).scene, (48, 32));
+    renderer.load(&case.scene).unwrap();
+    let truth = display(&mut renderer, &case, LightCulling::None);
+    assert_same(&truth, &display(&mut renderer, &case, LightCulling::Tiled), Tolerance::default());
+    let [all, tiled] = [LightCulling::None, LightCulling::Tiled].map(|culling| pairs(&mut renderer, &case, culling));
+    assert_eq!((tiled.pairs_shaded, tiled.pairs_in_range), (all.pairs_shaded, all.pairs_in_range));
+    assert!(tiled.pairs_passed_over > 0, "{tiled:?}");
+}
+
+/// Shadow maps lie behind the lights, so that the texture grows, while the lists before the lights stay as they are.
+#[test]
+fn shadows_that_are_turned_on_leave_the_lists_as_they_were() {
+    let mut live = renderer();
+    let mut case = case("a field of points", scenes::many_points(120).scene, (80, 60));
+    live.load(&case.scene).unwrap();
+    let without = display(&mut live, &case, LightCulling::Clustered);
+    case.request.settings.shadows.enabled = true;
+    let with = display(&mut live, &case, LightCulling::Clustered);
+    let stats = live.stats();
+    assert!(stats.light_lists_made == 0 && stats.shadow_tiles_drawn > 256, "{stats:?}");
+    let mut anew = Renderer::new(live.gpu().clone()).unwrap();
+    anew.load(&case.scene).unwrap();
+    assert!(with == display(&mut anew, &case, LightCulling::Clustered), "the picture depends on the one before it");
+    assert!(!difference(&without, &with, 2).is_within(Tolerance::default()));
+}
+
 #[test]
 fn ways_say_how_many_draws_they_take_and_what_they_write() {
     let mut renderer = renderer();

@@ -9,7 +9,7 @@ use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
-/// The uniform `ClusterGrid` of `lights.wgsl`; a test compares the two layouts.
+/// The uniform `ClusterGrid` of `light_table.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct ClusterUniform {

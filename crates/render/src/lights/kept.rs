@@ -43,7 +43,7 @@ pub struct KeptLists {
     /// Entries of all lists.
     pub entries: u64,
     /// The part of the picture that they may reach.
-    pub lit: Arc<[lit::Rectangle]>,
+    pub lit_rectangles: Arc<[lit::Rectangle]>,
     /// How volumes are drawn.
     pub volume_draws: Arc<[VolumeDraw]>,
     /// The records of the lists of objects, by object id.
@@ -57,8 +57,16 @@ impl KeptLists {
         // The lists of objects lie behind those of clusters.
         let clusters = lists.uniform.size[..3].iter().product::<u32>() as usize;
         let object_lights = lists.table.iter().skip(clusters).copied().collect();
-        let lit = lit::lit_rectangles(lists, of.target.size).into();
-        Self { of, table, uniform: lists.uniform, entries: lists.lights.len() as u64, lit, volume_draws, object_lights }
+        let lit_rectangles = lit::lit_rectangles(lists, of.target.size).into();
+        Self {
+            of,
+            table,
+            uniform: lists.uniform,
+            entries: lists.lights.len() as u64,
+            lit_rectangles,
+            volume_draws,
+            object_lights,
+        }
     }
 
     /// The same for `table`, if the lists of its lights are these.

@@ -18,7 +18,7 @@ pub fn lit_rectangles(lists: &ClusterLists, size: (u32, u32)) -> Vec<Rectangle> 
     if lists.uniform.global_count > 0 {
         return everything();
     }
-    let rectangles = merged(&lit_tiles(lists));
+    let Some(rectangles) = merged(&lit_tiles(lists)) else { return everything() };
     let [across, down, _, tile_px] = lists.uniform.size;
     // What lies beyond the last tile belongs to it.
     let edge = |tile: u32, count: u32, side: u32| if tile == count { side } else { (tile * tile_px).min(side) };
@@ -33,7 +33,7 @@ pub fn lit_rectangles(lists: &ClusterLists, size: (u32, u32)) -> Vec<Rectangle> 
         .collect();
     let lit: u64 = rectangles.iter().map(|[.., width, height]| u64::from(*width) * u64::from(*height)).sum();
     let all = u64::from(size.0) * u64::from(size.1);
-    if rectangles.len() > RECTANGLES_MAX || lit * 10 > all * LIT_TENTHS_MAX { everything() } else { rectangles }
+    if lit * 10 > all * LIT_TENTHS_MAX { everything() } else { rectangles }
 }
 
 /// Row by row, whether any slice of a tile holds a light.
@@ -50,13 +50,17 @@ fn lit_tiles(lists: &ClusterLists) -> Vec<Vec<bool>> {
 }
 
 /// The runs of lit tiles of every row, those of the same columns in rows that follow each other as one: the first column and
-/// row, and those behind the last.
-fn merged(rows: &[Vec<bool>]) -> Vec<Rectangle> {
+/// row, and those behind the last. None if there are too many, which ends the search, too.
+fn merged(rows: &[Vec<bool>]) -> Option<Vec<Rectangle>> {
     let mut done = Vec::new();
     let mut open: Vec<Rectangle> = Vec::new();
     for (y, row) in (0..).zip(rows) {
         let mut next = Vec::new();
-        for [x0, x1] in runs(row) {
+        let runs = runs(row);
+        if done.len() + runs.len() > RECTANGLES_MAX {
+            return None;
+        }
+        for [x0, x1] in runs {
             let above = open.iter().position(|[left, _, right, _]| [*left, *right] == [x0, x1]);
             let y0 = above.map_or(y, |at| open.swap_remove(at)[1]);
             next.push([x0, y0, x1, y + 1]);
@@ -65,7 +69,7 @@ fn merged(rows: &[Vec<bool>]) -> Vec<Rectangle> {
         open = next;
     }
     done.append(&mut open);
-    done
+    (done.len() <= RECTANGLES_MAX).then_some(done)
 }
 
 /// The first column of every run of lit tiles, and that behind the last.

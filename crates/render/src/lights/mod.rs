@@ -43,7 +43,7 @@ pub use manypass_scene::light::LIGHTS_MAX;
 /// The constant of pipelines that says which classes of lights there are.
 pub const LIGHT_CLASSES: &str = "light_classes";
 /// Classes of lights that have a range and cast shadows.
-pub const LIGHTS_WITH_SHADOWS: u32 = CASTING_POINTS | CASTING_SPOTS;
+pub const CASTING_LIGHTS: u32 = CASTING_POINTS | CASTING_SPOTS;
 
 // Shaders find a light's column in the low byte of its index, and its row in the high one.
 const _: () = assert!(LIGHTS_PER_ROW == 256);
@@ -190,7 +190,7 @@ impl LightTable {
         self.class_ends == other.class_ends && self.reaches == other.reaches
     }
 
-    /// Which classes of lights there are, as `lights.wgsl` has them: a bit for each, in the order of the table.
+    /// Which classes of lights there are, a bit for each, as `constants.rs` has them.
     pub fn classes(&self) -> u32 {
         let mut begin = 0;
         let bits = self

@@ -39,7 +39,7 @@ pub struct PreparedView {
     /// `override` constants of shaders that are the same for all of its passes.
     pub(crate) constants: Vec<Constant>,
     /// The part of the picture that lights in lists may reach.
-    pub(crate) lit: Arc<[Rectangle]>,
+    pub(crate) lit_rectangles: Arc<[Rectangle]>,
     /// How volumes of lights are drawn.
     pub(crate) volume_draws: Arc<[VolumeDraw]>,
     /// The records of the lists of objects, by object id, where objects have lists.
@@ -108,6 +108,9 @@ impl PreparedView {
 
     /// The axes of programs that add up those lights alone of each object that have numbers within `batch`.
     pub(crate) fn light_axes_of(&self, batch: &Range<u32>, world: &WorldDraws) -> &'static [&'static str] {
+        if !self.has_shadows {
+            return &[];
+        }
         let global_count = self.global_light_count;
         let casts = |list: ListRecord| {
             let [first, end] = list.casters().map(|light| global_count + light);
@@ -183,7 +186,7 @@ pub(crate) struct Viewed<'a> {
     pub light_count: u32,
     pub cluster_grid: &'a ClusterUniform,
     pub constants: Vec<Constant>,
-    pub lit: Arc<[Rectangle]>,
+    pub lit_rectangles: Arc<[Rectangle]>,
     pub volume_draws: Arc<[VolumeDraw]>,
     pub object_lights: Arc<[ListRecord]>,
     pub environment: &'a EnvironmentUniform,
@@ -218,7 +221,7 @@ impl Viewed<'_> {
             light_tiles: [across, down, tile_px],
             light_reaches: tables.light_reaches.view().clone(),
             constants: self.constants,
-            lit: self.lit,
+            lit_rectangles: self.lit_rectangles,
             volume_draws: match self.shadows {
                 Some(_) => self.volume_draws,
                 None => without_shadows(&self.volume_draws).into(),

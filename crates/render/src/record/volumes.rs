@@ -3,7 +3,7 @@
 use super::PreparedView;
 use super::fullscreen::{Fullscreen, Shading, Slot};
 use super::view::SHADOWED;
-use crate::lights::{CONE_CORNER, CONE_SIDES, LIGHT_CLASSES, LIGHTS_WITH_SHADOWS, VolumeDraw, VolumeShape, VolumeStep};
+use crate::lights::{CASTING_LIGHTS, CONE_CORNER, CONE_SIDES, LIGHT_CLASSES, VolumeDraw, VolumeShape, VolumeStep};
 use crate::shader::program::{Constant, ProgramError};
 use crate::shader::{Program, Shaders};
 use glam::Vec3;
@@ -43,7 +43,7 @@ impl Key {
         (color, depth): (wgpu::TextureFormat, wgpu::TextureFormat),
         view: &PreparedView,
     ) -> Self {
-        let is_needed = |axis: &&'static str| *axis != SHADOWED || draw.classes & LIGHTS_WITH_SHADOWS != 0;
+        let is_needed = |axis: &&'static str| *axis != SHADOWED || draw.classes & CASTING_LIGHTS != 0;
         let of_shape = (draw.shape == VolumeShape::Cone).then_some("cones");
         let constants = view.constants.iter().copied().filter(|(name, _)| *name != LIGHT_CLASSES);
         Self {

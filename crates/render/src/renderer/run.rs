@@ -357,7 +357,7 @@ fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), Rend
 fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws) -> u32 {
     let settings = &asked.request.settings;
     let fullscreen = |count: u32| u32::from(count > 0);
-    let lit = view.lit.len() as u32;
+    let lit = view.lit_rectangles.len() as u32;
     match (settings.render.path, settings.lights.culling) {
         (Path::Deferred, LightCulling::Clustered | LightCulling::None) => lit,
         // Two reduce depth.

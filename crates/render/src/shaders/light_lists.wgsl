@@ -28,8 +28,10 @@ fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
 
 // Whether a light ends before the surfaces of the tile, or begins behind them. The bytes are those of its index.
 @if(tiled) fn is_beside_tile(bytes: vec2f) -> bool {
-    let rows = bytes.y * f32(LIGHTS_PER_ROW) / f32(DATA_WIDTH);
-    let column = bytes.x + fract(rows) * f32(DATA_WIDTH);
+    // A row holds several times as many as a byte has values. Half of one more, taken away again, because bytes are shares of
+    // 255, which devices round either way.
+    let rows = (bytes.y + 0.5) * f32(LIGHTS_PER_ROW) / f32(DATA_WIDTH);
+    let column = bytes.x + fract(rows) * f32(DATA_WIDTH) - 0.5 * f32(LIGHTS_PER_ROW);
     let uv = vec2f((column + 0.5) / f32(DATA_WIDTH), (floor(rows) + 0.5) * inverse_reach_rows);
     let reach_m = textureSampleLevel(light_reaches, nearest_clamp, uv, 0.0).rg;
     return (reach_m.x > tile_bounds_m.y) | (reach_m.y < tile_bounds_m.x);

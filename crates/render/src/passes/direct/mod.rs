@@ -34,7 +34,7 @@ pub fn record(
 ) -> Result<Handle, ProgramError> {
     let (width, height) = r.view.size;
     let lit: Arc<[Rectangle]> = match lights {
-        Lights::Clusters | Lights::Tiles(_) => r.view.lit.clone(),
+        Lights::Clusters | Lights::Tiles(_) => r.view.lit_rectangles.clone(),
         Lights::Global => (r.view.global_light_count > 0).then_some([0, 0, width, height]).into_iter().collect(),
     };
     if lit.is_empty() {

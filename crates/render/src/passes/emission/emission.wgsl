@@ -1,5 +1,5 @@
 // emission: keeps what surfaces emit, before light is added to it.
-// Reads: radiance right after the geometry pass. Writes: emission (pre-exposed).
+// Reads: radiance as `geometry` or `coverage` begins it. Writes: emission (pre-exposed).
 // Program: emission.
 
 @group(1) @binding(0) var radiance: texture_2d<f32>;

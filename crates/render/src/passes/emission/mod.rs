@@ -1,6 +1,6 @@
 //! emission: keeps what surfaces emit, before light is added to it. Recorded only when the variable is asked for.
 //!
-//! Reads: radiance right after the geometry pass. Writes: emission (pre-exposed).
+//! Reads: radiance as `geometry` or `coverage` begins it. Writes: emission (pre-exposed).
 
 use crate::gbuffer::RADIANCE;
 use crate::record::Recorder;
