@@ -6,11 +6,16 @@ use std::process::Command;
 
 /// Every crate with the crates of this repository that it may depend on, and those that its tests may use besides.
 const ARROWS: &[(&str, &[&str], &[&str])] = &[
+    ("manypass-flip", &[], &[]),
     ("manypass-graph", &[], &[]),
     ("manypass-scene", &[], &["manypass-testkit"]),
     ("manypass", &["manypass-graph", "manypass-scene"], &["manypass-testkit"]),
     ("manypass-offline", &["manypass", "manypass-scene"], &["manypass-testkit"]),
-    ("manypass-cli", &["manypass", "manypass-offline", "manypass-scene", "manypass-viewer"], &["manypass-testkit"]),
+    (
+        "manypass-cli",
+        &["manypass", "manypass-flip", "manypass-offline", "manypass-scene", "manypass-viewer"],
+        &["manypass-testkit"],
+    ),
     ("manypass-viewer", &["manypass", "manypass-scene"], &["manypass-testkit"]),
     ("manypass-web", &["manypass", "manypass-scene"], &[]),
     ("manypass-testkit", &["manypass-scene"], &[]),
