@@ -1,5 +1,6 @@
 //! The command line as it is typed. [`crate::job`] makes sense of it.
 
+use crate::diff::DiffArgs;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -23,10 +24,12 @@ const EXAMPLES: &str = "Examples:
   manypass render hall.stage.toml                         a model with lights and fog of yours (docs/stage.md)
   manypass graph helmet.glb --format mermaid              the passes of the frame
   manypass graph helmet.glb --limits webgl2 --aov all     planned without any adapter
+  manypass diff before.png after.png -o diff.png          how different two pictures look, and where
   manypass settings                                       every key of --set, with its range
   manypass adapters                                       what can render on this machine
 
-Exit codes: 0 done, 1 an input or output failed, 2 wrong usage, 3 no usable adapter, 4 device lost, 130 interrupted.
+Exit codes: 0 done, 1 an input or output failed, 2 wrong usage, 3 no usable adapter, 4 device lost, 5 `diff` found more than \
+--threshold, 130 interrupted.
 A picture that does not fit into memory (`ulimit -v`, a container's limit, what is free) is refused with 1, a limit \
 below what a driver needs with 3.";
 
@@ -62,6 +65,9 @@ pub enum Command {
     },
     /// Print the passes of the frame that `render` draws, with the same flags.
     Graph(Box<GraphArgs>),
+    /// Say how different two pictures look: a FLIP error from 0 (the same) to 1.
+    #[command(after_help = crate::diff::EXAMPLES)]
+    Diff(DiffArgs),
     /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.
     Bench(BenchArgs),
     /// List the adapters of this machine.

@@ -15,6 +15,8 @@ pub enum Kind {
     NoAdapter,
     /// The device was lost.
     DeviceLost,
+    /// Two pictures differ by more than is allowed.
+    Different,
     /// The user said stop.
     Interrupted,
 }
@@ -58,6 +60,7 @@ impl Failure {
             Kind::Usage => 2,
             Kind::NoAdapter => 3,
             Kind::DeviceLost => 4,
+            Kind::Different => 5,
             Kind::Interrupted => 130,
         }
     }

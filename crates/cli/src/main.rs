@@ -10,6 +10,7 @@ mod camera;
 mod chosen;
 mod coverage;
 mod deliver;
+mod diff;
 mod exposure;
 mod failure;
 mod gather;

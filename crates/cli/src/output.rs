@@ -83,7 +83,11 @@ pub fn write_sheet(path: &Path, pictures: &[PassPicture]) -> Result<(), Failure>
     write_file(path, &bytes)
 }
 
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+/// Writes a whole file, or nothing.
+///
+/// # Errors
+/// If it cannot be written, or the user has said stop.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut file = begin(path)?;
     file.write(bytes).map_err(write_failure)?;
     file.commit().map_err(write_failure)

@@ -76,6 +76,13 @@ impl Places {
         places
     }
 
+    /// What a comparison of pictures reads.
+    pub fn of_pictures(paths: &[&Path]) -> Self {
+        let mut places = Self::default();
+        paths.iter().for_each(|path| places.read(path, format!("the picture {}", path.display())));
+        places
+    }
+
     /// Checks the files of a picture, unless that was done at the start. `item_index` is that of its input among all.
     ///
     /// # Errors

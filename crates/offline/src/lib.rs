@@ -7,6 +7,7 @@ pub mod aov_docs;
 pub mod aov_png;
 pub mod atomic;
 pub mod camera;
+pub mod decode;
 pub mod encode;
 pub mod exr_file;
 mod exr_header;

@@ -32,15 +32,24 @@ pub struct Entry<'a> {
 /// # Errors
 /// If an entry's bytes do not fit its size.
 pub fn contact_sheet(entries: &[Entry<'_>]) -> Result<(u32, u32, Vec<u8>), EncodeError> {
-    let columns = (entries.len() as f64).sqrt().ceil().max(1.0) as u32;
+    let columns = (entries.len() as f64).sqrt().ceil() as u32;
+    contact_sheet_of(entries, columns, CELL_PX)
+}
+
+/// A sheet of `columns` columns, whose pictures have sides of at most `cell_px` pixels, as [`contact_sheet`].
+///
+/// # Errors
+/// If an entry's bytes do not fit its size.
+pub fn contact_sheet_of(entries: &[Entry<'_>], columns: u32, cell_px: u32) -> Result<(u32, u32, Vec<u8>), EncodeError> {
+    let columns = columns.max(1);
     let mut pictures = Vec::with_capacity(entries.len());
     for entry in entries {
         check_length(entry.width, entry.height, 4, entry.rgba8.len())?;
-        pictures.push(small(entry));
+        pictures.push(small(entry, cell_px));
     }
     // A letter of space keeps labels side by side apart.
     let words = |entry: &Entry<'_>| legend_width(entry.legend).max(text_width(entry.label) + 8);
-    let widest_words = entries.iter().map(words).max().unwrap_or(0).min(CELL_PX);
+    let widest_words = entries.iter().map(words).max().unwrap_or(0).min(cell_px);
     let cell_width = pictures.iter().map(RgbaImage::width).max().unwrap_or(1).max(64).max(widest_words);
     let cell_height = pictures.iter().map(RgbaImage::height).max().unwrap_or(1);
     let labels: Vec<Vec<String>> = entries.iter().map(|entry| label_lines(entry.label, cell_width)).collect();
@@ -70,15 +79,15 @@ pub fn contact_sheet(entries: &[Entry<'_>]) -> Result<(u32, u32, Vec<u8>), Encod
     Ok((sheet.width(), sheet.height(), sheet.into_raw()))
 }
 
-fn small(entry: &Entry<'_>) -> RgbaImage {
+fn small(entry: &Entry<'_>, cell_px: u32) -> RgbaImage {
     let Some(image) = RgbaImage::from_raw(entry.width, entry.height, entry.rgba8.to_vec()) else {
         return RgbaImage::new(1, 1);
     };
     let longest = entry.width.max(entry.height);
-    if longest <= CELL_PX {
+    if longest <= cell_px {
         return image;
     }
-    let scaled = |side: u32| (u64::from(side) * u64::from(CELL_PX) / u64::from(longest)).max(1) as u32;
+    let scaled = |side: u32| (u64::from(side) * u64::from(cell_px) / u64::from(longest)).max(1) as u32;
     imageops::thumbnail(&image, scaled(entry.width), scaled(entry.height))
 }
 

@@ -1,0 +1,54 @@
+//! The command line of `diff`.
+
+use clap::Args;
+use manypass_flip::{PIXELS_PER_DEGREE, PIXELS_PER_DEGREE_RANGE};
+use std::path::PathBuf;
+
+/// What stands below the help of `diff`.
+pub const EXAMPLES: &str = "Examples:
+  manypass diff before.png after.png                      mean and largest difference
+  manypass diff before.png after.png -o diff.png          both beside the map of differences
+  manypass diff before.exr after.exr --json               radiance, at every exposure that matters
+  manypass diff golden.png new.png --threshold 0.005      exit code 5 if they look different
+
+FLIP (Andersson et al. 2020; for EXR HDR-FLIP, Andersson et al. 2021) says of every pixel how much it changes when one flips between \
+the two on a display: 0 is the same, 1 is blue for green. The mean over all pixels is the number to quote.
+Transparent pixels are laid over mid grey, so that what is transparent in both is the same.
+A is the reference: for EXR, exposures are chosen from it. For other pictures A and B may change places.";
+
+/// Flags of `diff`.
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// The reference: a PNG, JPEG, WebP or EXR file.
+    pub a: String,
+    /// What is compared with it: a file of the same size; EXR if A is.
+    pub b: String,
+    /// Write A, B and the map of differences into one picture.
+    ///
+    /// The map goes from black (no difference) over purple and orange to light yellow (1). Pictures above 640 pixels are shown smaller.
+    /// It may not be A or B.
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: Option<PathBuf>,
+    /// Print one JSON object: {"flip": {"mean", "largest", "largest_at_px", …}, …}.
+    #[arg(long)]
+    pub json: bool,
+    /// End with exit code 5 if the mean is above this, from 0 to 1; everything is printed and written before.
+    #[arg(long, value_name = "MEAN", value_parser = threshold)]
+    pub threshold: Option<f64>,
+    /// How many pixels of the picture a degree of the field of view has: 67 for a display of 3840 pixels and 0.7 m, 0.7 m away.
+    ///
+    /// Fewer look closer, and find more.
+    #[arg(long, value_name = "N", default_value_t = PIXELS_PER_DEGREE, value_parser = pixels_per_degree)]
+    pub pixels_per_degree: f32,
+}
+
+fn threshold(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value| (0.0..=1.0).contains(value));
+    value.ok_or_else(|| "write a number from 0 to 1".into())
+}
+
+fn pixels_per_degree(text: &str) -> Result<f32, String> {
+    let (first, last) = (PIXELS_PER_DEGREE_RANGE.start(), PIXELS_PER_DEGREE_RANGE.end());
+    let value = text.parse().ok().filter(|value| PIXELS_PER_DEGREE_RANGE.contains(value));
+    value.ok_or_else(|| format!("write a number from {first} to {last}"))
+}

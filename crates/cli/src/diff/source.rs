@@ -1,0 +1,90 @@
+//! A picture that is compared: read from its file, and laid over mid grey where it is transparent.
+
+use crate::failure::{Failure, Kind};
+use manypass_flip::{FlipError, Picture};
+use manypass_offline::decode::{DecodeError, Decoded, Light, MAX_PIXELS, decode};
+use std::io::Read;
+use std::path::Path;
+
+/// Mid grey of displays: half of what a byte holds, as viewers blend encoded values.
+const GREY_SRGB: f32 = 0.5;
+/// Mid grey of radiance.
+const GREY_LINEAR: f32 = 0.18;
+/// No file of as many pixels as are read is larger: four channels of 32 bits and as much again.
+const MAX_FILE_BYTES: u64 = 32 * MAX_PIXELS as u64;
+
+/// A picture.
+#[derive(Debug)]
+pub struct Source {
+    /// Its file.
+    pub name: String,
+    /// What its numbers stand for.
+    pub light: Light,
+    /// Opaque.
+    pub picture: Picture,
+}
+
+impl Source {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is no picture, or holds infinite values.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let name = path.display().to_string();
+        let failed =
+            |error: &dyn std::fmt::Display, hint: &str| Failure::new(Kind::Failed, format!("{name}: {error}"), hint);
+        let bytes = bytes(path).map_err(|error| failed(&error, "name a PNG, JPEG, WebP or EXR file"))?;
+        if bytes.is_empty() {
+            return Err(failed(&"the file is empty", "write the picture again, or name another file"));
+        }
+        let Decoded { width, height, light, rgba } = decode(&bytes).map_err(|error| {
+            let hint = match error {
+                DecodeError::Unknown => "convert it, or name another file",
+                DecodeError::TooLarge { .. } => "compare smaller pictures, or parts of them",
+                DecodeError::Decoder { .. } => "write the picture again, or name another file",
+            };
+            failed(&error, hint)
+        })?;
+        drop(bytes);
+        let picture = match light {
+            Light::Display => Picture::from_srgb(width, height, over_grey(rgba, false)),
+            Light::Scene => Picture::from_linear(width, height, over_grey(rgba, true)),
+        };
+        let picture =
+            picture.map_err(|error: FlipError| failed(&error, "clear such pixels first, or write it again"))?;
+        Ok(Self { name, light, picture })
+    }
+}
+
+fn bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(std::io::Error::other("it is a folder"));
+    }
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES { Err(std::io::Error::other("it is too large")) } else { Ok(bytes) }
+}
+
+/// Pixels over mid grey; `is_associated` if they are multiplied by their alpha, and linear.
+fn over_grey(rgba: Vec<[f32; 4]>, is_associated: bool) -> Vec<[f32; 3]> {
+    let opaque = |[r, g, b, a]: [f32; 4]| {
+        let alpha = a.clamp(0.0, 1.0);
+        match is_associated {
+            true => [r, g, b].map(|value| value + (1.0 - alpha) * GREY_LINEAR),
+            false => [r, g, b].map(|value| alpha * value + (1.0 - alpha) * GREY_SRGB),
+        }
+    };
+    rgba.into_iter().map(opaque).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn transparent_pixels_are_grey_and_opaque_ones_stay() {
+        let pixels = vec![[0.2, 0.4, 1.0, 1.0], [0.2, 0.4, 1.0, 0.0], [0.0, 1.0, 0.5, 0.5]];
+        assert_eq!(over_grey(pixels, false), [[0.2, 0.4, 1.0], [0.5; 3], [0.25, 0.75, 0.5]]);
+        assert_eq!(over_grey(vec![[0.0, 0.0, 0.0, 0.0], [3.0, 2.0, 1.0, 1.0]], true), [[0.18; 3], [3.0, 2.0, 1.0]]);
+    }
+}
