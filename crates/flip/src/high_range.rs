@@ -94,7 +94,7 @@ fn white() -> f64 {
 /// The median of at least one value, the mean of the middle two of an even number.
 fn median(values: &mut [f32]) -> f64 {
     let middle = values.len() / 2;
-    let is_even = values.len() % 2 == 0;
+    let is_even = values.len().is_multiple_of(2);
     let (below, &mut upper, _) = values.select_nth_unstable_by(middle, f32::total_cmp);
     let lower = below.iter().copied().max_by(f32::total_cmp).filter(|_| is_even).unwrap_or(upper);
     (f64::from(lower) + f64::from(upper)) / 2.0

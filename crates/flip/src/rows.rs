@@ -61,11 +61,11 @@ pub(crate) fn ldr_as(
         }
     };
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(height.div_ceil(BAND_ROWS));
-    if threads <= 1 {
+    std::thread::scope(|scope| {
+        // Where no further thread can be had, the others do its work.
+        (1..threads).for_each(|_| drop(std::thread::Builder::new().spawn_scoped(scope, work)));
         work();
-    } else {
-        std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(&work))));
-    }
+    });
     ErrorMap { width, height, errors }
 }
 

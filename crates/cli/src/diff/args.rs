@@ -37,7 +37,7 @@ pub struct DiffArgs {
     pub threshold: Option<f64>,
     /// How many pixels of the picture a degree of the field of view has: 67 for a display of 3840 pixels and 0.7 m, 0.7 m away.
     ///
-    /// Fewer look closer, and find more.
+    /// Fewer are a display seen from nearer, where more can be told apart.
     #[arg(long, value_name = "N", default_value_t = PIXELS_PER_DEGREE, value_parser = pixels_per_degree)]
     pub pixels_per_degree: f32,
 }

@@ -73,7 +73,7 @@ fn lamp(x: usize, y: usize) -> [f32; 3] {
     if d2 < 9.0 {
         return [4000.0, 3500.0, 2500.0];
     }
-    let wall = if (x / 8 + y / 8) % 2 == 0 { 0.8 } else { 0.15 };
+    let wall = if (x / 8 + y / 8).is_multiple_of(2) { 0.8 } else { 0.15 };
     [120.0, 100.0, 70.0].map(|intensity| intensity * wall / (d2 + 4.0) + 0.002 * wall)
 }
 
