@@ -55,22 +55,31 @@ pub enum DecodeError {
     },
 }
 
+/// How an EXR file begins.
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// Whether a file that begins with `bytes`, 16 of them or all that there are, is of a kind that is read.
+pub fn is_known(bytes: &[u8]) -> bool {
+    bytes.starts_with(&EXR_MAGIC) || display_format(bytes).is_some()
+}
+
+/// The kind of a picture for a display, and its name.
+fn display_format(bytes: &[u8]) -> Option<(ImageFormat, &'static str)> {
+    let format = image::guess_format(bytes).ok()?;
+    let names = [(ImageFormat::Png, "PNG"), (ImageFormat::Jpeg, "JPEG"), (ImageFormat::WebP, "WebP")];
+    names.into_iter().find(|(known, _)| *known == format)
+}
+
 /// Reads a picture; its bytes say which kind it is. Of an EXR file the first part with channels R, G and B (and A) is read. Colour
 /// profiles are not: numbers are taken as sRGB, or as linear with the primaries of sRGB.
 ///
 /// # Errors
 /// If the kind is not known, the picture is too large, or its bytes are broken.
 pub fn decode(bytes: &[u8]) -> Result<Decoded, DecodeError> {
-    if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+    if bytes.starts_with(&EXR_MAGIC) {
         return decode_exr(bytes);
     }
-    let format = image::guess_format(bytes).map_err(|_| DecodeError::Unknown)?;
-    let name = match format {
-        ImageFormat::Png => "PNG",
-        ImageFormat::Jpeg => "JPEG",
-        ImageFormat::WebP => "WebP",
-        _ => return Err(DecodeError::Unknown),
-    };
+    let (format, name) = display_format(bytes).ok_or(DecodeError::Unknown)?;
     let failed = |error: image::ImageError| DecodeError::Decoder { format: name, reason: error.to_string() };
     let reader = || {
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);

@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, Kind};
 use manypass_flip::{FlipError, Picture};
-use manypass_offline::decode::{DecodeError, Decoded, Light, MAX_PIXELS, decode};
+use manypass_offline::decode::{DecodeError, Decoded, Light, MAX_PIXELS, decode, is_known};
 use std::io::Read;
 use std::path::Path;
 
@@ -56,12 +56,19 @@ impl Source {
     }
 }
 
+/// The bytes of a file, or how it begins if that is no picture.
 fn bytes(path: &Path) -> std::io::Result<Vec<u8>> {
     if path.is_dir() {
         return Err(std::io::Error::other("it is a folder"));
     }
     let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
+    let mut file = std::fs::File::open(path)?;
+    // What does not begin like a picture can be endless.
+    file.by_ref().take(16).read_to_end(&mut bytes)?;
+    if !is_known(&bytes) {
+        return Ok(bytes);
+    }
+    file.take(MAX_FILE_BYTES).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > MAX_FILE_BYTES { Err(std::io::Error::other("it is too large")) } else { Ok(bytes) }
 }
 
