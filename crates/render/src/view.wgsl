@@ -29,19 +29,6 @@ struct View {
 
 @group(0) @binding(0) var<uniform> view: View;
 
-// A corner in clip space with which every rasteriser can divide. One that lies in the plane of the eye, or next to it, is moved
-// forward to the nearest distance that is drawn, where its w is its z: SwiftShader makes the planes of depth of corners before
-// they are clipped, and takes a w of 0 for 1, which is another plane under the conventions of OpenGL.
-fn clippable(position_clip: vec4f) -> vec4f {
-    let is_in_eye_plane = abs(position_clip.w) < 0.01 * position_clip.z;
-    return vec4f(position_clip.xyz, select(position_clip.w, position_clip.z, is_in_eye_plane));
-}
-
-// The place in clip space of a corner that is drawn.
-fn clip_from_corner(position_world: vec3f) -> vec4f {
-    return clippable(view.clip_from_world * vec4f(position_world, 1.0));
-}
-
 fn uv_from_pixel(position_px: vec2f) -> vec2f {
     return position_px * view.inverse_size_px;
 }

@@ -2,7 +2,7 @@
 // pass which draws a surface again gets the same depth.
 
 import package::constants::{DATA_WIDTH, WITHOUT_NORMALS};
-import package::view::{clip_from_corner, view};
+import package::view::view;
 
 struct SurfaceInput {
     @location(0) position: vec3f,
@@ -170,7 +170,7 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     let normal_world = vec3f(dot(cofactor_x, normal), dot(cofactor_y, normal), dot(cofactor_z, normal)) * handedness;
 
     var out: SurfaceVarying;
-    out.position_clip = clip_from_corner(position_world);
+    out.position_clip = view.clip_from_world * vec4f(position_world, 1.0);
     out.position_world = position_world;
     out.normal_world = normal_world * inverseSqrt(max(dot(normal_world, normal_world), 1e-30));
     @if(points) {

@@ -1,7 +1,7 @@
 // The meshes of volumes, placed around what a light reaches.
 
 import package::constants::DATA_WIDTH;
-import package::view::clip_from_corner;
+import package::view::view;
 
 struct VolumeVarying {
     @builtin(position) position_clip: vec4f,
@@ -46,7 +46,7 @@ fn volume_varying(corner: vec3f, instance: u32) -> VolumeVarying {
     let first = instance * 3u;
     let flags = reach_texel(first + 2u);
     var out: VolumeVarying;
-    out.position_clip = clip_from_corner(corner_world(corner, first));
+    out.position_clip = view.clip_from_world * vec4f(corner_world(corner, first), 1.0);
     // What would be cut open where depth ends lies there as a whole, behind every surface.
     out.position_clip.z = select(out.position_clip.z, 0.0, flags.y > 0.5);
     out.light = u32(flags.x);
