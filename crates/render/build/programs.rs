@@ -29,7 +29,7 @@ pub struct Declared {
 ///
 /// ```wgsl
 /// // Program: meter.
-/// // Program: direct. Axes: counting.
+/// // Program: direct. Axes: tiled, global.
 /// // Program: ids, also for points. Axes: textured, masked, deformed.
 /// ```
 pub fn declared(source: &Path) -> Vec<Declared> {

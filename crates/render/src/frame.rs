@@ -2,7 +2,7 @@
 
 use crate::aov::AovPasses;
 use crate::effect::Effect;
-use crate::gbuffer::{Gbuffer, ViewOutputs};
+use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
 use crate::lights::LightCulling;
 use crate::passes::direct::Lights;
 use crate::passes::present::Target;
@@ -91,25 +91,26 @@ fn light_passes(
     }
 }
 
-/// The numbers of pairs of pixel and light of the same lighting, in place of light: visited, shaded, in range and passed over,
-/// a texel a pixel.
+/// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded, in range
+/// and passed over, to be added up over all texels. What light is computed for are pixels of opaque surfaces, or where these are
+/// lit as they are drawn all of their fragments, or vertices; and those of blended surfaces.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
 pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Handle, ProgramError> {
-    let (_, gbuffer, depth) = surface_passes(r, &Variables::default())?;
-    let exact = wgpu::TextureFormat::Rgba32Float;
-    match settings.lights.culling {
-        LightCulling::Clustered | LightCulling::None => direct::record_counting(r, &Lights::Clusters, &gbuffer, exact),
-        LightCulling::Tiled => {
-            let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
-            direct::record_counting(r, &Lights::Tiles(&tile_depth), &gbuffer, exact)
+    let (pairs, depth) = match settings.render.path {
+        Path::Deferred => {
+            let (_, gbuffer, depth) = surface_passes(r, &Variables::default())?;
+            let pairs = LightTarget::new(r).cleared(r.graph);
+            light_passes(r, settings, &gbuffer, depth, pairs)?
         }
-        LightCulling::Volumes | LightCulling::VolumesStencil => {
-            let format = r.frame.gpu.capabilities.sum_format();
-            let pairs = direct::record_counting(r, &Lights::Global, &gbuffer, format)?;
-            volumes::record_counting(r, &gbuffer, depth, pairs)
-        }
+        Path::Forward => forward::record_opaque(r, &settings.fog)?,
+        Path::ForwardBatched => forward::record_batched(r, &settings.fog)?,
+        Path::Gouraud => gouraud::record_opaque(r, &settings.fog)?,
+    };
+    match settings.render.path {
+        Path::Gouraud => gouraud::record_blended(r, &settings.fog, pairs, &depth),
+        _ => forward::record_blended(r, &settings.fog, pairs, &depth),
     }
 }
 

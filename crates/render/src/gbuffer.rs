@@ -1,7 +1,7 @@
 //! The G-buffer: 12 bytes a pixel beside radiance and depth. Packed and unpacked in `gbuffer.wgsl` alone.
 
-use crate::record::Fullscreen;
-use manypass_graph::Handle;
+use crate::record::{ADD, Fullscreen, PreparedView, Recorder, SurfacePass};
+use manypass_graph::{ColorLoad, Graph, Handle};
 
 /// The format of `base_color`: base colour, occlusion of the material.
 pub const BASE_COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -34,6 +34,46 @@ impl Gbuffer {
             .read("normal", &self.normal)
             .read("material", &self.material)
             .read("linear_depth", &self.linear_depth)
+    }
+}
+
+/// What light goes into, before anything is there: `radiance`; or, in a view that counts pairs, a sum of their numbers.
+#[derive(Debug)]
+pub struct LightTarget {
+    texture: Handle,
+    /// Radiance is that of the nearest surface, while pairs of all that is shaded are added up.
+    blend: Option<wgpu::BlendState>,
+}
+
+impl LightTarget {
+    /// Of the view of `r`.
+    pub fn new(r: &mut Recorder<'_, '_>) -> Self {
+        if r.view.counts_pairs() {
+            let format = r.frame.gpu.capabilities.sum_format();
+            return Self { texture: r.texture("pairs", format), blend: Some(ADD) };
+        }
+        Self { texture: r.texture("radiance", RADIANCE), blend: None }
+    }
+
+    /// Makes it the target of a pass that draws opaque surfaces. Returns the version that holds the result.
+    pub fn begin(self, pass: &mut SurfacePass<'_, '_>) -> Handle {
+        if let Some(blend) = self.blend {
+            pass.blend(blend);
+        }
+        pass.color(self.texture, ColorLoad::Clear(wgpu::Color::TRANSPARENT))
+    }
+
+    /// Clears it in a pass of its own, for what adds to it.
+    pub fn cleared(self, graph: &mut Graph<'_>) -> Handle {
+        let mut pass = graph.pass("clear");
+        let target = pass.color(self.texture, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
+        pass.draw(|_| ());
+        target
+    }
+
+    /// How blended surfaces of `view` go over it.
+    pub fn blend_over(view: &PreparedView) -> wgpu::BlendState {
+        if view.counts_pairs() { ADD } else { wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING }
     }
 }
 

@@ -15,7 +15,6 @@ use crate::lights;
 use crate::passes::present::Target;
 use crate::record::{BindGroups, Bundles, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes};
 #[cfg(not(target_arch = "wasm32"))]
-use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
@@ -329,15 +328,14 @@ impl Renderer {
         Ok(if let Purpose::Pictures(pictures) = purpose { pictures } else { Vec::new() })
     }
 
-    /// Counts pairs of pixel and light in a frame of its own (deferred path).
+    /// Counts pairs of a light and what it may reach (a pixel, a fragment or a vertex) in a frame of its own.
     ///
     /// # Errors
     /// As [`Self::render_async`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn count_pairs(&mut self, scene: &Scene, request: &FrameRequest) -> Result<PairCounts, RenderError> {
         let mut purpose = Purpose::Pairs(PairCounts::default());
-        let request = request.with(|settings| settings.render.path = Path::Deferred);
-        pollster::block_on(self.run(scene, &[("", &request)], &mut purpose))?;
+        pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
         Ok(if let Purpose::Pairs(pairs) = purpose { pairs } else { PairCounts::default() })
     }
 

@@ -281,14 +281,15 @@ pub struct FrameStats {
     pub texture_bytes_unaliased: u64,
 }
 
-/// Pairs of pixel and light.
+/// Pairs of a light and what it may reach: a pixel of the picture, or on forward paths a fragment that is drawn, or with Gouraud
+/// shading a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PairCounts {
     /// Iterations of the loop over lights.
     pub pairs_visited: u64,
     /// Reflectance evaluated.
     pub pairs_shaded: u64,
-    /// The pixel lies within the light's range, and within its cone.
+    /// The place lies within the light's range, and within its cone.
     pub pairs_in_range: u64,
     /// Visited, but not even tested for their distance, because the light lies before or behind all of the tile's surfaces
     /// (tiled lighting alone).

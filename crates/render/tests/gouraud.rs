@@ -6,7 +6,7 @@ mod common;
 
 use common::{plain_request, renderer};
 use glam::{Quat, Vec3};
-use manypass::{Path, Renderer};
+use manypass::{FrameRequest, PairCounts, Path, Renderer};
 use manypass_scene::{Aabb, AlphaMode, Camera, Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene};
 
 const SIZE: (u32, u32) = (96, 72);
@@ -88,4 +88,72 @@ fn light_at_vertices_converges_to_light_at_pixels() {
     let mut blended = scene(96);
     blended.materials[0].alpha_mode = AlphaMode::Blend;
     assert!(error(&mut renderer, &blended) < 1.5 * errors[2]);
+}
+
+/// Pairs of light and vertex by their definition. The spot's cone is part of its reach, and the sun's has no end.
+fn pairs_of_vertices(scene: &Scene) -> PairCounts {
+    let mut counts = PairCounts::default();
+    let primitives = scene.nodes.iter().filter_map(|node| Some((node, &scene.meshes[node.mesh?].primitives[0])));
+    for (node, primitive) in primitives {
+        for (position, normal) in primitive.positions.iter().zip(&primitive.normals) {
+            let place = node.world_from_object.transform_point3(Vec3::from(*position));
+            let normal = node.world_from_object.transform_vector3(Vec3::from(*normal));
+            for lamp in scene.nodes.iter().filter(|node| node.light.is_some()) {
+                let light = &scene.lights[lamp.light.unwrap()];
+                let towards = lamp.world_from_object.w_axis.truncate() - place;
+                let is_in_cone = match light.kind {
+                    LightKind::Spot { outer_cone_rad, .. } => {
+                        let axis = lamp.world_from_object.transform_vector3(Vec3::NEG_Z);
+                        axis.angle_between(-towards) < outer_cone_rad
+                    }
+                    _ => true,
+                };
+                let is_sun = light.kind == LightKind::Directional;
+                let is_reached = is_sun || towards.length() <= light.range_m.unwrap() && is_in_cone;
+                counts.pairs_visited += 1;
+                counts.pairs_in_range += u64::from(is_reached);
+                counts.pairs_shaded += u64::from(is_reached && (is_sun || normal.dot(towards) > 0.0));
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+fn pairs_are_counted_at_every_vertex() {
+    let mut renderer = renderer();
+    let of = |scene: &Scene| plain_request(scene, SIZE).with(|settings| settings.render.path = Path::Gouraud);
+    let count = |renderer: &mut Renderer, scene: &Scene, request: &FrameRequest| {
+        renderer.load(scene).unwrap();
+        renderer.count_pairs(scene, request).unwrap()
+    };
+    // A pixel takes many vertices of a fine mesh.
+    for cells in [6, 160] {
+        let scene = scene(cells);
+        assert_eq!(count(&mut renderer, &scene, &of(&scene)), pairs_of_vertices(&scene), "{cells}");
+    }
+    let mut several = scene(24);
+    let floor = several.nodes.iter().position(|node| node.mesh.is_some()).unwrap();
+    several.meshes[0] =
+        Mesh { primitives: vec![Primitive { indices: Vec::new(), ..corners_of(&several) }], ..Mesh::default() }.into();
+    several.add_node(None, Node { translation: Vec3::new(0.3, 0.4, 0.0), ..several.nodes[floor].clone() });
+    several.update_transforms();
+    assert_eq!(count(&mut renderer, &several, &of(&several)), pairs_of_vertices(&several), "twice, without indices");
+    // Both sides of what is blended are drawn for themselves, and lit each.
+    several.materials[0].alpha_mode = AlphaMode::Blend;
+    several.materials[0].double_sided = true;
+    let [once, blended] = [pairs_of_vertices(&several), count(&mut renderer, &several, &of(&several))];
+    assert_eq!(blended.pairs_visited, 2 * once.pairs_visited);
+}
+
+/// The first primitive with a vertex for every corner of a triangle.
+fn corners_of(scene: &Scene) -> Primitive {
+    let floor = &scene.meshes[0].primitives[0];
+    let corner = |values: &[[f32; 3]]| floor.indices.iter().map(|index| values[*index as usize]).collect::<Vec<_>>();
+    Primitive {
+        positions: corner(&floor.positions),
+        normals: corner(&floor.normals),
+        uv0: floor.indices.iter().map(|index| floor.uv0[*index as usize]).collect(),
+        ..floor.clone()
+    }
 }

@@ -204,6 +204,51 @@ fn tiles_find_what_lights_reach_beyond_the_first_row() {
     assert!(tiled.pairs_passed_over > 0, "{tiled:?}");
 }
 
+/// What is lit as it is drawn is lit as often as it is drawn.
+#[test]
+fn forward_ways_count_what_they_draw() {
+    let mut renderer = renderer();
+    let mut case = case("a field of points", scenes::many_points(250).scene, (96, 64));
+    let mut counted = |case: &Case, path, culling| {
+        renderer.load(&case.scene).unwrap();
+        let request = case.request.with(|settings| settings.render.path = path);
+        pairs(&mut renderer, &Case { request, scene: case.scene.clone(), ..*case }, culling)
+    };
+    let is_about = |a: u64, b: u64| a.abs_diff(b) <= a.max(b) / 500;
+    let deferred = counted(&case, Path::Deferred, LightCulling::Clustered);
+    let [forward, batched] =
+        [Path::Forward, Path::ForwardBatched].map(|path| counted(&case, path, LightCulling::Clustered));
+    println!("{deferred:?}\n{forward:?}\n{batched:?}");
+    // Spheres hide parts of the floor and of each other, and what is drawn first may be hidden later.
+    assert!(forward.pairs_visited >= deferred.pairs_visited && forward.pairs_visited < 2 * deferred.pairs_visited);
+    let every = counted(&case, Path::Forward, LightCulling::None);
+    assert_eq!((every.pairs_shaded, every.pairs_in_range), (forward.pairs_shaded, forward.pairs_in_range));
+    assert_eq!(every.pairs_visited % 250, 0);
+    let fragments = every.pairs_visited / 250;
+    assert!((96 * 64 / 2..2 * 96 * 64).contains(&fragments), "{fragments} fragments");
+    // Lists of objects are longer than those of clusters; batches beyond the first find the pixels that are seen alone.
+    assert!(batched.pairs_visited > 2 * forward.pairs_visited, "{batched:?}");
+    assert!(batched.pairs_shaded <= forward.pairs_shaded && batched.pairs_shaded >= deferred.pairs_shaded * 998 / 1000);
+    // A blended surface over all takes nothing from what lies behind it, and is lit as well, on every path.
+    let floor = case.scene.nodes.iter().position(|node| node.mesh.is_some()).unwrap();
+    let material = case.scene.meshes[case.scene.nodes[floor].mesh.unwrap()].primitives[0].material.unwrap();
+    case.scene.nodes.iter_mut().enumerate().filter(|(i, node)| *i != floor && node.mesh.is_some()).for_each(
+        |(_, node)| {
+            node.is_visible = false;
+        },
+    );
+    let opaque = counted(&case, Path::Deferred, LightCulling::Clustered);
+    case.scene.materials[material].alpha_mode = AlphaMode::Blend;
+    for path in [Path::Deferred, Path::Forward, Path::ForwardBatched] {
+        let blended = counted(&case, path, LightCulling::Clustered);
+        println!("{} {opaque:?} {blended:?}", path.name());
+        assert!(
+            is_about(blended.pairs_shaded, opaque.pairs_shaded)
+                && is_about(blended.pairs_visited, opaque.pairs_visited)
+        );
+    }
+}
+
 /// Shadow maps lie behind the lights, so that the texture grows, while the lists before the lights stay as they are.
 #[test]
 fn shadows_that_are_turned_on_leave_the_lists_as_they_were() {

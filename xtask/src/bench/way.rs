@@ -18,8 +18,6 @@ pub(super) struct Way {
     pub judged: Judged,
     /// The most lights with which a turn takes seconds, and with which a single frame takes a minute at most.
     most_lights: (usize, usize),
-    /// Whether the program's counts of pairs, which are those of deferred frames, are those of this way, too.
-    pub counts_pairs: bool,
     /// Whether every visited pair is blended into the target.
     pub blends_pairs: bool,
 }
@@ -35,14 +33,7 @@ pub(super) enum Effort {
 
 impl Way {
     const fn deferred(name: &'static str, arguments: &'static [&'static str]) -> Self {
-        Self {
-            name,
-            arguments,
-            judged: Judged::AsDeferred,
-            most_lights: (usize::MAX, usize::MAX),
-            counts_pairs: true,
-            blends_pairs: false,
-        }
+        Self { name, arguments, judged: Judged::AsDeferred, most_lights: (usize::MAX, usize::MAX), blends_pairs: false }
     }
 
     /// How much is measured of it with so many lights.
@@ -61,18 +52,15 @@ static TILED: Way = Way::deferred("tiled", &["--light-culling", "tiled"]);
 static VOLUMES: Way = Way { blends_pairs: true, ..Way::deferred("volumes", &["--light-culling", "volumes"]) };
 static VOLUMES_STENCIL: Way =
     Way { blends_pairs: true, ..Way::deferred("volumes-stencil", &["--light-culling", "volumes-stencil"]) };
-pub(super) static FORWARD: Way =
-    Way { judged: Judged::AsForward, counts_pairs: false, ..Way::deferred("forward", &["--path", "forward"]) };
+pub(super) static FORWARD: Way = Way { judged: Judged::AsForward, ..Way::deferred("forward", &["--path", "forward"]) };
 static FORWARD_BATCHED: Way = Way {
     judged: Judged::AsForward,
     most_lights: (64, 1024),
-    counts_pairs: false,
     ..Way::deferred("forward-batched", &["--path", "forward-batched"])
 };
 static GOURAUD: Way = Way {
     judged: Judged::NotCompared,
     most_lights: (1024, usize::MAX),
-    counts_pairs: false,
     ..Way::deferred("gouraud", &["--path", "gouraud"])
 };
 /// Every pixel visits every light. All others are held against its picture, so that it is never left out.

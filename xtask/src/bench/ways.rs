@@ -80,9 +80,9 @@ pub(super) fn print(bench: &mut Bench, is_shadowed: bool) -> Result<()> {
         }
     }
     bench.report.note(
-        "Draws are those of surfaces + those that only light. Pairs are visited pairs of pixel and light, in millions; those of \
-         forward paths, of first frames (~) and at vertices are not counted. MB are written, if each pass covers its targets once; \
-         volumes blend 8 bytes a pair.",
+        "Draws are those of surfaces + those that only light. Pairs of a light and what it may reach are visited ones, in millions: \
+         pixels, with forward ways all fragments that are drawn, with `gouraud` vertices; those of first frames (~) are not \
+         counted. MB are written, if each pass covers its targets once; volumes blend 8 bytes a pair.",
     );
     if is_shadowed {
         print_shadows(bench, &scenes);
@@ -130,8 +130,9 @@ fn draws(cell: &Cell, _: &Way, _: &Scene) -> String {
     format!("{}{}+{}", about(cell), cell.number("draws"), cell.number("light_draws"))
 }
 
-fn pairs(cell: &Cell, way: &Way, _: &Scene) -> String {
-    if way.counts_pairs { ratio(1e-6 * cell.number("pairs_visited")) } else { "-".into() }
+/// A first frame counts none.
+fn pairs(cell: &Cell, _: &Way, _: &Scene) -> String {
+    if cell.is_first_frame { "-".into() } else { ratio(1e-6 * cell.number("pairs_visited")) }
 }
 
 /// Volumes are counted as one that covers the picture; it gives way to what they cover.
@@ -214,6 +215,6 @@ mod tests {
         assert_eq!(of(&CLUSTERED), ["21+14", "2.00", "10.0"]);
         // 8 bytes for each of 2 million pairs in place of each of half a million pixels.
         assert_eq!(of(WAYS[2]), ["21+14", "2.00", "22.0"]);
-        assert_eq!(of(WAYS[4]), ["21+14", "-", "10.0"]);
+        assert_eq!(of(WAYS[4]), ["21+14", "2.00", "10.0"]);
     }
 }

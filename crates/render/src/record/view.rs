@@ -21,6 +21,9 @@ use std::sync::Arc;
 /// The axis of programs that add up lights whose shadows there are.
 pub(super) const SHADOWED: &str = "shadowed";
 
+/// The constant of programs that add up lights by which they count pairs instead.
+pub(crate) const COUNTS_PAIRS: Constant = ("counts_pairs", 1);
+
 /// One camera of a frame, prepared before its passes are recorded.
 #[derive(Debug)]
 pub struct PreparedView {
@@ -69,9 +72,14 @@ impl PreparedView {
         TextureDesc::new_2d(self.size.0, self.size.1, format)
     }
 
+    /// Whether its passes count pairs of a light and what it may reach, in place of light.
+    pub fn counts_pairs(&self) -> bool {
+        self.constants.contains(&COUNTS_PAIRS)
+    }
+
     /// The axes of programs that add up lights.
     pub fn light_axes(&self) -> &'static [&'static str] {
-        if self.has_shadows { &[SHADOWED] } else { &[] }
+        if self.has_shadows && !self.counts_pairs() { &[SHADOWED] } else { &[] }
     }
 
     /// Whether the camera sees the world mirrored, so that triangles turn around.
@@ -108,7 +116,7 @@ impl PreparedView {
 
     /// The axes of programs that add up those lights alone of each object that have numbers within `batch`.
     pub(crate) fn light_axes_of(&self, batch: &Range<u32>, world: &WorldDraws) -> &'static [&'static str] {
-        if !self.has_shadows {
+        if self.light_axes().is_empty() {
             return &[];
         }
         let global_count = self.global_light_count;

@@ -9,12 +9,11 @@ use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
 use crate::lights::{self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf};
 use crate::passes::debug::DebugView;
-use crate::record::{PreparedView, Viewed};
+use crate::record::{COUNTS_PAIRS, PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use crate::resources::filtering::TextureFiltering;
-use crate::settings::Settings;
 use crate::shader::program::Constant;
 use crate::shadows::{ShadowFilter, ViewShadows};
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
@@ -33,10 +32,17 @@ pub(super) struct Asked {
     pub means_of: MeansOf,
     /// The passes that its variables need, and whether any variable is wanted.
     pub wants_variables: bool,
+    /// Whether pairs of light and what it may reach are counted in place of light.
+    pub counts_pairs: bool,
 }
 
 impl Asked {
-    pub fn new(name: &str, request: FrameRequest, capabilities: &Capabilities) -> Result<Self, RenderError> {
+    pub fn new(
+        name: &str,
+        request: FrameRequest,
+        purpose: &Purpose<'_>,
+        capabilities: &Capabilities,
+    ) -> Result<Self, RenderError> {
         let limit = capabilities.max_texture_size;
         let scale = request.settings.render.scale;
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
@@ -55,6 +61,7 @@ impl Asked {
             output_size: (width, height),
             means_of: MeansOf::request(&request),
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
+            counts_pairs: matches!(purpose, Purpose::Pairs(_)),
             request,
         })
     }
@@ -198,7 +205,7 @@ impl Renderer {
                 sampling: filtering.sampling,
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
-                constants: constants_of(settings, &lists.table),
+                constants: constants_of(asked, &lists.table),
                 lit_rectangles: lists.lit_rectangles.clone(),
                 volume_draws: lists.volume_draws.clone(),
                 object_lights: lists.object_lights.clone(),
@@ -308,11 +315,15 @@ impl Renderer {
 }
 
 /// The `override` constants of a view's pipelines.
-fn constants_of(settings: &Settings, table: &LightTable) -> Vec<Constant> {
+fn constants_of(asked: &Asked, table: &LightTable) -> Vec<Constant> {
+    let settings = &asked.request.settings;
     let mut constants = settings.shading.model.constants();
     constants.push((lights::LIGHT_CLASSES, table.classes()));
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
+    }
+    if asked.counts_pairs {
+        constants.push(COUNTS_PAIRS);
     }
     constants
 }

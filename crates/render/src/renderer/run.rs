@@ -50,7 +50,7 @@ impl Renderer {
         let defaults = LazyCell::new(|| SceneDefaults::of(scene));
         let asked: Vec<Asked> = views
             .iter()
-            .map(|(name, request)| Asked::new(name, request.resolved_by(&defaults), capabilities))
+            .map(|(name, request)| Asked::new(name, request.resolved_by(&defaults), purpose, capabilities))
             .collect::<Result<_, _>>()?;
         let begins = |asked: &&Asked| purpose.has_variables() && asked.request.sample_index == 0;
         let begun: Vec<&str> = asked.iter().filter(begins).map(|asked| asked.name.as_str()).collect();

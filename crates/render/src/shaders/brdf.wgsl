@@ -31,7 +31,7 @@ struct Shading {
     specular_grazing: vec3f,
 }
 
-// Computes once a surface what `brdf_times_n_dot_l` would compute once a lamp.
+// Computes once a surface what `reflectance` would compute once a lamp.
 fn set_lamp_terms(shading: ptr<function, Shading>) {
     let a2 = (*shading).roughness_alpha * (*shading).roughness_alpha;
     let n_dot_v = (*shading).n_dot_v;
@@ -49,10 +49,16 @@ fn blinn_phong_exponent(roughness_alpha: f32) -> f32 {
     return 2.0 / (roughness_alpha * roughness_alpha) - 2.0;
 }
 
+// Reflectance in two parts, whose sum it is.
+struct Reflectance {
+    diffuse: vec3f,
+    specular: vec3f,
+}
+
 // Lobes of constant colour, normalised so that at normal incidence they reflect exactly f0; diffuse light is weighted by
 // 1 - f0. Phong 1975 in the form of Lafortune & Willems 1994, around the direction of reflection, whose angle is twice that of the
 // half vector, so that its exponent is a fourth of Blinn's; Blinn 1977, normalised as in Akenine-Möller et al. 2008.
-fn lobe_times_n_dot_l(shading: Shading, to_light: vec3f, n_dot_l: f32) -> vec3f {
+fn lobe_reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflectance {
     let exponent = blinn_phong_exponent(shading.roughness_alpha);
     var lobe = 0.0;
     if reflectance_model == 1u {
@@ -66,13 +72,13 @@ fn lobe_times_n_dot_l(shading: Shading, to_light: vec3f, n_dot_l: f32) -> vec3f 
         let norm = (exponent + 2.0) * (exponent + 4.0) / (8.0 * PI * (exp2(-0.5 * exponent) + exponent));
         lobe = norm * pow(cosine, exponent);
     }
-    return (shading.diffuse + shading.f0 * lobe) * n_dot_l;
+    return Reflectance(shading.diffuse, shading.f0 * lobe);
 }
 
-// Reflected radiance for one unit of irradiance on a plane across the light's direction; n.l, not below 0, is included.
-fn brdf_times_n_dot_l(shading: Shading, to_light: vec3f, n_dot_l: f32) -> vec3f {
+// Reflected radiance for one unit of irradiance on the surface. `n_dot_l` is not below 0.
+fn reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflectance {
     if reflectance_model != 0u {
-        return lobe_times_n_dot_l(shading, to_light, n_dot_l);
+        return lobe_reflectance(shading, to_light, n_dot_l);
     }
     // For unit vectors h = l + v has h.h = 2 + 2 l.v and v.h = |h| / 2, so the half vector itself is not needed.
     let half_squared = max(2.0 + 2.0 * dot(to_light, shading.to_eye), 1e-8);
@@ -91,5 +97,5 @@ fn brdf_times_n_dot_l(shading: Shading, to_light: vec3f, n_dot_l: f32) -> vec3f 
     let masking = max(light + n_dot_l * shading.eye_masking, 1e-7);
     let lobe = half_squared * half_squared / (d * d * masking);
     let specular = shading.specular + shading.specular_grazing * grazing;
-    return (shading.diffuse * (1.0 - grazing) + specular * lobe) * n_dot_l;
+    return Reflectance(shading.diffuse * (1.0 - grazing), specular * lobe);
 }

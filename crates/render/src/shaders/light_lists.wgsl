@@ -16,8 +16,6 @@ import package::shaders::lights::{LightSums, add_global_lights, add_light, globa
 // The least and the greatest distance of the surfaces of the pixel's tile, and one divided by the rows of `light_reaches`.
 @if(tiled) var<private> tile_bounds_m: vec2f;
 @if(tiled) var<private> inverse_reach_rows: f32;
-// Lights of the tile's list that its bounds spare; counted only where pairs are.
-@if(tiled) var<private> passed_over: f32;
 
 fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
     let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
@@ -53,7 +51,7 @@ fn add_entries(
             @if(tiled) {
                 if is_beside_tile(bytes) {
                     (*sums).visited += 1.0;
-                    passed_over += 1.0;
+                    (*sums).passed_over += 1.0;
                 } else {
                     add_light(classes, place_of_bytes(bytes, rows), position_world, shading, sums);
                 }

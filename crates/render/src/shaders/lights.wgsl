@@ -5,7 +5,7 @@
 import package::constants::{
     CASTING_POINTS, CASTING_SPOTS, DIRECTIONAL_LIGHTS, GLOBAL_LIGHTS, QUIET_POINTS, QUIET_SPOTS,
 };
-import package::shaders::brdf::{Shading, brdf_times_n_dot_l};
+import package::shaders::brdf::{Shading, reflectance};
 import package::shaders::light_table::{
     LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, TableRows, cluster_grid, light_part, light_place,
 };
@@ -13,15 +13,43 @@ import package::shaders::light_table::{
 
 // The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at least.
 override light_classes: u32 = DIRECTIONAL_LIGHTS | GLOBAL_LIGHTS | QUIET_POINTS | CASTING_POINTS | CASTING_SPOTS | QUIET_SPOTS;
+// 1 if pairs of light and what it may reach are counted in place of light.
+override counts_pairs: u32 = 0u;
+// 1 if `specular` is wanted beside `radiance`.
+override splits_specular: u32 = 0u;
 const LIGHTS_WITH_CONES: u32 = GLOBAL_LIGHTS | CASTING_SPOTS | QUIET_SPOTS;
 const LIGHTS_WITH_SHADOWS: u32 = GLOBAL_LIGHTS | CASTING_POINTS | CASTING_SPOTS;
 
 struct LightSums {
     radiance: vec3f,
+    // The specular part of radiance.
+    specular: vec3f,
     visited: f32,
     shaded: f32,
     // Within the light's range and cone; counted only where pairs are.
     in_range: f32,
+    // Visited, but spared by the bounds of a tile.
+    passed_over: f32,
+}
+
+// What targets of counters take.
+fn pair_counts(sums: LightSums) -> vec4f {
+    return vec4f(sums.visited, sums.shaded, sums.in_range, sums.passed_over);
+}
+
+// Adds what the surface reflects of a light of so much irradiance on a plane across its direction.
+fn add_reflected(
+    shading: Shading,
+    to_light: vec3f,
+    n_dot_l: f32,
+    irradiance: vec3f,
+    sums: ptr<function, LightSums>,
+) {
+    let parts = reflectance(shading, to_light, n_dot_l);
+    (*sums).radiance += ((parts.diffuse + parts.specular) * n_dot_l) * irradiance;
+    if splits_specular != 0u {
+        (*sums).specular += (parts.specular * n_dot_l) * irradiance;
+    }
 }
 
 // Adds a light at a place, which is of one of `classes` and lies at `table_uv` in the table. Classes are known when the shader is
@@ -41,7 +69,7 @@ fn add_light(
     let ratio_squared = distance_squared * place.w;
     let normal_towards = dot(shading.normal, towards);
     (*sums).visited += 1.0;
-    @if(counting) {
+    if counts_pairs != 0u {
         let to_light = towards * inverseSqrt(max(distance_squared, 1e-12));
         let axis = light_part(table_uv, LIGHT_AXIS);
         let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(table_uv, LIGHT_COLOR).w > 0.0;
@@ -66,8 +94,7 @@ fn add_light(
                     attenuation *= punctual_visibility(table_uv, place.xyz, position_world, shading.facet_normal);
                 }
             }
-            let reflected = brdf_times_n_dot_l(shading, to_light, normal_towards * inverse_distance);
-            (*sums).radiance += reflected * (color.rgb * attenuation);
+            add_reflected(shading, to_light, normal_towards * inverse_distance, color.rgb * attenuation, sums);
         }
     }
 }
@@ -92,7 +119,7 @@ fn directional_radiance(
             irradiance *= directional_visibility(table_uv, position_world, shading.facet_normal);
         }
     }
-    (*sums).radiance += brdf_times_n_dot_l(shading, to_light, n_dot_l) * irradiance;
+    add_reflected(shading, to_light, n_dot_l, irradiance, sums);
 }
 
 // Adds the lights that are in no list, from the number `first` on: directional ones up to one number, and others up to another.

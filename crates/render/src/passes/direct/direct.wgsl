@@ -1,9 +1,9 @@
 // direct: every light that reaches a pixel, added to `radiance`.
 // Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of tiles, and
 // what lies before or behind all of the tile's surfaces is passed over; with `global` only lights that are in no list. Reads:
-// G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, too. Writes: radiance; with `counting`
+// G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, too. Writes: radiance; with `counts_pairs`
 // the numbers of pairs instead.
-// Program: direct. Axes: counting, tiled, global, shadowed.
+// Program: direct. Axes: tiled, global, shadowed.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
@@ -11,8 +11,8 @@ import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::light_lists::light_sums;
-@if(tiled) import package::shaders::light_lists::passed_over;
 @if(global) import package::shaders::light_table::table_rows;
+import package::shaders::lights::{counts_pairs, pair_counts};
 @if(global) import package::shaders::lights::global_light_sums;
 import package::shaders::colour::half_float_clamped;
 
@@ -31,11 +31,8 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     @if(global) let sums = global_light_sums(position.xy, position_world, shading, table_rows());
     @if(!global) let sums = light_sums(position.xy, distance_m, position_world, shading);
-    @if(counting) {
-        @if(!tiled) let passed_over = 0.0;
-        return vec4f(sums.visited, sums.shaded, sums.in_range, passed_over);
+    if counts_pairs != 0u {
+        return pair_counts(sums);
     }
-    @if(!counting) {
-        return vec4f(half_float_clamped(sums.radiance), 0.0);
-    }
+    return vec4f(half_float_clamped(sums.radiance), 0.0);
 }

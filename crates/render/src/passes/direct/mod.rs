@@ -1,11 +1,12 @@
 //! direct: every light that reaches a pixel, added to `radiance`.
 //!
-//! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures. Reads: G-buffer, depth, lists of lights. Writes:
-//! radiance, in the rectangles of the picture that lights reach; or, for the report, the numbers of pairs of pixel and light.
+//! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures. Reads:
+//! G-buffer, depth, lists of lights. Writes: radiance, in the rectangles of the picture that lights reach; or, for the report,
+//! the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;
-use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
+use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 use std::sync::Arc;
@@ -40,40 +41,17 @@ pub fn record(
     if lit.is_empty() {
         return Ok(radiance);
     }
-    let step = step(r, ("direct", r.view.light_axes()), lights, gbuffer).within_each(&lit);
-    step.over(PicturePart::Surfaces, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
-}
-
-/// Records a pass that counts pairs instead of shading them, into a texture of `format`.
-///
-/// # Errors
-/// A program that does not compile.
-pub fn record_counting(
-    r: &mut Recorder<'_, '_>,
-    lights: &Lights<'_>,
-    gbuffer: &Gbuffer,
-    format: wgpu::TextureFormat,
-) -> Result<Handle, ProgramError> {
-    let target = r.texture("direct.pairs", format);
-    step(r, ("direct.pairs", &["counting"]), lights, gbuffer).draw_into(target, ColorLoad::Discard)
-}
-
-/// What both have in common: the name, the axes, and what is read.
-fn step<'r, 'f>(
-    r: &'r mut Recorder<'_, 'f>,
-    (name, axes): (&'static str, &[&'static str]),
-    lights: &Lights<'_>,
-    gbuffer: &Gbuffer,
-) -> Fullscreen<'r, 'f> {
     let reaches = r.view.light_reaches.clone();
     let axis: &[&'static str] = match lights {
         Lights::Clusters => &[],
         Lights::Tiles(_) => &["tiled"],
         Lights::Global => &["global"],
     };
-    let step = gbuffer.read_by(r.fullscreen(name, "direct", &[axes, axis].concat()));
-    match lights {
+    let step = gbuffer.read_by(r.fullscreen("direct", "direct", &[r.view.light_axes(), axis].concat()));
+    let step = match lights {
         Lights::Tiles(tile_depth) => step.read("tile_depth", tile_depth).table("light_reaches", &reaches),
         Lights::Clusters | Lights::Global => step,
-    }
+    };
+    let step = step.within_each(&lit).over(PicturePart::Surfaces, depth).blend(ADD);
+    step.draw_into(radiance, ColorLoad::Keep)
 }

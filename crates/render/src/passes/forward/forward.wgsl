@@ -1,7 +1,8 @@
 // forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them. The same
 // reflectance model, lights and lists as the deferred path.
 // With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
-// Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque.
+// Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque; with
+// `counts_pairs` the numbers of pairs in place of radiance.
 // Program: forward, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed.
 
 import package::view::{view, direction_to_eye_world};
@@ -11,6 +12,7 @@ import package::shaders::surface_material::{material_factors, surface_sample};
 import package::shaders::shading::shading_from_surface;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
+import package::shaders::lights::{LightSums, counts_pairs, pair_counts};
 import package::shaders::ambient::ambient_radiance;
 import package::shaders::fog::fogged;
 import package::shaders::fog_light::light_in_fog_before;
@@ -55,6 +57,7 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
     if lights_of != LIGHTS_OF_LATER_BATCH {
         radiance = sample.emission * view.pre_exposure;
     }
+    var sums: LightSums;
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
         var shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
@@ -66,12 +69,16 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         }
         if lights_of == LIGHTS_OF_CLUSTERS {
             let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
-            radiance += light_sums(in.position_clip.xy, distance_m, in.position_world, shading).radiance;
+            sums = light_sums(in.position_clip.xy, distance_m, in.position_world, shading);
         } else {
             let first = light_batch.first.x;
             let object = object_id(in.object);
-            radiance += object_light_sums(object, first, LIGHTS_PER_BATCH, in.position_world, shading).radiance;
+            sums = object_light_sums(object, first, LIGHTS_PER_BATCH, in.position_world, shading);
         }
+        radiance += sums.radiance;
+    }
+    if counts_pairs != 0u {
+        return pair_counts(sums);
     }
     if lights_of == LIGHTS_OF_LATER_BATCH {
         // Coverage and the light of fog are there already: what is left is what comes through.

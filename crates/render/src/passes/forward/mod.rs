@@ -2,11 +2,12 @@
 //! reflectance model, lights and lists as the deferred path.
 //!
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front.
-//! Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque.
+//! Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque; or, for the report, the
+//! numbers of pairs of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
-use crate::gbuffer::RADIANCE;
+use crate::gbuffer::LightTarget;
 use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
@@ -33,7 +34,7 @@ const LATER_BATCH: u32 = 2;
 /// # Errors
 /// A program that does not compile.
 pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
-    let radiance = r.texture("radiance", RADIANCE);
+    let radiance = LightTarget::new(r);
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
     let (view, world) = (r.view, r.frame.world);
     // Lists are in the order of classes, so that few batches have lights that cast shadows.
@@ -42,7 +43,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     let mut pass = r.surfaces("forward_batched", "forward");
     pass.axes(axes_of(0));
     pass.uniform("fog", &fog);
-    let mut radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
+    let mut radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     pass.uniform("light_batch", &LightBatch::default());
@@ -67,14 +68,14 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
 /// # Errors
 /// A program that does not compile.
 pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
-    let radiance = r.texture("radiance", RADIANCE);
+    let radiance = LightTarget::new(r);
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
     pass.uniform("light_batch", &LightBatch::default());
     pass.axes(axes);
-    let radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
+    let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.uniform("fog", &fog);
     pass.draw_opaque(Which::All)?;
@@ -94,7 +95,7 @@ pub fn record_blended(
     if !r.view.has_blended() {
         return Ok(radiance);
     }
-    let axes = r.view.light_axes();
+    let (view, axes) = (r.view, r.view.light_axes());
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward", "forward");
@@ -102,7 +103,7 @@ pub fn record_blended(
     pass.axes(axes);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     pass.depth_read_only(depth);
-    pass.blend(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+    pass.blend(LightTarget::blend_over(view));
     pass.uniform("fog", &fog);
     if is_lit {
         pass.constant(IN_LIT_FOG, 1);

@@ -1,6 +1,7 @@
 // gouraud: light is computed at the vertices, and interpolated over triangles. The base colour stays the pixel's: what is
 // interpolated is diffuse light for a base colour of 1, and specular light with the vertex's own base colour.
-// Reads: the lists of lights of objects, the environment. Writes: radiance (premultiplied), depth if opaque.
+// Reads: the lists of lights of objects, the environment. Writes: radiance (premultiplied), depth if opaque; with `counts_pairs`
+// vertices are drawn as points anywhere, and the numbers of pairs of vertex and light are written.
 // Program: gouraud, also for points. Axes: textured, occlusion_apart, masked, deformed, shadowed.
 
 import package::view::{view, direction_to_eye_world};
@@ -13,6 +14,7 @@ import package::shaders::surface_material::{material_factors, material_uv, surfa
 @if(occlusion_apart) import package::shaders::surface_material::{occlusion_texture, occlusion_sampler};
 import package::shaders::brdf::set_lamp_terms;
 import package::shaders::shading::shading_from_surface;
+import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::light_lists::object_light_sums;
 import package::shaders::ambient::ambient_radiance;
 import package::shaders::fog::fogged;
@@ -66,6 +68,16 @@ fn surface_at_vertex(in: SurfaceVarying) -> Surface {
     return surface;
 }
 
+// A pixel that few vertices share, for numbers that are added up.
+fn pixel_of_vertex_ndc(vertex: u32, object: u32) -> vec2f {
+    // Multiplicative hashing (Knuth 1973).
+    let scattered = (vertex * 2654435761u) ^ (object * 2246822519u);
+    let size_px = vec2u(view.size_px);
+    let pixel = (scattered >> 4u) % (size_px.x * size_px.y);
+    let middle_px = vec2f(f32(pixel % size_px.x), f32(pixel / size_px.x)) + 0.5;
+    return 2.0 * middle_px * view.inverse_size_px - 1.0;
+}
+
 @vertex
 fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     let vertex = surface_varying(in);
@@ -77,30 +89,34 @@ fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     let object = object_id(vertex.object);
     // Reflectance is linear in albedo: what an albedo of 0 leaves is specular, and the rest of that of 1 diffuse.
     shading.albedo = vec3f(0.0);
-    set_lamp_terms(&shading);
-    let specular = ambient_radiance(surface, shading)
-        + object_light_sums(object, 0u, ALL_LIGHTS, vertex.position_world, shading).radiance;
+    let ambient_specular = ambient_radiance(surface, shading);
     shading.albedo = vec3f(1.0 - surface.metallic);
     set_lamp_terms(&shading);
-    let all = ambient_radiance(surface, shading)
-        + object_light_sums(object, 0u, ALL_LIGHTS, vertex.position_world, shading).radiance;
+    let sums = object_light_sums(object, 0u, ALL_LIGHTS, vertex.position_world, shading);
     var out: GouraudVarying;
     out.position_clip = vertex.position_clip;
     out.position_world = vertex.position_world;
     out.normal_world = vertex.normal_world;
     out.uv = vertex.uv;
     out.color = vertex.color;
-    out.diffuse = all - specular;
-    out.specular = specular;
+    out.specular = ambient_specular + sums.specular;
+    out.diffuse = ambient_radiance(surface, shading) + sums.radiance - out.specular;
     out.object = vertex.object;
     @if(points) {
         out.corner = vertex.corner;
+    }
+    if counts_pairs != 0u {
+        out.position_clip = vec4f(pixel_of_vertex_ndc(in.vertex, vertex.object), 0.5, 1.0);
+        out.color = pair_counts(sums);
     }
     return out;
 }
 
 @fragment
 fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> @location(0) vec4f {
+    if counts_pairs != 0u {
+        return in.color;
+    }
     var vertex: SurfaceVarying;
     vertex.position_clip = in.position_clip;
     vertex.position_world = in.position_world;

@@ -2,11 +2,12 @@
 //!
 //! Source: Gouraud 1971, "Continuous Shading of Curved Surfaces". Where it differs: base colour, alpha and emission are the
 //! pixel's, so that textures stay sharp; lights are those of the object's own list. Reads: lists of lights of objects, the
-//! environment, depth. Writes: radiance (premultiplied), and depth if opaque.
+//! environment, depth. Writes: radiance (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and
+//! vertex.
 
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
-use crate::gbuffer::RADIANCE;
-use crate::record::{Recorder, Which};
+use crate::gbuffer::LightTarget;
+use crate::record::{Recorder, SurfacePass, Which};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
@@ -15,13 +16,14 @@ use manypass_graph::{ColorLoad, DepthLoad, Handle};
 /// # Errors
 /// A program that does not compile.
 pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
-    let radiance = r.texture("radiance", RADIANCE);
+    let radiance = LightTarget::new(r);
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
     let (axes, fog) = (r.view.light_axes(), FogUniform::new(fog, r.view.uniform.pre_exposure));
+    let counts = r.view.counts_pairs();
     let mut pass = r.surfaces("gouraud.opaque", "gouraud");
-    pass.axes(axes);
+    begin(&mut pass, axes, counts);
     pass.uniform("fog", &fog);
-    let radiance = pass.color(radiance, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
+    let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.draw_opaque(Which::All)?;
     Ok((radiance, depth))
@@ -41,16 +43,26 @@ pub fn record_blended(
         return Ok(radiance);
     }
     let is_lit = fog.scatters();
-    let (axes, fog) = (r.view.light_axes(), FogUniform::new(fog, r.view.uniform.pre_exposure));
+    let view = r.view;
+    let (axes, fog) = (view.light_axes(), FogUniform::new(fog, view.uniform.pre_exposure));
     let mut pass = r.surfaces("gouraud", "gouraud");
-    pass.axes(axes);
+    begin(&mut pass, axes, view.counts_pairs());
     pass.uniform("fog", &fog);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     pass.depth_read_only(depth);
-    pass.blend(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+    pass.blend(LightTarget::blend_over(view));
     if is_lit {
         pass.constant(IN_LIT_FOG, 1);
     }
     pass.draw_blended()?;
     Ok(radiance)
+}
+
+/// What both passes begin with.
+fn begin(pass: &mut SurfacePass<'_, '_>, axes: &[&'static str], counts_pairs: bool) {
+    pass.axes(axes);
+    pass.constant("splits_specular", 1);
+    if counts_pairs {
+        pass.vertices();
+    }
 }

@@ -22,33 +22,10 @@ pub fn record(
     depth: Handle,
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
-    draw(r, ("volumes", r.view.light_axes()), gbuffer, depth, radiance)
-}
-
-/// Adds the numbers of pairs to `pairs` instead.
-///
-/// # Errors
-/// A program that does not compile.
-pub fn record_counting(
-    r: &mut Recorder<'_, '_>,
-    gbuffer: &Gbuffer,
-    depth: Handle,
-    pairs: Handle,
-) -> Result<Handle, ProgramError> {
-    Ok(draw(r, ("volumes.pairs", &["counting"]), gbuffer, depth, pairs)?.0)
-}
-
-fn draw(
-    r: &mut Recorder<'_, '_>,
-    (name, axes): (&'static str, &[&'static str]),
-    gbuffer: &Gbuffer,
-    depth: Handle,
-    target: Handle,
-) -> Result<(Handle, Handle), ProgramError> {
     let view = r.view;
     if view.volume_draws.is_empty() {
-        return Ok((target, depth));
+        return Ok((radiance, depth));
     }
-    let step = gbuffer.read_by(r.fullscreen(name, "volumes", axes)).table("light_reaches", &view.light_reaches);
-    step.draw_volumes(target, depth, "volumes_mark", &view.volume_draws)
+    let step = gbuffer.read_by(r.fullscreen("volumes", "volumes", view.light_axes()));
+    step.table("light_reaches", &view.light_reaches).draw_volumes(radiance, depth, "volumes_mark", &view.volume_draws)
 }

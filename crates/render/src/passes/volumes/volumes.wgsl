@@ -1,13 +1,14 @@
 // volumes: the light of one lamp on the pixels of its volume, added to `radiance`.
 // Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"). Reads: G-buffer, linear_depth, the table of lights,
-// the volumes. Writes: radiance; with `counting` the numbers of pairs instead.
-// Program: volumes. Axes: counting, cones, shadowed.
+// the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
+// Program: volumes. Axes: cones, shadowed.
 
 import package::view::{position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
+import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::light_lists::single_light_sums;
 import package::shaders::colour::half_float_clamped;
 import package::passes::volumes::volume_vertex::{VolumeVarying, volume_varying};
@@ -31,10 +32,8 @@ fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
     }
     let sums = single_light_sums(in.light, position_world, shading);
-    @if(counting) {
-        return vec4f(sums.visited, sums.shaded, sums.in_range, 0.0);
+    if counts_pairs != 0u {
+        return pair_counts(sums);
     }
-    @if(!counting) {
-        return vec4f(half_float_clamped(sums.radiance), 0.0);
-    }
+    return vec4f(half_float_clamped(sums.radiance), 0.0);
 }

@@ -44,6 +44,7 @@ pub struct SurfacePass<'r, 'f> {
     blend: Option<wgpu::BlendState>,
     depth: Option<(wgpu::TextureFormat, bool)>,
     constants: Vec<(&'static str, u32)>,
+    vertices_alone: bool,
 }
 
 impl<'r, 'f> SurfacePass<'r, 'f> {
@@ -65,6 +66,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             blend: None,
             depth: None,
             constants: Vec::new(),
+            vertices_alone: false,
         }
     }
 
@@ -106,6 +108,11 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.constants.push((name, value));
     }
 
+    /// Draws each vertex once, as a point where the shader puts it, in place of what vertices form.
+    pub fn vertices(&mut self) {
+        self.vertices_alone = true;
+    }
+
     /// Declares the pass: it draws those of the view's opaque and masked surfaces that have at least `count` lights in the
     /// lists of their objects and in none.
     ///
@@ -137,14 +144,15 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     }
 
     fn draw(self, draws: &[Draw], which: Which) -> Result<(), ProgramError> {
-        let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth, constants } = self;
+        let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth, constants, vertices_alone } =
+            self;
         let of_view = view.constants.iter().filter(|(constant, _)| has_constant(program, constant));
         let constants = constants.into_iter().chain(of_view.copied()).collect();
         let Some((depth, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
-        let targets = Targets { colors, blend, depth, depth_write, constants };
+        let targets = Targets { colors, blend, depth, depth_write, constants, vertices_alone };
         let (targets_of, uniforms, pass_axes) = (&targets, &uniforms[..], &axes[..]);
         let preparing = Preparing { frame, view, program, targets: targets_of, uniforms, pass_axes, casts: false };
         let chunks = preparing.prepare(draws, which, &mut BoundShapes::default())?;

@@ -22,6 +22,8 @@ pub(crate) struct Targets {
     pub depth_write: bool,
     /// The `override` constants of the shader that are not as declared.
     pub constants: Vec<(&'static str, u32)>,
+    /// Whether vertices are drawn in place of what they form.
+    pub vertices_alone: bool,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -125,6 +127,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
         },
         primitive: wgpu::PrimitiveState {
             topology: match key.topology {
+                _ if key.targets.vertices_alone => wgpu::PrimitiveTopology::PointList,
                 Topology::Points => wgpu::PrimitiveTopology::TriangleStrip,
                 Topology::Lines => wgpu::PrimitiveTopology::LineList,
                 Topology::Triangles => wgpu::PrimitiveTopology::TriangleList,

@@ -171,6 +171,9 @@ impl Preparing<'_, '_> {
                 state.material = Some(item.material);
             }
             push_draw(commands, &mut state, draw, item, &resources.geometry);
+            if self.targets.vertices_alone {
+                draw_vertices(commands.last_mut(), item, &resources.geometry);
+            }
         }
         Ok(chunks)
     }
@@ -210,6 +213,16 @@ fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, item: 
     } else {
         Command::Draw { elements, instances, is_indexed: item.index_page.is_some() }
     });
+}
+
+/// Makes a draw of `item` one of its vertices. The corners of points are its instances, and so they are.
+fn draw_vertices(draw: Option<&mut Command>, item: &Item, geometry: &Geometry) {
+    if let (Some(Command::Draw { elements, is_indexed, .. }), true) = (draw, item.topology != Topology::Points) {
+        let primitive = &geometry.primitives(item.mesh as usize)[item.primitive as usize];
+        let of_page = || primitive.vertices.units.clone();
+        *elements = if item.vertex_page.is_some() { of_page() } else { 0..primitive.vertex_count };
+        *is_indexed = false;
+    }
 }
 
 /// What commands are encoded into: a pass, or a bundle.

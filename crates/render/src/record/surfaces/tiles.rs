@@ -35,8 +35,14 @@ impl<'r, 'f> TilePass<'r, 'f> {
     pub fn draw_into(self, target: Handle, is_first: bool, tiles: &[Tile]) -> Result<Handle, ProgramError> {
         let Self { mut pass, frame, view, program } = self;
         let format = target.desc().format;
-        let targets =
-            Targets { colors: Vec::new(), blend: None, depth: format, depth_write: true, constants: Vec::new() };
+        let targets = Targets {
+            colors: Vec::new(),
+            blend: None,
+            depth: format,
+            depth_write: true,
+            constants: Vec::new(),
+            vertices_alone: false,
+        };
         let clear = if is_first { None } else { Some(frame.shaders.depth_clear(format)?) };
         let preparing =
             Preparing { frame, view, program, targets: &targets, uniforms: &[], pass_axes: &[], casts: true };
