@@ -4,6 +4,7 @@ use crate::aov::AovPasses;
 use crate::effect::Effect;
 use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
 use crate::lights::LightCulling;
+use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::present::Target;
 use crate::passes::{
@@ -172,12 +173,13 @@ pub fn output_passes(
 ) -> Result<(), ProgramError> {
     let Picture { display, target, is_shown, sample_index, exposure } = picture;
     let curve = settings.tone_map.curve;
-    let share = |average| accumulate::Share { average, sample_index, exposure };
-    let of_display = share(accumulate::Average::Display(curve));
-    let of_radiance = share(accumulate::Average::Radiance);
+    let share = |average, part| accumulate::Share { average, part, sample_index, exposure };
+    let of_display = share(accumulate::Average::Display(curve), Part::Whole);
+    let of_radiance = share(accumulate::Average::Radiance, Part::Whole);
     let background = settings.background.source;
     let is_done = tone_map::Display { curve: tone_map::Tonemap::None, exposure: 1.0, background, is_mean: true };
     let is_linear = tone_map::Display { curve, exposure, ..is_done };
+    let mut glow = None;
     let (mean, left) = match means {
         Means::None => (None, tone_map::Display { is_mean: false, ..is_linear }),
         Means::Display(mean) => (Some(accumulate::record(r, "accumulate", of_display, radiance, mean)?), is_done),
@@ -188,10 +190,22 @@ pub fn output_passes(
             r.graph.export(linear);
             (Some(accumulate::record(r, "accumulate", of_display, radiance, mean)?), is_done)
         }
+        Means::Parts { rest, glow: mean_of_glow, radiance: mean_of_radiance } => {
+            if let Some(mean) = mean_of_radiance {
+                let of_radiance = share(accumulate::Average::Radiance, Part::Marked);
+                let linear = accumulate::record(r, "accumulate.radiance", of_radiance, radiance, mean)?;
+                r.graph.export(linear);
+            }
+            let of_glow = share(accumulate::Average::Display(curve), Part::Glow);
+            glow = Some(accumulate::record(r, "accumulate.glow", of_glow, radiance, mean_of_glow)?);
+            let of_rest = share(accumulate::Average::Radiance, Part::Rest);
+            (Some(accumulate::record(r, "accumulate", of_rest, radiance, rest)?), is_linear)
+        }
     };
-    let display = tone_map::record(r, &settings.tone_map, left, mean.as_ref().unwrap_or(radiance), display)?;
+    let shown = (mean.as_ref().unwrap_or(radiance), glow.as_ref());
+    let display = tone_map::record(r, &settings.tone_map, left, shown, display)?;
     let display = crate::passes::debug::record(r, &settings.debug, display)?;
-    if let Some(mean) = mean {
+    for mean in mean.into_iter().chain(glow) {
         r.graph.export(mean);
     }
     if let Some(target) = target {
@@ -224,6 +238,8 @@ pub enum Means {
     Radiance(accumulate::Mean),
     /// Of display colours, then of radiance.
     Both([accumulate::Mean; 2]),
+    /// Of what glows, as display colours, and of all else, as radiance; and of the radiance of all, if it is to be read.
+    Parts { rest: accumulate::Mean, glow: accumulate::Mean, radiance: Option<accumulate::Mean> },
 }
 
 /// The picture that a view ends in.

@@ -38,8 +38,8 @@ pub struct FrameRequest {
     /// under other lights. 1 unless [`Self::light_rounds`] is more than the number of samples.
     pub frames_per_sample: u32,
     /// In how many rounds lights share the atlas of shadow maps over the frames of a picture, so that every light casts its
-    /// shadow: what [`crate::Renderer::light_rounds`] says. There have to be at least so many frames, and radiance is
-    /// averaged. None where every frame stands for itself: then lights beyond the atlas, and beyond `shadows.maps` of the
+    /// shadow: what [`crate::Renderer::light_rounds`] says. There have to be at least so many frames, and of all but what
+    /// glows radiance is averaged. None where every frame stands for itself: then lights beyond the atlas, and beyond `shadows.maps` of the
     /// settings, cast no shadow, and are counted.
     pub light_rounds: Option<u32>,
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
@@ -89,9 +89,19 @@ impl SceneDefaults {
 impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
-        self.sample_count > 1
-            && self.averaging != Averaging::Radiance
-            && self.light_rounds.is_none_or(|rounds| rounds <= 1)
+        self.sample_count > 1 && self.averaging != Averaging::Radiance && !self.deals_lights()
+    }
+
+    /// Whether the part of samples that glows goes through the tone curve before it is averaged, and the rest afterwards: a
+    /// light that shines in some samples alone, and is so much brighter there, is right in the mean of radiance only. What
+    /// effects leave of the parts nobody knows.
+    pub(crate) fn averages_parts(&self) -> bool {
+        let (_, samples) = self.sample();
+        samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights() && self.effects.is_empty()
+    }
+
+    fn deals_lights(&self) -> bool {
+        self.light_rounds.is_some_and(|rounds| rounds > 1)
     }
 
     /// Index and number of the sample that the frame is of.

@@ -43,8 +43,8 @@ pub struct ViewUniform {
     pub mip_gain: f32,
     /// The anisotropy of their samplers.
     pub anisotropy: f32,
-    /// Zero.
-    pub padding: f32,
+    /// From pre-exposed radiance to the display, for the marks of what glows; 0 where there are none.
+    pub glow_exposure: f32,
     /// By how much depth rises along x and y of view space, at a distance of 1 m if the projection is perspective: 0
     /// unless a plane cuts the view.
     pub depth_slope: Vec2,
@@ -211,7 +211,7 @@ impl View {
             sample_index,
             mip_gain: 0.0,
             anisotropy: 1.0,
-            padding: 0.0,
+            glow_exposure: 0.0,
             depth_slope: Vec2::ZERO,
         }
     }
@@ -356,7 +356,7 @@ mod tests {
                 sample_index,
                 mip_gain,
                 anisotropy,
-                padding,
+                glow_exposure,
                 depth_slope,
             ]
         );

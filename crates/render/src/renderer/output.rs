@@ -23,10 +23,12 @@ struct Kept {
 #[derive(Debug)]
 pub(super) struct Output {
     size: (u32, u32),
-    /// The mean of display colours; of radiance where that is the only one. None, one or two textures.
+    /// The mean of display colours; of radiance where that is the only one, or of all but what glows. None, one or two textures.
     sums: Vec<Kept>,
-    /// The mean of radiance beside that of display colours. None or two textures.
+    /// The mean of radiance beside those of the picture. None or two textures.
     radiance_sums: Vec<Kept>,
+    /// The mean of what glows. None or two textures.
+    glow_sums: Vec<Kept>,
     display: Kept,
 }
 
@@ -79,12 +81,19 @@ pub(super) enum MeansOf {
     Radiance,
     /// Display colours, and beside them radiance.
     Both,
+    /// What glows, and all else.
+    Parts,
+    /// The same, and beside them the radiance of all.
+    PartsAndRadiance,
 }
 
 impl MeansOf {
     /// Those that a frame of `request` leaves.
     pub fn request(request: &FrameRequest) -> Self {
         let is_alone = request.sample_count <= 1 && request.sample_index == 0;
+        if request.averages_parts() {
+            return if request.averages_radiance() { Self::PartsAndRadiance } else { Self::Parts };
+        }
         match (request.averages_display(), request.averages_radiance()) {
             (false, false) if is_alone => Self::Nothing,
             (false, true) if is_alone => Self::OneSample,
@@ -94,13 +103,15 @@ impl MeansOf {
         }
     }
 
-    /// The number of textures for the first mean and for that beside it.
-    fn counts(self) -> [usize; 2] {
+    /// The number of textures for the first mean, for that of radiance beside it, and for that of what glows.
+    fn counts(self) -> [usize; 3] {
         match self {
-            Self::Nothing => [0, 0],
-            Self::OneSample => [1, 0],
-            Self::Display | Self::Radiance => [2, 0],
-            Self::Both => [2, 2],
+            Self::Nothing => [0, 0, 0],
+            Self::OneSample => [1, 0, 0],
+            Self::Display | Self::Radiance => [2, 0, 0],
+            Self::Both => [2, 2, 0],
+            Self::Parts => [2, 0, 2],
+            Self::PartsAndRadiance => [2, 2, 2],
         }
     }
 
@@ -132,7 +143,9 @@ impl Output {
         let shape = |format| TextureDesc::new_2d(size.0, size.1, format).bytes();
         let known = slot.filter(|output| output.size == size);
         let picture_bytes = if known.is_some() { 0 } else { shape(DISPLAY) };
-        let held = known.map_or([0; 2], |output| [output.sums.len(), output.radiance_sums.len()]);
+        let held = known.map_or([0; 3], |output| {
+            [output.sums.len(), output.radiance_sums.len(), output.glow_sums.len()]
+        });
         let missing: usize =
             means_of.counts().into_iter().zip(held).map(|(wanted, held)| wanted.saturating_sub(held)).sum();
         picture_bytes + missing as u64 * shape(SUM)
@@ -145,17 +158,20 @@ impl Output {
 
     fn new(gpu: &Gpu, size: (u32, u32), texture_size: (u32, u32)) -> Self {
         let display = create(gpu, "display", DISPLAY, texture_size);
-        Self { size, sums: Vec::new(), radiance_sums: Vec::new(), display }
+        Self { size, sums: Vec::new(), radiance_sums: Vec::new(), glow_sums: Vec::new(), display }
     }
 
     /// Adds the textures that these means take beyond those that are there.
     fn with_means(&mut self, gpu: &Gpu, means_of: MeansOf, texture_size: (u32, u32)) {
-        let [sums, radiance_sums] = means_of.counts();
+        let [sums, radiance_sums, glow_sums] = means_of.counts();
         while self.sums.len() < sums {
             self.sums.push(create(gpu, "accumulate.sum", SUM, texture_size));
         }
         while self.radiance_sums.len() < radiance_sums {
             self.radiance_sums.push(create(gpu, "accumulate.radiance_sum", SUM, texture_size));
+        }
+        while self.glow_sums.len() < glow_sums {
+            self.glow_sums.push(create(gpu, "accumulate.glow_sum", SUM, texture_size));
         }
     }
 
@@ -196,6 +212,18 @@ impl Output {
                     None => Means::Display(first),
                 }
             }
+            (MeansOf::Parts | MeansOf::PartsAndRadiance, Some(rest)) => {
+                let radiance = match means_of {
+                    MeansOf::PartsAndRadiance => {
+                        mean(&self.radiance_sums, ["accumulate.previous_radiance", "accumulate.radiance_sum"])
+                    }
+                    _ => None,
+                };
+                match mean(&self.glow_sums, ["accumulate.previous_glow", "accumulate.glow_sum"]) {
+                    Some(glow) => Means::Parts { rest, glow, radiance },
+                    None => Means::Radiance(rest),
+                }
+            }
         }
     }
 
@@ -230,8 +258,8 @@ impl RenderedView<'_> {
         let (state, output) = (self.state, self.output);
         let sums = match state.means_of {
             MeansOf::OneSample | MeansOf::Radiance => output.sums.as_slice(),
-            MeansOf::Both => &output.radiance_sums,
-            MeansOf::Nothing | MeansOf::Display => &[],
+            MeansOf::Both | MeansOf::PartsAndRadiance => &output.radiance_sums,
+            MeansOf::Nothing | MeansOf::Display | MeansOf::Parts => &[],
         };
         let sum = sums.get(state.latest_sum & 1).ok_or(RenderError::Missing(
             "radiance was not kept: the request must ask for it with `averaging`, or with the variable",

@@ -180,7 +180,12 @@ impl Renderer {
             let camera = &request.camera;
             let uniform = camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
             let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
-            ViewUniform { mip_gain: filtering.mip_gain, anisotropy: filtering.sampling.anisotropy.into(), ..uniform }
+            ViewUniform {
+                mip_gain: filtering.mip_gain,
+                anisotropy: filtering.sampling.anisotropy.into(),
+                glow_exposure: if request.averages_parts() { request.display_exposure() } else { 0.0 },
+                ..uniform
+            }
         };
         let uniform = uniform_at(*size);
         let draws = Arc::new(DrawList::new(&world.draws, &uniform));

@@ -1,9 +1,10 @@
 // accumulate: the mean of this frame and those before it (ping-pong), in linear light: of the display's colours after the
 // tone curve, so that edges of bright surfaces are smooth, or, with curve_1 and curve_2, of radiance for linear files.
-// Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly.
+// Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly. Where lights take
+// turns (`marked`), the mean may be of a part of every sample: of what glows (`shaders/glow.wgsl`), or of all else.
 // Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha). A mean of radiance has
 // negative alpha where a sample reached the limit of half floats or was no number: its value is too small.
-// Program: accumulate. Axes: curve_0, curve_1, curve_2, scaled.
+// Program: accumulate. Axes: curve_0, curve_1, curve_2, scaled, marked.
 
 import package::constants::RADIANCE_MAX;
 import package::shaders::scrub::scrubbed;
@@ -18,23 +19,61 @@ struct Accumulation {
     inverse_size_px: vec2f,
     // From pre-exposed radiance to what the tone curve takes.
     exposure: f32,
+    // How much of a sample counts that does not glow, and how much more of one that does.
+    share: f32,
+    share_of_glow: f32,
     // Uniforms of WebGL 2 are multiples of 16 bytes.
-    padding_0: f32,
-    padding_1: f32,
-    padding_2: f32,
+    padding: f32,
 }
 
 @group(1) @binding(0) var<uniform> accumulation: Accumulation;
 @group(1) @binding(1) var radiance: texture_2d<f32>;
 @group(1) @binding(2) var previous: texture_2d<f32>;
-@if(scaled) @group(0) @binding(2) var linear_clamp: sampler;
+@if(scaled && !marked) @group(0) @binding(2) var linear_clamp: sampler;
 
+@if(!marked)
 fn radiance_at(position_px: vec2f) -> vec4f {
     @if(scaled) {
         return textureSampleLevel(radiance, linear_clamp, position_px * accumulation.inverse_size_px, 0.0);
     }
     @if(!scaled) {
         return textureLoad(radiance, vec2i(position_px), 0);
+    }
+}
+
+// Radiance of which alpha is coverage alone, and how much of it glows.
+@if(marked)
+struct Unmarked {
+    texel: vec4f,
+    glow: f32,
+}
+
+@if(marked)
+fn unmarked_at(pixel: vec2i) -> Unmarked {
+    let texel = textureLoad(radiance, pixel, 0);
+    return Unmarked(vec4f(texel.rgb, min(texel.a, 1.0)), clamp(texel.a - 1.0, 0.0, 1.0));
+}
+
+// Filtered after marks were taken off, because a texel without a surface beside one that glows is no surface.
+@if(marked)
+fn unmarked_radiance_at(position_px: vec2f) -> Unmarked {
+    @if(!scaled) {
+        return unmarked_at(vec2i(position_px));
+    }
+    @if(scaled) {
+        let size = vec2i(textureDimensions(radiance));
+        let place = position_px * accumulation.inverse_size_px * vec2f(size) - 0.5;
+        let first = vec2i(floor(place));
+        let between = place - floor(place);
+        var sum = Unmarked(vec4f(0.0), 0.0);
+        for (var i = 0; i < 4; i++) {
+            let step = vec2i(i & 1, i >> 1u);
+            let part = unmarked_at(clamp(first + step, vec2i(0), size - 1));
+            let near = select(1.0 - between, between, step == vec2i(1));
+            sum.texel += part.texel * (near.x * near.y);
+            sum.glow += part.glow * (near.x * near.y);
+        }
+        return sum;
     }
 }
 
@@ -45,7 +84,12 @@ fn is_finite(texel: vec4f) -> bool {
 
 @fragment
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let texel = radiance_at(position.xy);
+    @if(!marked) let texel = radiance_at(position.xy);
+    @if(!marked) let weight = accumulation.weight;
+    @if(marked) let unmarked = unmarked_radiance_at(position.xy);
+    @if(marked) let texel = unmarked.texel;
+    @if(marked) let share = accumulation.share + accumulation.share_of_glow * unmarked.glow;
+    @if(marked) let weight = accumulation.weight * share;
     // So that the mean is never spoilt for good.
     let sample = scrubbed(texel);
     var before = vec4f(0.0);
@@ -54,7 +98,7 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
         before = textureLoad(previous, vec2i(position.xy), 0) * accumulation.keep;
     }
     @if(curve_1 && curve_2) {
-        let mean = vec4f(before.rgb, abs(before.a)) + sample * accumulation.weight;
+        let mean = vec4f(before.rgb, abs(before.a)) + sample * weight;
         // The limit is that of a surface as it was shaded; alpha is how much of it is here.
         let brightest = max(sample.r, max(sample.g, sample.b));
         let is_at_limit = brightest >= 0.999 * RADIANCE_MAX * max(sample.a, 1e-3);
@@ -63,6 +107,6 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     @if(!(curve_1 && curve_2)) {
         let display = display_linear(sample.rgb / max(sample.a, 1e-6) * accumulation.exposure) * sample.a;
-        return before + vec4f(display, sample.a) * accumulation.weight;
+        return before + vec4f(display, sample.a) * weight;
     }
 }

@@ -4,7 +4,9 @@
 //! Source: Haeberli & Akeley 1990, "The Accumulation Buffer"; samples of the picture go through the tone curve before
 //! they are averaged, for the reason of Karis 2013, "Tone mapping" (a mean of radiance has hard edges where one side is
 //! much brighter than the display). Reads: radiance, the previous mean. Writes: the next mean. Radiance of another size
-//! than the mean's (`render.scale`) is filtered linearly.
+//! than the mean's (`render.scale`) is filtered linearly. Where lights take turns, a sample's radiance is one of many that only
+//! together are right, and goes through the curve when all are there; but what glows has its own light in every sample, and
+//! has a mean of its own, of display colours.
 
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
@@ -26,12 +28,12 @@ struct AccumulationUniform {
     inverse_size_px: [f32; 2],
     /// From pre-exposed radiance to what the tone curve takes.
     exposure: f32,
+    /// How much of a sample counts that does not glow.
+    share: f32,
+    /// How much more of one that does.
+    share_of_glow: f32,
     /// Zero.
-    padding_0: f32,
-    /// Zero.
-    padding_1: f32,
-    /// Zero.
-    padding_2: f32,
+    padding: f32,
 }
 
 /// What is averaged over the samples.
@@ -43,11 +45,26 @@ pub enum Average {
     Radiance,
 }
 
+/// Of which part of every sample it is the mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Of all of it, whose alpha is coverage and nothing else.
+    Whole,
+    /// Of all of it, in which what glows is marked.
+    Marked,
+    /// Of what glows.
+    Glow,
+    /// Of all else.
+    Rest,
+}
+
 /// A frame's share of a mean.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     /// What is averaged.
     pub average: Average,
+    /// Of what.
+    pub part: Part,
     /// How many frames the mean holds already.
     pub sample_index: u32,
     /// From pre-exposed radiance to what the tone curve takes.
@@ -70,7 +87,7 @@ pub struct Mean {
 pub fn record(
     r: &mut Recorder<'_, '_>,
     name: &'static str,
-    Share { average, sample_index, exposure }: Share,
+    Share { average, part, sample_index, exposure }: Share,
     radiance: &Handle,
     Mean { previous, next }: Mean,
 ) -> Result<Handle, ProgramError> {
@@ -82,6 +99,14 @@ pub fn record(
     if (from.width, from.height) != (to.width, to.height) {
         axes.push("scaled");
     }
+    let [share, share_of_glow] = match part {
+        Part::Whole | Part::Marked => [1.0, 0.0],
+        Part::Glow => [0.0, 1.0],
+        Part::Rest => [1.0, -1.0],
+    };
+    if part != Part::Whole {
+        axes.push("marked");
+    }
     // The mean of the frames so far, so that the picture can be shown at any time.
     let weight = 1.0 / (sample_index as f32 + 1.0);
     let uniform = AccumulationUniform {
@@ -89,9 +114,9 @@ pub fn record(
         keep: 1.0 - weight,
         inverse_size_px: [1.0 / to.width as f32, 1.0 / to.height as f32],
         exposure,
-        padding_0: 0.0,
-        padding_1: 0.0,
-        padding_2: 0.0,
+        share,
+        share_of_glow,
+        padding: 0.0,
     };
     r.fullscreen(name, "accumulate", &axes)
         .uniform("accumulation", &uniform)
@@ -112,7 +137,7 @@ mod tests {
             "accumulate",
             "Accumulation",
             AccumulationUniform,
-            [weight, keep, inverse_size_px, exposure, padding_0, padding_1, padding_2]
+            [weight, keep, inverse_size_px, exposure, share, share_of_glow, padding]
         );
     }
 }

@@ -5,6 +5,7 @@
 import package::view::{view, ray_direction_world_from_pixel};
 import package::shaders::environment::environment_backdrop;
 import package::shaders::colour::half_float_clamped;
+import package::shaders::glow::glow_share;
 
 @fragment
 fn fs_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
@@ -13,5 +14,6 @@ fn fs_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let ray_world = ray_direction_world_from_pixel(position.xy);
     let ahead = dot(ray_world, -view.world_from_view[2].xyz);
     let height = ray_world.y / max(ahead, 1e-3);
-    return vec4f(half_float_clamped(environment_backdrop(height * inverseSqrt(1.0 + height * height))), 1.0);
+    let radiance = half_float_clamped(environment_backdrop(height * inverseSqrt(1.0 + height * height)));
+    return vec4f(radiance, 1.0 + glow_share(radiance));
 }

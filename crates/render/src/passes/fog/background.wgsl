@@ -14,5 +14,5 @@ fn fs_fog_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let origin_world = position_world_from_pixel(position.xy, 0.0);
     let direction_world = ray_direction_world_from_pixel(position.xy);
     let transmittance = fog_transmittance_along(origin_world, direction_world, SKY_DISTANCE_M);
-    return vec4f(fog.radiance * (1.0 - transmittance), transmittance);
+    return vec4f(fog.radiance * (1.0 - transmittance), 1.0 - transmittance);
 }

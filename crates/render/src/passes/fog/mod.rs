@@ -11,19 +11,8 @@ use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
-/// What is there times alpha, plus what is drawn; coverage stays.
-const THROUGH: wgpu::BlendState = wgpu::BlendState {
-    color: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::One,
-        dst_factor: wgpu::BlendFactor::SrcAlpha,
-        operation: wgpu::BlendOperation::Add,
-    },
-    alpha: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::Zero,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    },
-};
+/// Fog over what is there, by the share that does not come through: where there is something, coverage is 1, and stays 1.
+const OVER: wgpu::BlendState = wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING;
 
 /// The noise of so many samples averages out by itself, without losing what is fine.
 const UNFILTERED_SAMPLES: u32 = 32;
@@ -44,7 +33,7 @@ pub fn record(
     }
     let uniform = FogUniform::new(settings, r.view.uniform.pre_exposure);
     let step = r.fullscreen("fog", "fog", &[]).uniform("fog", &uniform).read("linear_depth", linear_depth);
-    step.over(PicturePart::Surfaces, depth).blend(THROUGH).draw_into(radiance, ColorLoad::Keep)
+    step.over(PicturePart::Surfaces, depth).blend(OVER).draw_into(radiance, ColorLoad::Keep)
 }
 
 /// Records the pass over the environment where it is seen and shall be hidden. A background without radiance, a colour or
@@ -64,7 +53,7 @@ pub fn record_background(
     }
     let uniform = FogUniform::new(settings, r.view.uniform.pre_exposure);
     let step = r.fullscreen("fog.background", "fog_background", &[]).uniform("fog", &uniform);
-    step.over(PicturePart::Background, depth).blend(THROUGH).draw_into(radiance, ColorLoad::Keep)
+    step.over(PicturePart::Background, depth).blend(OVER).draw_into(radiance, ColorLoad::Keep)
 }
 
 /// Records the passes that add the light which fog scatters from lights towards the eye, before opaque surfaces and before

@@ -1,5 +1,5 @@
 // geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`, if any surface glows.
-// Writes: base_color, normal, material, radiance (alpha = coverage), depth.
+// Writes: base_color, normal, material, radiance (alpha = coverage, with the mark of `glow.wgsl`), depth.
 // Program: geometry, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed.
 
 import package::view::view;
@@ -7,6 +7,7 @@ import package::gbuffer::gbuffer_pack;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
 import package::shaders::surface_material::{material_factors, surface_sample};
 import package::shaders::colour::half_float_clamped;
+import package::shaders::glow::glow_share;
 
 struct GeometryTargets {
     @location(0) base_color: vec4f,
@@ -38,6 +39,7 @@ fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) ->
     targets.base_color = texels.base_color;
     targets.normal = texels.normal;
     targets.material = texels.material;
-    targets.radiance = vec4f(half_float_clamped(sample.emission * view.pre_exposure), 1.0);
+    let emission = half_float_clamped(sample.emission * view.pre_exposure);
+    targets.radiance = vec4f(emission, 1.0 + glow_share(emission));
     return targets;
 }

@@ -17,9 +17,10 @@ import package::shaders::shading::shading_from_surface;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::light_lists::object_light_sums;
 import package::shaders::ambient::ambient_radiance;
-import package::shaders::fog::fogged;
+import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
+import package::shaders::glow::glow_share;
 
 // As many as there are.
 const ALL_LIGHTS: u32 = 0xffffffffu;
@@ -141,6 +142,8 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
     if in_lit_fog != 0u {
         radiance += light_in_fog_before(in.position_clip.xy, in.position_world);
     }
-    let alpha = mix(1.0, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
-    return vec4f(half_float_clamped(radiance) * alpha, alpha);
+    let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
+    let opaque_alpha = 1.0 + glow * fog_transmittance(in.position_world);
+    let alpha = mix(opaque_alpha, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
+    return vec4f(half_float_clamped(radiance) * min(alpha, 1.0), alpha);
 }

@@ -2,7 +2,7 @@
 //! already), background colour, sRGB, dithering.
 //!
 //! Sources: see `tone_curve.wgsl`; compositing in linear light after Porter & Duff 1984, "over". Reads: the mean of
-//! radiance or of display colours; of a single sample its radiance, which is filtered linearly where it has another size
+//! radiance or of display colours, or of both the means of what glows and of all else; of a single sample its radiance, which is filtered linearly where it has another size
 //! (`render.scale`). Writes: the output, in display colours. A background colour comes after the curve, so that it is that
 //! colour under every curve and at every exposure.
 
@@ -66,7 +66,7 @@ pub struct Display {
     pub is_mean: bool,
 }
 
-/// Records the pass.
+/// Records the pass, of radiance or a mean, and of the mean of what glows where that is apart.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -74,7 +74,7 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &ToneMapSettings,
     left: Display,
-    radiance: &Handle,
+    (radiance, glow): (&Handle, Option<&Handle>),
     output: Handle,
 ) -> Result<Handle, ProgramError> {
     let mut axes = left.curve.axes().to_vec();
@@ -85,11 +85,15 @@ pub fn record(
     if (from.width, from.height) != (to.width, to.height) {
         axes.push("scaled");
     }
+    if glow.is_some() {
+        axes.push("glow");
+    }
     let uniform = ToneMapUniform::new(left, settings.dither, &to);
-    r.fullscreen("tone_map", "tone_map", &axes)
-        .read("radiance", radiance)
-        .uniform("tone_map", &uniform)
-        .draw_into(output, ColorLoad::Discard)
+    let mut step = r.fullscreen("tone_map", "tone_map", &axes).read("radiance", radiance).uniform("tone_map", &uniform);
+    if let Some(glow) = glow {
+        step = step.read("glow", glow);
+    }
+    step.draw_into(output, ColorLoad::Discard)
 }
 
 #[cfg(test)]

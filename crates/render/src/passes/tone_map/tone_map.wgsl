@@ -2,8 +2,9 @@
 // already), background colour, sRGB, dithering.
 // Source of the noise: Jimenez 2014. Reads: the mean (associated alpha; negative alpha marks clamped pixels) or the frame's
 // radiance, which is filtered linearly where it was shaded at another size than the picture's (`scaled`). Writes: display
-// colour, unassociated alpha; opaque over a background colour.
-// Program: tone_map. Axes: curve_0, curve_1, curve_2, over_color, scaled.
+// colour, unassociated alpha; opaque over a background colour. With `glow` there is a mean of display colours beside the mean of
+// radiance, each of its own part of every sample.
+// Program: tone_map. Axes: curve_0, curve_1, curve_2, over_color, scaled, glow.
 
 import package::shaders::colour::srgb_from_linear;
 import package::shaders::scrub::scrubbed;
@@ -29,6 +30,7 @@ struct ToneMap {
 @group(1) @binding(0) var<uniform> tone_map: ToneMap;
 @group(1) @binding(1) var radiance: texture_2d<f32>;
 @if(scaled) @group(0) @binding(2) var linear_clamp: sampler;
+@if(glow) @group(1) @binding(2) var glow: texture_2d<f32>;
 
 fn radiance_at(position_px: vec2f) -> vec4f {
     @if(scaled) {
@@ -57,8 +59,12 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let found = radiance_at(position.xy);
     let alpha = max(found.a, 0.0) - tone_map.negative_alpha * min(found.a, 0.0);
     let texel = scrubbed(vec4f(found.rgb, alpha));
-    let coverage = texel.a;
-    let color = display_linear(texel.rgb / max(coverage, 1e-6) * tone_map.exposure);
+    @if(!glow) let coverage = texel.a;
+    @if(!glow) let color = display_linear(texel.rgb / max(coverage, 1e-6) * tone_map.exposure);
+    @if(glow) let beside = textureLoad(glow, vec2i(position.xy), 0);
+    @if(glow) let coverage = texel.a + beside.a;
+    @if(glow) let rest = display_linear(texel.rgb / max(texel.a, 1e-6) * tone_map.exposure) * texel.a;
+    @if(glow) let color = min((rest + beside.rgb) / max(coverage, 1e-6), vec3f(1.0));
     @if(over_color) {
         // Alpha in steps of 1/255, and so much less dither: the same as the transparent picture laid over the colour.
         let alpha = round(min(coverage, 1.0) * 255.0) / 255.0;
