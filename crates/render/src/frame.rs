@@ -238,8 +238,15 @@ pub enum Means {
     Radiance(accumulate::Mean),
     /// Of display colours, then of radiance.
     Both([accumulate::Mean; 2]),
-    /// Of what glows, as display colours, and of all else, as radiance; and of the radiance of all, if it is to be read.
-    Parts { rest: accumulate::Mean, glow: accumulate::Mean, radiance: Option<accumulate::Mean> },
+    /// Of parts of every sample, because lights take turns.
+    Parts {
+        /// Of what glows, display colours.
+        glow: accumulate::Mean,
+        /// Of all else, radiance.
+        rest: accumulate::Mean,
+        /// Of both, radiance, if it is to be read.
+        radiance: Option<accumulate::Mean>,
+    },
 }
 
 /// The picture that a view ends in.

@@ -65,7 +65,8 @@ pub struct FrameRequest {
 /// same whatever is averaged; its radiance is kept unless this is [`Self::Display`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Averaging {
-    /// Colours of the display, after the tone curve: edges are smooth however bright one side is.
+    /// Colours of the display, after the tone curve: edges are smooth however bright one side is. Where lights take turns
+    /// ([`FrameRequest::light_rounds`]) only what glows; of all else radiance is, in another pair of textures of 16 bytes a pixel.
     #[default]
     Display,
     /// Radiance, for linear files. The picture is the tone curve of that mean.

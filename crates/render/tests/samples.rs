@@ -28,19 +28,26 @@ fn one_sample_takes_neither_means_nor_the_pass_that_makes_them() {
     let test = scenes::one_light_on_one_plane();
     let mut renderer = renderer();
     renderer.load(&test.scene).unwrap();
-    let request =
-        |averaging, sample_count| FrameRequest { averaging, sample_count, ..plain_request(&test.scene, (3840, 2160)) };
-    // So many means of 16 bytes a pixel beside the picture itself.
-    for (averaging, samples, means) in [
-        (Averaging::Display, 1, 0),
-        (Averaging::Radiance, 1, 1),
-        (Averaging::Both, 1, 1),
-        (Averaging::Display, 2, 2),
-        (Averaging::Radiance, 2, 2),
-        (Averaging::Both, 2, 4),
+    let request = |averaging, sample_count, light_rounds| FrameRequest {
+        averaging,
+        sample_count,
+        light_rounds,
+        ..plain_request(&test.scene, (3840, 2160))
+    };
+    // So many means of 16 bytes a pixel beside the picture itself. Where lights take turns, what glows has its own.
+    for (averaging, samples, rounds, means) in [
+        (Averaging::Display, 1, None, 0),
+        (Averaging::Radiance, 1, None, 1),
+        (Averaging::Both, 1, None, 1),
+        (Averaging::Display, 2, Some(1), 2),
+        (Averaging::Radiance, 2, None, 2),
+        (Averaging::Both, 2, None, 4),
+        (Averaging::Display, 2, Some(2), 4),
+        (Averaging::Radiance, 2, Some(2), 2),
+        (Averaging::Both, 2, Some(2), 6),
     ] {
         for scale in [1.0, 0.5] {
-            let request = request(averaging, samples).with(|settings| settings.render.scale = scale);
+            let request = request(averaging, samples, rounds).with(|settings| settings.render.scale = scale);
             let plan = renderer.plan(&test.scene, &request).unwrap();
             assert_eq!(names(&plan).contains("accumulate"), means > 0, "{averaging:?} {samples}: {}", names(&plan));
             assert_eq!(plan.bytes().imported, LARGE * (4 + 16 * means), "{averaging:?} {samples}");

@@ -12,6 +12,9 @@ use manypass_graph::{Graph, Handle, TextureDesc};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// Beside other means.
+const MEANS_OF_RADIANCE: [&str; 2] = ["accumulate.previous_radiance", "accumulate.radiance_sum"];
+
 /// A texture that outlives frames, with its view.
 #[derive(Debug)]
 struct Kept {
@@ -143,9 +146,8 @@ impl Output {
         let shape = |format| TextureDesc::new_2d(size.0, size.1, format).bytes();
         let known = slot.filter(|output| output.size == size);
         let picture_bytes = if known.is_some() { 0 } else { shape(DISPLAY) };
-        let held = known.map_or([0; 3], |output| {
-            [output.sums.len(), output.radiance_sums.len(), output.glow_sums.len()]
-        });
+        let held =
+            known.map_or([0; 3], |output| [output.sums.len(), output.radiance_sums.len(), output.glow_sums.len()]);
         let missing: usize =
             means_of.counts().into_iter().zip(held).map(|(wanted, held)| wanted.saturating_sub(held)).sum();
         picture_bytes + missing as u64 * shape(SUM)
@@ -206,19 +208,13 @@ impl Output {
             (MeansOf::Nothing, _) | (_, None) => Means::None,
             (MeansOf::OneSample | MeansOf::Radiance, Some(first)) => Means::Radiance(first),
             (MeansOf::Display, Some(first)) => Means::Display(first),
-            (MeansOf::Both, Some(first)) => {
-                match mean(&self.radiance_sums, ["accumulate.previous_radiance", "accumulate.radiance_sum"]) {
-                    Some(second) => Means::Both([first, second]),
-                    None => Means::Display(first),
-                }
-            }
+            (MeansOf::Both, Some(first)) => match mean(&self.radiance_sums, MEANS_OF_RADIANCE) {
+                Some(second) => Means::Both([first, second]),
+                None => Means::Display(first),
+            },
             (MeansOf::Parts | MeansOf::PartsAndRadiance, Some(rest)) => {
-                let radiance = match means_of {
-                    MeansOf::PartsAndRadiance => {
-                        mean(&self.radiance_sums, ["accumulate.previous_radiance", "accumulate.radiance_sum"])
-                    }
-                    _ => None,
-                };
+                let is_read = means_of == MeansOf::PartsAndRadiance;
+                let radiance = if is_read { mean(&self.radiance_sums, MEANS_OF_RADIANCE) } else { None };
                 match mean(&self.glow_sums, ["accumulate.previous_glow", "accumulate.glow_sum"]) {
                     Some(glow) => Means::Parts { rest, glow, radiance },
                     None => Means::Radiance(rest),

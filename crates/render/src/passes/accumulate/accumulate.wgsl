@@ -41,39 +41,32 @@ fn radiance_at(position_px: vec2f) -> vec4f {
     }
 }
 
-// Radiance of which alpha is coverage alone, and how much of it glows.
+// The part of a texel that this is the mean of, with coverage as alpha.
 @if(marked)
-struct Unmarked {
-    texel: vec4f,
-    glow: f32,
-}
-
-@if(marked)
-fn unmarked_at(pixel: vec2i) -> Unmarked {
+fn part_at(pixel: vec2i) -> vec4f {
     let texel = textureLoad(radiance, pixel, 0);
-    return Unmarked(vec4f(texel.rgb, min(texel.a, 1.0)), clamp(texel.a - 1.0, 0.0, 1.0));
+    let glow = clamp(texel.a - 1.0, 0.0, 1.0);
+    return vec4f(texel.rgb, min(texel.a, 1.0)) * (accumulation.share + accumulation.share_of_glow * glow);
 }
 
-// Filtered after marks were taken off, because a texel without a surface beside one that glows is no surface.
+// Filtered after texels were divided into parts: a mean of marks is none.
 @if(marked)
-fn unmarked_radiance_at(position_px: vec2f) -> Unmarked {
-    @if(!scaled) {
-        return unmarked_at(vec2i(position_px));
-    }
+fn radiance_at(position_px: vec2f) -> vec4f {
     @if(scaled) {
         let size = vec2i(textureDimensions(radiance));
         let place = position_px * accumulation.inverse_size_px * vec2f(size) - 0.5;
         let first = vec2i(floor(place));
         let between = place - floor(place);
-        var sum = Unmarked(vec4f(0.0), 0.0);
+        var sum = vec4f(0.0);
         for (var i = 0; i < 4; i++) {
             let step = vec2i(i & 1, i >> 1u);
-            let part = unmarked_at(clamp(first + step, vec2i(0), size - 1));
             let near = select(1.0 - between, between, step == vec2i(1));
-            sum.texel += part.texel * (near.x * near.y);
-            sum.glow += part.glow * (near.x * near.y);
+            sum += part_at(clamp(first + step, vec2i(0), size - 1)) * (near.x * near.y);
         }
         return sum;
+    }
+    @if(!scaled) {
+        return part_at(vec2i(position_px));
     }
 }
 
@@ -84,12 +77,7 @@ fn is_finite(texel: vec4f) -> bool {
 
 @fragment
 fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    @if(!marked) let texel = radiance_at(position.xy);
-    @if(!marked) let weight = accumulation.weight;
-    @if(marked) let unmarked = unmarked_radiance_at(position.xy);
-    @if(marked) let texel = unmarked.texel;
-    @if(marked) let share = accumulation.share + accumulation.share_of_glow * unmarked.glow;
-    @if(marked) let weight = accumulation.weight * share;
+    let texel = radiance_at(position.xy);
     // So that the mean is never spoilt for good.
     let sample = scrubbed(texel);
     var before = vec4f(0.0);
@@ -98,7 +86,7 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
         before = textureLoad(previous, vec2i(position.xy), 0) * accumulation.keep;
     }
     @if(curve_1 && curve_2) {
-        let mean = vec4f(before.rgb, abs(before.a)) + sample * weight;
+        let mean = vec4f(before.rgb, abs(before.a)) + sample * accumulation.weight;
         // The limit is that of a surface as it was shaded; alpha is how much of it is here.
         let brightest = max(sample.r, max(sample.g, sample.b));
         let is_at_limit = brightest >= 0.999 * RADIANCE_MAX * max(sample.a, 1e-3);
@@ -107,6 +95,6 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     @if(!(curve_1 && curve_2)) {
         let display = display_linear(sample.rgb / max(sample.a, 1e-6) * accumulation.exposure) * sample.a;
-        return before + vec4f(display, sample.a) * weight;
+        return before + vec4f(display, sample.a) * accumulation.weight;
     }
 }
