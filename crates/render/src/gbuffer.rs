@@ -80,7 +80,7 @@ impl LightTarget {
 /// What the shaded view consists of.
 #[derive(Debug)]
 pub struct ViewOutputs {
-    /// Scene-linear radiance, pre-exposed; alpha is coverage.
+    /// Scene-linear radiance, pre-exposed; alpha is coverage, more than 1 where the mark of `shaders/glow.wgsl` is.
     pub radiance: Handle,
     /// The G-buffer; none on the forward path.
     pub gbuffer: Option<Gbuffer>,
