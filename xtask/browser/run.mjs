@@ -12,7 +12,9 @@ import { read } from "./variables.mjs";
 
 const cases = JSON.parse(process.argv[2]);
 const address = ({ name, model }) => `models/${name}${model.endsWith(".stage.toml") ? ".stage.toml" : ".glb"}`;
-const { origin, close } = await serve(new Map(cases.map((one) => [`/${address(one)}`, one.model])));
+const pictureOf = ({ options }) => options.settings?.["environment.file"];
+const pictures = cases.filter(pictureOf).map((one) => [`/models/${one.name}.hdr`, pictureOf(one)]);
+const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures]));
 let browser = await launchWithBoth();
 
 for (const { name, model, width, height, groups, options, effects, variables } of cases) {
@@ -21,10 +23,14 @@ for (const { name, model, width, height, groups, options, effects, variables } o
       const query = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : address({ name, model }) };
       const page = await open(browser, origin, query, { width, height }, faults);
       try {
-        const result = await page.evaluate(async ({ groups, options, effects }) => {
+        const result = await page.evaluate(async ({ name, groups, options, effects }) => {
           let groupRatio, offPixels;
           if (window.manypass.error) throw new Error(window.manypass.error);
           const viewer = window.manypass.viewer;
+          if (options.settings?.["environment.file"]) {
+            const picture = await fetch(`models/${name}.hdr`);
+            viewer.loadEnvironment(new Uint8Array(await picture.arrayBuffer()));
+          }
           const isChanged = Object.keys(options).length + effects.length > 0;
           if (isChanged) {
             viewer.configure(options);
@@ -63,7 +69,7 @@ for (const { name, model, width, height, groups, options, effects, variables } o
           [canvas.width, canvas.height] = [info.width, info.height];
           canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
           return { info, exposure: viewer.exposure(), first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
-        }, { groups, options, effects });
+        }, { name, groups, options, effects });
         await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
         await writeFile(join(out, `${name}-${backend}-exposure.json`), JSON.stringify(result.exposure));
         await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });

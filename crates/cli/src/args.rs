@@ -171,10 +171,13 @@ pub struct FrameArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// auto, studio, fill (a faint studio), none or a colour: sRGB (ff8800) or linear (1,0.25,0) [default: auto: fill if the
-    /// file has lights, else studio].
+    /// auto, studio, fill (a faint studio), none, a colour: sRGB (ff8800) or linear (1,0.25,0), or an equirectangular picture:
+    /// FILE.hdr or FILE.exr [default: auto: fill if the file has lights, else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
+    /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub environment_rotation: Option<String>,
     /// Multiplies the environment [default: 1].
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub environment_intensity: Option<String>,

@@ -12,6 +12,7 @@ use crate::report::shadow_numbers;
 use crate::request::{effect_files, effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
+use crate::surroundings::Surroundings;
 use manypass::{Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Tonemap, View};
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
@@ -50,6 +51,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         None => settings,
         stage => chosen.settings(bare(), stage.as_ref(), &mut effect_files)?,
     };
+    warnings.extend(Surroundings::default().surround(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();

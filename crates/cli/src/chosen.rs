@@ -6,7 +6,7 @@ use crate::request::read_text;
 use manypass::settings::{SettingsError, Written};
 use manypass::{Diagnostic, EffectFile, Settings, SettingsFile, effect};
 use manypass_scene::Stage;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A flag that is a short way to a setting: its name, the key, and the value if it was given.
 type Flag<'a> = (&'static str, &'static str, Option<&'a str>);
@@ -22,8 +22,12 @@ impl ChangeArgs {
 
 impl FrameArgs {
     fn flags(&self) -> Vec<Flag<'_>> {
+        let environment = self.environment.as_deref();
+        let file = environment.filter(|value| is_picture(value));
         let own = [
-            ("--environment", "environment.source", self.environment.as_deref()),
+            ("--environment", "environment.source", if file.is_some() { Some("file") } else { environment }),
+            ("--environment", "environment.file", file),
+            ("--environment-rotation", "environment.rotation_deg", self.environment_rotation.as_deref()),
             ("--environment-intensity", "environment.intensity", self.environment_intensity.as_deref()),
             ("--background", "background.source", self.background.as_deref()),
             ("--exposure", "exposure.stops", self.exposure.as_deref()),
@@ -31,6 +35,12 @@ impl FrameArgs {
         ];
         own.into_iter().chain(self.change.flags()).collect()
     }
+}
+
+/// Whether the value of `--environment` is a file, and no word or colour.
+fn is_picture(value: &str) -> bool {
+    let end = Path::new(value).extension();
+    end.is_some_and(|end| ["hdr", "exr"].iter().any(|known| end.eq_ignore_ascii_case(known)))
 }
 
 /// What was chosen on the command line; the file of settings is read once, because a pipe cannot be read again.

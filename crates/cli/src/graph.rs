@@ -7,6 +7,7 @@ use crate::input::Opened;
 use crate::inspect::one;
 use crate::request::{effect_files, effects};
 use crate::session::{self, print, still_failure};
+use crate::surroundings::Surroundings;
 use crate::{camera, job, scenes};
 use manypass::gpu::Floor;
 use manypass::{EffectFile, FrameRequest, Gpu, Plan, RenderError, Renderer, Settings, View};
@@ -31,6 +32,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
         stage => chosen.settings(Settings::default(), stage.as_ref(), &mut files)?,
     };
     job::check_aovs(!aovs.is_empty(), &settings)?;
+    warnings.extend(Surroundings::default().surround(&mut scene, &settings)?);
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
     let floor = args.limits.as_deref().and_then(Floor::named);
     let renderer = match floor {

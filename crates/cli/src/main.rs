@@ -35,6 +35,7 @@ mod session;
 mod settings;
 mod shot;
 mod stage;
+mod surroundings;
 mod tally;
 mod words;
 

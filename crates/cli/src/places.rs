@@ -10,7 +10,7 @@ use crate::output;
 use crate::pattern::{Output, is_stdout};
 use manypass_offline::atomic;
 use manypass_scene::gltf_file;
-use manypass_scene::stage::{is_stage, named_model};
+use manypass_scene::stage::{is_stage, named_environment, named_model};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
@@ -33,14 +33,16 @@ pub struct Places {
 }
 
 impl Places {
-    /// Everything that `args` reads and writes, as far as that can be known before anything is drawn.
+    /// Everything that `args` reads and writes, as far as that can be known before anything is drawn; `environment` is the picture
+    /// that settings name.
     ///
     /// # Errors
     /// Wrong usage, if an output would replace something that is read, or another output.
-    pub fn new(args: &RenderArgs, job: &Job, items: &[Item]) -> Result<Self, Failure> {
+    pub fn new(args: &RenderArgs, job: &Job, items: &[Item], environment: Option<&Path>) -> Result<Self, Failure> {
         let mut places = Self::default();
         items.iter().for_each(|item| places.read_input(&item.input));
         args.frame.change.effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
+        environment.iter().for_each(|path| places.read(path, format!("the environment {}", path.display())));
         args.frame.settings.iter().for_each(|path| places.read(path, format!("the settings {}", path.display())));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
         if job.output == Output::Stdout || reports_to_stdout {
@@ -99,6 +101,8 @@ impl Places {
             Input::File(path) if is_stage(path) => {
                 self.read(path, format!("the stage {}", path.display()));
                 named_model(path).into_iter().for_each(|model| self.read_input(&Input::File(model)));
+                let environment = named_environment(path);
+                environment.iter().for_each(|path| self.read(path, format!("the environment {}", path.display())));
             }
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));

@@ -39,8 +39,14 @@ impl InputFile {
 }
 
 /// The stage if there is one, the model's own file, then those that it names; those that cannot be read are left out. Standard input and
-/// built-in scenes have none.
-pub fn input_files(input: &Input) -> Vec<InputFile> {
+/// built-in scenes have none. Last comes the picture of the environment.
+pub fn input_files(input: &Input, environment: Option<&Path>) -> Vec<InputFile> {
+    let mut files = model_files(input);
+    files.extend(environment.and_then(InputFile::read));
+    files
+}
+
+fn model_files(input: &Input) -> Vec<InputFile> {
     let Input::File(path) = input else { return Vec::new() };
     let mut paths = vec![path.clone()];
     paths.extend(Some(path).filter(|path| is_stage(path)).and_then(|path| named_model(path)));
@@ -64,7 +70,7 @@ mod tests {
             r#"{"buffers":[{"uri":"a%20b.bin"},{"uri":"data:,x"}],"images":[{"uri":"gone.png"},{"uri":"a b.bin"}]}"#;
         std::fs::write(folder.join("m.gltf"), json).expect("written");
         std::fs::write(folder.join("a b.bin"), "abc").expect("written");
-        let files = input_files(&Input::File(folder.join("m.gltf")));
+        let files = input_files(&Input::File(folder.join("m.gltf")), None);
         assert_eq!(files.iter().map(|file| file.bytes).collect::<Vec<_>>(), [json.len() as u64, 3]);
         // The example of FIPS 180-4.
         assert_eq!(files[1].sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

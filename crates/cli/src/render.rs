@@ -16,6 +16,7 @@ use crate::places::Places;
 use crate::report::{Phases, Report};
 use crate::request::{effect_files, effect_values, effects, hidden_settings};
 use crate::session::{self, ms_since, still_failure};
+use crate::surroundings::{self, Surroundings};
 use crate::tally::Tally;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use load::Loaded;
@@ -35,6 +36,7 @@ struct Batch<'a> {
     /// Of the input that was read last.
     settings: Settings,
     renderer: Renderer,
+    surroundings: Surroundings,
     /// The first input, if it is being read already.
     ahead: Option<ReadAhead>,
     effects: Vec<Arc<dyn Effect>>,
@@ -61,7 +63,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let chosen = Chosen::of_frame(&args.frame)?;
     let settings = chosen.settings(Settings::default(), None, &mut effect_files)?;
     job.check(&settings)?;
-    let places = Places::new(args, &job, &inputs.items)?;
+    let places = Places::new(args, &job, &inputs.items, surroundings::file(&settings))?;
     let is_lines = inputs.is_batch || job.frames.is_some();
     let open_report =
         || args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose();
@@ -85,6 +87,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         plain_settings: &settings,
         settings: settings.clone(),
         renderer,
+        surroundings: Surroundings::default(),
         ahead,
         effects,
         effect_files,

@@ -1,11 +1,15 @@
 //! Light from everywhere: a constant, or the built-in studio; and what the camera sees of it. The uniform of
 //! `environment.wgsl`.
 
+pub(crate) mod lobe;
 mod settings;
+pub(crate) mod suns;
+pub(crate) mod tiles;
 
 pub use settings::EnvironmentSettings;
 
 use crate::colour::finite_product;
+use crate::resources::environment::EnvironmentTiles;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use manypass_scene::Scene;
@@ -23,11 +27,16 @@ pub enum Environment {
     /// so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Its backdrop has [`FILL_BACKDROP_SHARE`].
     /// Where the lights reach nothing that is seen it is the whole studio.
     Fill,
+    /// The scene's own picture of it ([`Scene::environment`]); nothing where it has none.
+    File,
     /// Nothing.
     None,
     /// The same radiance from everywhere, linear Rec. 709.
     Color([f32; 3]),
 }
+
+/// The format of the tiles of a picture.
+pub(crate) const ENVIRONMENT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// The level of [`Environment::Fill`] in the picture, compared with the studio.
 pub const FILL_SHARE: f32 = 1.0 / 16.0;
@@ -36,9 +45,12 @@ pub const FILL_SHARE: f32 = 1.0 / 16.0;
 pub const FILL_BACKDROP_SHARE: f32 = 0.25;
 
 impl Environment {
-    /// What surrounds `scene` where nobody says: the studio, [`Environment::Fill`] where the scene brings its own lights,
-    /// or nothing where it states an exposure as well, because then its light is meant as it is.
+    /// What surrounds `scene` where nobody says: its own picture; else the studio, [`Environment::Fill`] where the scene brings
+    /// its own lights, or nothing where it states an exposure as well, because then its light is meant as it is.
     pub fn of_scene(scene: &Scene) -> Self {
+        if scene.environment.is_some() {
+            return Self::File;
+        }
         let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
         match (is_lit, scene.exposure_stops) {
             (false, _) => Self::Studio,
@@ -113,6 +125,18 @@ pub struct EnvironmentUniform {
     pub backdrop_below: Vec4,
     /// What the camera sees straight up; w is 0.
     pub backdrop_above: Vec4,
+    /// Of the picture: what its light is multiplied by, the side of the mirror's tile in texels, the cosine and the sine of its
+    /// rotation.
+    pub picture: Vec4,
+    /// What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
+    pub picture_backdrop: Vec4,
+    /// Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
+    /// integral times how much of them is not in the mirror's tile; zeros.
+    pub backdrop_lobe: Vec4,
+    /// Where strong small sources of the picture are; w is 0.
+    pub sun_directions: [Vec4; suns::SUNS_MAX],
+    /// Their irradiance, pre-exposed; w is 0.
+    pub sun_irradiances: [Vec4; suns::SUNS_MAX],
 }
 
 /// The studio: a soft key from above on the left, a fill on the right, a rim from behind, a bright ceiling. Direction,
@@ -137,7 +161,8 @@ impl EnvironmentUniform {
         // A box without power has an axis and a sharpness all the same: 0 / 0 is no number.
         let mut uniform = Self { boxes: [SoftBox::new(Vec3::Y, 1.0, Vec3::ZERO); STUDIO.len()], ..Self::zeroed() };
         match environment {
-            Environment::None => {}
+            // A picture is placed afterwards.
+            Environment::None | Environment::File => {}
             Environment::Color(color) => {
                 uniform.constant = scaled(Vec3::from(color), scale);
                 uniform.backdrop_below = scaled(Vec3::from(color), backdrop_scale).extend(0.0);
@@ -158,7 +183,42 @@ impl EnvironmentUniform {
 
     /// Whether no light comes from it.
     pub fn is_dark(&self) -> bool {
-        self.constant == Vec3::ZERO && self.boxes.iter().all(|soft_box| soft_box.power == Vec3::ZERO)
+        let has_boxes = self.boxes.iter().any(|soft_box| soft_box.power != Vec3::ZERO);
+        self.constant == Vec3::ZERO && !has_boxes && self.picture.x == 0.0
+    }
+}
+
+/// The picture of the environment as a view has it.
+pub(crate) struct PlacedPicture<'a> {
+    /// What is on the device.
+    pub tiles: &'a EnvironmentTiles,
+    /// By how much it is turned about +Y, counter-clockwise seen from above, in degrees.
+    pub rotation_deg: f32,
+    /// How blurred the camera sees it: from 0, sharp, to 1, as a surface of roughness 1 reflects it.
+    pub blur: f32,
+}
+
+impl PlacedPicture<'_> {
+    /// Puts the picture into a uniform, its light times `scale` and what the camera sees times `backdrop_scale`.
+    pub fn place(&self, uniform: &mut EnvironmentUniform, scale: f32, backdrop_scale: f32) {
+        // Radiance in it goes up to half floats' own limit, and what comes out is cut again.
+        let [scale, backdrop_scale] = [scale, backdrop_scale].map(|scale| finite_product(1.0, scale).max(0.0));
+        let EnvironmentTiles { desc, mirror_side, suns, .. } = self.tiles;
+        let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
+        uniform.picture = Vec4::new(scale, *mirror_side as f32, cos, sin);
+        let roughness = self.blur.clamp(0.0, 1.0);
+        let level = lobe::level_of_roughness(roughness);
+        let alpha = roughness * roughness;
+        let sun_scale = if scale > 0.0 { backdrop_scale / scale } else { 0.0 };
+        let integral = lobe::lobe_integral(alpha);
+        uniform.backdrop_lobe = Vec4::new(alpha * alpha, level.min(1.0) * sun_scale / integral, 0.0, 0.0);
+        uniform.picture_backdrop = Vec4::new(backdrop_scale, level, 1.0 / desc.width as f32, 1.0 / desc.height as f32);
+        for (at, sun) in suns.iter().enumerate() {
+            let Vec3 { x, y, z } = sun.direction;
+            uniform.sun_directions[at] = Vec4::new(cos * x + sin * z, y, cos * z - sin * x, 0.0);
+            let irradiance = sun.irradiance.map(|value| finite_product(value, scale));
+            uniform.sun_irradiances[at] = irradiance.extend(0.0);
+        }
     }
 }
 
@@ -174,7 +234,18 @@ mod tests {
             "forward",
             "Environment",
             EnvironmentUniform,
-            [constant, padding, boxes, backdrop_below, backdrop_above]
+            [
+                constant,
+                padding,
+                boxes,
+                backdrop_below,
+                backdrop_above,
+                picture,
+                picture_backdrop,
+                backdrop_lobe,
+                sun_directions,
+                sun_irradiances
+            ]
         );
     }
 }

@@ -10,8 +10,9 @@ mod settings;
 
 pub use settings::ExposureSettings;
 
-use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE};
+use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE, PlacedPicture};
 use crate::request::FrameRequest;
+use crate::resources::environment::EnvironmentTiles;
 use manypass_scene::Scene;
 use std::str::FromStr;
 
@@ -195,7 +196,7 @@ impl FrameRequest {
     }
 
     /// The uniform of the environment: pre-exposed, and faint where it is a fill.
-    pub(crate) fn environment_uniform(&self) -> EnvironmentUniform {
+    pub(crate) fn environment_uniform(&self, tiles: Option<&EnvironmentTiles>) -> EnvironmentUniform {
         let environment = &self.settings.environment;
         let (light, backdrop) = match (environment.source, self.metering) {
             (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (1.0, 1.0),
@@ -206,7 +207,12 @@ impl FrameRequest {
             _ => (1.0, 1.0),
         };
         let scale = environment.intensity * self.pre_exposure();
-        EnvironmentUniform::new(environment.source, light * scale, backdrop * scale)
+        let (rotation_deg, blur) = (environment.rotation_deg, self.settings.background.blur);
+        let mut uniform = EnvironmentUniform::new(environment.source, light * scale, backdrop * scale);
+        if let Some(tiles) = tiles {
+            PlacedPicture { tiles, rotation_deg, blur }.place(&mut uniform, light * scale, backdrop * scale);
+        }
+        uniform
     }
 }
 

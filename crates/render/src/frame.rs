@@ -8,11 +8,12 @@ use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, coverage, direct, emission, fog, forward, geometry, gouraud, ids, indirect, linear_depth,
-    motion, present, shadows, tile_depth, tone_map, volumes,
+    accumulate, background, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ids, indirect,
+    linear_depth, motion, present, shadows, tile_depth, tone_map, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
+use crate::resources::environment::{EnvironmentTiles, Unfinished};
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
@@ -26,6 +27,22 @@ use std::sync::Arc;
 /// A program that does not compile, or declares what nobody binds.
 pub fn shared_passes(r: &mut Recorder<'_, '_>, shadows: &FrameShadows, atlas: Handle) -> Result<(), ProgramError> {
     shadows::record(r, shadows, atlas)
+}
+
+/// What surfaces reflect of a picture of the environment, once it is new.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub(crate) fn environment_passes(
+    r: &mut Recorder<'_, '_>,
+    tiles: &EnvironmentTiles,
+    unfinished: &Unfinished,
+) -> Result<(), ProgramError> {
+    let picture = r.graph.import("environment.picture", unfinished.picture_desc, unfinished.picture.clone());
+    let target = r.graph.import("environment", tiles.desc, tiles.view.clone());
+    let drawn = environment::record(r, (tiles, unfinished), &picture, target)?;
+    r.graph.export(drawn);
+    Ok(())
 }
 
 /// Everything from geometry to radiance, for one camera. Mirrors and probes call it again with other cameras.

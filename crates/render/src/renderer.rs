@@ -14,7 +14,6 @@ use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
 use crate::record::{BindGroups, Bundles, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes};
-#[cfg(not(target_arch = "wasm32"))]
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
 use crate::shader::Shaders;

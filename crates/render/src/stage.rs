@@ -1,7 +1,7 @@
 //! Stage files as the renderer reads them: their tables of settings, and the schema by which editors check all of them.
 
 use crate::diagnostic::Diagnostic;
-use crate::setting::{SettingsFile, color_schema, schema, unknown_key};
+use crate::setting::{SettingsFile, Written, color_schema, schema, unknown_key};
 use crate::settings::{Settings, SettingsError};
 use manypass_scene::Stage;
 use manypass_scene::stage::keys::{SETTINGS_TABLES, StageKey, StageTable, StageType, TABLES};
@@ -9,6 +9,9 @@ use serde_json::{Map, Value, json};
 
 /// How a stage calls the environment of one colour, and the setting that it is.
 const COLOR: (&str, &str) = ("environment.color", "environment.source");
+
+/// The setting that is a path.
+const FILE: &str = "environment.file";
 
 impl Settings {
     /// Takes the settings of a stage: of its tables `[environment]`, `[fog]` and `[settings]`.
@@ -20,7 +23,10 @@ impl Settings {
         let prefixes = [(environment, "environment."), (fog, "fog."), (settings, "")];
         SettingsFile::of_tables(stage.file(), stage.text(), &prefixes)?.apply(|key, written| {
             let setting = if key == COLOR.0 { COLOR.1 } else { key };
-            self.give(setting, written).map_err(|error| match error {
+            // Paths in a stage are seen from its folder.
+            let path = (key == FILE).then(|| stage.environment_path()).flatten();
+            let path = path.map(|path| Written::Text(path.to_string_lossy().into_owned()));
+            self.give(setting, path.as_ref().unwrap_or(written)).map_err(|error| match error {
                 SettingsError::UnknownKey { key, .. } => {
                     let known = Self::declared().iter().map(|info| &*info.key);
                     unknown_key(&key, known.chain([COLOR.0]))

@@ -1,5 +1,6 @@
 //! The arena of nodes.
 
+use crate::environment::EnvironmentMap;
 use crate::{Aabb, Animation, Camera, Image, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
 use std::sync::{Arc, Weak};
@@ -177,6 +178,8 @@ pub struct Scene {
     /// The exposure in stops that the lights are meant for, if the scene states one; 0 shows radiance as it is. Files do
     /// not: theirs is metered where they bring lights.
     pub exposure_stops: Option<f32>,
+    /// Radiance from all directions, if the scene brings a picture of it.
+    pub environment: Option<Arc<EnvironmentMap>>,
 }
 
 impl Scene {

@@ -22,7 +22,9 @@ mod load;
 mod names;
 mod table;
 
-pub use load::{LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_model};
+pub use load::{
+    LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_environment, named_model,
+};
 
 use crate::light::LIGHTS_MAX;
 use crate::{Diagnostic, Scene};
@@ -30,6 +32,7 @@ use keys::{LIGHTS, MATERIALS, NODES, SETTINGS_TABLES, StageTable, TABLES};
 use lights::LightEntry;
 use names::Pattern;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use table::{Placed, Source, Table, tables};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -39,6 +42,7 @@ use toml::de::{DeTable, DeValue};
 pub struct Stage {
     source: Source,
     model: Placed<String>,
+    environment: Option<Placed<String>>,
     lights: Vec<LightEntry>,
     nodes: Vec<CastChange>,
     materials: Vec<CastChange>,
@@ -75,10 +79,11 @@ impl Stage {
                 _ => {}
             }
         }
+        let environment = environment_file(root);
         let lights = list(&source, root, &LIGHTS, LightEntry::read)?;
         let nodes = list(&source, root, &NODES, CastChange::read)?;
         let materials = list(&source, root, &MATERIALS, CastChange::read)?;
-        Ok(Self { model, lights, nodes, materials, source })
+        Ok(Self { model, environment, lights, nodes, materials, source })
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -94,6 +99,16 @@ impl Stage {
     /// The model, as it is written: a path from the stage's folder, or `demo:NAME`.
     pub fn model(&self) -> &str {
         &self.model.value
+    }
+
+    /// The picture of the environment, as it is written in `[environment]`: a path from the stage's folder.
+    pub fn environment(&self) -> Option<&str> {
+        self.environment.as_ref().map(|file| &*file.value)
+    }
+
+    /// Where that picture lies, seen from where [`Self::file`] is.
+    pub fn environment_path(&self) -> Option<PathBuf> {
+        self.environment().map(|name| Path::new(self.file()).parent().unwrap_or(Path::new("")).join(name))
     }
 
     /// Changes the model's scene: lights, then what casts shadows. Brings its transforms up to date.
@@ -114,6 +129,11 @@ impl Stage {
         lights::apply(&self.lights, &self.source, scene)?;
         scene.update_transforms();
         Ok(())
+    }
+
+    /// An error at the name of the picture of the environment.
+    fn environment_fault(&self, message: impl std::fmt::Display) -> Box<Diagnostic> {
+        self.source.fault(self.environment.as_ref().map_or(0..0, |file| file.range.clone()), message)
     }
 
     /// An error at the name of the model.
@@ -140,6 +160,16 @@ fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
 
 fn value<'t, 'i>(table: &'t DeTable<'i>, name: &str) -> Option<&'t Spanned<DeValue<'i>>> {
     table.iter().find(|(key, _)| &**key.get_ref() == name).map(|(_, value)| value)
+}
+
+/// The picture that `[environment]` names, if it does. Settings are checked by whoever draws, but files are read with the scene.
+fn environment_file(root: &DeTable<'_>) -> Option<Placed<String>> {
+    let DeValue::Table(table) = value(root, "environment")?.get_ref() else { return None };
+    let file = value(table, "file")?;
+    match file.get_ref() {
+        DeValue::String(name) if !name.is_empty() => Some(Placed { value: name.to_string(), range: file.span() }),
+        _ => None,
+    }
 }
 
 /// The entries of a list of tables, if it is there.

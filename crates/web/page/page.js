@@ -1,5 +1,5 @@
 // ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)
-import init, { create, stageModel } from "./manypass_web.js";
+import init, { create, stageEnvironment, stageModel } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
@@ -52,6 +52,8 @@ async function open(name, bytes, get) {
   const path = model.split("/").map(encodeURIComponent).join("/");
   const modelBytes = isBuiltIn ? undefined : await get(path);
   const found = isBuiltIn ? [] : [[model, modelBytes], ...await parts(modelBytes, path)];
+  const environment = stageEnvironment(bytes);
+  if (environment) found.push([environment, await get(environment.split("/").map(encodeURIComponent).join("/"))]);
   return show(found, (viewer, found) => viewer.loadStage(bytes, found));
 }
 

@@ -19,7 +19,7 @@ pub struct Options {
 const SHORT: [(&str, &str, &[&str]); 4] = [
     ("path", "render.path", manypass::Path::NAMES),
     ("lightCulling", "lights.culling", manypass::LightCulling::NAMES),
-    ("environment", "environment.source", &["auto", "studio", "none"]),
+    ("environment", "environment.source", &["auto", "studio", "file", "none"]),
     ("tonemap", "tone_map.curve", manypass::Tonemap::NAMES),
 ];
 

@@ -19,8 +19,11 @@ export interface Orbit { yaw?: number; pitch?: number; radius?: number; target?:
 export interface RenderOptions {
   path?: "deferred" | "forward";
   lightCulling?: "clustered" | "none";
-  /** Lights nothing, or with the built-in studio; `auto` takes the studio, faint where the model has lights. */
-  environment?: "auto" | "studio" | "none";
+  /**
+   * Lights nothing, or with the built-in studio, or with the picture of `loadEnvironment` or the stage; `auto` takes the picture
+   * if there is one, else the studio, faint where the model has lights.
+   */
+  environment?: "auto" | "studio" | "file" | "none";
   tonemap?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
   /** Stops, or metered once for a model: "auto", "auto+1", "auto-0.5". Null: "auto" where the model has lights, else 0. */
   exposure?: number | string | null;

@@ -82,9 +82,21 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
 /// When the stage is wrong; the message names the place in it.
 #[wasm_bindgen(js_name = stageModel)]
 pub fn stage_model(bytes: &[u8]) -> Result<String, JsError> {
+    Ok(parsed_stage(bytes)?.model().to_owned())
+}
+
+/// The picture of the environment that a stage names, a path from the stage's own place; undefined if it names none.
+///
+/// # Errors
+/// When the stage is wrong; the message names the place in it.
+#[wasm_bindgen(js_name = stageEnvironment)]
+pub fn stage_environment(bytes: &[u8]) -> Result<Option<String>, JsError> {
+    Ok(parsed_stage(bytes)?.environment().map(str::to_owned))
+}
+
+fn parsed_stage(bytes: &[u8]) -> Result<Stage, JsError> {
     let text = std::str::from_utf8(bytes).map_err(|_| JsError::new("the stage is no text in UTF-8"))?;
-    let stage = Stage::parse("the stage", text).map_err(|error| JsError::new(&error.to_string()))?;
-    Ok(stage.model().to_owned())
+    Stage::parse("the stage", text).map_err(|error| JsError::new(&error.to_string()))
 }
 
 /// Finds what a model or a stage refers to.
@@ -135,8 +147,8 @@ impl Viewer {
         self.take(loaded.scene, loaded.warnings, None)
     }
 
-    /// Takes a stage, `NAME.stage.toml`, with its model under the name that `stageModel` gives, and the files that the model
-    /// refers to. Replaces the model before; options come after the stage's settings.
+    /// Takes a stage, `NAME.stage.toml`, with its model under the name that `stageModel` gives, the files that the model
+    /// refers to, and the picture that `stageEnvironment` names. Replaces the model before; options come after the stage's settings.
     ///
     /// # Errors
     /// When the stage or its model cannot be read; the message names the place in it.
@@ -144,6 +156,21 @@ impl Viewer {
     pub fn load_stage(&mut self, bytes: Vec<u8>, resources: Option<Resources>) -> Result<(), JsError> {
         let loaded = stage::load_bytes(&bytes, &mut resolver(resources), "the stage")?;
         self.take(loaded.scene, loaded.warnings, Some(&loaded.stage))
+    }
+
+    /// Takes an equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), as the environment of the model that is shown, until
+    /// another is loaded. The option `environment` says whether it lights: with `auto` it does.
+    ///
+    /// # Errors
+    /// When there is no model, or the picture cannot be read.
+    #[wasm_bindgen(js_name = loadEnvironment)]
+    pub fn load_environment(&mut self, bytes: Vec<u8>) -> Result<(), JsError> {
+        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("load a model first"))?;
+        let map = manypass::scene::EnvironmentMap::decode("the environment", &bytes)?;
+        self.warnings.extend(map.notes.iter().cloned());
+        scene.environment = Some(map.into());
+        self.forget_frame();
+        Ok(())
     }
 
     /// Takes a built-in scene: `hall`.

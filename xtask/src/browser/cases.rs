@@ -46,15 +46,19 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
 
 const SHADOWLESS: &[(&str, &str)] = &[("shadows.enabled", "false")];
 const SPOTS: &str = "renderling/shadow_mapping_spots.glb";
+const SPHERES: &str =
+    "khronos-sample-assets/Models/MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 24] = [
+pub(super) const CASES: [Case; 25] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
     Case { has_variables: true, settings: SHADOWLESS, ..case("hall", variables::MODEL, WIDE) },
     // Lights and fog that a stage adds to the hall, on top of surfaces, behind blended ones, and over the environment.
     case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
+    // A picture of the environment, with a sun; the page is given its bytes.
+    Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
     // Every other way in which lights reach surfaces, where thousands do.
     Case { settings: &[("lights.culling", "tiled")], ..case("hall-tiled", variables::MODEL, WIDE) },
     Case { settings: &[("lights.culling", "volumes")], ..case("hall-volumes", variables::MODEL, WIDE) },

@@ -12,7 +12,7 @@ use crate::report::Phases;
 use crate::request::request;
 use crate::session::ms_since;
 use crate::shot::{pose, time_secs, view};
-use crate::{camera, coverage, interrupt, memory, scenes, shot};
+use crate::{camera, coverage, interrupt, memory, scenes, shot, surroundings};
 use manypass::{Environment, Settings};
 use manypass_scene::{Framing, Scene, Stage};
 use std::time::Instant;
@@ -42,9 +42,14 @@ impl Batch<'_> {
         self.renderer.unload();
         let Opened { mut scene, mut warnings, stage } = ReadAhead::take(&mut self.ahead, &item.input)?;
         self.settings = self.settings_of(stage.as_ref())?;
+        warnings.extend(self.surroundings.surround(&mut scene, &self.settings)?);
         interrupt::check()?;
         check_ids(self.job, &scene)?;
-        let files = self.report.as_ref().map(|_| input_files(&item.input)).unwrap_or_default();
+        let files = self
+            .report
+            .as_ref()
+            .map(|_| input_files(&item.input, surroundings::file(&self.settings)))
+            .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;

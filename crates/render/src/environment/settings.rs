@@ -2,23 +2,29 @@
 
 use super::{Background, Environment};
 use crate::setting::{LinearColor, SettingField, SettingType, SettingValue, Written, settings};
+use std::path::PathBuf;
 
 settings! {
     /// Settings of the environment.
     pub struct EnvironmentSettings {
-        /// What surrounds the scene; `auto` is studio, or fill (a faint studio) where the scene brings its own lights, or none
-        /// where it states an exposure as well.
+        /// What surrounds the scene; `auto` is the picture of `environment.file` if there is one; else studio, or fill (a faint
+        /// studio) where the scene brings its own lights, or none where it states an exposure as well.
         source: Environment = Environment::Auto;
+        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions.
+        file: PathBuf = PathBuf::new();
+        /// By how much the picture is turned about the vertical, counter-clockwise seen from above.
+        rotation_deg: f32 = 0.0, in -360.0..=360.0, unit "°";
         /// Multiplies the environment.
         intensity: f32 = 1.0, in 0.0.., unit "factor";
     }
 }
 
 /// The words of an environment; a colour is another one.
-const ENVIRONMENTS: [(&str, Environment); 4] = [
+const ENVIRONMENTS: [(&str, Environment); 5] = [
     ("auto", Environment::Auto),
     ("studio", Environment::Studio),
     ("fill", Environment::Fill),
+    ("file", Environment::File),
     ("none", Environment::None),
 ];
 
@@ -40,7 +46,7 @@ impl SettingField for Environment {
     }
 
     fn choices() -> &'static [&'static str] {
-        const { &[ENVIRONMENTS[0].0, ENVIRONMENTS[1].0, ENVIRONMENTS[2].0, ENVIRONMENTS[3].0] }
+        const { &[ENVIRONMENTS[0].0, ENVIRONMENTS[1].0, ENVIRONMENTS[2].0, ENVIRONMENTS[3].0, ENVIRONMENTS[4].0] }
     }
 
     fn read(written: &Written) -> Option<Self> {

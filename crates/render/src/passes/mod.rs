@@ -6,6 +6,7 @@ pub mod coverage;
 pub mod debug;
 pub mod direct;
 pub mod emission;
+pub mod environment;
 pub mod fog;
 pub mod forward;
 pub mod geometry;

@@ -5,7 +5,7 @@ use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::shader::Program;
 use crate::shader::cache::{DepthTest, FullscreenPipeline};
-use crate::shader::program::ProgramError;
+use crate::shader::program::{Constant, ProgramError};
 use bytemuck::Pod;
 use manypass_graph::{ColorLoad, Handle, Pass, PassContext, Read};
 use std::sync::Arc;
@@ -54,17 +54,41 @@ pub struct Fullscreen<'r, 'f> {
     pub(super) blend: Option<wgpu::BlendState>,
     depth: Option<DepthTest>,
     rectangles: Option<Vec<[u32; 4]>>,
+    constants: Vec<Constant>,
 }
 
 impl<'r, 'f> Fullscreen<'r, 'f> {
     pub(super) fn new(pass: Pass<'r, 'f>, frame: &'f Frame<'f>, view: &'f PreparedView, shading: Shading) -> Self {
-        Self { pass, frame, view, shading, bindings: Vec::new(), blend: None, depth: None, rectangles: None }
+        Self {
+            pass,
+            frame,
+            view,
+            shading,
+            bindings: Vec::new(),
+            blend: None,
+            depth: None,
+            rectangles: None,
+            constants: Vec::new(),
+        }
     }
 
     /// The shader reads `handle` under `name`.
     pub fn read(mut self, name: &'static str, handle: &Handle) -> Self {
         let read = self.pass.read(handle);
         self.bindings.push((name, Binding::Read(read)));
+        self
+    }
+
+    /// The shader reads `handle` under `name` as a texture of another dimension, such as a cube.
+    pub fn read_as(mut self, name: &'static str, handle: &Handle, dimension: wgpu::TextureViewDimension) -> Self {
+        let read = self.pass.read_as(handle, dimension);
+        self.bindings.push((name, Binding::Read(read)));
+        self
+    }
+
+    /// The shader's `override` constant `name` is `value`: branches that depend on it alone are gone when it runs.
+    pub fn constant(mut self, name: &'static str, value: u32) -> Self {
+        self.constants.push((name, value));
         self
     }
 
@@ -124,8 +148,8 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         let (pipeline, own) = match &self.shading {
             Shading::Program(name, axes) => {
                 let format = target.desc().format;
-                let constants = &self.view.constants;
-                (self.frame.shaders.fullscreen(name, axes, format, self.blend, self.depth, constants)?, None)
+                let constants = [&self.constants[..], &self.view.constants].concat();
+                (self.frame.shaders.fullscreen(name, axes, format, self.blend, self.depth, &constants)?, None)
             }
             Shading::Own(pipeline, own) => (pipeline.clone(), own.clone()),
         };

@@ -3,6 +3,7 @@
 use super::bind_groups::Resource;
 use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
 use crate::gpu::Gpu;
+use crate::resources::environment::no_tiles;
 
 /// A name of group 0. Its place in the list is its binding.
 #[derive(Debug)]
@@ -26,8 +27,8 @@ const fn slot(name: &'static str, ty: wgpu::BindingType) -> FrameSlot {
 }
 
 /// Group 0 of all programs: one layout, so that it is bound once a pass whatever is drawn. A stage has 16 textures, and
-/// counts those of a layout that it does not read: here may be 6 at most, of which an environment takes the last.
-pub(crate) const FRAME_GROUP: [FrameSlot; 11] = [
+/// counts those of a layout that it does not read: here may be 6 at most.
+pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
     slot("view", UNIFORM),
     slot("directional_albedo", texture(wgpu::TextureSampleType::Float { filterable: true })),
     slot("linear_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
@@ -40,6 +41,7 @@ pub(crate) const FRAME_GROUP: [FrameSlot; 11] = [
     slot("shadow_compare", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
     // The same texture again: WebGL 2 has one sampler for every texture that is bound.
     slot("shadow_depths", texture(wgpu::TextureSampleType::Float { filterable: false })),
+    slot("environment_tiles", texture(wgpu::TextureSampleType::Float { filterable: true })),
 ];
 
 /// What is the same in every frame.
@@ -51,6 +53,8 @@ pub(crate) struct FrameTables {
     pub shadow_compare: wgpu::Sampler,
     /// Of a depth texture of one texel, where there are no shadows.
     pub no_shadows: wgpu::TextureView,
+    /// A texture without light, where the environment is no picture.
+    pub no_environment: wgpu::TextureView,
 }
 
 impl FrameTables {
@@ -60,6 +64,11 @@ impl FrameTables {
                 label: Some(label),
                 mag_filter: filter,
                 min_filter: filter,
+                mipmap_filter: if filter == wgpu::FilterMode::Linear {
+                    wgpu::MipmapFilterMode::Linear
+                } else {
+                    wgpu::MipmapFilterMode::Nearest
+                },
                 ..Default::default()
             })
         };
@@ -76,6 +85,7 @@ impl FrameTables {
                 ..Default::default()
             }),
             no_shadows: depth_texture(gpu, "no_shadows", 1).create_view(&Default::default()),
+            no_environment: no_tiles(gpu),
         }
     }
 
@@ -89,7 +99,12 @@ impl FrameTables {
     }
 
     /// Group 0 with what is the view's: its uniform, the lists of lights and their shape, the environment, the shadows.
-    pub fn frame_group(&self, view: [Resource; 5], shadows: &wgpu::TextureView) -> Vec<Resource> {
+    pub fn frame_group(
+        &self,
+        view: [Resource; 5],
+        shadows: &wgpu::TextureView,
+        environment_tiles: &wgpu::TextureView,
+    ) -> Vec<Resource> {
         let [view, grid, lights, lists, environment] = view;
         vec![
             view,
@@ -103,6 +118,7 @@ impl FrameTables {
             Resource::Texture(shadows.clone()),
             Resource::Sampler(self.shadow_compare.clone()),
             Resource::Texture(shadows.clone()),
+            Resource::Texture(environment_tiles.clone()),
         ]
     }
 }
@@ -171,8 +187,8 @@ mod tests {
     fn group_0_leaves_room() {
         let is_texture = |slot: &&FrameSlot| matches!(slot.ty, wgpu::BindingType::Texture { .. });
         let count = FRAME_GROUP.iter().filter(is_texture).count();
-        // A stage has 16 on WebGL 2: two are for the pass, eight for the material, one for an environment.
-        assert!(count <= 5, "group 0 has {count} textures");
+        // A stage has 16 on WebGL 2: two are for the pass, eight for the material.
+        assert!(count <= 6, "group 0 has {count} textures");
         let uniforms = FRAME_GROUP.iter().filter(|slot| slot.ty == UNIFORM).count();
         // WebGL 2 promises 12 a stage.
         assert!(uniforms <= 4, "group 0 has {uniforms} uniforms");

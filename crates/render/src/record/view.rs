@@ -201,6 +201,8 @@ pub(crate) struct Viewed<'a> {
     pub instances: wgpu::Buffer,
     /// The atlas of shadow maps, if there is one that lights are read from.
     pub shadows: Option<&'a wgpu::TextureView>,
+    /// The tiles of the environment, if that is a picture.
+    pub environment_tiles: Option<&'a wgpu::TextureView>,
 }
 
 impl Viewed<'_> {
@@ -221,7 +223,9 @@ impl Viewed<'_> {
             texture(&tables.cluster_lights),
             Resource::Uniform(uniforms.push(self.environment)),
         ];
-        let resources = frame_tables.frame_group(resources, self.shadows.unwrap_or(&frame_tables.no_shadows));
+        let shadows = self.shadows.unwrap_or(&frame_tables.no_shadows);
+        let environment_tiles = self.environment_tiles.unwrap_or(&frame_tables.no_environment);
+        let resources = frame_tables.frame_group(resources, shadows, environment_tiles);
         let bindings: Vec<u32> = (0..FRAME_GROUP.len() as u32).collect();
         let [across, down, _, tile_px] = self.cluster_grid.size;
         PreparedView {

@@ -5,6 +5,7 @@ use super::shadows::{Atlas, filter_uniform};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
+use crate::environment::Environment;
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
 use crate::lights::{self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf};
@@ -13,6 +14,7 @@ use crate::record::{COUNTS_PAIRS, PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
+use crate::resources::environment::EnvironmentTiles;
 use crate::resources::filtering::TextureFiltering;
 use crate::shader::program::Constant;
 use crate::shadows::{ShadowFilter, ViewShadows};
@@ -198,7 +200,8 @@ impl Renderer {
         stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
         let shadow_filter = if shadows.is_some() { filter_uniform(&settings.shadows) } else { [0.0; 4] };
         let cluster_grid = ClusterUniform { shadow_filter, ..lists.uniform };
-        let environment = request.environment_uniform();
+        let tiles = self.tiles_of(request);
+        let environment = request.environment_uniform(tiles);
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
             let viewed = Viewed {
                 name: name.into(),
@@ -210,13 +213,14 @@ impl Renderer {
                 sampling: filtering.sampling,
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
-                constants: constants_of(asked, &lists.table),
+                constants: constants_of(asked, &lists.table, tiles),
                 lit_rectangles: lists.lit_rectangles.clone(),
                 volume_draws: lists.volume_draws.clone(),
                 object_lights: lists.object_lights.clone(),
                 environment: &environment,
                 instances: self.instances.buffer().clone(),
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
+                environment_tiles: tiles.map(|tiles| &tiles.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
         };
@@ -241,8 +245,14 @@ impl Renderer {
         })
     }
 
-    /// What draws shadow maps: of no camera, and without shadows itself.
-    pub(super) fn shadow_view(&self, asked: &Asked, ready: &Ready, state: &ViewState) -> PreparedView {
+    /// The map of the environment, if that is what surrounds the scene.
+    fn tiles_of(&self, request: &FrameRequest) -> Option<&EnvironmentTiles> {
+        let is_file = request.settings.environment.source == Environment::File;
+        self.resources.environment.as_ref().filter(|_| is_file)
+    }
+
+    /// What draws what all views share, shadow maps and levels of the environment: of no camera, and with neither itself.
+    pub(super) fn shared_view(&self, asked: &Asked, ready: &Ready, state: &ViewState) -> PreparedView {
         let lists = state.lists.as_ref();
         Viewed {
             name: "".into(),
@@ -258,9 +268,10 @@ impl Renderer {
             volume_draws: Arc::default(),
             object_lights: Arc::default(),
             cluster_grid: &lists.map_or_else(ClusterUniform::zeroed, |lists| lists.uniform),
-            environment: &asked.request.environment_uniform(),
+            environment: &asked.request.environment_uniform(None),
             instances: self.shadows.instances.buffer().clone(),
             shadows: None,
+            environment_tiles: None,
         }
         .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
     }
@@ -320,12 +331,15 @@ impl Renderer {
 }
 
 /// The `override` constants of a view's pipelines.
-fn constants_of(asked: &Asked, table: &LightTable) -> Vec<Constant> {
+fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTiles>) -> Vec<Constant> {
     let settings = &asked.request.settings;
     let mut constants = settings.shading.model.constants();
     constants.push((lights::LIGHT_CLASSES, table.classes()));
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
+    }
+    if let Some(tiles) = tiles {
+        constants.extend([("has_picture", 1), ("sun_count", tiles.sun_count())]);
     }
     if asked.counts_pairs {
         constants.push(COUNTS_PAIRS);

@@ -15,6 +15,7 @@ use crate::passes::present::Target;
 use crate::record::{Frame, Legends, PreparedView, Recorder};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
+use crate::resources::environment::EnvironmentTiles;
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 use std::cell::LazyCell;
@@ -114,8 +115,13 @@ impl Renderer {
                 self.ready(asked, &world, lit, of_view, has_previous, &mut stats)
             })
             .collect::<Result<_, _>>()?;
-        let shadow_view = match (asked.first(), ready.first(), states.first(), &shadows) {
-            (Some(asked), Some(ready), Some(state), Some(_)) => Some(self.shadow_view(asked, ready, state)),
+        // A plan leaves the environment as it is.
+        let unfinished = self.resources.environment.as_mut().filter(|_| !purpose.is_plan());
+        let unfinished = unfinished.and_then(EnvironmentTiles::take_unfinished);
+        let shared_view = match (asked.first(), ready.first(), states.first()) {
+            (Some(asked), Some(ready), Some(state)) if shadows.is_some() || unfinished.is_some() => {
+                Some(self.shared_view(asked, ready, state))
+            }
             _ => None,
         };
 
@@ -133,8 +139,16 @@ impl Renderer {
             volumes: &self.volumes,
             legends: &legends,
         };
-        let mut graph = self.executor.graph(Limits::from(&self.gpu.capabilities.limits));
-        if let (Some(view), Some((shadows, atlas))) = (&shadow_view, &shadows) {
+        let limits = Limits::from(&self.gpu.capabilities.limits);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        if let (Some(view), Some(unfinished), Some(tiles)) = (&shared_view, &unfinished, &self.resources.environment) {
+            let mut graph = self.executor.graph(limits);
+            frame::environment_passes(&mut Recorder::new(&mut graph, &frame, view), tiles, unfinished)?;
+            let plan = graph.plan()?;
+            self.executor.run(graph, &plan, &mut encoder, &RunOptions::default());
+        }
+        let mut graph = self.executor.graph(limits);
+        if let (Some(view), Some((shadows, atlas))) = (&shared_view, &shadows) {
             let mut r = Recorder::new(&mut graph, &frame, view);
             let texture = r.graph.import("shadows.atlas", Atlas::desc(atlas.side), atlas.view.clone());
             frame::shared_passes(&mut r, shadows, texture)?;
@@ -161,7 +175,6 @@ impl Renderer {
         };
         let missing_bytes = self.executor.missing_bytes(&plan, &options);
         check_budget(self.memory_budget_bytes, output_bytes + missing_bytes)?;
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([encoder.finish()]);

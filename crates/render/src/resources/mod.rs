@@ -2,6 +2,7 @@
 //! is new is uploaded, what is gone is given back.
 
 mod decode;
+pub(crate) mod environment;
 pub mod estimate;
 pub mod filtering;
 mod geometry;
@@ -21,6 +22,7 @@ pub(crate) use vertices::{ATTRIBUTES, Instance, STRIDES};
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use environment::EnvironmentTiles;
 use manypass_scene::{Material, Scene, Texture};
 
 /// A scene on the device.
@@ -38,6 +40,8 @@ pub(crate) struct SceneResources {
     pub morph_weights: DataTexture,
     /// Transforms of all nodes in the previous frame, and where their joints and weights are; see `motion.wgsl`.
     pub previous_nodes: DataTexture,
+    /// The map of the environment.
+    pub environment: Option<EnvironmentTiles>,
     /// The surfaces that are there.
     followed: Option<Surfaces>,
     /// Whether joints and weights, and the previous nodes, did not fit their tables in the last frame.
@@ -90,6 +94,7 @@ impl SceneResources {
             joint_matrices: table("joint_matrices", wgpu::TextureFormat::Rgba32Float),
             morph_weights: table("morph_weights", wgpu::TextureFormat::R32Float),
             previous_nodes: table("previous_nodes", wgpu::TextureFormat::Rgba32Float),
+            environment: None,
             followed: None,
             is_deformation_too_large: false,
             are_nodes_too_many: false,
@@ -105,6 +110,13 @@ impl SceneResources {
             followed.written_bytes += textures.written_bytes + self.materials.follow(gpu, scene, &self.textures);
             followed.has_moved |= textures.has_moved;
             self.followed = Some(Surfaces::of(scene));
+        }
+        let is_same = |tiles: &EnvironmentTiles| scene.environment.as_ref().is_some_and(|map| tiles.are_of(map));
+        if !self.environment.as_ref().is_some_and(is_same)
+            && (self.environment.is_some() || scene.environment.is_some())
+        {
+            self.environment = scene.environment.as_ref().map(|map| EnvironmentTiles::new(gpu, map));
+            followed.has_moved = true;
         }
         followed
     }
@@ -124,7 +136,7 @@ impl SceneResources {
 
     /// Bytes of meshes and textures.
     pub fn bytes(&self) -> u64 {
-        self.geometry.bytes() + self.textures.bytes()
+        self.geometry.bytes() + self.textures.bytes() + self.environment.as_ref().map_or(0, EnvironmentTiles::bytes)
     }
 
     /// Uploads the transforms of skins and the weights of morph targets of this frame, where they changed, and says how many

@@ -1,13 +1,43 @@
-// Light from the environment on a surface: split-sum specular (Karis 2013) with multiple scattering, and Lambert.
+// Light from the environment on a surface: split-sum specular (Karis 2013) with multiple scattering, and Lambert. Suns of a picture are
+// lights without shadows.
 
 import package::gbuffer::Surface;
-import package::shaders::brdf::{Shading, PI};
-import package::shaders::environment::{environment_irradiance, environment_reflection};
+import package::shaders::brdf::{Shading, PI, reflectance};
+import package::shaders::environment::{
+    environment, environment_irradiance, environment_reflection, sun_count,
+};
+import package::shaders::environment_tiles::environment_level;
+
+// `specular_share` is what of a lobe is not the mirror's, whose tile has the suns.
+fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, specular_share: f32) -> vec3f {
+    let n_dot_l = max(dot(shading.normal, direction.xyz), 0.0);
+    let parts = reflectance(shading, direction.xyz, n_dot_l);
+    return (parts.diffuse + parts.specular * specular_share) * (irradiance.rgb * n_dot_l);
+}
+
+fn suns_radiance(shading: Shading) -> vec3f {
+    let share = min(environment_level(sqrt(shading.roughness_alpha)), 1.0);
+    var sum = sun_radiance(environment.sun_directions[0], environment.sun_irradiances[0], shading, share);
+    if sun_count > 1u {
+        sum += sun_radiance(environment.sun_directions[1], environment.sun_irradiances[1], shading, share);
+    }
+    if sun_count > 2u {
+        sum += sun_radiance(environment.sun_directions[2], environment.sun_irradiances[2], shading, share);
+    }
+    if sun_count > 3u {
+        sum += sun_radiance(environment.sun_directions[3], environment.sun_irradiances[3], shading, share);
+    }
+    return sum;
+}
 
 fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
     let specular_albedo = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
     let reflected = reflect(-shading.to_eye, shading.normal);
     let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
     let diffuse = environment_irradiance(shading.normal) * (1.0 / PI) * shading.albedo * (1.0 - specular_albedo);
-    return (diffuse + specular) * surface.occlusion;
+    var radiance = diffuse + specular;
+    if sun_count > 0u {
+        radiance += suns_radiance(shading);
+    }
+    return radiance * surface.occlusion;
 }

@@ -3,6 +3,10 @@
 // Hill (2016, "SG Series"), its reflection is the Gaussian widened by the lobe of GGX.
 
 import package::shaders::brdf::PI;
+import package::constants::ENVIRONMENT_LEVEL_LAST;
+import package::shaders::shading::linear_clamp;
+import package::shaders::octahedral::octahedral_from_direction;
+import package::shaders::environment_tiles::{environment_level, environment_texel};
 
 // c0 of Hill's fit.
 const IRRADIANCE_C0: f32 = 0.36;
@@ -28,9 +32,63 @@ struct Environment {
     // What the camera sees of the environment: radiance, pre-exposed, straight down and straight up.
     backdrop_below: vec4f,
     backdrop_above: vec4f,
+    // Of a picture: what its light is multiplied by, the side of the mirror's tile in texels, the cosine and the sine of its rotation.
+    picture: vec4f,
+    // What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
+    picture_backdrop: vec4f,
+    // Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
+    // integral times how much of them is not in the mirror's tile; zeros.
+    backdrop_lobe: vec4f,
+    // Strong small sources of the picture: where, and their irradiance, pre-exposed. Where there are fewer, the others have none.
+    sun_directions: array<vec4f, 4>,
+    sun_irradiances: array<vec4f, 4>,
 }
 
 @group(0) @binding(6) var<uniform> environment: Environment;
+// A picture of the environment: what surfaces of more and more roughness reflect, without suns but in the mirror's, in the tiles of
+// `environment_tiles.wgsl`.
+@group(0) @binding(11) var environment_tiles: texture_2d<f32>;
+
+// 1 if the environment is a picture, which is dear where it is none.
+override has_picture: u32 = 0u;
+// How many suns the picture has.
+override sun_count: u32 = 0u;
+
+// The direction in the picture of a direction in the world.
+fn picture_direction(direction: vec3f) -> vec3f {
+    let cosine = environment.picture.z;
+    let sine = environment.picture.w;
+    return vec3f(cosine * direction.x - sine * direction.z, direction.y, cosine * direction.z + sine * direction.x);
+}
+
+fn tile_at(place: vec2f, level: f32) -> vec3f {
+    let texel = environment_texel(place, level, environment.picture.y);
+    return textureSampleLevel(environment_tiles, linear_clamp, texel * environment.picture_backdrop.zw, 0.0).rgb;
+}
+
+fn picture_at(direction: vec3f, level: f32) -> vec3f {
+    let place = octahedral_from_direction(picture_direction(direction));
+    let smooth_level = floor(level);
+    let rough_level = min(smooth_level + 1.0, ENVIRONMENT_LEVEL_LAST);
+    return mix(tile_at(place, smooth_level), tile_at(place, rough_level), level - smooth_level);
+}
+
+// The part of a sun in the lobe about a direction in which the camera sees it.
+fn sun_backdrop(sun_direction: vec4f, sun_irradiance: vec4f, direction: vec3f) -> vec3f {
+    let n_dot_l = max(dot(direction, sun_direction.xyz), 0.0);
+    let a2 = environment.backdrop_lobe.x;
+    let d = 1.0 - 0.5 * (1.0 + n_dot_l) * (1.0 - a2);
+    return sun_irradiance.rgb * (n_dot_l * a2 / (4.0 * PI * d * d) * environment.backdrop_lobe.y);
+}
+
+// What the camera sees of a picture where there is no surface.
+fn picture_backdrop(direction: vec3f) -> vec3f {
+    let suns = sun_backdrop(environment.sun_directions[0], environment.sun_irradiances[0], direction)
+        + sun_backdrop(environment.sun_directions[1], environment.sun_irradiances[1], direction)
+        + sun_backdrop(environment.sun_directions[2], environment.sun_irradiances[2], direction)
+        + sun_backdrop(environment.sun_directions[3], environment.sun_irradiances[3], direction);
+    return picture_at(direction, environment.picture_backdrop.y) * environment.picture_backdrop.x + suns;
+}
 
 // What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends on
 // no other angle, so that it stays while the camera turns around the model.
@@ -64,10 +122,19 @@ fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
         + box_reflection(environment.boxes[1], direction, lobe_sharpness)
         + box_reflection(environment.boxes[2], direction, lobe_sharpness)
         + box_reflection(environment.boxes[3], direction, lobe_sharpness);
-    return environment.constant + sum * (0.5 / PI);
+    var radiance = environment.constant + sum * (0.5 / PI);
+    if has_picture != 0u {
+        radiance += picture_at(direction, environment_level(sqrt(roughness_alpha))) * environment.picture.x;
+    }
+    return radiance;
 }
 
 fn environment_irradiance(normal: vec3f) -> vec3f {
+    if has_picture != 0u {
+        let place = octahedral_from_direction(picture_direction(normal));
+        // Seen along the normal, what roughness 1 reflects is irradiance divided by pi.
+        return (environment.constant + tile_at(place, ENVIRONMENT_LEVEL_LAST) * environment.picture.x) * PI;
+    }
     return environment.constant * PI
         + box_irradiance(environment.boxes[0], normal)
         + box_irradiance(environment.boxes[1], normal)

@@ -15,3 +15,12 @@ fn direction_from_octahedral(v: vec2f) -> vec3f {
     let xy = select(octahedral_wrap(v), v, z >= 0.0);
     return normalize(vec3f(xy, z));
 }
+
+// As `direction_from_octahedral`, a little beyond the edges as well: there the map goes on at the other end of the same edge.
+fn direction_from_octahedral_border(v: vec2f) -> vec3f {
+    let beyond_x = abs(v.x) > 1.0;
+    let beyond_y = abs(v.y) > 1.0;
+    let x = select(v.x, sign(v.x) * 2.0 - v.x, beyond_x);
+    let y = select(v.y, sign(v.y) * 2.0 - v.y, beyond_y);
+    return direction_from_octahedral(vec2f(select(x, -x, beyond_y), select(y, -y, beyond_x)));
+}

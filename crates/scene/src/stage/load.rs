@@ -1,8 +1,8 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
-use super::{Stage, document, table::Source, value};
+use super::{Stage, document, environment_file, table::Source, value};
 use crate::gltf_file::{self, LoadError};
-use crate::{Diagnostic, Scene, demo};
+use crate::{Diagnostic, EnvironmentMap, Scene, demo};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
@@ -67,7 +67,13 @@ pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
         std::fs::metadata(model)
             .map_err(|error| stage.model_fault(format!("cannot read the model {}: {error}", model.display())))?;
     }
-    with_model(stage, |_| model.map(|model| gltf_file::load_path(&model)))
+    let environment = match stage.environment_path() {
+        Some(path) => Some(std::fs::read(&path).map_err(|error| {
+            stage.environment_fault(format!("cannot read the environment {}: {error}", path.display()))
+        })?),
+        None => None,
+    };
+    with_model(stage, environment, |_| model.map(|model| gltf_file::load_path(&model)))
 }
 
 /// Reads a stage from memory. `resolve` fetches the model, by the name that the stage gives it, and then the files that
@@ -86,11 +92,15 @@ pub fn load_bytes(
     }
     let text = std::str::from_utf8(bytes).map_err(|_| io(NO_TEXT.into()))?;
     let stage = Stage::parse(name, text)?;
+    let environment = match stage.environment() {
+        Some(name) => Some(resolve(name).map_err(|message| stage.environment_fault(message))?),
+        None => None,
+    };
     if stage.model().starts_with(DEMO) {
-        return with_model(stage, |_| None);
+        return with_model(stage, environment, |_| None);
     }
     let model = resolve(stage.model()).map_err(|message| stage.model_fault(message))?;
-    with_model(stage, |stage| Some(gltf_file::load_bytes(&model, resolve, stage.model())))
+    with_model(stage, environment, |stage| Some(gltf_file::load_bytes(&model, resolve, stage.model())))
 }
 
 /// The model of a stage, as far as its text says one, whatever else is wrong with it: for whoever must not draw it twice, nor
@@ -102,6 +112,13 @@ pub fn named_model(path: &Path) -> Option<PathBuf> {
         DeValue::String(model) => model_path(path, model),
         _ => None,
     }
+}
+
+/// The picture of the environment that a stage names, as [`named_model`].
+pub fn named_environment(path: &Path) -> Option<PathBuf> {
+    let source = Source { file: String::new(), text: read_text(path).ok()? };
+    let file = environment_file(document(&source).ok()?.get_ref())?;
+    Some(path.parent().unwrap_or(Path::new("")).join(file.value))
 }
 
 const TOO_LARGE: &str = "it is larger than 16 MiB";
@@ -126,13 +143,20 @@ fn model_path(stage: &Path, model: &str) -> Option<PathBuf> {
 /// The scene of the model that `load` gives, or of a built-in one, with the changes of the stage.
 fn with_model(
     stage: Stage,
+    environment: Option<Vec<u8>>,
     load: impl FnOnce(&Stage) -> Option<Result<gltf_file::Loaded, LoadError>>,
 ) -> Result<LoadedStage, StageError> {
-    let (mut scene, warnings) = match load(&stage) {
+    let (mut scene, mut warnings) = match load(&stage) {
         Some(loaded) => loaded.map(|loaded| (loaded.scene, loaded.warnings))?,
         None if stage.model() == "demo:hall" => (demo::hall(), Vec::new()),
         None => Err(stage.model_fault(format!("there is no `{}`; the built-in scene is demo:hall", stage.model())))?,
     };
     stage.apply(&mut scene)?;
+    if let (Some(bytes), Some(path)) = (environment, stage.environment_path()) {
+        let map = EnvironmentMap::decode(&path.display().to_string(), &bytes);
+        let map = map.map_err(|error| stage.environment_fault(error))?;
+        warnings.extend(map.notes.iter().cloned());
+        scene.environment = Some(map.into());
+    }
     Ok(LoadedStage { scene, warnings, stage })
 }

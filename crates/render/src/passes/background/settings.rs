@@ -9,5 +9,7 @@ settings! {
         /// What is seen behind the surfaces: the environment, nothing, or a colour that comes out as it is under every curve
         /// and exposure.
         source: Background = Background::Environment;
+        /// How blurred the picture of an environment is seen: 0 is sharp, 1 as a rough surface reflects it.
+        blur: f32 = 0.0, in 0.0..=1.0;
     }
 }

@@ -90,6 +90,7 @@ fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     let object = object_id(vertex.object);
     // Reflectance is linear in albedo: what an albedo of 0 leaves is specular, and the rest of that of 1 diffuse.
     shading.albedo = vec3f(0.0);
+    set_lamp_terms(&shading);
     let ambient_specular = ambient_radiance(surface, shading);
     shading.albedo = vec3f(1.0 - surface.metallic);
     set_lamp_terms(&shading);

@@ -1,0 +1,60 @@
+//! The picture of the light around a scene that settings name.
+
+use crate::failure::{Failure, Kind};
+use manypass::{Environment, Settings};
+use manypass_scene::{EnvironmentMap, Scene};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The picture that was read last: a batch has one for all of its inputs.
+#[derive(Debug, Default)]
+pub struct Surroundings {
+    known: Option<(PathBuf, Arc<EnvironmentMap>)>,
+}
+
+/// The picture that `settings` name, if anything is lit by it.
+pub fn file(settings: &Settings) -> Option<&Path> {
+    let environment = &settings.environment;
+    let is_wanted = matches!(environment.source, Environment::Auto | Environment::File);
+    (is_wanted && !environment.file.as_os_str().is_empty()).then_some(&*environment.file)
+}
+
+impl Surroundings {
+    /// Gives `scene` the picture that `settings` name, if they name one. Says what was changed of it.
+    ///
+    /// # Errors
+    /// None is named where one is wanted, or it cannot be read.
+    pub fn surround(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
+        let Some(path) = file(settings) else {
+            if settings.environment.source == Environment::File && scene.environment.is_none() {
+                let hint = "write --environment FILE.hdr, or --set environment.file=FILE.hdr";
+                return Err(Failure::usage("the environment is a file, and none is named", hint));
+            }
+            return Ok(Vec::new());
+        };
+        // Stages bring theirs with the model.
+        if scene.environment.as_ref().is_some_and(|map| Path::new(&map.name) == path) {
+            return Ok(Vec::new());
+        }
+        let map = match &self.known {
+            Some((known, map)) if known == path => map.clone(),
+            _ => {
+                let map = Arc::new(read(path)?);
+                self.known = Some((path.to_owned(), map.clone()));
+                map
+            }
+        };
+        let notes = map.notes.clone();
+        scene.environment = Some(map);
+        Ok(notes)
+    }
+}
+
+fn read(path: &Path) -> Result<EnvironmentMap, Failure> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|error| {
+        Failure::new(Kind::Failed, format!("environment \"{name}\": {error}"), "name a .hdr or .exr file")
+    })?;
+    EnvironmentMap::decode(&name, &bytes)
+        .map_err(|error| Failure::new(Kind::Failed, error, "name an equirectangular .hdr or .exr file"))
+}

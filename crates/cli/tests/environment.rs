@@ -1,0 +1,137 @@
+//! Pictures of the environment: named by flag, setting and stage; turned; refused; and kept from being overwritten.
+
+mod common;
+
+use common::{Folder, has_adapter, run_in, triangle_glb};
+
+/// A Radiance file of 4 by 2 texels: `left` in the half whose directions have x below zero, `right` in the other.
+fn picture(left: [u8; 4], right: [u8; 4]) -> Vec<u8> {
+    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
+    for _ in 0..2 {
+        // u = 0 looks along −X, and u = 0.5 along +X.
+        [left, right, right, left].iter().for_each(|texel| bytes.extend(texel));
+    }
+    bytes
+}
+
+/// Radiance 1, 0.25, 0; radiance 0, 0.25, 1; shared exponents of 2⁰.
+const RED: [u8; 4] = [128, 32, 0, 129];
+const BLUE: [u8; 4] = [0, 32, 128, 129];
+
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.write("m.glb", &triangle_glb([1.0, 1.0, 1.0]));
+    folder.write("red.hdr", &picture(RED, RED));
+    folder.write("sides.hdr", &picture(BLUE, RED));
+    folder
+}
+
+const CAMERA: [&str; 12] = [
+    "--size",
+    "48x32",
+    "--samples",
+    "1",
+    "--orbit",
+    "0,0,4",
+    "--target",
+    "0,0,0",
+    "--tonemap",
+    "none",
+    "--exposure",
+    "0",
+];
+
+/// The colours of a picture in the middle, and at the left and the right edge.
+fn colours(folder: &Folder, name: &str) -> [[u8; 3]; 3] {
+    let picture = image::open(folder.join(name)).expect("a picture").to_rgb8();
+    [(24, 16), (0, 16), (47, 16)].map(|(x, y)| picture.get_pixel(x, y).0)
+}
+
+fn is_near(a: [u8; 3], b: [u8; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 3)
+}
+
+#[test]
+fn a_picture_lights_and_is_seen() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = folder("environment");
+    folder.write("in/red.stage.toml", b"model = \"../m.glb\"\n[environment]\nfile = \"../red.hdr\"\n");
+    let render = |input: &str, out: &str, more: &[&str]| {
+        run_in(&folder, &[&["render", input, "-o", out, "--quiet"], &CAMERA[..], more].concat()).expect(0);
+        colours(&folder, out)
+    };
+    let even = render("m.glb", "even.png", &["--environment", "1,0.25,0"]);
+    let lit = render("m.glb", "lit.png", &["--environment", "red.hdr", "--report", "r.json"]);
+    assert!(even.iter().zip(lit).all(|(a, b)| is_near(*a, b)), "{lit:?} instead of {even:?}");
+    let text = std::fs::read_to_string(folder.join("r.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(report["input_files"][1]["path"], "red.hdr", "{text}");
+    assert_eq!(render("m.glb", "set.png", &["--set", "environment.file=red.hdr"]), lit);
+    assert_eq!(render("in/red.stage.toml", "stage.png", &[]), lit);
+    let studio = render("in/red.stage.toml", "studio.png", &["--environment", "studio"]);
+    assert!(!is_near(studio[0], lit[0]), "a flag comes after the stage");
+    assert_eq!(
+        render("in/red.stage.toml", "other.png", &["--environment", "sides.hdr"]),
+        render("m.glb", "o.png", &["--environment", "sides.hdr"])
+    );
+
+    // Blurred, what the camera sees on the right turns to the other colour with the picture, counter-clockwise.
+    let seen = |out: &str, degrees: &str| {
+        let blurred = ["--environment", "sides.hdr", "--environment-rotation", degrees, "--set", "background.blur=0.5"];
+        render("m.glb", out, &[&blurred[..], &["--fov-y", "60"]].concat())
+    };
+    let [_, left, right] = seen("0.png", "0");
+    assert!(left[2] > left[0] + 20 && right[0] > right[2] + 20, "{left:?}, {right:?}");
+    let [_, left, right] = seen("180.png", "180");
+    assert!(left[0] > left[2] + 20 && right[2] > right[0] + 20, "{left:?}, {right:?}");
+    // The camera looks along −Z; what was at +X is there after a turn by 90 degrees.
+    let [_, left, right] = seen("90.png", "90");
+    assert!(left[0] > left[2] + 20 && right[0] > right[2] + 20, "{left:?}, {right:?}");
+    // With a scene's own lights, `auto` takes the picture as well.
+    let transparent = render("m.glb", "t.png", &["--environment", "red.hdr", "--background", "000000"]);
+    assert_eq!((transparent[0], transparent[1]), (lit[0], [0, 0, 0]));
+}
+
+#[test]
+fn what_is_no_picture_is_refused_and_what_is_read_is_kept() {
+    let folder = folder("environment_refused");
+    folder.write("square.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n0000000000000000");
+    folder.write("text.exr", b"this is no picture");
+    folder.write("half.hdr", &picture(RED, BLUE)[..60]);
+    folder.write("bad.stage.toml", b"model = \"m.glb\"\n[environment]\nfile = \"none.hdr\"\n");
+    folder.write("red.stage.toml", b"model = \"m.glb\"\n[environment]\nfile = \"red.hdr\"\n");
+    let refused = |args: &[&str], code: i32| {
+        let run = run_in(&folder, &[&["render"], args, &["--quiet"]].concat());
+        run.expect(code).stderr
+    };
+    if has_adapter() {
+        for (file, message) in [
+            ("none.hdr", "environment \"none.hdr\""),
+            ("square.hdr", "twice as wide as high, and it has 2x2 pixels"),
+            ("text.exr", "neither Radiance (.hdr) nor OpenEXR (.exr)"),
+            ("half.hdr", "environment \"half.hdr\""),
+        ] {
+            let said = refused(&["m.glb", "-o", "o.png", "--environment", file], 1);
+            assert!(said.contains(message) && said.contains("hint:"), "{file}: {said}");
+            assert!(!folder.join("o.png").exists());
+        }
+        let said = refused(&["bad.stage.toml", "-o", "o.png"], 1);
+        assert!(said.contains("bad.stage.toml:3:8: error: cannot read the environment none.hdr"), "{said}");
+        let said = refused(&["m.glb", "-o", "o.png", "--environment", "file"], 2);
+        assert!(said.contains("none is named"), "{said}");
+    }
+    let before = std::fs::read(folder.join("red.hdr")).expect("the picture");
+    for args in [
+        &["m.glb", "-o", "red.hdr", "--format", "png", "--environment", "red.hdr"][..],
+        &["m.glb", "--report", "red.hdr", "--set", "environment.file=red.hdr"],
+        &["red.stage.toml", "--report", "red.hdr"],
+    ] {
+        let said = refused(args, 2);
+        assert!(said.contains("the environment red.hdr"), "{args:?}: {said}");
+    }
+    assert!(before == std::fs::read(folder.join("red.hdr")).expect("the picture"));
+    refused(&["m.glb", "--environment-rotation", "around"], 2);
+    refused(&["m.glb", "--environment", "sunrise"], 2);
+}

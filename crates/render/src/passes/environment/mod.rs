@@ -1,0 +1,172 @@
+//! environment: a picture of the environment becomes what surfaces of more and more roughness reflect of it, tiles of one texture. It
+//! is drawn once, when the picture is new, and not in every frame.
+//!
+//! Source: filtered importance sampling (Colbert & Křivánek 2007) of GGX, seen along the normal (Karis 2013). Where it differs:
+//! strong small sources are taken out, and added as lights where surfaces are shaded; and levels of roughness
+//! are tiles of their own, octahedral maps (Cigolle et al. 2014), because levels of a cube map are too few for what lies between.
+//! Reads: the equirectangular picture. Writes: the tiles.
+
+use crate::environment::ENVIRONMENT_FORMAT;
+use crate::environment::lobe::FACES;
+use crate::environment::suns::{SUNS_MAX, Sun};
+use crate::environment::tiles::Tile;
+use crate::record::Recorder;
+use crate::resources::environment::{EnvironmentTiles, Unfinished};
+use crate::shader::program::ProgramError;
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec4, Vec4};
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
+use wgpu::TextureViewDimension::Cube;
+
+/// The uniform of `cube.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct FaceUniform {
+    /// To the right; one divided by the side in texels.
+    right: Vec4,
+    /// Down; zero.
+    down: Vec4,
+    /// From the middle of the cube to that of the face; zero.
+    forward: Vec4,
+}
+
+impl FaceUniform {
+    fn new(face: usize, side: u32) -> Self {
+        let [right, down, forward] = FACES[face];
+        Self { right: right.extend(1.0 / side as f32), down: down.extend(0.0), forward: forward.extend(0.0) }
+    }
+}
+
+/// A sun of `environment_suns.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct SunUniform {
+    /// Where it is, and the cosine of the angle that holds it.
+    direction: Vec4,
+    /// The radiance of its surroundings; zero.
+    surroundings: Vec4,
+}
+
+impl From<Sun> for SunUniform {
+    fn from(sun: Sun) -> Self {
+        Self { direction: sun.direction.extend(sun.cos()), surroundings: sun.surroundings.extend(0.0) }
+    }
+}
+
+/// The uniform of `face.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct EnvironmentFace {
+    /// The face.
+    face: FaceUniform,
+    /// What is cut.
+    suns: [SunUniform; SUNS_MAX],
+}
+
+/// The uniform of `mirror.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct TileUniform {
+    /// The first texel behind the border, and one divided by the side in texels; zero.
+    corner: Vec4,
+}
+
+impl TileUniform {
+    fn new(tile: Tile) -> Self {
+        let [x, y] = tile.corner.map(|at| at as f32);
+        Self { corner: Vec4::new(x, y, 1.0 / tile.side as f32, 0.0) }
+    }
+}
+
+/// The uniform of `prefilter.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct PrefilterUniform {
+    /// As of [`TileUniform`].
+    corner: Vec4,
+    /// The row of the samples, and their number; zeros.
+    samples: UVec4,
+    /// The square of the roughness alpha, the level of the source for all directions; zeros.
+    scales: Vec4,
+}
+
+/// Records the passes that draw the tiles of `target` from `picture`.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub(crate) fn record(
+    r: &mut Recorder<'_, '_>,
+    (tiles, unfinished): (&EnvironmentTiles, &Unfinished),
+    picture: &Handle,
+    target: Handle,
+) -> Result<Handle, ProgramError> {
+    let Unfinished { lobes, table, source_side, .. } = unfinished;
+    let source = halves(r, tiles, picture, *source_side)?;
+    let mirror = Tile::of_level(0, tiles.mirror_side);
+    let step = r.fullscreen("environment.mirror", "environment_mirror", &[]).read("equirectangular", picture);
+    let step = step.uniform("environment_tile", &TileUniform::new(mirror)).within(mirror.rectangle());
+    let mut target = step.draw_into(target, ColorLoad::Clear(wgpu::Color::BLACK))?;
+    for (row, lobe) in (0..).zip(lobes) {
+        let level = row + 1;
+        let tile = Tile::of_level(level, tiles.mirror_side);
+        let uniform = PrefilterUniform {
+            corner: TileUniform::new(tile).corner,
+            samples: UVec4::new(row, lobe.samples.len() as u32, 0, 0),
+            scales: Vec4::new(lobe.alpha * lobe.alpha, lobe.source_level, 0.0, 0.0),
+        };
+        let step = r.fullscreen("environment.prefilter", "environment_prefilter", &[]);
+        let step = step.read_as("source", &source, Cube).table("lobe", table.view());
+        let step = step.constant("is_of_sphere", u32::from(lobe.is_of_sphere));
+        let step = step.uniform("environment_prefilter", &uniform).within(tile.rectangle());
+        target = step.draw_into(target, ColorLoad::Keep)?;
+    }
+    Ok(target)
+}
+
+/// A cube map of the picture without suns, each of whose levels is half as large.
+fn halves(
+    r: &mut Recorder<'_, '_>,
+    tiles: &EnvironmentTiles,
+    picture: &Handle,
+    side: u32,
+) -> Result<Handle, ProgramError> {
+    let desc = TextureDesc { layers: 6, mips: side.ilog2() + 1, ..TextureDesc::new_2d(side, side, ENVIRONMENT_FORMAT) };
+    let halves = r.texture_of("environment.halves", desc);
+    let suns = tiles.suns.map(SunUniform::from);
+    for face in 0..6 {
+        let target = r.graph.subview(&halves, 0, face);
+        let step = r.fullscreen("environment.face", "environment_face", &[]).read("equirectangular", picture);
+        let uniform = EnvironmentFace { face: FaceUniform::new(face as usize, side), suns };
+        step.uniform("environment_face", &uniform).draw_into(target, ColorLoad::Discard)?;
+    }
+    for level in 1..desc.mips {
+        for face in 0..6 {
+            let finer = r.graph.subresources(&halves, level - 1..level, 0..6);
+            let target = r.graph.subview(&halves, level, face);
+            let step = r.fullscreen("environment.halve", "environment_halve", &[]).read_as("finer", &finer, Cube);
+            let step = step.uniform("cube_face", &FaceUniform::new(face as usize, side >> level));
+            step.draw_into(target, ColorLoad::Discard)?;
+        }
+    }
+    Ok(halves)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniforms_have_one_layout() {
+        assert_same_layout!("environment_face", "CubeFace", FaceUniform, [right, down, forward]);
+        assert_same_layout!("environment_face", "EnvironmentSun", SunUniform, [direction, surroundings]);
+        assert_same_layout!("environment_face", "EnvironmentFace", EnvironmentFace, [face, suns]);
+        assert_same_layout!("environment_mirror", "EnvironmentTile", TileUniform, [corner]);
+        assert_same_layout!(
+            "environment_prefilter",
+            "EnvironmentPrefilter",
+            PrefilterUniform,
+            [corner, samples, scales]
+        );
+    }
+}

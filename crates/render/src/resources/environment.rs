@@ -1,0 +1,121 @@
+//! The picture of the environment on the device.
+
+use crate::environment::lobe::{Lobe, LobeTable};
+use crate::environment::suns::{Suns, suns};
+use crate::environment::{ENVIRONMENT_FORMAT, tiles};
+use crate::gpu::Gpu;
+use glam::Vec3;
+use half::f16;
+use manypass_graph::TextureDesc;
+use manypass_scene::EnvironmentMap;
+use std::sync::{Arc, Weak};
+
+/// The largest side of the mirror's tile.
+const MIRROR_SIDE_MAX: u32 = 2048;
+
+/// The least and the largest side of the faces that lobes are sampled from.
+const SOURCE_SIDES: (u32, u32) = (16, 512);
+
+/// What surfaces reflect of a picture: tiles of a texture, one for each level of roughness.
+#[derive(Debug)]
+pub(crate) struct EnvironmentTiles {
+    pub view: wgpu::TextureView,
+    /// Of the texture.
+    pub desc: TextureDesc,
+    pub mirror_side: u32,
+    pub suns: Suns,
+    of: Weak<EnvironmentMap>,
+    unfinished: Option<Unfinished>,
+}
+
+/// What the tiles are drawn from.
+#[derive(Debug)]
+pub(crate) struct Unfinished {
+    pub picture: wgpu::TextureView,
+    pub picture_desc: TextureDesc,
+    /// The side of the faces that lobes are sampled from.
+    pub source_side: u32,
+    pub lobes: Vec<Lobe>,
+    pub table: LobeTable,
+}
+
+impl EnvironmentTiles {
+    /// Of a map whose picture is uploaded; the tiles are yet to be drawn.
+    pub fn new(gpu: &Gpu, map: &Arc<EnvironmentMap>) -> Self {
+        let largest = gpu.capabilities.max_texture_size;
+        // Below the mirror's tile lie the others.
+        let mirror_side = (map.width / 2).clamp(16, MIRROR_SIDE_MAX.min(largest.saturating_sub(1024)));
+        let (width, height) = tiles::texture_size(mirror_side);
+        let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
+        let texture = create(gpu, "environment", desc, wgpu::TextureUsages::RENDER_ATTACHMENT);
+        let picture_desc = TextureDesc::new_2d(map.width, map.height, ENVIRONMENT_FORMAT);
+        let picture = create(gpu, "environment.picture", picture_desc, wgpu::TextureUsages::empty());
+        write(gpu, &picture, (map.width, map.height), &map.texels);
+        let source_side = (map.width / 4).clamp(SOURCE_SIDES.0, SOURCE_SIDES.1).next_power_of_two();
+        let lobes = Lobe::of_levels(source_side);
+        Self {
+            view: texture.create_view(&Default::default()),
+            desc,
+            mirror_side,
+            suns: suns(map),
+            of: Arc::downgrade(map),
+            unfinished: Some(Unfinished {
+                picture: picture.create_view(&Default::default()),
+                picture_desc,
+                source_side,
+                table: LobeTable::new(gpu, &lobes),
+                lobes,
+            }),
+        }
+    }
+
+    /// Whether they are those of `map`.
+    pub fn are_of(&self, map: &Arc<EnvironmentMap>) -> bool {
+        std::ptr::eq(self.of.as_ptr(), Arc::as_ptr(map))
+    }
+
+    /// What is to be drawn, if it was not yet.
+    pub fn take_unfinished(&mut self) -> Option<Unfinished> {
+        self.unfinished.take()
+    }
+
+    /// How many suns it has; they are the first.
+    pub fn sun_count(&self) -> u32 {
+        self.suns.iter().filter(|sun| sun.irradiance != Vec3::ZERO).count() as u32
+    }
+
+    /// Bytes of the texture.
+    pub fn bytes(&self) -> u64 {
+        self.desc.bytes()
+    }
+}
+
+/// A texture without light, for views whose environment is no picture.
+pub(crate) fn no_tiles(gpu: &Gpu) -> wgpu::TextureView {
+    let desc = TextureDesc::new_2d(1, 1, ENVIRONMENT_FORMAT);
+    let texture = create(gpu, "no_environment", desc, wgpu::TextureUsages::empty());
+    write(gpu, &texture, (1, 1), &[[f16::ZERO; 4]]);
+    texture.create_view(&Default::default())
+}
+
+fn create(gpu: &Gpu, label: &str, desc: TextureDesc, usage: wgpu::TextureUsages) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: desc.width, height: desc.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: desc.format,
+        usage: usage
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_DST
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+fn write(gpu: &Gpu, texture: &wgpu::Texture, (width, height): (u32, u32), texels: &[[f16; 4]]) {
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * width), rows_per_image: None };
+    let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, extent);
+}

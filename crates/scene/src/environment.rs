@@ -1,0 +1,263 @@
+//! Pictures of the light that comes from all directions: Radiance (.hdr) and OpenEXR (.exr) files, equirectangular.
+//!
+//! Values are linear radiance with the primaries of Rec. 709. Texels are kept as half floats, which is what devices take.
+
+use exr::prelude::{ReadChannels, ReadLayers, read};
+use half::f16;
+use image::{ColorType, ImageDecoder};
+use std::io::Cursor;
+
+/// The widest picture that is kept: 4096 by 2048, 64 MiB. A wider one is made smaller by whole factors.
+pub const KEPT_WIDTH_MAX: u32 = 4096;
+/// The widest picture that is read, which takes 1.5 GiB while it is decoded.
+pub const WIDTH_MAX: u32 = 16_384;
+/// Radiance beyond this is cut: half floats end at 65,504.
+pub const RADIANCE_MAX: f32 = 65_000.0;
+
+/// How directions lie in the texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnvironmentLayout {
+    /// All directions in one picture: u = 0.5 + atan2(z, x) / 2π, v = acos(y) / π.
+    Equirectangular,
+}
+
+/// Light from all directions.
+#[derive(Clone, PartialEq)]
+pub struct EnvironmentMap {
+    /// The file, for messages.
+    pub name: String,
+    /// How directions lie in the texels.
+    pub layout: EnvironmentLayout,
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// Red, green, blue, 1: rows from the top; finite, from 0 to [`RADIANCE_MAX`].
+    pub texels: Vec<[f16; 4]>,
+    /// What was changed when it was read; one line each.
+    pub notes: Vec<String>,
+}
+
+impl std::fmt::Debug for EnvironmentMap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "EnvironmentMap({}, {}x{})", self.name, self.width, self.height)
+    }
+}
+
+/// Why there is no environment of a file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("environment \"{name}\": {message}")]
+pub struct EnvironmentError {
+    /// The file.
+    pub name: String,
+    /// What went wrong, and what is expected.
+    pub message: String,
+}
+
+/// How files begin.
+const EXR_MAGIC: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
+const RADIANCE_MAGIC: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
+
+/// A picture before it is checked.
+struct Decoded {
+    width: u32,
+    height: u32,
+    rgb: Vec<[f32; 3]>,
+}
+
+impl EnvironmentMap {
+    /// Reads the bytes of a file; `name` appears in messages.
+    ///
+    /// # Errors
+    /// They are of another kind, broken, or of a picture that is no equirectangular one (twice as wide as high) or too large.
+    pub fn decode(name: &str, bytes: &[u8]) -> Result<Self, EnvironmentError> {
+        let failed = |message: String| EnvironmentError { name: name.into(), message };
+        let decoded = if bytes.starts_with(EXR_MAGIC) {
+            decode_exr(bytes)
+        } else if RADIANCE_MAGIC.iter().any(|magic| bytes.starts_with(magic)) {
+            decode_radiance(bytes)
+        } else {
+            Err("it is neither Radiance (.hdr) nor OpenEXR (.exr)".into())
+        };
+        Ok(Self::from_decoded(name, &decoded.map_err(failed)?, KEPT_WIDTH_MAX))
+    }
+
+    /// Made by code: `width` by `height` texels, equirectangular, of what `radiance` gives for the unit direction of each.
+    pub fn from_fn(name: &str, width: u32, height: u32, radiance: impl Fn(glam::Vec3) -> glam::Vec3) -> Self {
+        let texel = |i: u32| {
+            let direction = equirectangular_direction((i % width, i / width), (width, height));
+            let [r, g, b] = radiance(direction).to_array().map(|value| f16::from_f32(cut(value).0));
+            [r, g, b, f16::ONE]
+        };
+        Self {
+            name: name.into(),
+            layout: EnvironmentLayout::Equirectangular,
+            width,
+            height,
+            texels: (0..width * height).map(texel).collect(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// Made smaller if it is wider than `kept_width`, without what is no radiance.
+    fn from_decoded(name: &str, decoded: &Decoded, kept_width: u32) -> Self {
+        let factor = decoded.width.div_ceil(kept_width).max(1);
+        let (width, height) = ((decoded.width / factor).max(1), (decoded.height / factor).max(1));
+        let mut notes = Vec::new();
+        if factor > 1 {
+            let Decoded { width: from_width, height: from_height, .. } = decoded;
+            notes.push(format!("environment \"{name}\": {from_width}x{from_height} is made smaller, {width}x{height}"));
+        }
+        let mut cut_count = 0u64;
+        let mut texels = Vec::with_capacity(width as usize * height as usize);
+        for y in 0..height {
+            for x in 0..width {
+                let mut sum = [0.0f32; 3];
+                for row in y * factor..(y + 1) * factor {
+                    let first = (row * decoded.width + x * factor) as usize;
+                    for texel in &decoded.rgb[first..first + factor as usize] {
+                        for (sum, value) in sum.iter_mut().zip(texel) {
+                            let (value, is_cut) = cut(*value);
+                            cut_count += u64::from(is_cut);
+                            *sum += value;
+                        }
+                    }
+                }
+                let [r, g, b] = sum.map(|sum| f16::from_f32(sum / (factor * factor) as f32));
+                texels.push([r, g, b, f16::ONE]);
+            }
+        }
+        if cut_count > 0 {
+            notes.push(format!(
+                "environment \"{name}\": {cut_count} values are not from 0 to {RADIANCE_MAX}; what is no number is 0"
+            ));
+        }
+        Self { name: name.into(), layout: EnvironmentLayout::Equirectangular, width, height, texels, notes }
+    }
+}
+
+/// The unit direction of the middle of a texel of an equirectangular picture.
+pub fn equirectangular_direction((x, y): (u32, u32), (width, height): (u32, u32)) -> glam::Vec3 {
+    let around = std::f32::consts::TAU * ((x as f32 + 0.5) / width as f32 - 0.5);
+    let down = std::f32::consts::PI * (y as f32 + 0.5) / height as f32;
+    glam::Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
+}
+
+/// A value as radiance, and whether that is another one.
+fn cut(value: f32) -> (f32, bool) {
+    if value.is_nan() { (0.0, true) } else { (value.clamp(0.0, RADIANCE_MAX), !(0.0..=RADIANCE_MAX).contains(&value)) }
+}
+
+fn check_size(width: u32, height: u32) -> Result<(), String> {
+    if width == 0 || height == 0 || width > WIDTH_MAX || height > WIDTH_MAX / 2 {
+        return Err(format!("its {width}x{height} pixels cannot be read, at most {WIDTH_MAX}x{}", WIDTH_MAX / 2));
+    }
+    if width != 2 * height && (width, height) != (1, 1) {
+        return Err(format!("an equirectangular picture is twice as wide as high, and it has {width}x{height} pixels"));
+    }
+    Ok(())
+}
+
+fn decode_radiance(bytes: &[u8]) -> Result<Decoded, String> {
+    let failed = |error: image::ImageError| error.to_string();
+    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    check_size(width, height)?;
+    if decoder.color_type() != ColorType::Rgb32F {
+        return Err("it holds no red, green and blue".into());
+    }
+    let mut rgb = vec![[0.0f32; 3]; width as usize * height as usize];
+    decoder.read_image(bytemuck::cast_slice_mut(&mut rgb)).map_err(failed)?;
+    Ok(Decoded { width, height, rgb })
+}
+
+fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
+    let failed = |error: exr::error::Error| error.to_string();
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
+    for header in &meta.headers {
+        let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+        check_size(side(header.layer_size.0), side(header.layer_size.1))?;
+    }
+    let reader = read().no_deep_data().largest_resolution_level().rgb_channels(
+        |size, _| (size.0, vec![[0.0f32; 3]; size.0 * size.1]),
+        |(width, pixels), position, (r, g, b): (f32, f32, f32)| {
+            if let Some(pixel) = pixels.get_mut(position.1 * *width + position.0) {
+                *pixel = [r, g, b];
+            }
+        },
+    );
+    let image = reader.first_valid_layer().all_attributes().non_parallel().from_buffered(Cursor::new(bytes));
+    let layer = image.map_err(failed)?.layer_data;
+    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+    Ok(Decoded { width: side(layer.size.0), height: side(layer.size.1), rgb: layer.channel_data.pixels.1 })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+    use super::*;
+    use exr::prelude::write_rgb_file;
+
+    fn radiance_file(width: u32, height: u32, texels: &[[f32; 3]]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let texels: Vec<_> = texels.iter().map(|rgb| image::Rgb(*rgb)).collect();
+        let encoder = image::codecs::hdr::HdrEncoder::new(&mut bytes);
+        encoder.encode(&texels, width as usize, height as usize).unwrap();
+        bytes
+    }
+
+    fn floats(map: &EnvironmentMap) -> Vec<[f32; 3]> {
+        map.texels.iter().map(|[r, g, b, _]| [r, g, b].map(|value| value.to_f32())).collect()
+    }
+
+    #[test]
+    fn what_was_written_is_read() {
+        let texels: Vec<[f32; 3]> = (0..32u8).map(|i| [f32::from(i) * 8.0, 1.0, 0.5]).collect();
+        let map = EnvironmentMap::decode("a.hdr", &radiance_file(8, 4, &texels)).unwrap();
+        assert_eq!((map.width, map.height, map.notes.len()), (8, 4, 0));
+        assert!(floats(&map).iter().zip(&texels).all(|(a, b)| (a[0] - b[0]).abs() <= b[0] / 100.0 + 0.01));
+        let folder = std::env::temp_dir().join(format!("manypass_environment_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("a.exr");
+        let value = |x: usize, y: usize| texels[y * 8 + x];
+        write_rgb_file(&path, 8, 4, |x, y| value(x, y).into()).unwrap();
+        let map = EnvironmentMap::decode("a.exr", &std::fs::read(&path).unwrap()).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(floats(&map), texels);
+    }
+
+    #[test]
+    fn what_is_no_radiance_is_cut_and_noted() {
+        let rgb = vec![[f32::NAN, f32::INFINITY, -1.0], [1e9, 0.0, 3.0]];
+        let map = EnvironmentMap::from_decoded("a", &Decoded { width: 2, height: 1, rgb }, 4096);
+        let [first, second] = floats(&map)[..] else { panic!("two texels") };
+        assert!(first[0] == 0.0 && first[2] == 0.0 && (first[1] - RADIANCE_MAX).abs() < 32.0, "{first:?}");
+        assert!((second[0] - RADIANCE_MAX).abs() < 32.0 && second[1..] == [0.0, 3.0], "{second:?}");
+        assert!(map.notes[0].contains("4 values"), "{:?}", map.notes);
+    }
+
+    #[test]
+    fn wide_pictures_are_made_smaller() {
+        let rgb = (0..32u8).map(|i| [f32::from(i % 8), 0.0, 0.0]).collect();
+        let map = EnvironmentMap::from_decoded("a", &Decoded { width: 8, height: 4, rgb }, 4);
+        assert_eq!((map.width, map.height), (4, 2));
+        assert_eq!(floats(&map)[..4].iter().map(|texel| texel[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5]);
+        assert!(map.notes[0].contains("8x4 is made smaller, 4x2"), "{:?}", map.notes);
+    }
+
+    #[test]
+    fn what_is_no_environment_is_refused() {
+        let refused = |bytes: &[u8]| EnvironmentMap::decode("a.hdr", bytes).unwrap_err().to_string();
+        assert!(refused(b"").contains("neither Radiance"));
+        assert!(refused(b"\x89PNG").contains("neither Radiance"));
+        assert!(refused(&radiance_file(4, 4, &[[1.0; 3]; 16])).contains("twice as wide as high, and it has 4x4"));
+        let whole = radiance_file(8, 4, &[[1.0; 3]; 32]);
+        for length in 0..whole.len() {
+            assert!(EnvironmentMap::decode("a.hdr", &whole[..length]).is_err(), "{length} bytes");
+        }
+        assert!(EnvironmentMap::decode("a.hdr", &radiance_file(1, 1, &[[2.0; 3]])).is_ok());
+        let huge = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 40000\n";
+        assert!(refused(huge).contains("40000x20000"), "{}", refused(huge));
+        assert!(refused(&[0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0]).starts_with("environment \"a.hdr\""));
+    }
+}
