@@ -7,9 +7,11 @@ mod accessor;
 mod animation;
 mod container;
 mod geometry;
+mod instances;
 mod json;
 mod material;
 mod mesh;
+mod meshopt;
 mod node;
 mod references;
 
@@ -20,13 +22,16 @@ use json::Json;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 7] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 10] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_node_visibility",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
 
@@ -207,18 +212,19 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
 
     let buffers = container::read_buffers(&root, binary, bytes.starts_with(container::GLB_MAGIC), resolve)?;
     let views = container::read_views(&root, &buffers)?;
-    let buffer_bytes: u64 = buffers.iter().flatten().map(|bytes| bytes.len() as u64).sum();
-    // Floats from bytes, unwelding and sharing multiply what a buffer holds; honest models stay far below this.
-    let budget_bytes = (256 << 20) + buffer_bytes.saturating_mul(32).min(8 << 30);
     let mut document = Document {
         accessors: root.objects("accessors")?,
         root,
         views,
         buffers,
         warnings,
-        budget_bytes,
+        budget_bytes: 0,
         zeros_budget_bytes: 1 << 28,
     };
+    meshopt::unpack_views(&mut document, resolve)?;
+    let buffer_bytes: u64 = document.buffers.iter().flatten().map(|bytes| bytes.len() as u64).sum();
+    // Floats from bytes, unwelding and sharing multiply what a buffer holds; honest models stay far below this.
+    document.budget_bytes = (256 << 20) + buffer_bytes.saturating_mul(32).min(8 << 30);
     accessor::check_all(&document)?;
 
     let mut images = material::read_images(&mut document, resolve)?;
@@ -231,6 +237,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     node::read_nodes(&mut document, &mut scene)?;
     node::read_skins(&mut document, &mut scene)?;
     animation::read_animations(&mut document, &mut scene)?;
+    instances::place(&mut document, &mut scene)?;
     scene.update_transforms();
     match scene.drawn_primitives() {
         0 => document.warn("/scene", "the scene draws nothing; it has no visible node with a mesh"),

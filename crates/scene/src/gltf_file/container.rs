@@ -1,6 +1,6 @@
 //! The outside of a file: the chunks of GLB, URIs, buffers and buffer views.
 
-use super::{Document, LoadError, json::Json};
+use super::{Document, LoadError, json::Json, meshopt};
 use std::borrow::Cow;
 
 /// UTF-8's mark, which some exporters write all the same.
@@ -124,7 +124,7 @@ fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// The bytes of every buffer; none for a buffer without a URI that is not the binary chunk. The first buffer of a GLB
-/// is that chunk, unless it has a URI.
+/// is that chunk, unless it has a URI. Buffers that packed bufferViews stand in for are left out; see [`meshopt`].
 pub(super) fn read_buffers<'a>(
     root: &Json<'a>,
     binary: Option<&'a [u8]>,
@@ -135,22 +135,35 @@ pub(super) fn read_buffers<'a>(
     for (i, buffer) in root.objects("buffers")?.into_iter().enumerate() {
         let length = buffer.require_integer("byteLength")?;
         let bytes = match buffer.string("uri")? {
-            Some(uri) => Some(Cow::Owned(fetch(uri, resolve).map_err(|message| buffer.error("uri", message))?)),
+            Some(_) if meshopt::is_fallback(&buffer)? => None,
+            Some(uri) => Some(Cow::Owned(fetch_buffer(&buffer, uri, resolve)?)),
             None if i == 0 && is_glb && binary.is_none() => {
                 return Err(buffer.error("uri", "the GLB has no binary chunk for it; export the model again"));
             }
             None if i == 0 => binary.map(Cow::Borrowed),
             None => None,
         };
-        if let Some(bytes) = &bytes
-            && bytes.len() < length
-        {
-            let message = format!("expected {length} bytes, the buffer has {}; is the file cut off?", bytes.len());
-            return Err(buffer.error("byteLength", message));
+        if let Some(bytes) = &bytes {
+            check_length(&buffer, length, bytes)?;
         }
         buffers.push(bytes);
     }
     Ok(buffers)
+}
+
+/// The bytes that the `uri` of a buffer stands for, as many as the buffer says.
+pub(super) fn fetch_buffer(buffer: &Json, uri: &str, resolve: &mut Resolve) -> Result<Vec<u8>, LoadError> {
+    let bytes = fetch(uri, resolve).map_err(|message| buffer.error("uri", message))?;
+    check_length(buffer, buffer.require_integer("byteLength")?, &bytes)?;
+    Ok(bytes)
+}
+
+fn check_length(buffer: &Json, length: usize, bytes: &[u8]) -> Result<(), LoadError> {
+    if bytes.len() < length {
+        let message = format!("expected {length} bytes, the buffer has {}; is the file cut off?", bytes.len());
+        return Err(buffer.error("byteLength", message));
+    }
+    Ok(())
 }
 
 /// Every buffer view, its range inside its buffer.

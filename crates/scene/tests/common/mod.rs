@@ -130,3 +130,5 @@ pub fn data_uri(mime: &str, bytes: &[u8]) -> String {
     }
     text
 }
+
+pub mod twins;

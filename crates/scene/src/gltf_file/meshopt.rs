@@ -1,0 +1,249 @@
+//! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: bufferViews that are unpacked when the file is
+//! read. After this nothing else knows of them; their bytes lie in buffers of their own.
+//!
+//! Source: the two specifications of those names (Kapoulkine et al.), with the bitstream and the filters in their
+//! appendices. The successor adds version 1 of the stream of attributes and the filter for colours.
+
+mod attributes;
+mod filters;
+mod indices;
+
+use super::container::{self, Resolve, View};
+use super::{Document, LoadError, MAX_FILE_BYTES, json::Json};
+use std::borrow::Cow;
+
+/// The extension and its successor; the latter wins where a bufferView has both.
+const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
+
+/// Why a stream cannot be decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum StreamError {
+    /// It is shorter than what it stands for needs.
+    #[error("the packed data end early")]
+    Ends,
+    /// It is longer.
+    #[error("the packed data go on after the last element")]
+    GoesOn,
+    /// The first byte.
+    #[error("the packed data begin with {found:#04x}, expected {expected:#04x}; is the mode right?")]
+    Header {
+        /// What the mode asks for.
+        expected: u8,
+        /// What is there.
+        found: u8,
+    },
+    /// What no encoder writes.
+    #[error("the packed data are broken: {0}")]
+    Broken(&'static str),
+}
+
+/// The bytes of a stream that are left.
+struct Stream<'a>(&'a [u8]);
+
+impl<'a> Stream<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8], StreamError> {
+        let (taken, rest) = self.0.split_at_checked(count).ok_or(StreamError::Ends)?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn byte(&mut self) -> Result<u8, StreamError> {
+        let (byte, rest) = self.0.split_first().ok_or(StreamError::Ends)?;
+        self.0 = rest;
+        Ok(*byte)
+    }
+
+    /// An integer of 32 bits in up to five bytes of seven bits each, the low ones first.
+    fn variable(&mut self) -> Result<u32, StreamError> {
+        let mut value = 0_u32;
+        for shift in [0, 7, 14, 21, 28] {
+            let byte = self.byte()?;
+            value |= u32::from(byte & 0x7f) << shift;
+            if byte < 0x80 {
+                return Ok(value);
+            }
+        }
+        Err(StreamError::Broken("an integer takes more than five bytes"))
+    }
+
+    fn end(&self) -> Result<(), StreamError> {
+        if self.0.is_empty() { Ok(()) } else { Err(StreamError::GoesOn) }
+    }
+}
+
+/// How elements are packed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Attributes,
+    Triangles,
+    Indices,
+}
+
+/// What the extension says of a bufferView.
+struct Packed<'b> {
+    data: &'b [u8],
+    mode: Mode,
+    filter: Option<filters::Filter>,
+    count: usize,
+    stride: usize,
+    /// Whether version 1 of the stream of attributes may come.
+    is_successor: bool,
+}
+
+impl Packed<'_> {
+    fn decode(&self) -> Result<Vec<u8>, StreamError> {
+        match self.mode {
+            Mode::Attributes => {
+                let mut elements = attributes::decode(self.data, self.count, self.stride, self.is_successor)?;
+                if let Some(filter) = self.filter {
+                    filters::apply(filter, &mut elements, self.stride);
+                }
+                Ok(elements)
+            }
+            Mode::Triangles => indices::decode_triangles(self.data, self.count, self.stride),
+            Mode::Indices => indices::decode_sequence(self.data, self.count, self.stride),
+        }
+    }
+}
+
+/// The extension on a bufferView or a buffer; none without it.
+fn extension<'a>(json: &Json<'a>) -> Result<Option<Json<'a>>, LoadError> {
+    for name in NAMES {
+        if let Some(extension) = json.extension(name)? {
+            return Ok(Some(extension));
+        }
+    }
+    Ok(None)
+}
+
+/// Whether a buffer holds only what the packed bufferViews hold too, so that it is read only where one of them is broken.
+pub(super) fn is_fallback(buffer: &Json) -> Result<bool, LoadError> {
+    extension(buffer)?.map_or(Ok(false), |extension| extension.bool("fallback", false))
+}
+
+/// What all packed bufferViews of a file may take unpacked: 256 MiB, and more for larger files, but no more than a file
+/// that is not packed could hold. So a few kilobytes that many bufferViews share cannot claim all memory.
+fn budget_bytes(buffer_bytes: u64) -> u64 {
+    ((256 << 20) + buffer_bytes.saturating_mul(128)).min(MAX_FILE_BYTES)
+}
+
+/// Unpacks every packed bufferView. One that cannot be unpacked is read from its own buffer instead, with a warning, where
+/// the file does not require the extension and that buffer has bytes.
+///
+/// # Errors
+/// If a bufferView cannot be unpacked and there is nothing in its stead.
+pub(super) fn unpack_views(document: &mut Document, resolve: &mut Resolve) -> Result<(), LoadError> {
+    let required = document.root.strings("extensionsRequired")?;
+    let buffer_bytes = document.buffers.iter().flatten().map(|bytes| bytes.len() as u64).sum();
+    let mut budget_bytes = budget_bytes(buffer_bytes);
+    let buffers = document.root.objects("buffers")?;
+    for (index, json) in document.root.objects("bufferViews")?.iter().enumerate() {
+        let Some(extension) = extension(json)? else {
+            fetch_fallback(document, &buffers, index, resolve)?;
+            continue;
+        };
+        let is_required = NAMES.iter().any(|name| required.contains(name) && extension.pointer.ends_with(name));
+        match unpack(document, &extension, index, &mut budget_bytes) {
+            Ok(bytes) => {
+                if let Some(view) = document.views.get_mut(index) {
+                    *view =
+                        View { buffer: document.buffers.len(), offset: 0, length: bytes.len(), stride: view.stride };
+                    document.buffers.push(Some(Cow::Owned(bytes)));
+                }
+            }
+            Err(error) if is_required => return Err(error),
+            Err(error) => {
+                fetch_fallback(document, &buffers, index, resolve)?;
+                if !document.has_bytes(index) {
+                    return Err(error);
+                }
+                let message = format!("{}; the buffer that is not packed is used", error.into_message());
+                document.warn(&extension.pointer, &message);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Reads the buffer of a bufferView that is not packed, or whose packed data are broken, if it has been put off.
+fn fetch_fallback(
+    document: &mut Document,
+    buffers: &[Json],
+    view: usize,
+    resolve: &mut Resolve,
+) -> Result<(), LoadError> {
+    let index = document.views.get(view).map_or(usize::MAX, |view| view.buffer);
+    if let (Some(slot @ None), Some(json)) = (document.buffers.get_mut(index), buffers.get(index))
+        && is_fallback(json)?
+        && let Some(uri) = json.string("uri")?
+    {
+        *slot = Some(Cow::Owned(container::fetch_buffer(json, uri, resolve)?));
+    }
+    Ok(())
+}
+
+fn unpack(document: &Document, json: &Json, view: usize, budget_bytes: &mut u64) -> Result<Vec<u8>, LoadError> {
+    let packed = read(document, json)?;
+    let length = packed.count.checked_mul(packed.stride);
+    let expected = document.views.get(view).map_or(0, |view| view.length);
+    if length != Some(expected) {
+        let message = format!(
+            "{} elements of {} bytes are not the {expected} bytes of the bufferView",
+            packed.count, packed.stride
+        );
+        return Err(json.error("count", message));
+    }
+    *budget_bytes = budget_bytes.checked_sub(expected as u64).ok_or_else(|| {
+        json.error("count", "the packed bufferViews unpack to far more than the file holds; do not repeat them")
+    })?;
+    packed.decode().map_err(|error| LoadError::invalid(&json.pointer, error.to_string()))
+}
+
+/// Checks what the extension says of a bufferView.
+fn read<'b>(document: &'b Document, json: &Json) -> Result<Packed<'b>, LoadError> {
+    let is_successor = json.pointer.ends_with(NAMES[0]);
+    let mode = match json.string("mode")?.unwrap_or("nothing") {
+        "ATTRIBUTES" => Mode::Attributes,
+        "TRIANGLES" => Mode::Triangles,
+        "INDICES" => Mode::Indices,
+        other => return Err(json.error("mode", format!("expected ATTRIBUTES, TRIANGLES or INDICES, found {other}"))),
+    };
+    let filter = match json.string("filter")?.unwrap_or("NONE") {
+        "NONE" => None,
+        "OCTAHEDRAL" => Some(filters::Filter::Octahedral),
+        "QUATERNION" => Some(filters::Filter::Quaternion),
+        "EXPONENTIAL" => Some(filters::Filter::Exponential),
+        "COLOR" if is_successor => Some(filters::Filter::Color),
+        other => {
+            let color = if is_successor { ", COLOR" } else { "" };
+            let message = format!("expected NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL{color}, found {other}");
+            return Err(json.error("filter", message));
+        }
+    };
+    let (count, stride) = (json.require_integer("count")?, json.require_integer("byteStride")?);
+    let is_right = match (mode, filter) {
+        (Mode::Attributes, None | Some(filters::Filter::Exponential)) => (4..=256).contains(&stride) && stride % 4 == 0,
+        (Mode::Attributes, Some(filters::Filter::Quaternion)) => stride == 8,
+        (Mode::Attributes, Some(_)) => stride == 4 || stride == 8,
+        (Mode::Triangles | Mode::Indices, None) => stride == 2 || stride == 4,
+        (Mode::Triangles | Mode::Indices, Some(_)) => {
+            return Err(json.error("filter", "only the mode ATTRIBUTES has filters; expected NONE"));
+        }
+    };
+    if !is_right {
+        return Err(json.error("byteStride", format!("{stride} bytes do not fit the mode and the filter")));
+    }
+    if mode == Mode::Triangles && count % 3 != 0 {
+        return Err(json.error("count", format!("expected a multiple of 3, found {count}")));
+    }
+    let (buffer, offset) = (json.require_integer("buffer")?, json.integer("byteOffset")?.unwrap_or(0));
+    let length = json.require_integer("byteLength")?;
+    let Some(bytes) = document.buffers.get(buffer).and_then(Option::as_ref) else {
+        return Err(json.error("buffer", "refers to a buffer that has no bytes; give the buffer a uri"));
+    };
+    let data = offset.checked_add(length).and_then(|end| bytes.get(offset..end)).ok_or_else(|| {
+        let message = format!("byteOffset {offset} + byteLength {length} exceed the buffer's {} bytes", bytes.len());
+        json.error("byteLength", message)
+    })?;
+    Ok(Packed { data, mode, filter, count, stride, is_successor })
+}
