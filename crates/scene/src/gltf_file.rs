@@ -6,6 +6,7 @@
 mod accessor;
 mod animation;
 mod container;
+mod draco;
 mod geometry;
 mod instances;
 mod json;
@@ -19,13 +20,15 @@ pub use references::{mentions, references};
 
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use json::Json;
+use std::collections::BTreeMap;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 10] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 11] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_node_visibility",
     "KHR_materials_emissive_strength",
@@ -156,6 +159,8 @@ struct Document<'a> {
     views: Vec<container::View>,
     buffers: Vec<Option<std::borrow::Cow<'a, [u8]>>>,
     warnings: Vec<String>,
+    /// Accessors of the primitive that is read, if it is packed.
+    unpacked: BTreeMap<usize, draco::Unpacked>,
     /// Bytes that may still be decoded, so that accessors which share bytes cannot multiply them without end.
     budget_bytes: u64,
     /// The same for accessors without bytes of their own.
@@ -218,6 +223,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
         views,
         buffers,
         warnings,
+        unpacked: BTreeMap::new(),
         budget_bytes: 0,
         zeros_budget_bytes: 1 << 28,
     };

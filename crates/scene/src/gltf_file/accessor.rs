@@ -13,7 +13,7 @@ pub(super) enum Component {
 }
 
 impl Component {
-    fn bytes(self) -> usize {
+    pub(super) fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -138,7 +138,11 @@ pub(super) fn to_u32(component: Component, _normalized: bool, bytes: &[u8]) -> u
 impl<'a> Document<'a> {
     /// The header of accessor `index`, to which `pointer` refers.
     pub(super) fn accessor_header(&self, index: usize, pointer: &str) -> Result<Header, LoadError> {
-        header(&self.accessor(index, pointer)?)
+        let header = header(&self.accessor(index, pointer)?)?;
+        Ok(match self.unpacked.get(&index) {
+            Some(unpacked) => Header { component: unpacked.component, count: unpacked.count, ..header },
+            None => header,
+        })
     }
 
     fn accessor(&self, index: usize, pointer: &str) -> Result<Json<'a>, LoadError> {
@@ -167,7 +171,7 @@ impl<'a> Document<'a> {
         convert: fn(Component, bool, &[u8]) -> T,
     ) -> Result<Vec<[T; N]>, LoadError> {
         let json = self.accessor(index, pointer)?;
-        let head = header(&json)?;
+        let head = self.accessor_header(index, pointer)?;
         if head.width != N {
             return Err(json.error("type", format!("expected {N} components for \"{pointer}\", found {}", head.width)));
         }
@@ -178,7 +182,7 @@ impl<'a> Document<'a> {
             self.warn(&json.at("bufferView"), "refers to a buffer that has no bytes; its values are 0");
             view = None;
         }
-        if view.is_none() {
+        if view.is_none() && !self.unpacked.contains_key(&index) {
             let left = self.zeros_budget_bytes.checked_sub(decoded_bytes);
             self.zeros_budget_bytes =
                 left.ok_or_else(|| json.error("count", "more than 256 MiB of zeros; give the accessor a bufferView"))?;
@@ -191,14 +195,15 @@ impl<'a> Document<'a> {
                 parts.next().map_or(T::default(), |part| convert(head.component, head.normalized, part))
             })
         };
-        let mut elements = match view {
-            Some(view) => {
+        let mut elements = match (self.unpacked.get(&index), view) {
+            (Some(unpacked), _) => unpacked.bytes.chunks_exact(element_bytes).map(decode).collect(),
+            (None, Some(view)) => {
                 let (bytes, stride) = self.view_bytes(view, &json.at("bufferView"))?;
                 let stride = check_range(&json, offset, head.count, element_bytes, bytes.len(), stride)?;
                 let starts = (0..head.count).map(|i| offset + i * stride);
                 starts.map(|at| decode(bytes.get(at..at + element_bytes).unwrap_or(&[]))).collect()
             }
-            None => vec![[T::default(); N]; head.count],
+            (None, None) => vec![[T::default(); N]; head.count],
         };
         if let Some(sparse) = json.object("sparse")? {
             self.replace_sparse(&sparse, &mut elements, element_bytes, decode)?;

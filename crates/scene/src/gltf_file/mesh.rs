@@ -1,7 +1,7 @@
 //! Meshes and their primitives.
 
 use super::accessor::{Component, to_f32, to_u32};
-use super::{Document, LoadError, geometry, json::Json};
+use super::{Document, LoadError, draco, geometry, json::Json};
 use crate::{Material, Mesh, MorphTarget, Primitive, Topology};
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
@@ -17,6 +17,8 @@ pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Re
         };
         for primitive in json.objects("primitives")? {
             mesh.primitives.push(read_primitive(document, &primitive, materials)?);
+            // What another primitive packs into the same accessors is not this.
+            document.unpacked.clear();
         }
         let target_count = mesh.primitives.first().map_or(0, |primitive| primitive.morph_targets.len());
         if mesh.primitives.iter().any(|primitive| primitive.morph_targets.len() != target_count) {
@@ -32,7 +34,8 @@ pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Re
 }
 
 fn read_primitive(document: &mut Document, json: &Json, materials: &[Material]) -> Result<Primitive, LoadError> {
-    let mode = json.integer("mode")?.unwrap_or(4);
+    // Packed strips come out as lists.
+    let mode = if draco::unpack(document, json)? { 4 } else { json.integer("mode")?.unwrap_or(4) };
     let topology = geometry::topology(mode);
     let topology = topology.ok_or_else(|| json.error("mode", format!("expected 0 to 6, found {mode}")))?;
     let mut primitive =
