@@ -1,13 +1,15 @@
 //! Images and how textures sample them. Images stay encoded until somebody asks for their texels, so that few are
 //! decoded at a time.
 
+mod ktx2;
+
 use std::io::Cursor;
 use std::sync::Arc;
 
 /// Where an image's texels come from.
 #[derive(Clone, Debug)]
 pub enum ImageSource {
-    /// A PNG, JPEG or WebP file, whole.
+    /// A PNG, JPEG, WebP or KTX2 file, whole.
     Encoded(Arc<[u8]>),
     /// Texels made by code.
     Pixels(Arc<Pixels>),
@@ -92,7 +94,7 @@ const MAX_DECODE_BYTES: u64 = 512 << 20;
 
 /// Why an image cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("image \"{name}\": {message}; expected PNG, JPEG or WebP of at most 16384 by 16384 texels")]
+#[error("image \"{name}\": {message}; expected PNG, JPEG, WebP or KTX2 of at most 16384 by 16384 texels")]
 pub struct ImageError {
     /// The image's name.
     pub name: String,
@@ -123,6 +125,9 @@ impl Image {
     pub fn dimensions(&self) -> Result<(u32, u32), ImageError> {
         let (width, height) = match &self.source {
             ImageSource::Pixels(pixels) => (pixels.width, pixels.height),
+            ImageSource::Encoded(bytes) if ktx2::is_ktx2(bytes) => {
+                ktx2::dimensions(bytes).map_err(|message| self.error(message))?
+            }
             ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
         };
         if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIZE_TEXELS {
@@ -140,6 +145,10 @@ impl Image {
         let (width, height) = self.dimensions()?;
         if u64::from(width) * u64::from(height) * 4 > MAX_DECODE_BYTES {
             return Err(self.error("it takes more than 512 MiB"));
+        }
+        if ktx2::is_ktx2(bytes) {
+            let data = ktx2::decode(bytes).map_err(|message| self.error(message))?;
+            return Ok(Pixels { width, height, format: PixelFormat::Rgba8, data });
         }
         let decoded = self.reader(bytes)?.decode().map_err(|error| self.error(error))?;
         let rgba = decoded.into_rgba8();

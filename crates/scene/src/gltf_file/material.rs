@@ -115,11 +115,16 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Res
     let (image_count, mut textures) = (images.images.len(), Vec::new());
     for json in document.root.objects("textures")? {
         let sampler = json.index("sampler", samplers.len(), "sampler")?;
-        let webp = match json.extension("EXT_texture_webp")? {
-            Some(webp) => webp.index("source", image_count, "image")?,
-            None => None,
-        };
-        let image = webp.or(json.index("source", image_count, "image")?);
+        let mut sources = Vec::new();
+        for name in ["KHR_texture_basisu", "EXT_texture_webp"] {
+            if let Some(extension) = json.extension(name)? {
+                sources.extend(extension.index("source", image_count, "image")?);
+            }
+        }
+        sources.extend(json.index("source", image_count, "image")?);
+        // The plain image stands in for one that could not be read.
+        let is_there = |image: &&usize| images.is_there.get(**image).copied().unwrap_or(false);
+        let image = sources.iter().find(is_there).or(sources.first()).copied();
         if image.is_none() {
             document.warn(&json.pointer, "the texture has no image that is supported; materials do without it");
             images.push(String::new(), None);
