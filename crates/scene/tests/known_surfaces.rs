@@ -106,7 +106,8 @@ fn materials_do_without_an_image_that_cannot_be_read() {
     let there = data_uri("image/png", &encoded(ColorType::Rgba8, ImageFormat::Png));
     let mut model = Model::triangle();
     model.json["images"] = json!([{ "uri": "data:image/png;base64,AAAA" }, { "uri": there }]);
-    model.json["textures"] = json!([{ "source": 0 }, { "source": 1 }, { "source": 1, "extensions": { "EXT_texture_webp": { "source": 0 } } }]);
+    model.json["textures"] =
+        json!([{ "source": 0 }, { "source": 1 }, { "extensions": { "EXT_texture_webp": { "source": 0 } } }]);
     model.json["materials"] = json!([{
         "normalTexture": { "index": 0 }, "occlusionTexture": { "index": 1 }, "emissiveTexture": { "index": 2 },
     }]);

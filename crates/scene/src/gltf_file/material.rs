@@ -73,7 +73,8 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
             Ok(image.source)
         });
         if let Err(message) = &source {
-            document.warn(&json.pointer, &format!("{message}; materials do without it"));
+            document
+                .warn(&json.pointer, &format!("{message}; materials do without it, unless a texture names another"));
         }
         images.push(name, source.ok());
     }
