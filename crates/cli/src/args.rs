@@ -5,7 +5,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
-/// Renders glTF files, with a GPU or without, in many passes.
+/// Renders glTF files, and OBJ, STL, PLY and 3MF, with a GPU or without, in many passes.
 #[derive(Debug, Parser)]
 #[command(name = "manypass", version, arg_required_else_help = true, after_help = EXAMPLES)]
 #[command(args_override_self = true)]
@@ -17,6 +17,7 @@ pub struct Cli {
 
 const EXAMPLES: &str = "Examples:
   manypass render helmet.glb                              helmet.png in this folder
+  manypass render part.stl --orbit 30,20,auto             part.png, seen from another side
   manypass render helmet.glb -o out.exr --aov all         linear colour, depth, normals, … as layers
   manypass render models/ -o 'shots/{stem}.png'           every model of a folder
   manypass render 'models/**/*.glb' -o 'shots/{parent}_{stem}.png'
@@ -54,7 +55,7 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Say what is in a file, without a GPU.
     Info {
-        /// A .glb, .gltf or .stage.toml file, `-` for standard input, or demo:NAME.
+        /// A model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, `-` for standard input, or demo:NAME.
         input: String,
         /// A scene of the file [default: the one that the file names].
         #[arg(long, value_name = "NAME|INDEX")]
@@ -211,7 +212,7 @@ pub struct FrameArgs {
 /// Flags of `graph`.
 #[derive(Debug, Args)]
 pub struct GraphArgs {
-    /// A .glb, .gltf or .stage.toml file, `-` for standard input, or demo:NAME.
+    /// A model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, `-` for standard input, or demo:NAME.
     pub input: String,
     #[command(flatten)]
     pub frame: FrameArgs,
@@ -229,7 +230,7 @@ pub struct GraphArgs {
 /// Flags of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// A .glb, .gltf or .stage.toml file, `-` for standard input, or demo:NAME.
+    /// A model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, `-` for standard input, or demo:NAME.
     pub input: String,
     /// A scene of the file [default: the one that the file names].
     #[arg(long, value_name = "NAME|INDEX")]
@@ -263,7 +264,7 @@ pub struct BenchArgs {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
 pub struct RenderArgs {
-    /// .glb, .gltf or .stage.toml files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
+    /// Models (.glb, .gltf, .obj, .stl, .ply, .3mf; docs/inputs.md), .stage.toml files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
     ///
     /// A stage names its model and adds lights, environment, fog and settings to it (docs/stage.md). In a folder, and among
     /// what a pattern matches, it stands for that model, which is not drawn by itself, too; a model never reads a stage.

@@ -33,7 +33,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         return Err(Failure::usage(format!("--budget-ms {budget_ms} is out of range"), "give milliseconds above 0"));
     }
     let [input] = &Input::parse(&args.input)?[..] else {
-        return Err(Failure::usage("bench takes one file", "name a .glb or .gltf file"));
+        return Err(Failure::usage("bench takes one file", "name one model"));
     };
     if let Some(path) = &args.png {
         check_png(path)?;

@@ -15,6 +15,7 @@ use crate::session::print;
 use manypass_flip::{ErrorMap, Exposures, FlipError, hdr, ldr};
 use manypass_offline::atomic;
 use manypass_offline::decode::Light;
+use manypass_scene::formats::is_model;
 use source::Source;
 use std::path::Path;
 
@@ -88,9 +89,8 @@ fn check_input(name: &str) -> Result<(), Failure> {
         return Err(Failure::usage("the name of a picture is empty", "name two files"));
     }
     let is_model = name.starts_with("demo:")
-        || Path::new(name)
-            .extension()
-            .is_some_and(|end| ["glb", "gltf", "toml"].iter().any(|model| end.eq_ignore_ascii_case(model)));
+        || is_model(Path::new(name))
+        || Path::new(name).extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
     if is_model {
         let hint = "render both with the same flags, `manypass render A B -o '{stem}.exr'`, and compare those";
         return Err(Failure::usage(format!("diff compares pictures, and {name} is a model"), hint));

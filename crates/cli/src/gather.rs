@@ -3,6 +3,7 @@
 use crate::failure::{Failure, Kind};
 use crate::input::Input;
 use crate::stage::leave_out_named_models;
+use manypass_scene::formats::is_model;
 use manypass_scene::stage::is_stage;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -39,19 +40,19 @@ pub struct Inputs {
     pub warnings: Vec<String>,
 }
 
-/// Whether a file's ending is that of glTF or of a stage.
+/// Whether a file's ending is that of a model or of a stage.
 fn is_input(path: &Path) -> bool {
-    is_stage(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"))
+    is_stage(path) || is_model(path)
 }
 
 impl Inputs {
-    /// Everything that `arguments` name. A folder is every glTF file and stage in it and, if `recursive`, in the folders
+    /// Everything that `arguments` name. A folder is every model and stage in it and, if `recursive`, in the folders
     /// below. An argument with `*`, `?` or `**` that is no file itself is every such file that matches. In both a stage
     /// stands for the model that it names, which is not drawn by itself, too. Hidden files and folders
     /// are left out, links to folders are not followed. A folder or pattern without any does not hinder other arguments.
     ///
     /// # Errors
-    /// Wrong usage, or the only argument is a folder that cannot be read or stands for no glTF file.
+    /// Wrong usage, or the only argument is a folder that cannot be read or stands for no model.
     pub fn gather(arguments: &[String], recursive: bool) -> Result<Self, Failure> {
         let mut gathered = Self { is_batch: arguments.len() > 1, ..Self::default() };
         let mut inputs = Vec::new();
@@ -85,7 +86,7 @@ impl Inputs {
     }
 }
 
-/// The glTF files and stages of a folder, by name; never none.
+/// The models and stages of a folder, by name; never none.
 ///
 /// # Errors
 /// If the folder cannot be read, or there are none.
@@ -93,7 +94,7 @@ pub fn in_folder(folder: &Path, recursive: bool, warnings: &mut Vec<String>) -> 
     let failed = |error: &dyn std::fmt::Display, hint: &str| {
         Failure::new(Kind::Failed, format!("cannot read {}: {error}", folder.display()), hint)
     };
-    let hint = "name a folder of .glb, .gltf or .stage.toml files";
+    let hint = "name a folder of models (.glb, .gltf, .obj, .stl, .ply, .3mf) or .stage.toml files";
     fs::read_dir(folder).map_err(|error| failed(&error, hint))?;
     let mut files = Vec::new();
     let parts: &[&str] = if recursive { &["**", "*"] } else { &["*"] };
@@ -101,14 +102,14 @@ pub fn in_folder(folder: &Path, recursive: bool, warnings: &mut Vec<String>) -> 
     if files.is_empty() {
         let has_folders = entries(folder, "*", &mut Vec::new()).iter().any(|(path, _)| path.is_dir());
         let hint = if recursive || !has_folders { hint } else { "add --recursive to look into its folders, too" };
-        return Err(failed(&"it holds no .glb or .gltf file", hint));
+        return Err(failed(&"it holds no model", hint));
     }
     files.sort();
     leave_out_named_models(&mut files);
     Ok(files)
 }
 
-/// The glTF files and stages that a pattern matches, by name; never none.
+/// The models and stages that a pattern matches, by name; never none.
 fn matching(pattern: &str, warnings: &mut Vec<String>) -> Result<Vec<PathBuf>, Failure> {
     let (start, below) = start(pattern);
     let mut parts: Vec<&str> = below.split(std::path::is_separator).filter(|part| !part.is_empty()).collect();
@@ -122,7 +123,7 @@ fn matching(pattern: &str, warnings: &mut Vec<String>) -> Result<Vec<PathBuf>, F
     files.sort();
     files.dedup();
     if files.is_empty() {
-        let message = format!("no .glb or .gltf file matches `{pattern}`");
+        let message = format!("no model matches `{pattern}`");
         return Err(Failure::new(Kind::Failed, message, "* and ? stand for letters of a name, ** for any folders"));
     }
     leave_out_named_models(&mut files);
@@ -137,7 +138,7 @@ fn start(pattern: &str) -> (PathBuf, &str) {
     (start, below.unwrap_or(pattern))
 }
 
-/// Adds the glTF files and stages below `folder` whose path matches `parts`.
+/// Adds the models and stages below `folder` whose path matches `parts`.
 fn collect(folder: &Path, parts: &[&str], files: &mut Vec<PathBuf>, warnings: &mut Vec<String>) {
     let Some((part, rest)) = parts.split_first() else { return };
     if *part == "**" {

@@ -4,7 +4,7 @@ use crate::failure::{Failure, Kind};
 use crate::{gather, stage};
 use manypass_offline::atomic;
 use manypass_scene::stage::is_stage;
-use manypass_scene::{LoadError, Scene, Stage, gltf_file};
+use manypass_scene::{LoadError, Scene, Stage, gltf_file, load_bytes, load_path};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub enum Input {
     /// A file.
     File(PathBuf),
-    /// A .glb on standard input.
+    /// A model in one file on standard input.
     Stdin,
     /// A built-in scene.
     Demo(String),
@@ -44,15 +44,15 @@ pub struct Opened {
 }
 
 impl Input {
-    /// The inputs that an argument names: a folder is every glTF file and stage in it that is not hidden, by name.
+    /// The inputs that an argument names: a folder is every model and stage in it that is not hidden, by name.
     ///
     /// # Errors
-    /// If a folder cannot be read or holds no glTF file.
+    /// If a folder cannot be read or holds no model.
     pub fn parse(argument: &str) -> Result<Vec<Self>, Failure> {
         if argument.is_empty() {
             return Err(Failure::usage(
                 "the name of an input is empty",
-                "name a .glb, .gltf or .stage.toml file, or a folder",
+                "name a model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, or a folder",
             ));
         }
         if argument == "-" {
@@ -107,7 +107,7 @@ impl Input {
         let failed = |error: &dyn std::fmt::Display, hint: &str| {
             Failure::new(Kind::Failed, format!("{}: {error}", self.name()), hint)
         };
-        // What the reader of glTF says names its file already.
+        // What the readers of models say names its file already.
         let unread = |error: &LoadError| Failure::new(Kind::Failed, error, stage::model_hint(error));
         let loaded = match self {
             Self::File(path) if is_stage(path) => {
@@ -121,20 +121,22 @@ impl Input {
                 let hint = "a stage is called NAME.stage.toml; settings are given by --settings";
                 return Err(failed(&"it is neither a model nor a stage", hint));
             }
-            Self::File(path) => gltf_file::load_path(path).map_err(|error| unread(&error))?,
+            Self::File(path) => load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
                 let mut bytes = Vec::new();
                 let _waiting = atomic::Waiting::begin();
                 let mut stdin = std::io::stdin().lock().take(gltf_file::MAX_FILE_BYTES + 1);
-                stdin.read_to_end(&mut bytes).map_err(|error| failed(&error, "pipe a .glb file in"))?;
+                stdin
+                    .read_to_end(&mut bytes)
+                    .map_err(|error| failed(&error, "pipe a model in, such as a .glb or .stl file"))?;
                 if bytes.len() as u64 > gltf_file::MAX_FILE_BYTES {
-                    return Err(failed(&"it is larger than 1 GiB", "pipe a smaller .glb file in"));
+                    return Err(failed(&"it is larger than 1 GiB", "pipe a smaller model in"));
                 }
                 if bytes.is_empty() {
-                    return Err(failed(&"it is empty", "pipe a .glb file in"));
+                    return Err(failed(&"it is empty", "pipe a model in, such as a .glb or .stl file"));
                 }
                 let mut refuse = |uri: &str| Err(format!("standard input has no folder to find `{uri}` in"));
-                gltf_file::load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| unread(&error))?
+                load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| unread(&error))?
             }
             Self::Demo(name) => {
                 let mut scene = demo::scene(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;

@@ -45,7 +45,7 @@ pub fn one(argument: &str) -> Result<Input, Failure> {
     let mut inputs = Input::parse(argument)?;
     match inputs.pop() {
         Some(input) if inputs.is_empty() => Ok(input),
-        _ => Err(Failure::usage(format!("`{argument}` is more than one file"), "name a .glb or .gltf file")),
+        _ => Err(Failure::usage(format!("`{argument}` is more than one file"), "name one model")),
     }
 }
 

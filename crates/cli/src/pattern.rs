@@ -124,7 +124,7 @@ impl Pattern {
 }
 
 /// What is read has these endings; one mistyped letter shall not cost a model.
-const INPUT_ENDINGS: [&str; 6] = ["glb", "gltf", "bin", "wgsl", "toml", "ktx2"];
+const INPUT_ENDINGS: [&str; 11] = ["3mf", "bin", "glb", "gltf", "ktx2", "mtl", "obj", "ply", "stl", "toml", "wgsl"];
 
 /// Whether any placeholder stands in `path`, beside what may.
 fn has_placeholders(path: &Path) -> bool {
@@ -225,7 +225,7 @@ mod tests {
             let failure = output(&["-o", if format == "png" { "x.jpg" } else { "x.png" }, "--format", format]);
             assert!(failure.expect_err(format).message.contains("disagree"), "{format}");
         }
-        for name in ["other.glb", "a/Other.GLTF", "own_pass.wgsl", "settings.toml", "buffer.bin"] {
+        for name in ["other.glb", "a/Other.GLTF", "own_pass.wgsl", "settings.toml", "buffer.bin", "part.STL"] {
             let failure = output(&["-o", name, "--format", "png"]).expect_err(name);
             assert!(failure.code() == 2 && failure.message.contains("as an input"), "{failure:?}");
         }

@@ -9,7 +9,7 @@ use crate::job::Job;
 use crate::output;
 use crate::pattern::{Output, is_stdout};
 use manypass_offline::atomic;
-use manypass_scene::gltf_file;
+use manypass_scene::formats;
 use manypass_scene::stage::{is_stage, named_environment, named_model};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -107,7 +107,7 @@ impl Places {
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));
                 // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not read.
-                for file in gltf_file::mentions(path).unwrap_or_default() {
+                for file in formats::mentions(path).unwrap_or_default() {
                     self.read(&file, format!("a file that {} names", path.display()));
                 }
             }

@@ -1,7 +1,7 @@
 //! Where a picture comes from: the files that were read, with their hashes.
 
 use crate::input::Input;
-use manypass_scene::gltf_file;
+use manypass_scene::formats;
 use manypass_scene::stage::{is_stage, named_model};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -50,7 +50,7 @@ fn model_files(input: &Input) -> Vec<InputFile> {
     let Input::File(path) = input else { return Vec::new() };
     let mut paths = vec![path.clone()];
     paths.extend(Some(path).filter(|path| is_stage(path)).and_then(|path| named_model(path)));
-    for reference in paths.last().and_then(|model| gltf_file::references(model).ok()).unwrap_or_default() {
+    for reference in paths.last().and_then(|model| formats::references(model).ok()).unwrap_or_default() {
         if !paths.contains(&reference) {
             paths.push(reference);
         }

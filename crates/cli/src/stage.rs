@@ -24,8 +24,10 @@ pub fn load(path: &Path) -> Result<LoadedStage, Failure> {
 /// What to do about a model that cannot be read.
 pub fn model_hint(error: &LoadError) -> &'static str {
     match error {
-        LoadError::Io { .. } => "name a readable .glb or .gltf file",
-        LoadError::Invalid { .. } => "correct the file at that place, or export the model again",
+        LoadError::Io { .. } => "name a readable model: .glb, .gltf, .obj, .stl, .ply or .3mf",
+        LoadError::Invalid { .. } | LoadError::Malformed { .. } => {
+            "correct the file at that place, or export the model again"
+        }
         LoadError::UnsupportedExtension { .. } => "export the model without it, or let a converter unpack it",
     }
 }

@@ -3,7 +3,9 @@
 use crate::args::Cli;
 use crate::failure::Failure;
 use clap::{Command, CommandFactory};
+use manypass_scene::formats::is_model;
 use std::ffi::{OsStr, OsString};
+use std::path::Path;
 
 /// The words, with every value that begins like a negative number joined to the flag before it, so that `--near -1` is
 /// read as `--near=-1` and not as an unknown flag.
@@ -53,7 +55,7 @@ pub fn usage_failure(error: &clap::Error) -> Failure {
         relevant.lines().map(str::trim).filter(|line| !line.is_empty()).partition(|line| line.starts_with("tip: "));
     let command = std::env::args_os().nth(1).and_then(|name| name.into_string().ok());
     let command = command.filter(|name| Cli::command().find_subcommand(name).is_some());
-    let is_model = |word: &String| word.ends_with(".glb") || word.ends_with(".gltf");
+    let is_model = |word: &String| is_model(Path::new(word));
     let model = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok()).find(is_model);
     let help = match (command, model) {
         (Some(name), Some(model)) if model.starts_with('-') => {

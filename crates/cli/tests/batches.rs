@@ -56,7 +56,7 @@ fn folders_below_are_found_and_names_tell_models_apart() {
     assert!(run.stderr.contains("draws nothing"), "{}", run.stderr);
     assert_eq!(files(&folder.join("d")), ["m.glb.png", "m.gltf.png", "m.png", "n.png"]);
     let run = render(&folder, &["nothing/**/*.glb"]).expect(1);
-    assert!(run.stderr.contains("no .glb or .gltf file matches"), "{}", run.stderr);
+    assert!(run.stderr.contains("no model matches"), "{}", run.stderr);
 }
 
 #[test]

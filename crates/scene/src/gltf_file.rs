@@ -7,15 +7,16 @@ mod accessor;
 mod animation;
 mod container;
 mod draco;
-mod geometry;
+pub(crate) mod geometry;
 mod instances;
 mod json;
 mod material;
 mod mesh;
 mod meshopt;
 mod node;
-mod references;
+pub(crate) mod references;
 
+pub(crate) use material::texel_budget_bytes;
 pub use references::{mentions, references};
 
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
@@ -72,6 +73,16 @@ pub enum LoadError {
         /// What was expected and what to do.
         message: String,
     },
+    /// The file is not valid in a format other than glTF.
+    #[error("{file}: {}{message}", place_before(place))]
+    Malformed {
+        /// The model's file.
+        file: String,
+        /// What is wrong: `line 5`, `byte 84`; empty for the whole file.
+        place: String,
+        /// What was expected and what to do.
+        message: String,
+    },
     /// The file requires an extension that is not supported.
     #[error(
         "{file}: at \"/extensionsRequired\": requires {extension}, which is not supported; \
@@ -90,7 +101,17 @@ fn place(pointer: &str) -> String {
     if pointer.is_empty() { String::new() } else { format!("at \"{pointer}\": ") }
 }
 
+/// The same of other formats.
+fn place_before(place: &str) -> String {
+    if place.is_empty() { String::new() } else { format!("{place}: ") }
+}
+
 impl LoadError {
+    /// An error at a place of a file that is not glTF.
+    pub(crate) fn malformed(place: &str, message: impl Into<String>) -> Self {
+        Self::Malformed { file: String::new(), place: place.to_owned(), message: message.into() }
+    }
+
     /// An error at `pointer`; [`load_bytes`] adds the file's name.
     fn invalid(pointer: &str, message: impl Into<String>) -> Self {
         Self::Invalid { file: String::new(), pointer: pointer.to_owned(), message: message.into() }
@@ -99,13 +120,16 @@ impl LoadError {
     /// What went wrong, without the place.
     fn into_message(self) -> String {
         match self {
-            Self::Io { message, .. } | Self::Invalid { message, .. } => message,
+            Self::Io { message, .. } | Self::Invalid { message, .. } | Self::Malformed { message, .. } => message,
             unsupported @ Self::UnsupportedExtension { .. } => unsupported.to_string(),
         }
     }
 
-    fn in_file(mut self, name: &str) -> Self {
-        let (Self::Io { file, .. } | Self::Invalid { file, .. } | Self::UnsupportedExtension { file, .. }) = &mut self;
+    pub(crate) fn in_file(mut self, name: &str) -> Self {
+        let (Self::Io { file, .. }
+        | Self::Invalid { file, .. }
+        | Self::Malformed { file, .. }
+        | Self::UnsupportedExtension { file, .. }) = &mut self;
         name.clone_into(file);
         self
     }
@@ -120,7 +144,7 @@ pub fn load_path(path: &Path) -> Result<Loaded, LoadError> {
 }
 
 /// The file beside the model that a decoded URI names.
-fn checked_relative_path(uri: &str) -> Result<&Path, String> {
+pub(crate) fn checked_relative_path(uri: &str) -> Result<&Path, String> {
     let path = Path::new(uri);
     let is_plain = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     if uri.is_empty() || !is_plain || uri.contains([':', '\\', '\0']) {
@@ -131,7 +155,7 @@ fn checked_relative_path(uri: &str) -> Result<&Path, String> {
     Ok(path)
 }
 
-fn read_file(path: &Path) -> Result<Vec<u8>, String> {
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
     let cannot = |error: std::io::Error| format!("cannot read \"{}\": {error}", path.display());
     let metadata = std::fs::metadata(path).map_err(cannot)?;
     if !metadata.is_file() {

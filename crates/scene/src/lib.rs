@@ -1,7 +1,7 @@
 //! What Manypass draws.
 //!
 //! A [`Scene`] is one arena of nodes together with the meshes, materials, images, lights, cameras, skins and animations
-//! that the nodes refer to by index. This crate knows no GPU: it reads glTF ([`gltf_file`]) and stages ([`stage`]), builds procedural
+//! that the nodes refer to by index. This crate knows no GPU: it reads glTF ([`gltf_file`]), other formats ([`formats`]) and stages ([`stage`]), builds procedural
 //! geometry ([`primitives`]), evaluates animations ([`animation`]) and answers questions about space ([`bounds`]).
 //!
 //! Space is right-handed with +Y up, lengths are metres, angles radians, light is candela and lux, as in glTF 2.0.
@@ -12,6 +12,7 @@ pub mod camera;
 pub mod demo;
 mod diagnostic;
 pub mod environment;
+pub mod formats;
 pub mod framing;
 pub mod gltf_file;
 pub mod image;
@@ -29,8 +30,9 @@ pub use bounds::Aabb;
 pub use camera::{Camera, Projection};
 pub use diagnostic::Diagnostic;
 pub use environment::{EnvironmentError, EnvironmentLayout, EnvironmentMap};
+pub use formats::{load_bytes, load_path};
 pub use framing::{Framing, Interior};
-pub use gltf_file::{LoadError, Loaded, load_bytes, load_path};
+pub use gltf_file::{LoadError, Loaded};
 pub use image::{Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture, Wrap};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, ShadingModel, TextureRef, TextureTransform};

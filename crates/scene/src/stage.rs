@@ -194,10 +194,10 @@ fn checked_model(source: &Source, model: Option<Placed<String>>) -> Result<Place
     let model = model.ok_or_else(|| source.fault(0..0, "`model` is missing"))?;
     let name = &model.value;
     if name.trim().is_empty() {
-        return Err(source.fault(model.range, "the name of the model is empty; name a .glb or .gltf file"));
+        return Err(source.fault(model.range, "the name of the model is empty; name a file such as lamp.glb"));
     }
     if is_stage(std::path::Path::new(name)) {
-        let message = format!("the model `{name}` is a stage, too; a stage names a .glb or .gltf file");
+        let message = format!("the model `{name}` is a stage, too; a stage names a model, such as a .glb file");
         return Err(source.fault(model.range, message));
     }
     Ok(model)

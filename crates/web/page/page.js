@@ -1,5 +1,5 @@
 // ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)
-import init, { create, stageEnvironment, stageModel } from "./manypass_web.js";
+import init, { create, modelFiles, stageEnvironment, stageModel } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
@@ -32,11 +32,11 @@ function draw() {
   });
 }
 
-/** Relative addresses in a .gltf; nothing for a .glb, whose JSON the viewer reads itself. */
+/** Relative addresses in a .gltf; nothing for other models, of which the viewer reads what is in the file itself. */
 function references(bytes) {
   if (new TextDecoder().decode(bytes.subarray(0, 4)) === "glTF") return [];
   let json;
-  try { json = JSON.parse(new TextDecoder().decode(bytes)); } catch { throw new Error("This is neither a .glb nor a .gltf file."); }
+  try { json = JSON.parse(new TextDecoder().decode(bytes)); } catch { return []; }
   const uris = [...(json.buffers ?? []), ...(json.images ?? [])].map((entry) => entry.uri);
   return [...new Set(uris.filter((uri) => uri && !/^data:/i.test(uri)))];
 }
@@ -45,7 +45,20 @@ const isStage = (name) => /\.stage\.toml$/i.test(name);
 
 /** Shows a model or a stage; `get` fetches what they refer to, by a path (of a stage) or an address (of a model, from the model's place). */
 async function open(name, bytes, get) {
-  const parts = (bytes, model) => Promise.all(references(bytes).map(async (uri) => [uri, await get(uri, model)]));
+  const parts = async (bytes, model) => {
+    const found = await Promise.all(references(bytes).map(async (uri) => [uri, await get(uri, model)]));
+    // An OBJ names libraries of materials, and those name textures. What is not there is warned of by the viewer.
+    const tried = new Set();
+    for (;;) {
+      const names = modelFiles(bytes, new Map(found)).filter((name) => !tried.has(name));
+      if (!names.length) return found;
+      await Promise.all(names.map(async (name) => {
+        tried.add(name);
+        const path = name.split("/").map(encodeURIComponent).join("/");
+        await get(path, model).then((file) => found.push([name, file]), () => {});
+      }));
+    }
+  };
   if (!isStage(name)) return show(await parts(bytes), (viewer, found) => viewer.load(bytes, found));
   const model = stageModel(bytes);
   const isBuiltIn = model.startsWith("demo:");
@@ -69,8 +82,8 @@ async function openUrl(address) {
 }
 
 async function openFiles(files) {
-  const main = files.find((file) => isStage(file.name)) ?? files.find((file) => /\.(glb|gltf)$/i.test(file.name));
-  if (!main) throw new Error("Choose a .glb, a .gltf together with its other files, or a .stage.toml together with its model.");
+  const main = files.find((file) => isStage(file.name)) ?? files.find((file) => /\.(glb|gltf|obj|stl|ply|3mf)$/i.test(file.name));
+  if (!main) throw new Error("Choose a model (.glb, .obj, .stl, .ply, .3mf), a .gltf together with its other files, or a .stage.toml together with its model.");
   const read = async (file) => new Uint8Array(await file.arrayBuffer());
   return open(main.name, await read(main), async (uri) => {
     const name = decodeURIComponent(uri).split("/").pop();

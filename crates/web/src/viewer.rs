@@ -11,7 +11,7 @@ use crate::types::{
 };
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
-    scene::{Aabb, Framing, Scene, Stage, demo, gltf_file, stage},
+    scene::{Aabb, Framing, Scene, Stage, demo, formats, stage},
 };
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
@@ -99,6 +99,13 @@ fn parsed_stage(bytes: &[u8]) -> Result<Stage, JsError> {
     Stage::parse("the stage", text).map_err(|error| JsError::new(&error.to_string()))
 }
 
+/// The paths of the files that an OBJ refers to, as far as they are known: its libraries of materials, and the textures of those
+/// that are among the `resources`. None of other models.
+#[wasm_bindgen(js_name = modelFiles)]
+pub fn model_files(bytes: &[u8], resources: Option<Resources>) -> Vec<String> {
+    formats::named_files(bytes, &mut resolver(resources))
+}
+
 /// Finds what a model or a stage refers to.
 fn resolver(resources: Option<Resources>) -> impl FnMut(&str) -> Result<Vec<u8>, String> {
     let resources = resources.map(|resources| read_resources(&resources.into())).unwrap_or_default();
@@ -138,12 +145,13 @@ impl Viewer {
 
 #[wasm_bindgen]
 impl Viewer {
-    /// Takes a `.glb`, or a `.gltf` with the files it refers to. Replaces the model before.
+    /// Takes a model of any format that is read, with the files it refers to. The bytes tell the format. Replaces the model
+    /// before.
     ///
     /// # Errors
     /// When the file cannot be read; the message names the place in it.
     pub fn load(&mut self, bytes: Vec<u8>, resources: Option<Resources>) -> Result<(), JsError> {
-        let loaded = gltf_file::load_bytes(&bytes, &mut resolver(resources), "the model")?;
+        let loaded = formats::load_bytes(&bytes, &mut resolver(resources), "the model")?;
         self.take(loaded.scene, loaded.warnings, None)
     }
 

@@ -148,7 +148,7 @@ impl Geometry for Corners<'_> {
 }
 
 /// Adds MikkTSpace tangents for a UV set. A vertex whose corners disagree is split.
-pub(super) fn add_tangents(primitive: &mut Primitive, uv_set: u32) {
+pub(crate) fn add_tangents(primitive: &mut Primitive, uv_set: u32) {
     let uv = if uv_set == 1 { &primitive.uv1 } else { &primitive.uv0 };
     if uv.is_empty() || primitive.normals.is_empty() || primitive.indices.is_empty() {
         return;
@@ -176,7 +176,7 @@ pub(super) fn add_tangents(primitive: &mut Primitive, uv_set: u32) {
 }
 
 /// The box around the positions.
-pub(super) fn bounds(primitive: &Primitive) -> Aabb {
+pub(crate) fn bounds(primitive: &Primitive) -> Aabb {
     Aabb::from_points(primitive.positions.iter().copied().map(Vec3::from))
 }
 

@@ -15,7 +15,7 @@ fn white() -> ImageSource {
 
 /// What all images of a file may take as texels: 1 GiB, and more for a file with many bytes of images. So a few
 /// kilobytes cannot claim all memory, and honest models, whose images are seldom packed more tightly, stay far below.
-fn texel_budget_bytes(encoded_bytes: u64) -> u64 {
+pub(crate) fn texel_budget_bytes(encoded_bytes: u64) -> u64 {
     (1 << 30) + encoded_bytes.saturating_mul(64)
 }
 

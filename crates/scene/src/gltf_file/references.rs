@@ -34,9 +34,14 @@ pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
 /// As [`references`].
 pub fn mentions(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
+    Ok(meant_paths(folder, &uris(path)?))
+}
+
+/// Every path that names in a model of this folder may mean.
+pub(crate) fn meant_paths(folder: &Path, names: &[String]) -> Vec<PathBuf> {
     let mut paths = Vec::new();
-    for uri in uris(path)? {
-        for meaning in meanings(&uri) {
+    for name in names {
+        for meaning in meanings(name) {
             let file = folder.join(meaning);
             paths.extend([without_dots(&file), file]);
         }
@@ -44,7 +49,7 @@ pub fn mentions(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
     // Models may name one file often.
     paths.sort();
     paths.dedup();
-    Ok(paths)
+    paths
 }
 
 /// What a URI may mean as a path: as it is written, and without percent signs, scheme, query and fragment, each with

@@ -1,7 +1,8 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
 use super::{Stage, document, environment_file, table::Source, value};
-use crate::gltf_file::{self, LoadError};
+use crate::formats;
+use crate::gltf_file::{LoadError, Loaded};
 use crate::{Diagnostic, EnvironmentMap, Scene, demo};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -73,7 +74,7 @@ pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
         })?),
         None => None,
     };
-    with_model(stage, environment, |_| model.map(|model| gltf_file::load_path(&model)))
+    with_model(stage, environment, |_| model.map(|model| formats::load_path(&model)))
 }
 
 /// Reads a stage from memory. `resolve` fetches the model, by the name that the stage gives it, and then the files that
@@ -100,7 +101,7 @@ pub fn load_bytes(
         return with_model(stage, environment, |_| None);
     }
     let model = resolve(stage.model()).map_err(|message| stage.model_fault(message))?;
-    with_model(stage, environment, |stage| Some(gltf_file::load_bytes(&model, resolve, stage.model())))
+    with_model(stage, environment, |stage| Some(formats::load_bytes(&model, resolve, stage.model())))
 }
 
 /// The model of a stage, as far as its text says one, whatever else is wrong with it: for whoever must not draw it twice, nor
@@ -144,7 +145,7 @@ fn model_path(stage: &Path, model: &str) -> Option<PathBuf> {
 fn with_model(
     stage: Stage,
     environment: Option<Vec<u8>>,
-    load: impl FnOnce(&Stage) -> Option<Result<gltf_file::Loaded, LoadError>>,
+    load: impl FnOnce(&Stage) -> Option<Result<Loaded, LoadError>>,
 ) -> Result<LoadedStage, StageError> {
     let (mut scene, mut warnings) = match load(&stage) {
         Some(loaded) => loaded.map(|loaded| (loaded.scene, loaded.warnings))?,

@@ -1,0 +1,308 @@
+//! MTL, the materials of OBJ (Wavefront; its extension for physically based shading is that of exocortex.com, 2014).
+//!
+//! `docs/inputs.md` says how each statement becomes a material of metallic-roughness.
+
+use super::image_files::{ImageFiles, texture};
+use super::parts::{Parts, plain_material};
+use super::text;
+use crate::{AlphaMode, Image, Material, Sampler, TextureRef, TextureTransform, Wrap};
+use glam::{Vec2, Vec3};
+
+/// A texture as a statement names it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Map {
+    /// Its path from the model.
+    pub(super) name: String,
+    offset: Vec2,
+    scale: Vec2,
+    is_clamped: bool,
+    strength: f32,
+}
+
+/// A material as its statements say it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Definition {
+    pub(super) name: String,
+    color: Option<[f32; 3]>,
+    specular: Option<[f32; 3]>,
+    exponent: Option<f32>,
+    emission: Option<[f32; 3]>,
+    alpha: Option<f32>,
+    roughness: Option<f32>,
+    metallic: Option<f32>,
+    color_map: Option<Map>,
+    alpha_map: Option<Map>,
+    emission_map: Option<Map>,
+    bump_map: Option<Map>,
+    normal_map: Option<Map>,
+    roughness_map: Option<Map>,
+    metallic_map: Option<Map>,
+}
+
+/// The names of the statements that name a texture, in small letters.
+const MAPS: [&str; 9] = ["map_kd", "map_d", "map_ke", "map_bump", "bump", "norm", "map_pr", "map_pm", "map_ks"];
+
+/// The materials of a library, and what is wrong with it. `folder` is the library's, from the model.
+pub(super) fn parse(bytes: &[u8], folder: &str) -> (Vec<Definition>, Vec<String>) {
+    let (mut definitions, mut warnings) = (Vec::<Definition>::new(), Vec::new());
+    for (line, content) in text::lines(bytes) {
+        let (keyword, rest) = text::first_word(&content);
+        let keyword = text::name(keyword).to_ascii_lowercase();
+        if keyword == "newmtl" {
+            definitions.push(Definition { name: text::name(rest), ..Definition::default() });
+            continue;
+        }
+        let Some(definition) = definitions.last_mut() else { continue };
+        if let Err(message) = definition.read(&keyword, rest, folder)
+            && warnings.len() < 10
+        {
+            warnings.push(format!("line {line}: {message}; the statement is passed over"));
+        }
+    }
+    (definitions, warnings)
+}
+
+impl Definition {
+    fn read(&mut self, keyword: &str, rest: &[u8], folder: &str) -> Result<(), String> {
+        let one = || {
+            let word = text::words(rest).next().unwrap_or_default();
+            text::number(word).ok_or_else(|| format!("expected a finite number, found \"{}\"", text::shown(word)))
+        };
+        let unit = || one().map(|value| Some(value.clamp(0.0, 1.0)));
+        match keyword {
+            "kd" => self.color = Some(color(rest)?.map(|value| value.min(1.0))),
+            "ks" => self.specular = Some(color(rest)?),
+            "ke" => self.emission = Some(color(rest)?),
+            "ns" => self.exponent = Some(one()?.max(0.0)),
+            // `d -halo 0.5` fades towards edges; its number is taken as it is.
+            "d" => {
+                let word = text::words(rest).last().unwrap_or_default();
+                self.alpha = text::number(word).map(|alpha| alpha.clamp(0.0, 1.0));
+            }
+            "tr" => self.alpha = Some(1.0 - one()?.clamp(0.0, 1.0)),
+            "pr" => self.roughness = unit()?,
+            "pm" => self.metallic = unit()?,
+            _ if MAPS.contains(&keyword) => {
+                let map = Some(map(rest, folder)?);
+                match keyword {
+                    "map_kd" => self.color_map = map,
+                    "map_d" => self.alpha_map = map,
+                    "map_ke" => self.emission_map = map,
+                    "norm" => self.normal_map = map,
+                    "map_pr" => self.roughness_map = map,
+                    "map_pm" => self.metallic_map = map,
+                    "map_bump" | "bump" => self.bump_map = map,
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The textures that are read, or would be if they could.
+    pub(super) fn maps(&self) -> impl Iterator<Item = &Map> {
+        let maps = [&self.color_map, &self.alpha_map, &self.emission_map, &self.bump_map, &self.normal_map];
+        maps.into_iter().chain([&self.roughness_map, &self.metallic_map]).flatten()
+    }
+
+    /// The material of metallic-roughness, with its textures. `has_colors` says that vertices bring colours.
+    pub(super) fn material(
+        &self,
+        has_colors: bool,
+        parts: &mut Parts,
+        images: &mut ImageFiles,
+        resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    ) -> Material {
+        let mut material = Material { name: self.name.clone(), ..plain_material(has_colors) };
+        let mut slot = |map: &Option<Map>, parts: &mut Parts| {
+            let map = map.as_ref()?;
+            Some(map.reference(images.image(&map.name, parts, resolve)?, parts))
+        };
+        material.base_color_texture = slot(&self.color_map, parts);
+        material.emissive_texture = slot(&self.emission_map, parts);
+        material.normal_texture = slot(&self.normal_map, parts);
+        if let Some(bump) = &self.bump_map
+            && material.normal_texture.is_none()
+        {
+            let reference = slot(&self.bump_map, parts);
+            let image = reference.and_then(|found| parts.scene.textures.get(found.texture)).map(|found| found.image);
+            match image.and_then(|image| parts.scene.images.get(image)) {
+                Some(image) if holds_heights(image) => {
+                    parts.warn(format!("texture \"{}\" holds heights, which are not drawn; name normals", bump.name));
+                }
+                Some(_) => {
+                    material.normal_texture = reference;
+                    material.normal_scale = bump.strength;
+                }
+                None => {}
+            }
+        }
+        self.set_gloss(&mut material, parts, &mut slot);
+        self.set_color_and_alpha(&mut material, parts);
+        let glow = if material.emissive_texture.is_some() { Vec3::ONE } else { Vec3::ZERO };
+        let emission = self.emission.map_or(glow, Vec3::from);
+        // Exporters write no light beside the map that gives it.
+        material.emissive_factor = if emission == Vec3::ZERO { glow } else { emission };
+        if self.emission_map.is_some() && material.emissive_texture.is_none() {
+            material.emissive_factor = Vec3::ZERO;
+        }
+        material
+    }
+
+    /// Roughness and metal. The exponent of Blinn and Phong is n = 2 / α² − 2, as in docs/lighting.md.
+    fn set_gloss(
+        &self,
+        material: &mut Material,
+        parts: &mut Parts,
+        slot: &mut dyn FnMut(&Option<Map>, &mut Parts) -> Option<TextureRef>,
+    ) {
+        let is_dull = self.specular.is_some_and(|specular| specular == [0.0; 3]);
+        let of_exponent = self.exponent.map(|exponent| (2.0 / (exponent + 2.0)).powf(0.25));
+        let of_phong = if is_dull { Some(1.0) } else { of_exponent };
+        material.roughness_factor = self.roughness.or(of_phong).unwrap_or(material.roughness_factor);
+        material.metallic_factor = self.metallic.unwrap_or(0.0);
+        let one_image = match (&self.roughness_map, &self.metallic_map) {
+            (Some(roughness), Some(metallic)) => roughness.name == metallic.name,
+            (Some(_), None) => self.metallic.unwrap_or(0.0) == 0.0,
+            (None, Some(_)) => false,
+            (None, None) => return,
+        };
+        if !one_image {
+            parts.warn(format!(
+                "material \"{}\": map_Pr and map_Pm are two images; name one with roughness in green and metal in blue",
+                self.name
+            ));
+            return;
+        }
+        material.metallic_roughness_texture = slot(&self.roughness_map, parts);
+        if material.metallic_roughness_texture.is_some() {
+            material.roughness_factor = self.roughness.filter(|roughness| *roughness > 0.0).unwrap_or(1.0);
+            if self.metallic_map.is_some() {
+                material.metallic_factor = self.metallic.filter(|metallic| *metallic > 0.0).unwrap_or(1.0);
+            }
+        }
+    }
+
+    fn set_color_and_alpha(&self, material: &mut Material, parts: &mut Parts) {
+        let color = self.color.map(Vec3::from);
+        // Exporters write black beside the map that gives the colour.
+        let color = match (color, material.base_color_texture) {
+            (None | Some(Vec3::ZERO), Some(_)) => Vec3::ONE,
+            (color, _) => color.unwrap_or(material.base_color_factor.truncate()),
+        };
+        let alpha = self.alpha.unwrap_or(1.0);
+        material.base_color_factor = color.extend(alpha);
+        if alpha < 1.0 {
+            material.alpha_mode = AlphaMode::Blend;
+        }
+        let Some(alpha_map) = &self.alpha_map else { return };
+        if material.base_color_texture.is_some()
+            && self.color_map.as_ref().is_some_and(|map| map.name == alpha_map.name)
+        {
+            if alpha == 1.0 {
+                material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+            }
+        } else {
+            parts.warn(format!(
+                "material \"{}\": map_d is another image than map_Kd, and is not drawn; give map_Kd an alpha channel",
+                self.name
+            ));
+        }
+    }
+}
+
+/// Whether a map of bumps holds one number a texel rather than normals.
+fn holds_heights(image: &Image) -> bool {
+    let is_grey = |texel: &[u8]| matches!(*texel, [r, g, b, _] if r.abs_diff(g) < 8 && r.abs_diff(b) < 8);
+    image.decode().is_ok_and(|pixels| pixels.data.chunks_exact(4).all(is_grey))
+}
+
+impl Map {
+    fn reference(&self, image: usize, parts: &mut Parts) -> TextureRef {
+        let wrap = if self.is_clamped { Wrap::ClampToEdge } else { Wrap::Repeat };
+        let texture = texture(parts, image, Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() });
+        // The file's v points up: 1 − (v · s + o), of v = 1 − v'.
+        let offset = Vec2::new(self.offset.x, 1.0 - self.offset.y - self.scale.y);
+        TextureRef { texture, uv_set: 0, transform: TextureTransform { offset, scale: self.scale, rotation_rad: 0.0 } }
+    }
+}
+
+/// One number is a grey. Numbers below 0 are 0.
+fn color(rest: &[u8]) -> Result<[f32; 3], String> {
+    let mut values = Vec::new();
+    for word in text::words(rest).take(3) {
+        let value = text::number(word).map(|value| value.max(0.0));
+        values.push(value.ok_or_else(|| format!("expected a finite number, found \"{}\"", text::shown(word)))?);
+    }
+    match values[..] {
+        [grey] => Ok([grey; 3]),
+        [r, g, b] => Ok([r, g, b]),
+        _ => Err("expected three numbers".into()),
+    }
+}
+
+/// A texture: options, then a name, which may have spaces in it.
+fn map(rest: &[u8], folder: &str) -> Result<Map, String> {
+    let mut map = Map { name: String::new(), offset: Vec2::ZERO, scale: Vec2::ONE, is_clamped: false, strength: 1.0 };
+    let mut rest = rest;
+    loop {
+        let (option, after) = text::first_word(rest);
+        let most_numbers = match option.to_ascii_lowercase().as_slice() {
+            b"-o" | b"-s" | b"-t" => 3,
+            b"-mm" => 2,
+            b"-bm" | b"-boost" | b"-texres" => 1,
+            b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-imfchan" | b"-type" => 0,
+            _ => break,
+        };
+        rest = after;
+        let mut numbers = Vec::new();
+        if most_numbers == 0 {
+            let (word, after) = text::first_word(rest);
+            map.is_clamped |= option.eq_ignore_ascii_case(b"-clamp") && word.eq_ignore_ascii_case(b"on");
+            rest = after;
+        }
+        while numbers.len() < most_numbers {
+            let (word, after) = text::first_word(rest);
+            let Some(number) = text::number(word) else { break };
+            numbers.push(number);
+            rest = after;
+        }
+        let pair = |of_v: f32| match numbers[..] {
+            [u, v, ..] => Vec2::new(u, v),
+            [u] => Vec2::new(u, of_v),
+            [] => Vec2::splat(of_v),
+        };
+        match option.to_ascii_lowercase().as_slice() {
+            b"-o" => map.offset = pair(0.0),
+            b"-s" => map.scale = pair(1.0),
+            b"-bm" => map.strength = numbers.first().copied().unwrap_or(1.0),
+            _ => {}
+        }
+    }
+    let name = text::name(rest).trim_matches('"').replace('\\', "/");
+    if name.is_empty() {
+        return Err("expected the name of a texture".into());
+    }
+    map.name = format!("{folder}{}", name.trim_start_matches("./"));
+    Ok(map)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_come_before_names_with_spaces() {
+        let read = |text: &str| map(text.as_bytes(), "in/").expect(text);
+        let found = read("-s 2 3 1 -o 0.5 -clamp on -bm 0.7 -imfchan l tex\\a b.png");
+        assert_eq!(
+            (found.name.as_str(), found.scale, found.offset),
+            ("in/tex/a b.png", Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0))
+        );
+        assert!(found.is_clamped && found.strength == 0.7);
+        assert_eq!(read("-bm 2 3.png").name, "in/3.png");
+        assert_eq!(read("./a.png").name, "in/a.png");
+        assert!(map(b"-s 1 1 1", "").is_err() && map(b"", "").is_err());
+    }
+}

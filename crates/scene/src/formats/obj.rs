@@ -1,0 +1,390 @@
+//! Wavefront OBJ: polygons, lines and points, with materials of an MTL beside it. It has no units; Y points up.
+//!
+//! An object (`o`) is a node, or a group (`g`) where the file has no objects. Vertices may have colours after their
+//! positions, as scanners write them.
+
+use super::image_files::ImageFiles;
+use super::parts::{Parts, by_material, linear, plain_material};
+use super::smooth::{Smoothed, Smoothing, smooth};
+use super::text::{self, at_line};
+use super::{mtl, polygon};
+use crate::gltf_file::{LoadError, Loaded};
+use crate::{Primitive, Topology};
+use glam::Vec3;
+use std::collections::{BTreeSet, HashMap};
+
+/// What stands where a corner has no texture coordinate or no normal.
+const NONE: u32 = u32::MAX;
+/// The most libraries of materials that a file names, and the bytes that they take together.
+const MOST_LIBRARIES: usize = 256;
+const MOST_LIBRARY_BYTES: usize = 64 << 20;
+
+type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
+
+/// Whether the first statement of a text is one of OBJ.
+pub(super) fn is_obj(start: &[u8]) -> bool {
+    let first = start.split(|byte| *byte == b'\n').map(text::first_word).find(|(word, _)| {
+        let is_comment = word.first() == Some(&b'#');
+        !word.is_empty() && !is_comment
+    });
+    let is_statement = |word: &[u8]| {
+        [&b"v"[..], b"vt", b"vn", b"f", b"o", b"g", b"s", b"l", b"p", b"mtllib", b"usemtl"].contains(&word)
+    };
+    first.is_some_and(|(word, rest)| is_statement(word) && !rest.is_empty())
+}
+
+/// A corner: indices of its position, texture coordinate and normal.
+type Corner = [u32; 3];
+
+/// A polygon, a line or points, up to the corner at `end`.
+struct Element {
+    end: u32,
+    line: u32,
+    topology: Topology,
+    smoothing: Smoothing,
+    material: usize,
+}
+
+#[derive(Default)]
+struct Part {
+    name: String,
+    corners: Vec<Corner>,
+    elements: Vec<Element>,
+}
+
+#[derive(Default)]
+struct File {
+    positions: Vec<[f32; 3]>,
+    /// As many as positions, if any has one.
+    colors: Vec<[f32; 4]>,
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    parts: Vec<Part>,
+    part_of: HashMap<String, usize>,
+    /// Names of materials, and their indices here; the first is that of what has none.
+    materials: Vec<String>,
+    material_of: HashMap<String, usize>,
+    libraries: Vec<String>,
+    broken_normals: bool,
+}
+
+/// The files that an OBJ names: its libraries, then the textures in those that can be read.
+pub(super) fn names(bytes: &[u8], resolve: &mut Resolve) -> Vec<String> {
+    let mut libraries = Vec::new();
+    for (_, line) in text::lines(bytes) {
+        let (keyword, rest) = text::first_word(&line);
+        if keyword == b"mtllib" {
+            add_library(&mut libraries, rest);
+        }
+    }
+    let (definitions, _) = read_libraries(&libraries, resolve);
+    let textures: BTreeSet<&str> =
+        definitions.iter().flat_map(mtl::Definition::maps).map(|map| map.name.as_str()).collect();
+    libraries.iter().map(String::as_str).chain(textures).map(str::to_owned).collect()
+}
+
+fn add_library(libraries: &mut Vec<String>, rest: &[u8]) {
+    let name = text::name(rest).trim_matches('"').replace('\\', "/");
+    let name = name.trim_start_matches("./").to_owned();
+    if !name.is_empty() && libraries.len() < MOST_LIBRARIES && !libraries.contains(&name) {
+        libraries.push(name);
+    }
+}
+
+/// The materials of all libraries, and what is wrong with those.
+fn read_libraries(libraries: &[String], resolve: &mut Resolve) -> (Vec<mtl::Definition>, Vec<String>) {
+    let (mut definitions, mut warnings, mut left_bytes) = (Vec::new(), Vec::new(), MOST_LIBRARY_BYTES);
+    for library in libraries {
+        let read = resolve(library).and_then(|bytes| {
+            left_bytes = left_bytes.checked_sub(bytes.len()).ok_or("libraries take more than 64 MiB together")?;
+            Ok(bytes)
+        });
+        match read {
+            Ok(bytes) => {
+                let folder = library.rfind('/').and_then(|end| library.get(..=end)).unwrap_or_default();
+                let (found, wrong) = mtl::parse(&bytes, folder);
+                definitions.extend(found);
+                warnings.extend(wrong.into_iter().map(|message| format!("{library}: {message}")));
+            }
+            Err(message) => warnings.push(format!("materials of \"{library}\": {message}; they are left out")),
+        }
+    }
+    (definitions, warnings)
+}
+
+pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
+    let file = read(bytes)?;
+    if file.positions.is_empty() {
+        return Err(LoadError::malformed("", "not an OBJ file: it has no vertices"));
+    }
+    let mut parts = Parts::default();
+    let materials = materials(&file, &mut parts, resolve);
+    if file.broken_normals {
+        parts.warn("some normals have no direction; they point along +Y instead");
+    }
+    for part in &file.parts {
+        let mut primitives = triangles(&file, part, &materials)?;
+        primitives.extend(others(&file, part, &materials)?);
+        if !primitives.is_empty() {
+            parts.add(&part.name, primitives);
+        }
+    }
+    parts.finish()
+}
+
+/// The scene's materials by their indices in the file.
+fn materials(file: &File, parts: &mut Parts, resolve: &mut Resolve) -> Vec<usize> {
+    let (definitions, warnings) = read_libraries(&file.libraries, resolve);
+    warnings.into_iter().for_each(|warning| parts.warn(warning));
+    let has_colors = !file.colors.is_empty();
+    let by_name: HashMap<&str, &mtl::Definition> =
+        definitions.iter().map(|definition| (definition.name.as_str(), definition)).collect();
+    let mut images = ImageFiles::default();
+    let used: BTreeSet<usize> =
+        file.parts.iter().flat_map(|part| &part.elements).map(|element| element.material).collect();
+    let of_name = |(index, name): (usize, &String)| {
+        if !used.contains(&index) {
+            return 0;
+        }
+        let material = match by_name.get(name.as_str()) {
+            Some(definition) => definition.material(has_colors, parts, &mut images, resolve),
+            None => {
+                if index > 0 && !definitions.is_empty() {
+                    parts.warn(format!("no library has the material \"{name}\"; it is drawn grey"));
+                }
+                crate::Material { name: name.clone(), ..plain_material(has_colors) }
+            }
+        };
+        parts.scene.materials.push(material);
+        parts.scene.materials.len() - 1
+    };
+    file.materials.iter().enumerate().map(of_name).collect()
+}
+
+fn read(bytes: &[u8]) -> Result<File, LoadError> {
+    let mut file = File { materials: vec![String::new()], ..File::default() };
+    let (mut material, mut smoothing, mut has_objects) = (0, Smoothing::ByAngle, false);
+    let mut part = file.part("");
+    for (line, content) in text::lines(bytes) {
+        let (keyword, rest) = text::first_word(&content);
+        let mut words = text::words(rest);
+        match keyword {
+            b"v" => file.add_vertex(&mut words, line)?,
+            b"vt" => {
+                let [u] = text::vector(&mut words, line)?;
+                let v = words.next().map_or(Some(0.0), text::number);
+                let v = v.ok_or_else(|| at_line(line, "expected two finite numbers"))?;
+                // It points up here, and down in textures.
+                file.uvs.push([u, 1.0 - v]);
+            }
+            b"vn" => {
+                let normal = Vec3::from(text::vector(&mut words, line)?).try_normalize();
+                file.broken_normals |= normal.is_none();
+                file.normals.push(normal.unwrap_or(Vec3::Y).to_array());
+            }
+            b"f" => file.add_element(part, Topology::Triangles, smoothing, material, (rest, line))?,
+            b"l" => file.add_element(part, Topology::Lines, smoothing, material, (rest, line))?,
+            b"p" => file.add_element(part, Topology::Points, smoothing, material, (rest, line))?,
+            b"o" => {
+                has_objects = true;
+                part = file.part(&text::name(rest));
+            }
+            b"g" if !has_objects => part = file.part(&text::name(rest)),
+            b"s" => {
+                smoothing = match words.next() {
+                    None | Some(b"off" | b"0") => Smoothing::Flat,
+                    Some(word) => text::number(word).map_or(Smoothing::ByAngle, |n| Smoothing::Group(n as u32)),
+                };
+            }
+            b"usemtl" => material = file.material(&text::name(rest)),
+            b"mtllib" => add_library(&mut file.libraries, rest),
+            _ => {}
+        }
+    }
+    Ok(file)
+}
+
+impl File {
+    fn part(&mut self, name: &str) -> usize {
+        if let Some(&part) = self.part_of.get(name) {
+            return part;
+        }
+        self.parts.push(Part { name: name.to_owned(), ..Part::default() });
+        self.part_of.insert(name.to_owned(), self.parts.len() - 1);
+        self.parts.len() - 1
+    }
+
+    fn material(&mut self, name: &str) -> usize {
+        if let Some(&material) = self.material_of.get(name) {
+            return material;
+        }
+        self.materials.push(name.to_owned());
+        self.material_of.insert(name.to_owned(), self.materials.len() - 1);
+        self.materials.len() - 1
+    }
+
+    fn add_vertex<'w>(&mut self, words: &mut impl Iterator<Item = &'w [u8]>, line: u32) -> Result<(), LoadError> {
+        self.positions.push(text::vector(words, line)?);
+        // One number more is the weight of curves, which are not read; three are a colour.
+        let rest: Vec<f32> = words.take(4).map_while(text::number).collect();
+        if let [r, g, b, ..] = rest[..] {
+            self.colors.resize(self.positions.len() - 1, [1.0; 4]);
+            self.colors.push(linear([r, g, b, 1.0]));
+        } else if !self.colors.is_empty() {
+            self.colors.push([1.0; 4]);
+        }
+        Ok(())
+    }
+
+    fn add_element(
+        &mut self,
+        part: usize,
+        topology: Topology,
+        smoothing: Smoothing,
+        material: usize,
+        (rest, line): (&[u8], u32),
+    ) -> Result<(), LoadError> {
+        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
+        let Some(part) = self.parts.get_mut(part) else { return Ok(()) };
+        let start = part.corners.len();
+        for word in text::words(rest) {
+            part.corners.push(corner(word, counts, line)?);
+        }
+        let least = match topology {
+            Topology::Triangles => 3,
+            Topology::Lines => 2,
+            Topology::Points => 1,
+        };
+        let count = part.corners.len() - start;
+        if count < least {
+            return Err(at_line(line, format!("expected at least {least} vertices, found {count}")));
+        }
+        let end = part.corners.len() as u32;
+        part.elements.push(Element { end, line, topology, smoothing, material });
+        Ok(())
+    }
+}
+
+/// Reads `position/uv/normal`, each counted from 1, or backwards from the latest one. Whether they are there is known at the end.
+fn corner(word: &[u8], counts: [usize; 3], line: u32) -> Result<Corner, LoadError> {
+    let wrong = || at_line(line, format!("\"{}\" is no vertex; expected v, v/vt, v//vn or v/vt/vn", text::shown(word)));
+    let mut corner = [NONE; 3];
+    let mut given = word.split(|byte| *byte == b'/');
+    for (slot, count) in corner.iter_mut().zip(counts) {
+        let Some(index) = given.next().filter(|index| !index.is_empty()) else { continue };
+        let index: i64 = std::str::from_utf8(index).ok().and_then(|index| index.parse().ok()).ok_or_else(wrong)?;
+        let index = if index < 0 { count as i64 + index } else { index - 1 };
+        *slot = u32::try_from(index).map_err(|_| wrong())?;
+    }
+    if corner[0] == NONE || given.next().is_some() { Err(wrong()) } else { Ok(corner) }
+}
+
+/// The elements of a part with their corners.
+fn elements(part: &Part) -> impl Iterator<Item = (&Element, &[Corner])> {
+    let mut start = 0;
+    part.elements.iter().map(move |element| {
+        let corners = part.corners.get(start..element.end as usize).unwrap_or_default();
+        start = element.end as usize;
+        (element, corners)
+    })
+}
+
+/// What no element may name: an attribute that the file does not have.
+fn check(file: &File, corners: &[Corner], line: u32) -> Result<(), LoadError> {
+    let counts = [file.positions.len(), file.uvs.len(), file.normals.len()];
+    for corner in corners {
+        for ((index, count), what) in corner.iter().zip(counts).zip(["v", "vt", "vn"]) {
+            if *index != NONE && *index as usize >= count {
+                return Err(at_line(
+                    line,
+                    format!("{what} {} is named, and the file has {count}", u64::from(*index) + 1),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The primitives of a part's polygons.
+fn triangles(file: &File, part: &Part, materials: &[usize]) -> Result<Vec<Primitive>, LoadError> {
+    let position = |corner: &Corner| file.positions.get(corner[0] as usize).copied().unwrap_or_default();
+    let mut corners: Vec<Corner> = Vec::new();
+    let (mut smoothing, mut of_triangle) = (Vec::new(), Vec::new());
+    for (element, polygon) in elements(part).filter(|(element, _)| element.topology == Topology::Triangles) {
+        check(file, polygon, element.line)?;
+        let points: Vec<Vec3> = polygon.iter().map(|corner| position(corner).into()).collect();
+        for triangle in polygon::triangles(&points) {
+            corners.extend(triangle.iter().filter_map(|&i| polygon.get(i)));
+            smoothing.push(element.smoothing);
+            of_triangle.push(materials.get(element.material).copied().unwrap_or_default());
+        }
+    }
+    let has_all = |attribute: usize| corners.iter().all(|corner| corner.get(attribute) != Some(&NONE));
+    let smoothed = if has_all(2) { None } else { Some(smoothed(file, &corners, &smoothing)) };
+    let of_corner = |i: usize| corners.get(i).copied().unwrap_or_default();
+    // Normals of the file, and those that were made, are told apart by the last number.
+    let key = |i: usize| {
+        let corner = of_corner(i);
+        let made = || smoothed.as_ref().and_then(|smoothed| smoothed.indices.get(i).copied()).unwrap_or_default();
+        if corner[2] == NONE { (corner[0], corner[1], made(), true) } else { (corner[0], corner[1], corner[2], false) }
+    };
+    let has_uvs = corners.iter().any(|corner| corner[1] != NONE);
+    Ok(by_material(&of_triangle, key, |primitive, i| {
+        let (_, _, normal, is_made) = key(i);
+        let made = smoothed.as_ref().filter(|_| is_made).map(|smoothed| &smoothed.normals);
+        let normals = made.unwrap_or(&file.normals);
+        primitive.normals.push(normals.get(normal as usize).copied().unwrap_or([0.0, 1.0, 0.0]));
+        push_vertex(file, primitive, of_corner(i), has_uvs);
+    }))
+}
+
+/// Adds a vertex but for its normal.
+fn push_vertex(file: &File, primitive: &mut Primitive, [position, uv, _]: Corner, has_uvs: bool) {
+    primitive.positions.push(file.positions.get(position as usize).copied().unwrap_or_default());
+    if has_uvs {
+        primitive.uv0.push(file.uvs.get(uv as usize).copied().unwrap_or_default());
+    }
+    if !file.colors.is_empty() {
+        primitive.colors.push(file.colors.get(position as usize).copied().unwrap_or([1.0; 4]));
+    }
+}
+
+/// Normals for a part in which some corners have none.
+fn smoothed(file: &File, corners: &[Corner], smoothing: &[Smoothing]) -> Smoothed {
+    let (mut positions, mut local, mut places) = (Vec::new(), HashMap::new(), HashMap::new());
+    let mut indices = Vec::with_capacity(corners.len());
+    for corner in corners {
+        indices.push(*local.entry(corner[0]).or_insert_with(|| {
+            let position = file.positions.get(corner[0] as usize).copied().unwrap_or_default();
+            // Some exporters write a vertex for every face.
+            *places.entry(position.map(|value| (value + 0.0).to_bits())).or_insert_with(|| {
+                positions.push(position);
+                positions.len() as u32 - 1
+            })
+        }));
+    }
+    smooth(&positions, &indices, |face| smoothing.get(face).copied().unwrap_or_default())
+}
+
+/// The primitives of a part's lines and points.
+fn others(file: &File, part: &Part, materials: &[usize]) -> Result<Vec<Primitive>, LoadError> {
+    let mut primitives: Vec<Primitive> = Vec::new();
+    let mut places: HashMap<(Topology, usize), usize> = HashMap::new();
+    for (element, corners) in elements(part).filter(|(element, _)| element.topology != Topology::Triangles) {
+        check(file, corners, element.line)?;
+        let place = *places.entry((element.topology, element.material)).or_insert_with(|| {
+            let material = materials.get(element.material).copied();
+            primitives.push(Primitive { topology: element.topology, material, ..Primitive::default() });
+            primitives.len() - 1
+        });
+        let Some(primitive) = primitives.get_mut(place) else { continue };
+        let first = primitive.positions.len() as u32;
+        corners.iter().for_each(|corner| push_vertex(file, primitive, *corner, false));
+        let last = primitive.positions.len() as u32;
+        match element.topology {
+            Topology::Lines => primitive.indices.extend((first + 1..last).flat_map(|i| [i - 1, i])),
+            _ => primitive.indices.extend(first..last),
+        }
+    }
+    Ok(primitives)
+}

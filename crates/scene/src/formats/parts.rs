@@ -1,0 +1,121 @@
+//! A scene of parts: one node and one mesh each.
+
+use crate::gltf_file::{LoadError, Loaded, geometry};
+use crate::scenes::MAX_DRAWN_PRIMITIVES;
+use crate::{Material, Mesh, Node, NodeId, Primitive, Scene};
+use glam::{Vec3, Vec4};
+use std::collections::{BTreeMap, HashMap};
+use std::hash::Hash;
+
+/// The most warnings that are kept; more say nothing new.
+const MOST_WARNINGS: usize = 100;
+
+/// A scene that is being made.
+#[derive(Debug, Default)]
+pub(super) struct Parts {
+    pub(super) scene: Scene,
+    pub(super) warnings: Vec<String>,
+}
+
+/// The surface of what has no material: a light grey without gloss, and white below colours of vertices. It has two
+/// sides, because these formats do not say which faces are seen, and their winding is often wrong.
+pub(super) fn plain_material(has_colors: bool) -> Material {
+    let grey_linear = if has_colors { 1.0 } else { 0.6 };
+    Material {
+        base_color_factor: Vec3::splat(grey_linear).extend(1.0),
+        metallic_factor: 0.0,
+        roughness_factor: 0.6,
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+impl Parts {
+    pub(super) fn warn(&mut self, message: impl Into<String>) {
+        if self.warnings.len() < MOST_WARNINGS {
+            self.warnings.push(message.into());
+        }
+    }
+
+    /// The index of a material like `material`, which is added if there is none like the last.
+    pub(super) fn material(&mut self, material: Material) -> usize {
+        match self.scene.materials.iter().position(|other| *other == material) {
+            Some(index) => index,
+            None => {
+                self.scene.materials.push(material);
+                self.scene.materials.len() - 1
+            }
+        }
+    }
+
+    /// Adds a mesh; gives its index.
+    pub(super) fn mesh(&mut self, name: &str, mut primitives: Vec<Primitive>) -> usize {
+        for primitive in &mut primitives {
+            let normal_texture = primitive.material.and_then(|index| self.scene.materials.get(index)?.normal_texture);
+            if let Some(normal_texture) = normal_texture {
+                geometry::add_tangents(primitive, normal_texture.uv_set);
+            }
+            primitive.bounds = geometry::bounds(primitive);
+        }
+        let mesh = Mesh { name: name.to_owned(), primitives, ..Mesh::default() };
+        self.scene.meshes.push(mesh.into());
+        self.scene.meshes.len() - 1
+    }
+
+    /// Adds a mesh and a node that shows it.
+    pub(super) fn add(&mut self, name: &str, primitives: Vec<Primitive>) -> NodeId {
+        let mesh = self.mesh(name, primitives);
+        self.scene.add_node(None, Node { name: name.to_owned(), mesh: Some(mesh), ..Node::default() })
+    }
+
+    /// The scene, unless it draws too much.
+    ///
+    /// # Errors
+    /// It does.
+    pub(super) fn finish(mut self) -> Result<Loaded, LoadError> {
+        self.scene.update_transforms();
+        match self.scene.drawn_primitives() {
+            0 => self.warn("the file draws nothing"),
+            1..=MAX_DRAWN_PRIMITIVES => {}
+            count => {
+                let message = format!("it draws {count} parts, and {MAX_DRAWN_PRIMITIVES} are possible; join them");
+                return Err(LoadError::malformed("", message));
+            }
+        }
+        Ok(Loaded { scene: self.scene, warnings: self.warnings })
+    }
+}
+
+/// One primitive for every material of a list of triangles. Corners with the same key are one vertex, which `push` adds to the attributes.
+pub(super) fn by_material<K: Eq + Hash>(
+    materials: &[usize],
+    key: impl Fn(usize) -> K,
+    mut push: impl FnMut(&mut Primitive, usize),
+) -> Vec<Primitive> {
+    let mut primitives: BTreeMap<usize, (Primitive, HashMap<K, u32>)> = BTreeMap::new();
+    for (triangle, &material) in materials.iter().enumerate() {
+        let (primitive, vertices) = primitives.entry(material).or_default();
+        primitive.material = Some(material);
+        for corner in 3 * triangle..3 * triangle + 3 {
+            let vertex = *vertices.entry(key(corner)).or_insert_with(|| {
+                push(primitive, corner);
+                primitive.positions.len() as u32 - 1
+            });
+            primitive.indices.push(vertex);
+        }
+    }
+    primitives.into_values().map(|(primitive, _)| primitive).collect()
+}
+
+/// Where Z points up, to where Y does.
+pub(super) fn y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [x, z, -y]
+}
+
+/// A colour as displays show it, as light; alpha stays.
+pub(super) fn linear(color_srgb: [f32; 4]) -> [f32; 4] {
+    let [r, g, b, a] = color_srgb.map(|value| value.clamp(0.0, 1.0));
+    // IEC 61966-2-1.
+    let decode = |value: f32| if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+    Vec4::new(decode(r), decode(g), decode(b), a).to_array()
+}

@@ -1,0 +1,153 @@
+//! STL (3D Systems 1989): triangles without order, as text or as bytes. It has no units and no materials.
+//!
+//! Corners at one place are joined, so that normals can be smooth; those in the file are not used, since they are flat and often
+//! wrong. Z points up, as on the machines that print such files.
+
+use super::parts::{Parts, plain_material, y_up};
+use super::smooth::{Smoothing, smooth};
+use super::text::{self, at_line};
+use crate::Primitive;
+use crate::gltf_file::{LoadError, Loaded};
+use std::collections::HashMap;
+
+const HEADER_BYTES: usize = 84;
+const TRIANGLE_BYTES: usize = 50;
+
+/// How long a file of bytes is that begins so.
+pub(super) fn binary_bytes(start: &[u8]) -> Option<u64> {
+    let count = start.get(80..HEADER_BYTES)?.try_into().ok()?;
+    Some(HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(u32::from_le_bytes(count)))
+}
+
+/// Whether a file that begins so is text. The word `solid` alone does not tell: headers of bytes begin with it, too.
+pub(super) fn is_text(start: &[u8]) -> bool {
+    let (first, rest) = text::first_word(start);
+    let is_inside = |word: &[u8]| [&b"facet"[..], b"endsolid"].iter().any(|inside| word.eq_ignore_ascii_case(inside));
+    first.eq_ignore_ascii_case(b"solid") && text::words(rest).any(is_inside)
+}
+
+/// A body of the file.
+#[derive(Default)]
+struct Solid {
+    name: String,
+    positions: Vec<[f32; 3]>,
+    vertices: HashMap<[u32; 3], u32>,
+    indices: Vec<u32>,
+}
+
+impl Solid {
+    fn corner(&mut self, position: [f32; 3]) {
+        // Both zeros are one place.
+        let position = y_up(position).map(|value| value + 0.0);
+        let vertex = *self.vertices.entry(position.map(f32::to_bits)).or_insert_with(|| {
+            self.positions.push(position);
+            self.positions.len() as u32 - 1
+        });
+        self.indices.push(vertex);
+    }
+}
+
+pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
+    let start = bytes.get(..super::START_BYTES).unwrap_or(bytes);
+    let mut parts = Parts::default();
+    let is_binary = binary_bytes(start) == Some(bytes.len() as u64) || !is_text(text::without_mark(start));
+    let solids = if is_binary { vec![read_binary(bytes, &mut parts)?] } else { read_text(bytes)? };
+    let material = parts.material(plain_material(false));
+    for solid in solids {
+        if solid.indices.is_empty() {
+            continue;
+        }
+        let Solid { name, positions, indices, vertices } = solid;
+        drop(vertices);
+        let smoothed = smooth(&positions, &indices, |_| Smoothing::ByAngle);
+        let corners = smoothed.source.iter();
+        let primitive = Primitive {
+            positions: corners.filter_map(|&vertex| positions.get(vertex as usize).copied()).collect(),
+            normals: smoothed.normals,
+            indices: smoothed.indices,
+            material: Some(material),
+            ..Primitive::default()
+        };
+        parts.add(&name, vec![primitive]);
+    }
+    parts.finish()
+}
+
+fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
+    let Some(expected) = binary_bytes(bytes) else {
+        let message = format!(
+            "not an STL file: it has {} bytes, and the header of one takes {HEADER_BYTES}; is it cut off?",
+            bytes.len()
+        );
+        return Err(LoadError::malformed("", message));
+    };
+    let count = (expected - HEADER_BYTES as u64) / TRIANGLE_BYTES as u64;
+    if expected > bytes.len() as u64 {
+        let message = format!(
+            "the header counts {count} triangles, which take {expected} bytes, and the file has {}; is it cut off?",
+            bytes.len()
+        );
+        return Err(LoadError::malformed("byte 80", message));
+    }
+    if expected < bytes.len() as u64 {
+        parts.warn(format!("byte {expected}: what follows the last of {count} triangles is passed over"));
+    }
+    let mut solid = Solid::default();
+    let records = bytes.get(HEADER_BYTES..expected as usize).unwrap_or_default().chunks_exact(TRIANGLE_BYTES);
+    for (i, record) in records.enumerate() {
+        // The normal comes first.
+        for (corner, words) in record.get(12..48).unwrap_or_default().chunks_exact(12).enumerate() {
+            let mut position = [0.0; 3];
+            for (value, word) in position.iter_mut().zip(words.chunks_exact(4)) {
+                *value = word.try_into().map_or(f32::NAN, f32::from_le_bytes);
+            }
+            if position.iter().any(|value| !value.is_finite()) {
+                let place = format!("byte {}", HEADER_BYTES + i * TRIANGLE_BYTES + 12 + 12 * corner);
+                let message = format!("a corner of triangle {i} is at {position:?}, which is no place");
+                return Err(LoadError::malformed(&place, message));
+            }
+            solid.corner(position);
+        }
+    }
+    Ok(solid)
+}
+
+fn read_text(bytes: &[u8]) -> Result<Vec<Solid>, LoadError> {
+    let (mut solids, mut solid) = (Vec::new(), Solid::default());
+    let (mut is_open, mut facet_line, mut last_line) = (false, None, 1);
+    for (line, content) in text::lines(bytes) {
+        last_line = line;
+        let (keyword, rest) = text::first_word(&content);
+        match keyword.to_ascii_lowercase().as_slice() {
+            b"solid" => {
+                solids.push(std::mem::take(&mut solid));
+                solid.name = text::name(rest);
+                is_open = true;
+            }
+            b"facet" if facet_line.is_some() => return Err(at_line(line, "a facet begins before the last one ended")),
+            b"facet" => facet_line = Some(line),
+            b"vertex" => {
+                if facet_line.is_none() {
+                    return Err(at_line(line, "a vertex stands outside of a facet"));
+                }
+                solid.corner(text::vector(&mut text::words(rest), line)?);
+            }
+            b"endfacet" => {
+                if solid.indices.len() % 3 != 0 || facet_line.take().is_none() {
+                    return Err(at_line(line, "a facet ends that does not have three vertices"));
+                }
+            }
+            b"endsolid" => is_open = false,
+            b"" | b"outer" | b"endloop" => {}
+            _ => {
+                let message = format!("\"{}\" is no word of STL", text::shown(keyword));
+                return Err(at_line(line, message));
+            }
+        }
+    }
+    if is_open || facet_line.is_some() {
+        return Err(at_line(last_line, "the file ends before the solid does; is it cut off?"));
+    }
+    solids.push(solid);
+    Ok(solids)
+}

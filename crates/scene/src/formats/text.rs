@@ -1,0 +1,94 @@
+//! Files of lines of words, in whatever encoding: only names need to be text.
+
+use crate::gltf_file::LoadError;
+use std::borrow::Cow;
+
+/// Without the mark that some programs write before UTF-8.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+/// The lines with their numbers, from 1. One that ends in a backslash goes on in the next.
+pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (u32, Cow<'_, [u8]>)> {
+    let mut physical = without_mark(bytes).split(|byte| *byte == b'\n').zip(1_u32..);
+    std::iter::from_fn(move || {
+        let (line, number) = physical.next()?;
+        let mut line = Cow::Borrowed(line);
+        while let Some(start) = line.trim_ascii_end().strip_suffix(b"\\") {
+            let mut joined = start.to_vec();
+            joined.push(b' ');
+            let next = physical.next();
+            joined.extend(next.map_or(&[][..], |(next, _)| next));
+            line = Cow::Owned(joined);
+        }
+        Some((number, line))
+    })
+}
+
+/// The words of a line.
+pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+/// The first word, and all after it.
+pub(super) fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
+    let line = line.trim_ascii();
+    let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+    let (word, rest) = line.split_at_checked(end).unwrap_or((line, &[]));
+    (word, rest.trim_ascii())
+}
+
+/// A finite number.
+pub(super) fn number(word: &[u8]) -> Option<f32> {
+    std::str::from_utf8(word).ok()?.parse().ok().filter(|number: &f32| number.is_finite())
+}
+
+/// Text for messages and names: UTF-8, or else one letter a byte, as Latin-1 has it.
+pub(super) fn name(bytes: &[u8]) -> String {
+    let as_latin_1 = || bytes.iter().map(|byte| char::from(*byte)).collect();
+    std::str::from_utf8(bytes).map_or_else(|_| as_latin_1(), str::to_owned)
+}
+
+/// A word for messages, not longer than they can take.
+pub(super) fn shown(word: &[u8]) -> String {
+    let text: String = name(word).chars().take(40).collect();
+    text.escape_debug().to_string()
+}
+
+/// An error in a line.
+pub(super) fn at_line(line: u32, message: impl Into<String>) -> LoadError {
+    LoadError::malformed(&format!("line {line}"), message)
+}
+
+/// Three finite numbers, of as many words as there are.
+///
+/// # Errors
+/// There are fewer words, or one is no finite number.
+pub(super) fn vector<'w, const N: usize>(
+    words: &mut impl Iterator<Item = &'w [u8]>,
+    line: u32,
+) -> Result<[f32; N], LoadError> {
+    let mut vector = [0.0; N];
+    for value in &mut vector {
+        let word = words.next().ok_or_else(|| at_line(line, format!("expected {N} numbers, found fewer")))?;
+        *value = number(word)
+            .ok_or_else(|| at_line(line, format!("expected a finite number, found \"{}\"", shown(word))))?;
+    }
+    Ok(vector)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_joined_and_keep_their_numbers() {
+        let found: Vec<_> = lines(b"\xef\xbb\xbfa\\\r\nb\nc \\\n\\\nd\n\\").map(|(n, l)| (n, name(&l))).collect();
+        assert_eq!(found, [(1, "a b".into()), (3, "c   d".into()), (6, " ".into())]);
+    }
+
+    #[test]
+    fn names_are_utf_8_or_latin_1() {
+        assert_eq!((name("é".as_bytes()), name(b"\xe9")), ("é".into(), "é".into()));
+    }
+}

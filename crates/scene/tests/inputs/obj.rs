@@ -1,0 +1,171 @@
+use super::{check, load, load_with, primitives, refusal, survives};
+use manypass_scene::{AlphaMode, Topology, Wrap};
+use proptest::prelude::*;
+
+/// A picture of one texel.
+fn png(rgb: [u8; 3]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::RgbImage::from_pixel(1, 1, image::Rgb(rgb)).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}
+
+const SQUARE: &str = "\
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+vt 0 0
+vt 1 0.25
+vn 0 0 2
+";
+
+#[test]
+fn faces_count_from_one_or_backwards_and_attributes_may_be_missing() {
+    for face in ["f 1//1 2//1 3//1 4//1", "f -4//-1 -3//-1 -2//-1 -1//-1", "f 1//1 2//1 \\\n 3//1 4//1"] {
+        let loaded = load("a", format!("{SQUARE}{face}\n").as_bytes()).unwrap();
+        check(&loaded);
+        let found = primitives(&loaded)[0];
+        assert_eq!(found.indices, [0, 1, 2, 0, 2, 3], "{face}");
+        assert_eq!(found.normals, [[0.0, 0.0, 1.0]; 4]);
+        assert!(found.uv0.is_empty() && found.colors.is_empty());
+    }
+    let loaded = load("a", format!("{SQUARE}f 1/1/1 2/2 3\n").as_bytes()).unwrap();
+    check(&loaded);
+    let found = primitives(&loaded)[0];
+    assert_eq!(found.uv0, [[0.0, 1.0], [1.0, 0.75], [0.0, 0.0]]);
+    assert_eq!(found.normals, [[0.0, 0.0, 1.0]; 3]);
+}
+
+#[test]
+fn objects_are_nodes_and_materials_are_primitives() {
+    let text = format!("{SQUARE}o a\ng x\nf 1 2 3\nusemtl m\nf 1 3 4\no b\nf 1 2 3\no a\nf 1 2 4\n");
+    let loaded = load("a.obj", text.as_bytes()).unwrap();
+    check(&loaded);
+    let names: Vec<&str> = loaded.scene.nodes.iter().map(|node| node.name.as_str()).collect();
+    assert_eq!(names, ["a", "b"]);
+    assert_eq!(loaded.scene.meshes[0].primitives.len(), 2);
+    assert_eq!(loaded.scene.meshes[0].primitives[1].indices.len(), 6);
+    let grouped = load("a.obj", format!("{SQUARE}g x\nf 1 2 3\ng y\nf 1 3 4\n").as_bytes()).unwrap();
+    assert_eq!(grouped.scene.nodes.iter().map(|node| &node.name).collect::<Vec<_>>(), ["x", "y"]);
+}
+
+#[test]
+fn colours_of_vertices_lines_and_points_are_read() {
+    let text = "v 0 0 0 1 0 0.5\nv 1 0 0\nv 0 1 0 0 0 0\nl 1 2 3\np 1 2\nf 1 2 3\n";
+    let loaded = load("a.obj", text.as_bytes()).unwrap();
+    check(&loaded);
+    let [triangle, lines, points] = primitives(&loaded)[..] else { panic!("three") };
+    assert_eq!(
+        [triangle.topology, lines.topology, points.topology],
+        [Topology::Triangles, Topology::Lines, Topology::Points]
+    );
+    assert_eq!((lines.indices.as_slice(), points.indices.len()), (&[0, 1, 1, 2][..], 2));
+    // 0.5 of sRGB is 0.214 of light.
+    let [red, blue] = [triangle.colors[0][0], triangle.colors[0][2]];
+    assert!(red == 1.0 && (blue - 0.2140).abs() < 1e-3 && triangle.colors[1] == [1.0; 4]);
+    assert_eq!(loaded.scene.materials[0].base_color_factor, glam::Vec4::ONE);
+}
+
+#[test]
+fn materials_become_those_of_metallic_roughness() {
+    let library = "# made by hand\nnewmtl plain\nKd 0.5 0.25 0\nKs 0 0 0\nNs 500\nnewmtl glossy\nKs 1 1 1\nNs 30\nKe 0 2 0\n\
+        newmtl metal\nPr 0.25\nPm 1\nTr 0.25\nnewmtl cut\nKd 0 0 0\nmap_Kd -s 2 3 1 -o 0.5 0.25 -clamp on in/a b.png\nmap_d in\\a b.png\n\
+        map_Bump -bm 0.5 n.png\nnewmtl grey\nmap_bump grey.png\nmap_Kd gone.png\n";
+    let uses: String = ["plain", "glossy", "metal", "cut", "grey", "none"]
+        .iter()
+        .map(|name| format!("usemtl {name}\nf 1/1 2/2 3/1\n"))
+        .collect();
+    let text = format!("mtllib lib/m.mtl\n{SQUARE}{uses}");
+    let files = [
+        ("lib/m.mtl", library.as_bytes()),
+        ("lib/in/a b.png", &png([200, 10, 10])),
+        ("lib/n.png", &png([128, 128, 255])),
+        ("lib/grey.png", &png([90; 3])),
+    ];
+    let loaded = load_with("a.obj", text.as_bytes(), &files);
+    check(&loaded);
+    let [plain, glossy, metal, cut, grey, none] = &loaded.scene.materials[..] else { panic!("six") };
+    assert_eq!((plain.name.as_str(), plain.base_color_factor.to_array()), ("plain", [0.5, 0.25, 0.0, 1.0]));
+    assert_eq!((plain.roughness_factor, plain.metallic_factor), (1.0, 0.0));
+    // docs/lighting.md: n = 2 / α² − 2, with α the square of the roughness.
+    let alpha = glossy.roughness_factor.powi(2);
+    assert!((2.0 / (alpha * alpha) - 2.0 - 30.0).abs() < 1e-3, "{}", glossy.roughness_factor);
+    assert_eq!(glossy.emissive_factor.to_array(), [0.0, 2.0, 0.0]);
+    assert_eq!((metal.roughness_factor, metal.metallic_factor), (0.25, 1.0));
+    assert_eq!((metal.alpha_mode, metal.base_color_factor.w), (AlphaMode::Blend, 0.75));
+    let texture = cut.base_color_texture.unwrap();
+    assert_eq!(cut.base_color_factor.to_array(), [1.0; 4]);
+    assert_eq!(cut.alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
+    assert_eq!(loaded.scene.textures[texture.texture].sampler.wrap_u, Wrap::ClampToEdge);
+    // The file's coordinate (u, v) looks up (2 u + 0.5, 3 v + 0.25), counted from below.
+    let looked_up = texture.transform.matrix() * glam::Vec3::new(0.5, 1.0 - 0.25, 1.0);
+    assert!(looked_up.abs_diff_eq(glam::Vec3::new(1.5, 1.0 - 1.0, 1.0), 1e-6), "{looked_up}");
+    assert_eq!((cut.normal_texture.is_some(), cut.normal_scale), (true, 0.5));
+    assert!(grey.normal_texture.is_none() && grey.base_color_texture.is_none() && none.name == "none");
+    let has_tangents = primitives(&loaded).iter().filter(|primitive| !primitive.tangents.is_empty()).count();
+    assert_eq!(has_tangents, 1);
+    for expected in [
+        "\"lib/gone.png\": there is no lib/gone.png",
+        "\"lib/grey.png\" holds heights",
+        "no library has the material \"none\"",
+    ] {
+        assert!(loaded.warnings.iter().any(|warning| warning.contains(expected)), "{expected}: {:?}", loaded.warnings);
+    }
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_line() {
+    let with = |rest: &str| refusal("a.obj", format!("{SQUARE}{rest}\n").as_bytes());
+    assert!(with("f 1 2 5").contains("line 8: v 5 is named, and the file has 4"));
+    assert!(with("f 1 2 -5").contains("line 8: \"-5\" is no vertex"));
+    assert!(with("f 1 2 0").contains("line 8: \"0\" is no vertex"));
+    assert!(with("f 1/1 2/1 3/9").contains("line 8: vt 9"));
+    assert!(with("f 1//2 2 3").contains("line 8: vn 2"));
+    assert!(with("f 1 2 99999999999999999999").contains("line 8"));
+    assert!(with("f 1 2").contains("line 8: expected at least 3 vertices, found 2"));
+    assert!(with("\nv 1 inf 2").contains("line 9: expected a finite number, found \"inf\""));
+    assert!(with("v 1e99 1 2").contains("line 8"));
+    assert!(with("v 1 2").contains("line 8: expected 3 numbers"));
+    assert!(refusal("a.obj", b"# nothing\n").contains("it has no vertices"));
+    assert!(refusal("a.obj", b"").contains("it has no vertices"));
+    assert!(refusal("a.obj", &[0xff; 200]).contains("it has no vertices"));
+    // Names need not be UTF-8.
+    let loaded = load("a.obj", &[SQUARE.as_bytes(), b"o caf\xe9\nmtllib no.mtl\nf 1 2 3\n"].concat()).unwrap();
+    assert_eq!(loaded.scene.nodes[0].name, "café");
+    assert!(loaded.warnings[0].contains("no.mtl"));
+}
+
+#[test]
+fn every_file_that_is_named_is_known() {
+    let folder = std::env::temp_dir().join(format!("manypass-obj-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("lib")).unwrap();
+    std::fs::write(folder.join("a.obj"), "mtllib lib/m.mtl\nmtllib ../out.mtl\nv 1 2 3\n").unwrap();
+    std::fs::write(folder.join("lib/m.mtl"), "newmtl a\nmap_Kd a b.png\nmap_Bump -bm 2 C:\\n.png\nmap_Ke ../e.png\n")
+        .unwrap();
+    let model = folder.join("a.obj");
+    let read = |name: &str| std::fs::read(folder.join(name)).map_err(|error| error.to_string());
+    let named = manypass_scene::formats::named_files(&std::fs::read(&model).unwrap(), &mut |name| read(name));
+    assert_eq!(named, ["lib/m.mtl", "lib/a b.png"]);
+    let expected = ["lib/m.mtl", "lib/a b.png"].map(|name| folder.join(name));
+    assert_eq!(manypass_scene::formats::references(&model).unwrap(), expected);
+    let mentions = manypass_scene::formats::mentions(&model).unwrap();
+    for name in ["lib/m.mtl", "lib/a b.png", "e.png"] {
+        assert!(mentions.contains(&folder.join(name)), "{name}: {mentions:?}");
+    }
+    assert!(mentions.contains(&folder.parent().unwrap().join("out.mtl")));
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+proptest! {
+    #[test]
+    fn any_change_ends_without_a_panic(changes in prop::collection::vec((any::<usize>(), any::<u8>()), 0..6), cut in any::<usize>()) {
+        let text = format!("{SQUARE}mtllib m.mtl\nusemtl m\ns 1\nf 1/1 2/2/1 3 4\np 1 2\nl 1 2\nv 0 0 0 1 1 1\nf 1 2 -1 3 4\n");
+        survives("a.obj", text.as_bytes(), &changes, cut);
+        let mut library = b"newmtl m\nKd 1 1 1\nmap_Kd -s 1 2 -o 1 2 a.png\nNs 4\nd 0.5\nmap_Bump -bm 2 b.png\n".to_vec();
+        for (place, byte) in changes {
+            let place = place % library.len();
+            library[place] = byte;
+        }
+        load_with("a.obj", text.as_bytes(), &[("m.mtl", &library), ("a.png", &png([1, 2, 3])), ("b.png", &library)]);
+    }
+}
