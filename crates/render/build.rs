@@ -1,4 +1,4 @@
-//! Composes every variant of every shader module with WESL, and integrates the directional albedo of GGX.
+//! Composes every variant of every shader module with WESL, and integrates the directional albedo of GGX and of sheen.
 
 use std::collections::BTreeSet;
 use std::{env, fmt::Write as _, fs, path::Path};
@@ -49,7 +49,7 @@ fn main() {
     let table = directional_albedo_table();
     let _ = writeln!(
         list,
-        "/// Scale and bias of f0, 32 by 32, over n·v and perceptual roughness.\npub const DIRECTIONAL_ALBEDO: [[f32; 2]; {}] = {table:?};",
+        "/// Scale and bias of f0, and the albedo of sheen, 32 by 32, over n·v and perceptual roughness.\npub const DIRECTIONAL_ALBEDO: [[f32; 3]; {}] = {table:?};",
         table.len()
     );
     fs::write(Path::new(&out).join("programs.rs"), list).expect("the output folder is writable");
@@ -77,14 +77,13 @@ fn composer(strip: bool, wanted: impl Fn(&str) -> bool) -> Wesl<Router> {
 }
 
 fn compose(program: &programs::Declared, variant: usize) -> Result<String, String> {
-    let programs::Declared { module, axes, is_points, .. } = program;
+    let programs::Declared { module, axes, features, .. } = program;
     let mut wesl = composer(true, |_| true);
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);
     }
-    if *is_points {
-        wesl.set_feature("points", true);
-        wesl.set_feature("masked", true);
+    for feature in *features {
+        wesl.set_feature(feature, true);
     }
     // An axis that a module does not list is off.
     wesl.set_missing_feature_behavior(false);
@@ -93,9 +92,40 @@ fn compose(program: &programs::Declared, variant: usize) -> Result<String, Strin
     wesl.compile(&path).map(|result| result.to_string()).map_err(|error| error.to_string())
 }
 
+/// The fit of shadowing in Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"; twin of `layers.wgsl`.
+fn sheen_shadowing(cosine: f64, alpha: f64) -> f64 {
+    let share = (1.0 - alpha) * (1.0 - alpha);
+    let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * share;
+    let (a, b, c) = (mix(21.5473, 25.3245), mix(3.82987, 3.32435), mix(0.19823, 0.16801));
+    let (d, e) = (mix(-1.97760, -1.27393), mix(-4.32054, -4.85967));
+    let curve = |x: f64| a / (1.0 + b * x.max(1e-6).powf(c)) + d * x + e;
+    if cosine < 0.5 { curve(cosine).exp() } else { (2.0 * curve(0.5) - curve(1.0 - cosine)).exp() }
+}
+
+/// What sheen of a perceptual roughness reflects of light from everywhere, by directions that are spread evenly.
+fn sheen_albedo(n_dot_v: f64, roughness: f64) -> f64 {
+    const POINTS: u32 = 4096;
+    let roughness = roughness.max(0.07);
+    let alpha = roughness * roughness;
+    let eye = [(1.0 - n_dot_v * n_dot_v).sqrt(), 0.0, n_dot_v];
+    let point = |i: u32| {
+        let phi = 2.0 * std::f64::consts::PI * (f64::from(i) + 0.5) / f64::from(POINTS);
+        let n_dot_l = (f64::from(i.reverse_bits()) / 4_294_967_296.0).max(1e-3);
+        let sine = (1.0 - n_dot_l * n_dot_l).sqrt();
+        let sum = [eye[0] + sine * phi.cos(), sine * phi.sin(), eye[2] + n_dot_l];
+        let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
+        let n_dot_half = sum[2] / length;
+        let sine_squared = (1.0 - n_dot_half * n_dot_half).max(1e-4);
+        let distribution = (2.0 + 1.0 / alpha) * sine_squared.powf(0.5 / alpha) / std::f64::consts::TAU;
+        let shadowing = 1.0 + sheen_shadowing(n_dot_v, alpha) + sheen_shadowing(n_dot_l, alpha);
+        distribution / (shadowing * 4.0 * n_dot_l * n_dot_v).max(1e-5) * n_dot_l
+    };
+    (0..POINTS).map(point).sum::<f64>() * std::f64::consts::TAU / f64::from(POINTS)
+}
+
 /// Importance-samples GGX for every texel (Karis 2013, "Real Shading in Unreal Engine 4"), with the height-correlated
 /// visibility of `brdf.wgsl`. 4,096 Hammersley points keep the error below the step of the half floats that hold it.
-fn directional_albedo_table() -> Vec<[f32; 2]> {
+fn directional_albedo_table() -> Vec<[f32; 3]> {
     const SIZE: u32 = constants::DIRECTIONAL_ALBEDO_SIZE;
     const POINTS: u32 = 4096;
     let mut table = Vec::new();
@@ -124,7 +154,9 @@ fn directional_albedo_table() -> Vec<[f32; 2]> {
                     bias += weight * fresnel;
                 }
             }
-            table.push([(scale / f64::from(POINTS)) as f32, (bias / f64::from(POINTS)) as f32]);
+            let ggx = [scale, bias].map(|sum| (sum / f64::from(POINTS)) as f32);
+            let sheen = sheen_albedo(n_dot_v.max(1e-2), f64::from(row) / f64::from(SIZE - 1)).min(1.0);
+            table.push([ggx[0], ggx[1], sheen as f32]);
         }
     }
     table

@@ -8,6 +8,15 @@ const PROGRAM: &str = "// Program: ";
 /// After the name: there is a second program, for points.
 const FOR_POINTS: &str = ", also for points";
 
+/// After the name, and after [`FOR_POINTS`]: there is one more program, for materials with layers.
+const WITH_LAYERS: &str = ", also with layers";
+
+/// Axes that only surfaces with layers have.
+const AXES_OF_LAYERS: [&str; 1] = ["transmissive"];
+
+/// An axis that they have not, because it is on: few are worth no variants.
+const ALWAYS_WITH_LAYERS: &str = "occlusion_apart";
+
 /// Axes that surfaces have and points do not: their discs are cut out in any case, so that masks, whose cutoff is 0 where
 /// there is none, need no variants; and they have no tangents.
 const AXES_OF_SURFACES: [&str; 2] = ["masked", "normal_map"];
@@ -21,8 +30,8 @@ pub struct Declared {
     pub module: String,
     /// A variant's index has bit `i` set if axis `i` is on.
     pub axes: Vec<String>,
-    /// Whether it draws points.
-    pub is_points: bool,
+    /// Features that are on in all of its variants.
+    pub features: &'static [&'static str],
 }
 
 /// The programs of all shaders in `source`, by name. A shader is one if its first comment has a line such as one of these:
@@ -31,6 +40,7 @@ pub struct Declared {
 /// // Program: meter.
 /// // Program: direct. Axes: tiled, global.
 /// // Program: ids, also for points. Axes: textured, masked, deformed.
+/// // Program: forward, also for points, also with layers. Axes: textured, transmissive.
 /// ```
 pub fn declared(source: &Path) -> Vec<Declared> {
     let mut programs = BTreeMap::new();
@@ -56,18 +66,28 @@ fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
     let is_word = |word: &str| {
         !word.is_empty() && word.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_')
     };
+    let (name, with_layers) = name.strip_suffix(WITH_LAYERS).map_or((name, false), |name| (name, true));
     let (name, for_points) = name.strip_suffix(FOR_POINTS).map_or((name, false), |name| (name, true));
     if !is_word(name) || !axes.iter().all(|axis| is_word(axis)) {
         return None;
     }
-    let points = for_points.then(|| Declared {
-        name: format!("{name}_points"),
+    let declared = |name: String, features, has: &dyn Fn(&str) -> bool| Declared {
+        name,
         module: module.to_owned(),
-        axes: axes.iter().filter(|axis| !AXES_OF_SURFACES.contains(&axis.as_str())).cloned().collect(),
-        is_points: true,
-    });
-    let program = Declared { name: name.to_owned(), module: module.to_owned(), axes, is_points: false };
-    Some([program].into_iter().chain(points).collect())
+        axes: axes.iter().filter(|axis| has(axis)).cloned().collect(),
+        features,
+    };
+    let is_of_surfaces = |axis: &str| !AXES_OF_LAYERS.contains(&axis);
+    let is_of_points = |axis: &str| is_of_surfaces(axis) && !AXES_OF_SURFACES.contains(&axis);
+    let mut programs = vec![declared(name.to_owned(), &[], &is_of_surfaces)];
+    if for_points {
+        programs.push(declared(format!("{name}_points"), &["points", "masked"], &is_of_points));
+    }
+    if with_layers {
+        let features = &["layered", ALWAYS_WITH_LAYERS];
+        programs.push(declared(format!("{name}_layered"), features, &|axis| axis != ALWAYS_WITH_LAYERS));
+    }
+    Some(programs)
 }
 
 /// Gives module and text of every shader in `folder`, whose own module is `module`.

@@ -65,6 +65,26 @@ shared_constants! {
     /// floats can hold.
     ROUGHNESS_PERCEPTUAL_MIN: f32 = 0.045;
 
+    /// What a material has beyond metallic-roughness, a bit each, above those of the maps of its layers (`LayerMap`).
+    /// Roughness that is read from the alpha of the specular colour.
+    LAYER_GLOSSINESS: u32 = 131_072;
+    /// A clear coat.
+    LAYER_CLEARCOAT: u32 = 262_144;
+    /// Sheen.
+    LAYER_SHEEN: u32 = 524_288;
+    /// Anisotropy.
+    LAYER_ANISOTROPY: u32 = 1_048_576;
+    /// A thin film.
+    LAYER_IRIDESCENCE: u32 = 2_097_152;
+    /// Light comes through.
+    LAYER_TRANSMISSION: u32 = 4_194_304;
+    /// Light comes through, scattered.
+    LAYER_DIFFUSE_TRANSMISSION: u32 = 8_388_608;
+    /// What light comes through has a thickness.
+    LAYER_VOLUME: u32 = 16_777_216;
+    /// Colours are refracted apart.
+    LAYER_DISPERSION: u32 = 33_554_432;
+
     /// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of points
     /// and lines).
     WITHOUT_NORMALS: u32 = 0x8000_0000;

@@ -6,10 +6,11 @@ use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
 use crate::lights::LightCulling;
 use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
+use crate::passes::forward::LayeredDepth;
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ids, indirect,
-    linear_depth, motion, present, shadows, tile_depth, tone_map, volumes,
+    accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ids,
+    indirect, linear_depth, motion, present, shadows, tile_depth, tone_map, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -58,7 +59,10 @@ pub fn view_passes(
         Path::Deferred => None,
         Path::Forward => Some(forward::record_opaque(r, &settings.fog)?),
         Path::ForwardBatched => Some(forward::record_batched(r, &settings.fog)?),
-        Path::Gouraud => Some(gouraud::record_opaque(r, &settings.fog)?),
+        Path::Gouraud => {
+            let (radiance, depth) = gouraud::record_opaque(r, &settings.fog)?;
+            Some(forward::record_layered(r, Some(&settings.fog), radiance, LayeredDepth::Missing(depth))?)
+        }
     };
     if let Some((radiance, depth)) = forward {
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
@@ -69,21 +73,38 @@ pub fn view_passes(
         } else {
             radiance
         };
-        let radiance = match settings.render.path {
-            Path::Gouraud => gouraud::record_blended(r, &settings.fog, radiance, &depth)?,
-            _ => forward::record_blended(r, &settings.fog, radiance, &depth)?,
-        };
+        let radiance = translucent_passes(r, settings, radiance, depth)?;
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let (outputs, gbuffer, depth) = surface_passes(r, variables)?;
     let radiance = indirect::record(r, &gbuffer, &depth, outputs.radiance)?;
     let (radiance, depth) = light_passes(r, settings, &gbuffer, depth, radiance)?;
+    let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = fog::record_light(r, &settings.fog, &gbuffer.linear_depth, radiance)?;
-    let radiance = forward::record_blended(r, &settings.fog, radiance, &depth)?;
+    let radiance = translucent_passes(r, settings, radiance, depth)?;
     Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..outputs })
+}
+
+/// Surfaces that light comes through, before what lies behind them; then those that alpha covers.
+fn translucent_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    radiance: Handle,
+    depth: Handle,
+) -> Result<Handle, ProgramError> {
+    let (radiance, depth) = if r.view.has_transmissive() {
+        let behind = if r.view.counts_pairs() { None } else { Some(behind::record(r, &radiance)?) };
+        forward::record_transmissive(r, &settings.fog, behind.as_ref(), radiance, depth)?
+    } else {
+        (radiance, depth)
+    };
+    match settings.render.path {
+        Path::Gouraud => gouraud::record_blended(r, &settings.fog, radiance, &depth),
+        _ => forward::record_blended(r, &settings.fog, radiance, &depth),
+    }
 }
 
 /// All light that reaches opaque surfaces from lights, in the way that the settings name. Also gives depth.
@@ -120,16 +141,17 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
         Path::Deferred => {
             let (_, gbuffer, depth) = surface_passes(r, &Variables::default())?;
             let pairs = LightTarget::new(r).cleared(r.graph);
-            light_passes(r, settings, &gbuffer, depth, pairs)?
+            let (pairs, depth) = light_passes(r, settings, &gbuffer, depth, pairs)?;
+            forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
         }
         Path::Forward => forward::record_opaque(r, &settings.fog)?,
         Path::ForwardBatched => forward::record_batched(r, &settings.fog)?,
-        Path::Gouraud => gouraud::record_opaque(r, &settings.fog)?,
+        Path::Gouraud => {
+            let (pairs, depth) = gouraud::record_opaque(r, &settings.fog)?;
+            forward::record_layered(r, None, pairs, LayeredDepth::Missing(depth))?
+        }
     };
-    match settings.render.path {
-        Path::Gouraud => gouraud::record_blended(r, &settings.fog, pairs, &depth),
-        _ => forward::record_blended(r, &settings.fog, pairs, &depth),
-    }
+    translucent_passes(r, settings, pairs, depth)
 }
 
 /// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known of

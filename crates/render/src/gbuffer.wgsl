@@ -8,6 +8,8 @@ import package::shaders::octahedral::{octahedral_from_direction, direction_from_
 
 const REFLECTANCE_SCALE: f32 = 0.2;
 const SHADING_MODEL_UNLIT: f32 = 0.0;
+// Shaded where it is drawn, because the material has more than this holds: light passes leave it alone.
+const SHADING_MODEL_FORWARD: f32 = 0.501960784;
 const SHADING_MODEL_STANDARD: f32 = 1.0;
 
 struct Surface {
@@ -24,6 +26,11 @@ struct GbufferTexels {
     base_color: vec4f,
     normal: vec2u,
     material: vec4f,
+}
+
+// Whether passes that read the G-buffer light a surface.
+fn is_lit_deferred(surface: Surface) -> bool {
+    return surface.shading_model > 0.75;
 }
 
 fn gbuffer_pack(surface: Surface) -> GbufferTexels {

@@ -10,16 +10,19 @@ use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::graph::{PlannedAttachment, Target};
 use manypass::{Aov, Averaging, Environment, FrameRequest, Path, Renderer};
 use manypass_scene::image::ImageSource;
+use manypass_scene::material::Clearcoat;
 use manypass_scene::{
-    AlphaMode, Image, Light, LightKind, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive,
-    Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, primitives,
+    AlphaMode, Image, Light, LightKind, Mapped, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels,
+    Primitive, Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, primitives,
 };
 use manypass_testkit::scenes;
 use std::sync::Arc;
 
 /// Bytes of one instance and of the factors of one material.
 const INSTANCE_BYTES: u64 = 72;
-const MATERIAL_BYTES: u64 = 224;
+const MATERIAL_BYTES: u64 = 240;
+/// Bytes of the factors of a material's layers.
+const LAYER_BYTES: u64 = 576;
 /// All instances, where others come first in the table.
 const REORDERED: u64 = 40 * INSTANCE_BYTES;
 
@@ -198,7 +201,42 @@ fn edits() -> Vec<Edit> {
             },
             REORDERED,
         ),
-        ("swaps materials", |studio| studio.scene.materials.swap(0, 1), 2 * MATERIAL_BYTES + REORDERED),
+        (
+            "gives a material a clear coat with a map",
+            |studio| {
+                let map = Mapped { factor: 1.0, texture: reference(0) };
+                let roughness = Mapped::new(0.1);
+                studio.scene.materials[1].clearcoat =
+                    Some(Clearcoat { weight: map, roughness, normal_texture: None, normal_scale: 1.0 });
+            },
+            MATERIAL_BYTES + LAYER_BYTES + 4 * (64 + 16 + 4 + 1) + REORDERED,
+        ),
+        (
+            "makes the coat rough",
+            |studio| {
+                let coat = studio.scene.materials[1].clearcoat.as_mut().unwrap();
+                coat.roughness.factor = 0.6;
+            },
+            LAYER_BYTES,
+        ),
+        (
+            "makes a material of glass",
+            |studio| studio.scene.materials[0].transmission = Some(Mapped::new(0.9)),
+            MATERIAL_BYTES + LAYER_BYTES + REORDERED,
+        ),
+        ("takes the coat away", |studio| studio.scene.materials[1].clearcoat = None, MATERIAL_BYTES + REORDERED),
+        (
+            "shows a variant",
+            |studio| {
+                studio.scene.variants.push("glass".into());
+                let mesh = studio.scene.node(studio.wall).mesh.unwrap();
+                Arc::make_mut(&mut studio.scene.meshes[mesh]).primitives[0].variant_materials = vec![(0, 0)];
+                studio.scene.variant = Some(0);
+            },
+            24 * 64 + 36 * 4 + REORDERED,
+        ),
+        ("shows no variant", |studio| studio.scene.variant = None, REORDERED),
+        ("swaps materials", |studio| studio.scene.materials.swap(0, 1), 2 * (MATERIAL_BYTES + LAYER_BYTES) + REORDERED),
         ("drops a material", |studio| studio.scene.materials.truncate(4), EVERYTHING),
     ]
 }

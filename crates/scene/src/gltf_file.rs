@@ -25,17 +25,29 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 12] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 24] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
-    "KHR_node_visibility",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
@@ -193,6 +205,12 @@ struct Document<'a> {
 }
 
 impl Document<'_> {
+    /// The names of the file's variants.
+    fn variant_names(&self) -> Result<Vec<String>, LoadError> {
+        let Some(extension) = self.root.extension("KHR_materials_variants")? else { return Ok(Vec::new()) };
+        extension.objects("variants")?.iter().map(Json::name).collect()
+    }
+
     /// Keeps a warning; past a hundred they say nothing new.
     fn warn(&mut self, pointer: &str, message: &str) {
         if self.warnings.len() < 100 {
@@ -261,8 +279,9 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     let mut images = material::read_images(&mut document, resolve)?;
     let textures = material::read_textures(&mut document, &mut images)?;
     let materials = material::read_materials(&mut document, &textures, &images)?;
+    let variants = document.variant_names()?;
     let meshes = mesh::read_meshes(&mut document, &materials)?;
-    let mut scene = Scene { images: images.images, textures, materials, meshes, ..Scene::default() };
+    let mut scene = Scene { images: images.images, textures, materials, meshes, variants, ..Scene::default() };
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;

@@ -35,6 +35,21 @@ pub struct Pixels {
     pub data: Vec<u8>,
 }
 
+impl Pixels {
+    /// The same image in another size, filtered linearly.
+    pub fn resized(self, width: u32, height: u32) -> Self {
+        if (self.width, self.height) == (width, height) {
+            return self;
+        }
+        let format = self.format;
+        let Some(image) = image::RgbaImage::from_raw(self.width, self.height, self.data) else {
+            return Self { width, height, format, data: vec![255; width as usize * height as usize * 4] };
+        };
+        let data = image::imageops::resize(&image, width, height, image::imageops::FilterType::Triangle).into_raw();
+        Self { width, height, format, data }
+    }
+}
+
 /// An image of the scene. Whether its colours are sRGB or linear depends on the material slot that uses it.
 #[derive(Clone, Debug)]
 pub struct Image {

@@ -24,6 +24,7 @@ pub mod primitives;
 pub mod scenes;
 pub mod spelling;
 pub mod stage;
+pub mod variants;
 
 pub use animation::{Animation, Channel, Interpolation, Keyframes, Skin};
 pub use bounds::Aabb;
@@ -35,7 +36,7 @@ pub use framing::{Framing, Interior};
 pub use gltf_file::{LoadError, Loaded};
 pub use image::{Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture, Wrap};
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, Material, ShadingModel, TextureRef, TextureTransform};
+pub use material::{AlphaMode, LayerMap, Mapped, Material, ShadingModel, TextureRef, TextureTransform};
 pub use mesh::{Mesh, MorphTarget, Primitive, Topology};
 pub use node::{Node, NodeId, Placed, Scene};
 pub use scenes::{SceneRoots, ShowError};

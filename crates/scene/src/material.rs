@@ -1,4 +1,8 @@
-//! Materials: the metallic-roughness model of glTF 2.0.
+//! Materials: the metallic-roughness model of glTF 2.0, and the layers of its extensions.
+
+mod layers;
+
+pub use layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Mapped, Sheen, Specular, Volume};
 
 use glam::{Mat3, Vec2, Vec3, Vec4};
 
@@ -100,6 +104,27 @@ pub struct Material {
     pub double_sided: bool,
     /// Whether its surfaces keep light from what lies behind them.
     pub casts_shadow: bool,
+    /// The refractive index of what is not metal (`KHR_materials_ior`), at least 1; or 0, of which all light is reflected as
+    /// [`Specular::color`] says.
+    pub ior: f32,
+    /// Reflection that is not as the refractive index alone makes it.
+    pub specular: Option<Specular>,
+    /// A clear layer over all else.
+    pub clearcoat: Option<Clearcoat>,
+    /// The soft light of fibres, over all but the clear layer.
+    pub sheen: Option<Sheen>,
+    /// Highlights that are stretched.
+    pub anisotropy: Option<Anisotropy>,
+    /// A thin film on the surface.
+    pub iridescence: Option<Iridescence>,
+    /// How much of the light that enters a dielectric comes through, 0 to 1; the texture's red (`KHR_materials_transmission`).
+    pub transmission: Option<Mapped<f32>>,
+    /// Light that comes through and is scattered.
+    pub diffuse_transmission: Option<DiffuseTransmission>,
+    /// What light goes through below the surface; without it the surface is a thin wall.
+    pub volume: Option<Volume>,
+    /// How far colours are refracted apart: 20 divided by the Abbe number (`KHR_materials_dispersion`).
+    pub dispersion: f32,
 }
 
 impl Default for Material {
@@ -121,6 +146,16 @@ impl Default for Material {
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
             casts_shadow: true,
+            ior: 1.5,
+            specular: None,
+            clearcoat: None,
+            sheen: None,
+            anisotropy: None,
+            iridescence: None,
+            transmission: None,
+            diffuse_transmission: None,
+            volume: None,
+            dispersion: 0.0,
         }
     }
 }

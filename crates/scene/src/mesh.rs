@@ -51,6 +51,8 @@ pub struct Primitive {
     pub indices: Vec<u32>,
     /// Index into [`crate::Scene::materials`]; none is the default material.
     pub material: Option<usize>,
+    /// What takes its place in variants: indices into [`crate::Scene::variants`] and [`crate::Scene::materials`].
+    pub variant_materials: Vec<(usize, usize)>,
     /// Morph targets.
     pub morph_targets: Vec<MorphTarget>,
     /// The box around `positions`, before morphing and skinning.

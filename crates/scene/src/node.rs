@@ -163,6 +163,10 @@ pub struct Scene {
     pub meshes: Vec<Arc<Mesh>>,
     /// Surfaces.
     pub materials: Vec<Material>,
+    /// The names of the variants that give surfaces other materials.
+    pub variants: Vec<String>,
+    /// Index into `variants` of the one that is shown; without one every surface has its own material.
+    pub variant: Option<usize>,
     /// Images with samplers.
     pub textures: Vec<Texture>,
     /// Images.

@@ -27,6 +27,8 @@ pub(crate) struct Draw {
 pub(crate) struct DrawList {
     /// Opaque and masked surfaces, by program, material and mesh.
     pub opaque: Vec<Draw>,
+    /// Surfaces that light comes through, farther ones first.
+    pub transmissive: Vec<Draw>,
     /// Blended surfaces, farther ones first; of those with two sides the back faces before the front faces.
     pub blended: Vec<Draw>,
     /// Triangles of all draws.
@@ -83,6 +85,10 @@ impl DrawList {
     fn append_blended(&mut self, index: u32, item: &Item) {
         self.triangles += item.triangles();
         let draw = Draw { item: index, faces: item.faces, instances: item.instances() };
+        if item.transmissive {
+            self.transmissive.push(draw);
+            return;
+        }
         if item.faces == Faces::Both && item.topology == Topology::Triangles {
             // What a solid's back faces let through lies behind what its front faces let through.
             self.blended.extend([Faces::Back, Faces::Front].map(|faces| Draw { faces, ..draw.clone() }));

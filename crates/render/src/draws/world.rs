@@ -2,7 +2,7 @@
 
 use super::deformation::{Deformation, Joints};
 use super::{Axes, Faces};
-use crate::constants::WITHOUT_NORMALS;
+use crate::constants::{LAYER_TRANSMISSION, WITHOUT_NORMALS};
 use crate::lights::ObjectBounds;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
 use bytemuck::Zeroable;
@@ -48,6 +48,10 @@ pub(crate) struct Item {
     pub bounds_world: Aabb,
     /// Whether it keeps light from what lies behind it.
     pub casts_shadow: bool,
+    /// The bits of its material's layers; 0 if the G-buffer holds all that it is.
+    pub layers: u32,
+    /// Whether what lies behind is seen through it.
+    pub transmissive: bool,
     /// Whether its material emits light.
     pub emits: bool,
     /// Whether it has radiance before any light reaches it: what emits, what is unlit, and what has no normals.
@@ -88,8 +92,10 @@ impl Extent {
 pub(crate) struct WorldDraws {
     /// Opaque and masked ones first, by program, material and mesh.
     pub items: Vec<Item>,
-    /// How many of them do not blend.
+    /// How many of them neither blend nor let light through.
     pub opaque_count: usize,
+    /// Whether any has layers, in view or not, so that a camera that moves changes no pass.
+    pub has_layers: bool,
     /// The box around every [`BLOCK_ITEMS`] of them, in world space; none where one is deformed.
     pub blocks: Vec<Option<Aabb>>,
     /// What the items refer to.
@@ -174,6 +180,7 @@ impl WorldDraws {
     fn place(&mut self) {
         self.opaque_count = 0;
         self.glows = false;
+        self.has_layers = false;
         let mut last = None;
         let mut group = 0;
         for at in &self.order {
@@ -183,6 +190,7 @@ impl WorldDraws {
             let is_opaque = key.0 & BLENDED == 0;
             self.opaque_count += usize::from(is_opaque);
             self.glows |= is_opaque && posed.item.glows;
+            self.has_layers |= posed.item.layers != 0;
             // The corners of a point's disc read the object as vertices do, from a multiple of their number.
             let copies = if posed.item.topology == Topology::Points { DISC_CORNERS } else { 1 };
             let instance = (self.instances.len() as u32).next_multiple_of(copies);
@@ -220,11 +228,11 @@ impl WorldDraws {
             if !is_deformed && primitive.bounds.is_empty() {
                 continue;
             }
-            let material = resources.materials.index(primitive.material);
+            let material = resources.materials.index(primitive.material_in(scene.variant));
             let properties = resources.materials.get(material);
             let drawn = Drawn { node, primitive, properties, deformed };
             let item = Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, ..drawn.item() };
-            self.keys[0].push(if properties.blended {
+            self.keys[0].push(if properties.blended || item.transmissive {
                 (BLENDED, self.posed.len() as u64)
             } else {
                 let program = u64::from(program_key(properties, is_deformed));
@@ -267,6 +275,9 @@ impl Drawn<'_> {
         let Self { node, primitive, properties, deformed } = self;
         let has_sides = primitive.topology == Topology::Triangles && !properties.double_sided;
         let extent = self.extent();
+        // Points have no layers.
+        let layers = properties.layers.as_ref().filter(|_| primitive.topology != Topology::Points);
+        let layers = layers.map_or(0, |layers| layers.bits);
         // A skin's joints place the mesh; the node's own transform does not.
         let center = match deformed.joints {
             Some(_) => node.bounds_world.center(),
@@ -294,6 +305,8 @@ impl Drawn<'_> {
             },
             faces: if has_sides { Faces::Front } else { Faces::Both },
             bounds_world: extent.as_ref().map_or(node.bounds_world, |extent| extent.around(center)),
+            layers,
+            transmissive: layers & LAYER_TRANSMISSION != 0,
             casts_shadow: node.casts_shadow && properties.casts_shadow,
             emits: properties.emits,
             glows: properties.emits || properties.unlit || primitive.without_normals,
@@ -323,6 +336,7 @@ fn axes(primitive: &GpuPrimitive, material: &GpuMaterial) -> Axes {
 /// Materials of the same program lie together.
 fn program_key(material: &GpuMaterial, is_deformed: bool) -> u32 {
     let axes = [
+        material.layers.is_some(),
         material.masked,
         material.double_sided,
         material.textured,

@@ -2,6 +2,7 @@
 
 pub mod accumulate;
 pub mod background;
+pub mod behind;
 pub mod coverage;
 pub mod debug;
 pub mod direct;

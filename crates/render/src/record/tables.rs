@@ -149,18 +149,18 @@ fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rg16Float,
+        format: wgpu::TextureFormat::Rgba16Float,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let texels: Vec<u16> =
-        crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flatten().map(|value| half_from_unit(*value)).collect();
+    let texel = |[scale, bias, sheen]: &[f32; 3]| [*scale, *bias, *sheen, 0.0].map(half_from_unit);
+    let texels: Vec<u16> = crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flat_map(texel).collect();
     gpu.queue.write_texture(
         texture.as_image_copy(),
         bytemuck::cast_slice(&texels),
         wgpu::TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(DIRECTIONAL_ALBEDO_SIZE * 4),
+            bytes_per_row: Some(DIRECTIONAL_ALBEDO_SIZE * 8),
             rows_per_image: None,
         },
         size,

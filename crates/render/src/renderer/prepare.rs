@@ -193,7 +193,7 @@ impl Renderer {
         let draws = Arc::new(DrawList::new(&world.draws, &uniform));
         let ViewState { tables, lists, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
-        stats.draws += (draws.opaque.len() + draws.blended.len()) as u32;
+        stats.draws += (draws.opaque.len() + draws.transmissive.len() + draws.blended.len()) as u32;
         stats.triangles += draws.triangles;
         let texels = shadows.map(|(shadows, _)| shadows.texels(&lists.table));
         let texels = texels.as_ref().unwrap_or(&lists.table.texels);
@@ -294,10 +294,10 @@ impl Renderer {
         let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
         let has_blended = world.draws.opaque_count < world.draws.items.len();
         let reads_lists = match settings.render.path {
-            Path::Deferred => !has_volumes || has_blended,
+            Path::Deferred => !has_volumes || has_blended || world.draws.has_layers,
             Path::Forward => true,
             Path::ForwardBatched => has_blended,
-            Path::Gouraud => false,
+            Path::Gouraud => world.draws.has_layers,
         };
         let of = ListsOf {
             view: request.camera,

@@ -1,8 +1,8 @@
 //! Images are decoded and given their mips on threads of their own, few at a time in memory.
 
 use super::mips::{MipChain, half};
-use super::packing::ImageSource;
-use manypass_scene::{Pixels, Scene};
+use super::packing::{ImageSource, layer_size};
+use manypass_scene::{PixelFormat, Pixels, Scene};
 
 /// An image for the device, with what there is to say about it.
 pub(super) struct Decoded {
@@ -13,6 +13,11 @@ pub(super) struct Decoded {
 fn decode(scene: &Scene, source: ImageSource, limit: u32) -> Decoded {
     let mut warnings = Vec::new();
     let (base, is_srgb) = match source {
+        ImageSource::Layers { is_srgb, .. } => {
+            let decoded = source.images(scene).into_iter();
+            let decoded = decoded.map(|image| decode_base(scene, image, is_srgb, limit, &mut warnings)).collect();
+            return Decoded { chain: layers(decoded, is_srgb), warnings };
+        }
         ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limit, &mut warnings), is_srgb),
         ImageSource::Packed { occlusion, metallic_roughness } => {
             let mut decode = |image| decode_base(scene, image, false, limit, &mut warnings);
@@ -42,6 +47,22 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
         pixels = half(&pixels, is_srgb);
     }
     Some(pixels)
+}
+
+/// Images as the layers of one texture, all of one size. What is missing is white.
+fn layers(images: Vec<Option<Pixels>>, is_srgb: bool) -> Option<MipChain> {
+    let sizes: Vec<_> = images.iter().flatten().map(|image| (image.width, image.height)).collect();
+    let (width, height) = layer_size(&sizes)?;
+    let white = || Pixels { width, height, format: PixelFormat::Rgba8, data: vec![255; (width * height * 4) as usize] };
+    let mut chain: Option<MipChain> = None;
+    for image in images {
+        let next = MipChain::of(image.map_or_else(white, |image| image.resized(width, height)), is_srgb);
+        match &mut chain {
+            Some(chain) => chain.append(next),
+            None => chain = Some(next),
+        }
+    }
+    chain
 }
 
 /// Occlusion in the red channel of metallic-roughness; what is missing is white.

@@ -1,7 +1,7 @@
 //! How much memory a scene takes when it is uploaded, from the headers of its images and the lengths of its lists.
 
 use super::STRIDES;
-use super::packing::{ImageSource, wanted};
+use super::packing::{layer_size, wanted};
 use manypass_scene::Scene;
 
 /// Images that are decoded, given mips or on their way to the device at one time.
@@ -12,12 +12,12 @@ const MORPH_BYTES: u64 = 48;
 /// Bytes that [`crate::Renderer::load`] takes at its peak, on a device whose memory is the process's.
 pub fn upload_bytes(scene: &Scene) -> u64 {
     let sizes = wanted(scene).into_iter().filter_map(|source| {
-        let image = match source {
-            ImageSource::Image { image, .. } | ImageSource::Packed { metallic_roughness: image, .. } => image,
-        };
-        let (width, height) = scene.images.get(image)?.dimensions().ok()?;
+        let images = source.images(scene);
+        let sizes: Vec<_> = images.iter().filter_map(|image| scene.images.get(*image)?.dimensions().ok()).collect();
+        let (width, height) = layer_size(&sizes)?;
+        let layers = if source.has_layers() { images.len() as u64 } else { 1 };
         // Mips add a third.
-        Some(u64::from(width) * u64::from(height) * 4 * 4 / 3)
+        Some(u64::from(width) * u64::from(height) * layers * 4 * 4 / 3)
     });
     let (sum, largest, count) =
         sizes.fold((0, 0, 0u64), |(sum, largest, count), bytes: u64| (sum + bytes, bytes.max(largest), count + 1));

@@ -5,6 +5,7 @@ use super::vertices::{Packed, SkinVertex, Vertex, drawn_vertices};
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use manypass_scene::variants::material_in;
 use manypass_scene::{Aabb, Mesh, Primitive, Topology};
 use range_alloc::RangeAllocator;
 use std::collections::{HashMap, HashSet};
@@ -29,6 +30,8 @@ pub(crate) struct GpuPrimitive {
     pub topology: Topology,
     /// Index into the scene's materials.
     pub material: Option<usize>,
+    /// What takes its place in variants of the scene.
+    pub variant_materials: Vec<(usize, usize)>,
     /// Texels of its displacements.
     pub(crate) morph: Range<u32>,
     /// The number of its morph targets.
@@ -41,6 +44,11 @@ pub(crate) struct GpuPrimitive {
 }
 
 impl GpuPrimitive {
+    /// The index of its material in a variant of the scene.
+    pub(crate) fn material_in(&self, variant: Option<usize>) -> Option<usize> {
+        material_in(self.material, &self.variant_materials, variant)
+    }
+
     /// Whether its vertices are bound from its own first on, not from their page's.
     pub(crate) fn is_bound_apart(&self) -> bool {
         self.skin.is_some() || self.topology == Topology::Points
@@ -286,6 +294,7 @@ impl Geometry {
             count: vertex_count,
             topology: primitive.topology,
             material: primitive.material,
+            variant_materials: primitive.variant_materials.clone(),
             morph: 0..0,
             morph_count: 0,
             without_normals: primitive.topology != Topology::Triangles && primitive.normals.is_empty(),

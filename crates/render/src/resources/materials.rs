@@ -1,6 +1,7 @@
 //! Materials on the device: their factors lie in pages, so that a change of one is one write.
 
 use super::filtering::Sampling;
+use super::layers::{LayerFactors, Layers, f0_of_ior};
 use super::packing::{ImageSource, shared_texel};
 use super::pages::{Pages, Place};
 use super::textures::Textures;
@@ -28,25 +29,40 @@ pub(crate) struct MaterialFactors {
     pub occlusion_strength: f32,
     /// Fragments with less alpha are dropped.
     pub alpha_cutoff: f32,
-    /// 1 unlit, 0 lit.
-    pub unlit: f32,
+    /// The shading model, as `gbuffer.wgsl` numbers them.
+    pub shading_model: f32,
     /// Index of the material.
     pub material_id: u32,
     /// 1 if alpha covers.
     pub blended: f32,
     /// 1 if both sides are drawn.
     pub double_sided: f32,
+    /// Reflectance at normal incidence of what is not metal.
+    pub f0_dielectric: f32,
+    /// What alpha is multiplied by where the surface casts a shadow.
+    pub cast_alpha: f32,
+    /// 1 if it casts a shadow in part, as alpha says.
+    pub casts_in_part: f32,
+    /// Zero.
+    pub padding: f32,
     /// Two rows for each of the five textures.
     pub uv_rows: [Vec4; 10],
 }
 
 /// Every backend can bind a uniform at multiples of so many bytes.
-const SLOT_BYTES: usize = 256;
+const UNIFORM_ALIGNMENT_BYTES: usize = 256;
+
+/// Shading models as `gbuffer.wgsl` numbers them.
+const SHADING_MODEL_UNLIT: f32 = 0.0;
+const SHADING_MODEL_STANDARD: f32 = 1.0;
+const SHADING_MODEL_FORWARD: f32 = 128.0 / 255.0;
 
 /// A material on the device.
 #[derive(Debug)]
 pub(crate) struct GpuMaterial {
     place: Place,
+    /// Where the factors of its layers are, if it has any.
+    layers_place: Option<Place>,
     described: Described,
     /// Bind groups with the program that each was made for, and how its samplers filter.
     pub(crate) bind_groups: RefCell<Vec<(u32, Sampling, wgpu::BindGroup)>>,
@@ -61,6 +77,8 @@ pub(crate) struct Described {
     factors: MaterialFactors,
     /// Base colour, metallic-roughness, normal, occlusion, emissive.
     pub textures: [Sampled; 5],
+    /// What the G-buffer does not hold; its surfaces are shaded where they are drawn.
+    pub layers: Option<Box<Layers>>,
     /// Whether any texture but the normal map is used.
     pub textured: bool,
     /// Whether occlusion has a texture of its own, beside that of metallic-roughness.
@@ -93,13 +111,21 @@ impl std::ops::Deref for GpuMaterial {
 #[derive(Debug)]
 pub(crate) struct Materials {
     pages: Pages,
+    layer_pages: Pages,
     materials: Vec<GpuMaterial>,
 }
 
 impl Materials {
     /// No materials yet.
     pub fn new() -> Self {
-        Self { pages: Pages::new("material_factors", wgpu::BufferUsages::UNIFORM, SLOT_BYTES), materials: Vec::new() }
+        let pages = |label, bytes: usize| {
+            Pages::new(label, wgpu::BufferUsages::UNIFORM, bytes.next_multiple_of(UNIFORM_ALIGNMENT_BYTES))
+        };
+        Self {
+            pages: pages("material_factors", size_of::<MaterialFactors>()),
+            layer_pages: pages("layer_factors", size_of::<LayerFactors>()),
+            materials: Vec::new(),
+        }
     }
 
     /// Brings all materials up to date, whose textures are there already, and says how many bytes that wrote. False if a
@@ -109,16 +135,20 @@ impl Materials {
         let count = scene.materials.len() + 1;
         for dropped in self.materials.drain(count.min(self.materials.len())..) {
             self.pages.give_back(&dropped.place);
+            dropped.layers_place.iter().for_each(|place| self.layer_pages.give_back(place));
         }
         for (index, material) in scene.materials.iter().chain([&default]).enumerate() {
-            let described = Described::of(scene, material, index as u32, textures);
+            let described = Described::of(scene, material, index, textures);
             let bytes = bytemuck::bytes_of(&described.factors);
             match self.materials.get_mut(index) {
                 Some(known) => {
                     if bytemuck::bytes_of(&known.described.factors) != bytes {
                         self.pages.write(&gpu.queue, &known.place, bytes);
                     }
-                    if known.described.textures != described.textures {
+                    let layer_textures = |described: &Described| described.layers.as_ref().map(|l| l.textures.clone());
+                    if known.described.textures != described.textures
+                        || layer_textures(&known.described) != layer_textures(&described)
+                    {
                         known.bind_groups.borrow_mut().clear();
                     }
                     known.described = described;
@@ -127,13 +157,38 @@ impl Materials {
                     let expected = (count - index) as u64;
                     let Some(place) = self.pages.take(&gpu.device, 1, expected) else { continue };
                     self.pages.write(&gpu.queue, &place, bytes);
-                    self.materials.push(GpuMaterial { place, described, bind_groups: RefCell::default() });
+                    let bind_groups = RefCell::default();
+                    self.materials.push(GpuMaterial { place, layers_place: None, described, bind_groups });
                 }
             }
         }
-        self.pages.flush(&gpu.queue);
-        self.pages.trim();
-        self.pages.take_written_bytes()
+        self.follow_layers(gpu);
+        for pages in [&mut self.pages, &mut self.layer_pages] {
+            pages.flush(&gpu.queue);
+            pages.trim();
+        }
+        self.pages.take_written_bytes() + self.layer_pages.take_written_bytes()
+    }
+
+    /// Writes the factors of layers.
+    fn follow_layers(&mut self, gpu: &Gpu) {
+        let Self { layer_pages: pages, materials, .. } = self;
+        let expected = materials.iter().filter(|material| material.layers.is_some()).count() as u64;
+        for material in materials {
+            let Some(layers) = &material.described.layers else {
+                if let Some(place) = material.layers_place.take() {
+                    pages.give_back(&place);
+                    material.bind_groups.borrow_mut().clear();
+                }
+                continue;
+            };
+            if material.layers_place.is_none() {
+                material.layers_place = pages.take(&gpu.device, 1, expected);
+            }
+            if let Some(place) = &material.layers_place {
+                pages.write(&gpu.queue, place, bytemuck::bytes_of(&layers.factors));
+            }
+        }
     }
 
     /// A material of the scene; the default material if it has none of that index.
@@ -149,17 +204,26 @@ impl Materials {
 
     /// The uniform of a material.
     pub fn factors(&self, material: &GpuMaterial) -> Option<wgpu::BindingResource<'_>> {
-        let buffer = self.pages.buffer(material.place.page)?;
-        Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer,
-            offset: self.pages.bytes_of(&material.place).start,
-            size: wgpu::BufferSize::new(size_of::<MaterialFactors>() as u64),
-        }))
+        binding(&self.pages, &material.place, size_of::<MaterialFactors>())
+    }
+
+    /// The uniform of a material's layers, if it has any.
+    pub fn layer_factors(&self, material: &GpuMaterial) -> Option<wgpu::BindingResource<'_>> {
+        binding(&self.layer_pages, material.layers_place.as_ref()?, size_of::<LayerFactors>())
     }
 }
 
+fn binding<'p>(pages: &'p Pages, place: &Place, bytes: usize) -> Option<wgpu::BindingResource<'p>> {
+    Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        buffer: pages.buffer(place.page)?,
+        offset: pages.bytes_of(place).start,
+        size: wgpu::BufferSize::new(bytes as u64),
+    }))
+}
+
 impl Described {
-    fn of(scene: &Scene, material: &Material, index: u32, textures: &Textures) -> Self {
+    fn of(scene: &Scene, material: &Material, index: usize, textures: &Textures) -> Self {
+        let layers = Layers::of(scene, (index, material), textures).map(Box::new);
         let sampled = |reference: Option<TextureRef>, is_srgb: bool| {
             let texture = *scene.textures.get(reference?.texture)?;
             let view = textures.view(scene, ImageSource::Image { image: texture.image, is_srgb })?;
@@ -199,6 +263,7 @@ impl Described {
         let is_dark = material.emissive_texture.is_some() && !is_there(4);
         let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
         let blended = material.alpha_mode == AlphaMode::Blend;
+        let transmission = material.transmission.filter(|_| layers.is_some()).map_or(0.0, |share| share.factor);
         let factors = MaterialFactors {
             base_color: material.base_color_factor,
             // Without its texture, the factor alone would shine all over.
@@ -212,10 +277,19 @@ impl Described {
                 AlphaMode::Mask { cutoff } => cutoff,
                 _ => 0.0,
             },
-            unlit: if material.shading_model == ShadingModel::Unlit { 1.0 } else { 0.0 },
-            material_id: index,
+            shading_model: match (material.shading_model, &layers) {
+                (ShadingModel::Unlit, _) => SHADING_MODEL_UNLIT,
+                (ShadingModel::Standard, None) => SHADING_MODEL_STANDARD,
+                (ShadingModel::Standard, Some(_)) => SHADING_MODEL_FORWARD,
+            },
+            material_id: index as u32,
             blended: if blended { 1.0 } else { 0.0 },
             double_sided: if material.double_sided { 1.0 } else { 0.0 },
+            f0_dielectric: f0_of_ior(material.ior),
+            // Light that comes through casts no shadow.
+            cast_alpha: 1.0 - transmission * (1.0 - material.metallic_factor),
+            casts_in_part: if blended || transmission > 0.0 { 1.0 } else { 0.0 },
+            padding: 0.0,
             uv_rows,
         };
         let occlusion_apart = shared.is_none() && is_there(3);
@@ -228,11 +302,12 @@ impl Described {
         }
         let double_sided = material.double_sided;
         let emits = factors.emissive.max_element() > 0.0;
-        let unlit = factors.unlit > 0.5;
+        let unlit = material.shading_model == ShadingModel::Unlit;
         let casts_shadow = material.casts_shadow;
         Self {
             factors,
             textures,
+            layers,
             textured,
             occlusion_apart,
             normal_map,
@@ -265,10 +340,14 @@ mod tests {
                 normal_scale,
                 occlusion_strength,
                 alpha_cutoff,
-                unlit,
+                shading_model,
                 material_id,
                 blended,
                 double_sided,
+                f0_dielectric,
+                cast_alpha,
+                casts_in_part,
+                padding,
                 uv_rows,
             ]
         );

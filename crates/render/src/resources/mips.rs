@@ -3,9 +3,11 @@
 use crate::colour::{linear_from_srgb, srgb_from_linear};
 use manypass_scene::Pixels;
 
-/// An image with all its mips, the largest first.
+/// An image with all its mips, the largest first; or several of one size, whose texels follow each other in every level.
 pub(super) struct MipChain {
     pub levels: Vec<Pixels>,
+    /// How many images.
+    pub layers: u32,
 }
 
 impl MipChain {
@@ -18,7 +20,15 @@ impl MipChain {
             let next = half(last, is_srgb);
             levels.push(next);
         }
-        Self { levels }
+        Self { levels, layers: 1 }
+    }
+
+    /// Adds the images of another one of the same size.
+    pub fn append(&mut self, other: Self) {
+        self.layers += other.layers;
+        for (level, of_other) in self.levels.iter_mut().zip(other.levels) {
+            level.data.extend(of_other.data);
+        }
     }
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod environment;
 pub mod estimate;
 pub mod filtering;
 mod geometry;
+mod layers;
 mod materials;
 mod mips;
 mod packing;
@@ -14,7 +15,7 @@ mod textures;
 mod vertices;
 
 pub(crate) use geometry::{Geometry, GpuPrimitive};
-pub(crate) use materials::{GpuMaterial, Materials};
+pub(crate) use materials::{GpuMaterial, Materials, Sampled};
 pub(crate) use pages::Place;
 pub(crate) use textures::Textures;
 pub(crate) use vertices::{ATTRIBUTES, Instance, STRIDES};

@@ -1,11 +1,18 @@
 //! Which images become one texture: the occlusion of a material lies in the red channel that its metallic-roughness map
 //! leaves free, wherever both are placed and sampled alike. One sample and one upload less; the values are the same.
 
-use manypass_scene::{Material, Scene, TextureRef};
+use manypass_scene::{LayerMap, Material, Scene, TextureRef};
 
 /// What becomes one texture on the device; that which takes longest to decode first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum ImageSource {
+    /// What the layers of a material need, one layer of a texture for each image, all of one size.
+    Layers {
+        /// The index of the material.
+        material: usize,
+        /// Those that are colours, or those that are data.
+        is_srgb: bool,
+    },
     /// Occlusion in red, the rest from metallic-roughness; indices of two images of one size.
     Packed {
         /// The image whose red channel is occlusion.
@@ -24,8 +31,11 @@ pub(super) enum ImageSource {
 
 impl ImageSource {
     /// The images that it is made from; that which names it last.
-    pub fn images(self) -> Vec<usize> {
+    pub fn images(self, scene: &Scene) -> Vec<usize> {
         match self {
+            Self::Layers { material, is_srgb } => {
+                scene.materials.get(material).map_or(Vec::new(), |material| layer_images(scene, material, is_srgb))
+            }
             Self::Packed { occlusion, metallic_roughness } => vec![occlusion, metallic_roughness],
             Self::Image { image, .. } => vec![image],
         }
@@ -33,8 +43,29 @@ impl ImageSource {
 
     /// Whether its values are sRGB colours.
     pub fn is_srgb(self) -> bool {
-        matches!(self, Self::Image { is_srgb: true, .. })
+        matches!(self, Self::Image { is_srgb: true, .. } | Self::Layers { is_srgb: true, .. })
     }
+
+    /// Whether it is a texture of layers.
+    pub fn has_layers(self) -> bool {
+        matches!(self, Self::Layers { .. })
+    }
+}
+
+/// The image of a place in a material's layers.
+pub(super) fn layer_image(scene: &Scene, material: &Material, map: LayerMap) -> Option<usize> {
+    let texture = scene.textures.get(material.layer_texture(map)?.texture)?;
+    Some(texture.image).filter(|image| *image < scene.images.len())
+}
+
+/// The images that the layers of a material show, as colour or as data, each once. Their order is that of the texture's layers.
+pub(super) fn layer_images(scene: &Scene, material: &Material, is_srgb: bool) -> Vec<usize> {
+    let mut images = Vec::new();
+    for map in LayerMap::ALL.into_iter().filter(|map| map.is_srgb() == is_srgb) {
+        let image = layer_image(scene, material, map);
+        images.extend(image.filter(|image| !images.contains(image)));
+    }
+    images
 }
 
 /// The images of a material's occlusion and metallic-roughness if one sample gives both; they may be one image.
@@ -51,10 +82,30 @@ pub(super) fn shared_texel(scene: &Scene, material: &Material) -> Option<(usize,
     is_shared.then_some((first, second))
 }
 
+/// Texels that layers may have together whatever the sizes of their images.
+const LAYER_TEXELS: u64 = 1 << 24;
+
+/// The size of all layers of a texture whose images have `sizes`: as wide as the widest and as high as the highest; but smaller where a
+/// large one among many small ones would make more than twice as many texels as there are.
+pub(super) fn layer_size(sizes: &[(u32, u32)]) -> Option<(u32, u32)> {
+    let texels = |(width, height): (u32, u32)| u64::from(width) * u64::from(height);
+    let (mut width, mut height) = sizes.iter().copied().reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))?;
+    let most = sizes.iter().copied().map(texels).sum::<u64>().saturating_mul(2).max(LAYER_TEXELS);
+    while texels((width, height)) * sizes.len() as u64 > most {
+        (width, height) = ((width / 2).max(1), (height / 2).max(1));
+    }
+    Some((width, height))
+}
+
 /// What the materials of a scene use.
 pub(super) fn wanted(scene: &Scene) -> Vec<ImageSource> {
     let mut wanted = std::collections::BTreeSet::new();
-    for material in &scene.materials {
+    for (index, material) in scene.materials.iter().enumerate() {
+        for is_srgb in [false, true] {
+            if !layer_images(scene, material, is_srgb).is_empty() {
+                wanted.insert(ImageSource::Layers { material: index, is_srgb });
+            }
+        }
         let image = |reference: Option<TextureRef>| {
             let texture = reference.and_then(|reference| scene.textures.get(reference.texture));
             texture.map(|texture| texture.image).filter(|image| *image < scene.images.len())

@@ -22,8 +22,9 @@ enum Texels {
 type Address = usize;
 
 /// What tells two textures apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Content {
+    Layers { images: Vec<Address>, is_srgb: bool },
     Image { image: Address, is_srgb: bool },
     Packed { occlusion: Address, metallic_roughness: Address },
 }
@@ -43,6 +44,8 @@ struct Uploaded {
 pub(crate) struct Textures {
     device: wgpu::Device,
     white: wgpu::TextureView,
+    /// The same as a texture of one layer.
+    white_layer: wgpu::TextureView,
     uploaded: BTreeMap<Content, Uploaded>,
     /// Samplers by what the scene asks for and how they filter.
     samplers: RefCell<BTreeMap<(Sampler, Sampling), wgpu::Sampler>>,
@@ -54,8 +57,10 @@ impl Textures {
     /// No textures yet.
     pub fn new(gpu: &Gpu) -> Self {
         let white = Pixels { width: 1, height: 1, format: manypass_scene::PixelFormat::Rgba8, data: vec![255; 4] };
+        let white = MipChain::of(white, false);
         Self {
-            white: create(gpu, "white", &MipChain { levels: vec![white] }, false),
+            white: create(gpu, "white", &white, false, false),
+            white_layer: create(gpu, "white", &white, false, true),
             device: gpu.device.clone(),
             uploaded: BTreeMap::new(),
             samplers: RefCell::default(),
@@ -68,13 +73,13 @@ impl Textures {
         let started = web_time::Instant::now();
         let all: Vec<(ImageSource, Content)> =
             wanted(scene).into_iter().filter_map(|source| Some((source, content_of(scene, source)?))).collect();
-        let contents: BTreeSet<Content> = all.iter().map(|(_, content)| *content).collect();
+        let contents: BTreeSet<Content> = all.iter().map(|(_, content)| content.clone()).collect();
         let known = self.uploaded.len();
         self.uploaded.retain(|content, _| contents.contains(content));
         let has_moved = self.uploaded.len() < known;
         let is_new = |(_, content): &&(ImageSource, Content)| !self.uploaded.contains_key(content);
         let new: BTreeMap<Content, ImageSource> =
-            all.iter().filter(is_new).map(|(source, content)| (*content, *source)).collect();
+            all.iter().filter(is_new).map(|(source, content)| (content.clone(), *source)).collect();
         let limit = gpu.capabilities.max_texture_size;
         let (mut upload_ms, mut written_bytes) = (0.0, 0);
         let mut sources: Vec<ImageSource> = new.into_values().collect();
@@ -82,9 +87,9 @@ impl Textures {
         decode_all(scene, &sources, limit, &mut |source, Decoded { chain, warnings }| {
             let Some(content) = content_of(scene, source) else { return };
             let started = web_time::Instant::now();
-            let images = source.images();
+            let images = source.images(scene);
             let name = images.last().and_then(|image| scene.images.get(*image)).map_or("", |image| &image.name);
-            let view = chain.as_ref().map(|chain| create(gpu, name, chain, source.is_srgb()));
+            let view = chain.as_ref().map(|chain| create(gpu, name, chain, source.is_srgb(), source.has_layers()));
             let bytes = chain.iter().flat_map(|chain| &chain.levels).map(|level| level.data.len() as u64).sum();
             let _made_from = images.iter().filter_map(|image| Some(texels_of(scene, *image)?.1)).collect();
             self.uploaded.insert(content, Uploaded { view, bytes, warnings, _made_from });
@@ -108,6 +113,11 @@ impl Textures {
     /// A white texel.
     pub fn white(&self) -> &wgpu::TextureView {
         &self.white
+    }
+
+    /// A white texel in a texture of layers.
+    pub fn white_layer(&self) -> &wgpu::TextureView {
+        &self.white_layer
     }
 
     /// What was made from `source`; none if that cannot be decoded, or no material uses it.
@@ -145,6 +155,10 @@ fn texels_of(scene: &Scene, image: usize) -> Option<(Address, Texels)> {
 fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
     let address = |image: usize| scene.images.get(image).map(address_of);
     Some(match source {
+        ImageSource::Layers { is_srgb, .. } => {
+            let images = source.images(scene).into_iter().map(address).collect::<Option<_>>()?;
+            Content::Layers { images, is_srgb }
+        }
         ImageSource::Image { image, is_srgb } => Content::Image { image: address(image)?, is_srgb },
         ImageSource::Packed { occlusion, metallic_roughness } => {
             Content::Packed { occlusion: address(occlusion)?, metallic_roughness: address(metallic_roughness)? }
@@ -152,11 +166,12 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
     })
 }
 
-fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool) -> wgpu::TextureView {
+fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool, has_layers: bool) -> wgpu::TextureView {
     let base = &chain.levels[0];
+    let layers = chain.layers;
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
-        size: wgpu::Extent3d { width: base.width, height: base.height, depth_or_array_layers: 1 },
+        size: wgpu::Extent3d { width: base.width, height: base.height, depth_or_array_layers: layers },
         mip_level_count: chain.levels.len() as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -173,13 +188,18 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool) -> wgpu::Text
                 aspect: wgpu::TextureAspect::All,
             },
             &pixels.data,
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pixels.width * 4), rows_per_image: None },
-            wgpu::Extent3d { width: pixels.width, height: pixels.height, depth_or_array_layers: 1 },
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(pixels.width * 4),
+                rows_per_image: Some(pixels.height),
+            },
+            wgpu::Extent3d { width: pixels.width, height: pixels.height, depth_or_array_layers: layers },
         );
     }
     // Staging memory is given back after every image, not after the last.
     gpu.queue.submit([]);
-    texture.create_view(&Default::default())
+    let dimension = has_layers.then_some(wgpu::TextureViewDimension::D2Array);
+    texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
 }
 
 fn create_sampler(device: &wgpu::Device, sampler: &Sampler, sampling: Sampling) -> wgpu::Sampler {

@@ -142,6 +142,7 @@ fn gathered(primitive: &Primitive) -> Primitive {
         weights: gather(indices, &primitive.weights),
         indices: Vec::new(),
         morph_targets: morph_targets.collect(),
+        variant_materials: primitive.variant_materials.clone(),
         ..*primitive
     }
 }

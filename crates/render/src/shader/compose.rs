@@ -25,6 +25,11 @@ pub fn points_of(program: &str) -> Option<&'static str> {
     PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_points") == Some(program))
 }
 
+/// The program that draws materials with layers where `program` draws others, if there is one.
+pub fn layered_of(program: &str) -> Option<&'static str> {
+    PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_layered") == Some(program))
+}
+
 /// Whether a program has variants with and without `axis`.
 pub fn has_axis(program: &str, axis: &str) -> bool {
     PROGRAMS.iter().any(|(name, axes, _)| *name == program && axes.contains(&axis))

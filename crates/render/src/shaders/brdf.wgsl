@@ -3,6 +3,8 @@
 // compensation for multiple scattering (Kulla & Conty 2017, in the form of Lagarde & Golubev 2018).
 // Diffuse: Lambert, weighted by 1 - F as in glTF 2.0, appendix B.
 
+@if(layered) import package::shaders::layer_terms::LayerTerms;
+
 // Beside it, for comparison (`shading.model`): 1 Phong, 2 Blinn-Phong. It is constant when a shader runs.
 override reflectance_model: u32 = 0u;
 
@@ -29,6 +31,7 @@ struct Shading {
     diffuse: vec3f,
     specular: vec3f,
     specular_grazing: vec3f,
+    @if(layered) layers: LayerTerms,
 }
 
 // Computes once a surface what `reflectance` would compute once a lamp.

@@ -6,6 +6,7 @@ import package::constants::{
     CASTING_POINTS, CASTING_SPOTS, DIRECTIONAL_LIGHTS, GLOBAL_LIGHTS, QUIET_POINTS, QUIET_SPOTS,
 };
 import package::shaders::brdf::{Shading, reflectance};
+@if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::light_table::{
     LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, TableRows, cluster_grid, light_part, light_place,
 };
@@ -45,10 +46,25 @@ fn add_reflected(
     irradiance: vec3f,
     sums: ptr<function, LightSums>,
 ) {
+    @if(layered) {
+        let layered = layered_reflectance(shading, to_light);
+        (*sums).radiance += (layered.diffuse + layered.specular + layered.coat) * irradiance;
+        return;
+    }
     let parts = reflectance(shading, to_light, n_dot_l);
     (*sums).radiance += ((parts.diffuse + parts.specular) * n_dot_l) * irradiance;
     if splits_specular != 0u {
         (*sums).specular += (parts.specular * n_dot_l) * irradiance;
+    }
+}
+
+// The normal of the side of a surface on which shadows fall. Light that comes through reaches the other one.
+fn lit_side(facet_normal: vec3f, to_light: vec3f) -> vec3f {
+    @if(layered) {
+        return select(-facet_normal, facet_normal, dot(facet_normal, to_light) >= 0.0);
+    }
+    @if(!layered) {
+        return facet_normal;
     }
 }
 
@@ -75,8 +91,10 @@ fn add_light(
         let is_in_cone = axis.w - dot(axis.xyz, to_light) * light_part(table_uv, LIGHT_COLOR).w > 0.0;
         (*sums).in_range += select(0.0, 1.0, is_in_cone & (ratio_squared <= 1.0));
     }
-    // In range, and before the surface, as one condition.
-    if min(1.0 - ratio_squared, normal_towards) > 0.0 {
+    // In range, and before the surface, as one condition. Layers have normals of their own, and light may come through.
+    @if(layered) let reaches = 1.0 - ratio_squared;
+    @if(!layered) let reaches = min(1.0 - ratio_squared, normal_towards);
+    if reaches > 0.0 {
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-12));
         let to_light = towards * inverse_distance;
         let color = light_part(table_uv, LIGHT_COLOR);
@@ -91,7 +109,8 @@ fn add_light(
             (*sums).shaded += 1.0;
             @if(shadowed) {
                 if (classes & LIGHTS_WITH_SHADOWS) != 0u {
-                    attenuation *= punctual_visibility(table_uv, place.xyz, position_world, shading.facet_normal);
+                    let facet_normal = lit_side(shading.facet_normal, to_light);
+                    attenuation *= punctual_visibility(table_uv, place.xyz, position_world, facet_normal);
                 }
             }
             add_reflected(shading, to_light, normal_towards * inverse_distance, color.rgb * attenuation, sums);
@@ -115,8 +134,11 @@ fn directional_radiance(
     (*sums).shaded += 1.0;
     var irradiance = color.rgb;
     @if(shadowed) {
-        if n_dot_l > 0.0 {
-            irradiance *= directional_visibility(table_uv, position_world, shading.facet_normal);
+        @if(layered) let is_before = true;
+        @if(!layered) let is_before = n_dot_l > 0.0;
+        if is_before {
+            let facet_normal = lit_side(shading.facet_normal, to_light);
+            irradiance *= directional_visibility(table_uv, position_world, facet_normal);
         }
     }
     add_reflected(shading, to_light, n_dot_l, irradiance, sums);

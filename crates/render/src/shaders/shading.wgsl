@@ -4,15 +4,15 @@ import package::gbuffer::Surface;
 import package::constants::{DIRECTIONAL_ALBEDO_SIZE, ROUGHNESS_PERCEPTUAL_MIN};
 import package::shaders::brdf::{Shading, set_lamp_terms};
 
-// Scale and bias of f0 in the directional albedo of GGX (Karis 2013), over n.v (u) and perceptual roughness (v);
-// integrated by `build.rs`.
+// Scale and bias of f0 in the directional albedo of GGX (Karis 2013), and the directional albedo of sheen, over n.v (u) and perceptual
+// roughness (v); integrated by `build.rs`.
 @group(0) @binding(1) var directional_albedo: texture_2d<f32>;
 @group(0) @binding(2) var linear_clamp: sampler;
 
-fn dfg_at(n_dot_v: f32, roughness_perceptual: f32) -> vec2f {
+fn dfg_at(n_dot_v: f32, roughness_perceptual: f32) -> vec3f {
     let size = f32(DIRECTIONAL_ALBEDO_SIZE);
     let uv = (vec2f(n_dot_v, roughness_perceptual) * (size - 1.0) + 0.5) / size;
-    return textureSampleLevel(directional_albedo, linear_clamp, uv, 0.0).rg;
+    return textureSampleLevel(directional_albedo, linear_clamp, uv, 0.0).rgb;
 }
 
 fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
@@ -26,7 +26,7 @@ fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
     shading.roughness_alpha = roughness * roughness;
     shading.albedo = surface.base_color * (1.0 - surface.metallic);
     shading.f0 = mix(vec3f(surface.f0_dielectric), surface.base_color, surface.metallic);
-    shading.dfg = dfg_at(shading.n_dot_v, roughness);
+    shading.dfg = dfg_at(shading.n_dot_v, roughness).xy;
     shading.energy_compensation = 1.0 + shading.f0 * (1.0 / max(shading.dfg.x + shading.dfg.y, 1e-3) - 1.0);
     set_lamp_terms(&shading);
     return shading;

@@ -1,7 +1,7 @@
 // The material of a surface at a fragment: glTF 2.0's metallic-roughness model.
 
 import package::view::{view, direction_to_eye_world};
-import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
+import package::gbuffer::{Surface, SHADING_MODEL_UNLIT};
 import package::shaders::surface_vertex::{SurfaceVarying, is_without_normals};
 
 struct MaterialFactors {
@@ -14,13 +14,19 @@ struct MaterialFactors {
     occlusion_strength: f32,
     // Fragments with less alpha are dropped.
     alpha_cutoff: f32,
-    // 1 unlit, 0 lit.
-    unlit: f32,
+    // As `gbuffer.wgsl` numbers them.
+    shading_model: f32,
     material_id: u32,
     // Alpha of the surface without blending is 1.
     blended: f32,
     // 1 if both sides are drawn.
     double_sided: f32,
+    // Reflectance at normal incidence of what is not metal.
+    f0_dielectric: f32,
+    // What alpha is multiplied by where the surface casts a shadow, and 1 if it casts one in part, as alpha says.
+    cast_alpha: f32,
+    casts_in_part: f32,
+    padding: f32,
     // Rows of the matrices that place the textures: base colour, metallic-roughness, normal, occlusion, emissive.
     // xyz of the first row, and in w the UV set; xyz of the second.
     uv_rows: array<vec4f, 10>,
@@ -62,13 +68,17 @@ fn surface_mip_bias(in: SurfaceVarying) -> f32 {
     return -view.mip_gain - clamp(0.5 * log2(elongation), 0.0, view.mip_gain);
 }
 
-fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
-    let facing = select(-1.0, 1.0, front_facing);
-    // Interpolation shortens normals; a vanishing one must not become a NaN.
+// The normal of the mesh on the side that is seen. Interpolation shortens normals; a vanishing one must not become a NaN.
+fn vertex_normal_of(in: SurfaceVarying, front_facing: bool) -> vec3f {
     let length_squared = dot(in.normal_world, in.normal_world);
-    let vertex_normal = select(vec3f(0.0, 1.0, 0.0), in.normal_world * inverseSqrt(max(length_squared, 1e-30)),
-        length_squared > 1e-20) * facing;
+    return select(vec3f(0.0, 1.0, 0.0), in.normal_world * inverseSqrt(max(length_squared, 1e-30)),
+        length_squared > 1e-20) * select(-1.0, 1.0, front_facing);
+}
+
+fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
+    let vertex_normal = vertex_normal_of(in, front_facing);
     @if(normal_map) {
+        let facing = select(-1.0, 1.0, front_facing);
         let uv = material_uv(in.uv, 2u);
         let texel = textureSampleBias(normal_texture, normal_sampler, uv, bias).xyz * 2.0 - 1.0;
         let offset = vec3f(texel.xy * material_factors.normal_scale, texel.z);
@@ -116,7 +126,7 @@ fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
         occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
         emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
     }
-    let is_unlit_material = material_factors.unlit > 0.5;
+    let is_unlit_material = material_factors.shading_model == SHADING_MODEL_UNLIT;
     // What only lacks normals glows as well.
     let unlit = is_unlit_material | is_without_normals(in.object);
     let unlit_radiance = base_color.rgb + select(emission, vec3f(0.0), is_unlit_material);
@@ -127,7 +137,7 @@ fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     out.surface.normal_world = shading_normal(in, -view.mip_gain, front_facing);
     out.surface.metallic = clamp(metallic, 0.0, 1.0);
     out.surface.roughness_perceptual = clamp(roughness, 0.0, 1.0);
-    out.surface.f0_dielectric = 0.04;
-    out.surface.shading_model = select(SHADING_MODEL_STANDARD, SHADING_MODEL_UNLIT, unlit);
+    out.surface.f0_dielectric = material_factors.f0_dielectric;
+    out.surface.shading_model = select(material_factors.shading_model, SHADING_MODEL_UNLIT, unlit);
     return out;
 }

@@ -34,6 +34,8 @@ struct SurfaceVarying {
     @location(4) color: vec4f,
     // Object id and WITHOUT_NORMALS.
     @location(5) @interpolate(flat, either) object: u32,
+    // By how much the object is larger in the world: the cube root of its volume.
+    @if(layered) @location(6) @interpolate(flat, either) object_scale: f32,
     // From the middle of the disc, which ends at 1.
     @if(points) @location(6) corner: vec2f,
     // From the middle of the disc to this corner; `motion` moves it along.
@@ -183,6 +185,9 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
         tangent_world * inverseSqrt(max(dot(tangent_world, tangent_world), 1e-30)),
         in.tangent.w * handedness,
     );
+    @if(layered) {
+        out.object_scale = pow(abs(dot(row_x, cofactor_x)), 1.0 / 3.0);
+    }
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
     out.object = in.instance.x;

@@ -1,5 +1,7 @@
 //! Images, textures, samplers and materials.
 
+mod layers;
+
 use super::container::{Resolve, fetch};
 use super::{Document, LoadError, json::Json};
 use crate::{
@@ -222,5 +224,6 @@ fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> 
         other => return Err(json.error("alphaMode", format!("expected OPAQUE, MASK or BLEND, found {other}"))),
     };
     material.double_sided = json.bool("doubleSided", false)?;
+    layers::read(json, slots, &mut material)?;
     Ok(material)
 }

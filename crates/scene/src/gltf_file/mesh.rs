@@ -40,6 +40,7 @@ fn read_primitive(document: &mut Document, json: &Json, materials: &[Material]) 
     let topology = topology.ok_or_else(|| json.error("mode", format!("expected 0 to 6, found {mode}")))?;
     let mut primitive =
         Primitive { topology, material: json.index("material", materials.len(), "material")?, ..Primitive::default() };
+    primitive.variant_materials = read_variants(document, json, materials.len())?;
     let attributes = json.require_object("attributes")?;
     read_attributes(document, &attributes, &mut primitive)?;
     let vertex_count = primitive.positions.len();
@@ -82,14 +83,34 @@ fn complete(
         document.spend(unwelded_bytes, &json.pointer)?;
         geometry::add_flat_normals(primitive);
     }
-    let material = primitive.material.and_then(|material| materials.get(material));
-    if let Some(normal_texture) = material.and_then(|material| material.normal_texture)
+    let all = primitive.material.into_iter().chain(primitive.variant_materials.iter().map(|(_, material)| *material));
+    if let Some(uv_set) = all.filter_map(|material| tangent_uv_set(materials.get(material)?)).next()
         && primitive.tangents.is_empty()
     {
         document.spend(unwelded_bytes, &json.pointer)?;
-        geometry::add_tangents(primitive, normal_texture.uv_set);
+        geometry::add_tangents(primitive, uv_set);
     }
     Ok(())
+}
+
+/// The UV set along which the tangents of a material's surfaces lie, if it needs any.
+fn tangent_uv_set(material: &Material) -> Option<u32> {
+    let of_coat = material.clearcoat.and_then(|coat| coat.normal_texture);
+    let of_anisotropy = material.anisotropy.map(|anisotropy| anisotropy.texture.map_or(0, |texture| texture.uv_set));
+    material.normal_texture.or(of_coat).map(|texture| texture.uv_set).or(of_anisotropy)
+}
+
+/// The variants that give the primitive another material.
+fn read_variants(document: &Document, json: &Json, material_count: usize) -> Result<Vec<(usize, usize)>, LoadError> {
+    let Some(extension) = json.extension("KHR_materials_variants")? else { return Ok(Vec::new()) };
+    let count = document.variant_names()?.len();
+    let mut materials = Vec::new();
+    for mapping in extension.objects("mappings")? {
+        let Some(material) = mapping.index("material", material_count, "material")? else { continue };
+        let variants = mapping.indices("variants", count, "variant")?;
+        materials.extend(variants.into_iter().map(|variant| (variant, material)));
+    }
+    Ok(materials)
 }
 
 fn read_attributes(document: &mut Document, json: &Json, primitive: &mut Primitive) -> Result<(), LoadError> {

@@ -22,6 +22,6 @@ fn fs_debug_lights(in: SurfaceVarying) -> @location(0) vec4f {
     // As the deferred path has it, so that the slice is the same.
     let distance_m = distance_from_depth_ndc(in.position_clip.xy, in.position_clip.z);
     let list = cluster_at(cluster_index_at(in.position_clip.xy, distance_m));
-    let is_unlit = (material_factors.unlit > 0.5) | is_without_normals(in.object);
+    let is_unlit = (material_factors.shading_model < 0.25) | is_without_normals(in.object);
     return vec4f(select(f32(cluster_grid.global_count + list.end - list.first), 0.0, is_unlit), 0.0, 0.0, 1.0);
 }

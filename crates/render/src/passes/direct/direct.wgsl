@@ -7,7 +7,7 @@
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::gbuffer::SHADING_MODEL_UNLIT;
+import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::light_lists::light_sums;
@@ -21,7 +21,7 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let distance_m = distance_at(pixel);
     let surface = surface_at(pixel);
-    if distance_m >= DISTANCE_BACKGROUND_M || surface.shading_model == SHADING_MODEL_UNLIT {
+    if distance_m >= DISTANCE_BACKGROUND_M || !is_lit_deferred(surface) {
         return vec4f(0.0);
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);

@@ -3,7 +3,7 @@
 // With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
 // Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque; with
 // `counts_pairs` the numbers of pairs in place of radiance.
-// Program: forward, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed.
+// Program: forward, also for points, also with layers. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed, transmissive.
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
@@ -13,7 +13,10 @@ import package::shaders::shading::shading_from_surface;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
 import package::shaders::lights::{LightSums, counts_pairs, pair_counts};
-import package::shaders::ambient::ambient_radiance;
+@if(!layered) import package::shaders::ambient::ambient_radiance;
+@if(layered) import package::shaders::layered_ambient::{layered_ambient, transmitted_share};
+@if(layered) import package::shaders::layers::{below_coat, layer_sample, layered_roughness, set_layers};
+@if(transmissive) import package::shaders::transmission::seen_behind;
 import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
@@ -41,7 +44,12 @@ fn vs_forward(in: SurfaceInput) -> SurfaceVarying {
 
 @fragment
 fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> @location(0) vec4f {
-    let sample = surface_sample(in, front_facing);
+    @if(!layered) let sample = surface_sample(in, front_facing);
+    @if(layered) var sample = surface_sample(in, front_facing);
+    @if(layered) let layers = layer_sample(in, front_facing);
+    @if(layered) {
+        sample.surface.roughness_perceptual = layered_roughness(sample.surface, layers);
+    }
     @if(shadowed) let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
     @if(shadowed) let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
     @if(points) {
@@ -58,6 +66,7 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
     if lights_of != LIGHTS_OF_LATER_BATCH {
         radiance = sample.emission * view.pre_exposure;
     }
+    var coverage = 1.0;
     var sums: LightSums;
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
@@ -65,8 +74,24 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         @if(shadowed) {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
         }
+        @if(layered) {
+            set_layers(&shading, sample.surface, layers);
+            radiance *= below_coat(shading.layers) * shading.layers.through;
+        }
         if lights_of != LIGHTS_OF_LATER_BATCH {
-            radiance += ambient_radiance(sample.surface, shading);
+            @if(layered) {
+                radiance += layered_ambient(sample.surface, shading);
+            }
+            @if(!layered) {
+                radiance += ambient_radiance(sample.surface, shading);
+            }
+            @if(transmissive) {
+                let share = transmitted_share(shading);
+                let behind = seen_behind(shading, in.position_world);
+                radiance += share * behind.rgb;
+                // Before nothing what is seen through is nothing, too.
+                coverage = 1.0 - (1.0 - clamp(behind.a, 0.0, 1.0)) * dot(share, vec3f(1.0 / 3.0));
+            }
         }
         if lights_of == LIGHTS_OF_CLUSTERS {
             let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
@@ -91,7 +116,7 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         radiance += light_in_fog_before(in.position_clip.xy, in.position_world);
     }
     let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
-    let opaque_alpha = 1.0 + glow * fog_transmittance(in.position_world);
+    let opaque_alpha = coverage + glow * fog_transmittance(in.position_world);
     let alpha = mix(opaque_alpha, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
-    return vec4f(half_float_clamped(radiance) * min(alpha, 1.0), alpha);
+    return vec4f(half_float_clamped(radiance) * mix(1.0, min(alpha, 1.0), material_factors.blended), alpha);
 }

@@ -6,7 +6,7 @@
 //! numbers of pairs of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
-use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
+use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
@@ -79,6 +79,86 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.uniform("fog", &fog);
     pass.draw_opaque(Which::All)?;
+    Ok((radiance, depth))
+}
+
+/// What of the G-buffer's depth those are that [`record_layered`] draws.
+#[derive(Debug)]
+pub enum LayeredDepth {
+    /// They are there already, and hide what lies behind them.
+    There(Handle),
+    /// They are not.
+    Missing(Handle),
+}
+
+/// Shades opaque and masked surfaces whose materials have layers, over what is there of `radiance`; with `fog`, if no pass adds it
+/// later. Also gives depth.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_layered(
+    r: &mut Recorder<'_, '_>,
+    fog: Option<&FogSettings>,
+    radiance: Handle,
+    depth: LayeredDepth,
+) -> Result<(Handle, Handle), ProgramError> {
+    if !r.frame.world.has_layers {
+        let (LayeredDepth::There(depth) | LayeredDepth::Missing(depth)) = depth;
+        return Ok((radiance, depth));
+    }
+    let view = r.view;
+    let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
+    let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
+    let mut pass = r.surfaces("layered", "forward");
+    pass.uniform("light_batch", &LightBatch::default());
+    pass.axes(view.light_axes());
+    let radiance = pass.color(radiance, ColorLoad::Keep);
+    if view.counts_pairs() {
+        pass.blend(ADD);
+    }
+    pass.uniform("fog", &fog);
+    let depth = match depth {
+        LayeredDepth::There(depth) => {
+            pass.depth_read_only(&depth);
+            depth
+        }
+        LayeredDepth::Missing(depth) => pass.depth(depth, DepthLoad::Keep),
+    };
+    pass.draw_opaque(Which::Layered)?;
+    Ok((radiance, depth))
+}
+
+/// Draws the surfaces that light comes through before what is `behind` them, the picture so far with its mips. Also gives depth, which
+/// they hide other surfaces with.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_transmissive(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    behind: Option<&Handle>,
+    radiance: Handle,
+    depth: Handle,
+) -> Result<(Handle, Handle), ProgramError> {
+    let view = r.view;
+    let is_lit = fog.scatters();
+    let fog = FogUniform::new(fog, view.uniform.pre_exposure);
+    let mut pass = r.surfaces("transmissive", "forward");
+    pass.uniform("light_batch", &LightBatch::default());
+    pass.axes(view.light_axes());
+    // A view that counts pairs shows nothing behind.
+    if let Some(behind) = behind {
+        pass.axes(&["transmissive"]);
+        pass.read("behind", behind);
+    }
+    let radiance = pass.color(radiance, ColorLoad::Keep);
+    let depth = pass.depth(depth, DepthLoad::Keep);
+    pass.blend(LightTarget::blend_over(view));
+    pass.uniform("fog", &fog);
+    if is_lit {
+        pass.constant(IN_LIT_FOG, 1);
+    }
+    pass.draw_transmissive()?;
     Ok((radiance, depth))
 }
 

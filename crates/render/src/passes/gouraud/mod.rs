@@ -25,7 +25,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     pass.uniform("fog", &fog);
     let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(Which::Plain)?;
     Ok((radiance, depth))
 }
 

@@ -69,9 +69,9 @@ fn fs_shadows(in: ShadowVarying) {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;
-        let alpha = surface_base_color(surface, 0.0).a;
+        let alpha = surface_base_color(surface, 0.0).a * material_factors.cast_alpha;
         // What alpha covers in part stops so many of the rays.
-        let threshold = mix(material_factors.alpha_cutoff, threshold_at(in.position_clip.xy, in.object), material_factors.blended);
+        let threshold = mix(material_factors.alpha_cutoff, threshold_at(in.position_clip.xy, in.object), material_factors.casts_in_part);
         if alpha < threshold || alpha <= 0.0 {
             discard;
         }

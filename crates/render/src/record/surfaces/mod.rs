@@ -9,6 +9,7 @@ pub(crate) use bundles::Bundles;
 pub(crate) use pipelines::SurfacePipelines;
 pub use tiles::TilePass;
 
+use super::bind_groups::Resource;
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::draws::Draw;
@@ -16,9 +17,9 @@ use crate::shader::compose::has_constant;
 use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
-use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass};
+use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, Read};
 use pipelines::Targets;
-use prepared::{BoundShapes, Preparing};
+use prepared::{BoundShapes, Preparing, encode};
 use std::borrow::Cow;
 
 /// Which of the draws of a list.
@@ -28,6 +29,10 @@ pub enum Which {
     All,
     /// Those whose fragments are never dropped: triangles without a mask.
     Hiding,
+    /// Those whose materials have layers.
+    Layered,
+    /// Those whose materials have none.
+    Plain,
 }
 
 /// A pass that draws surfaces and is being declared: its targets, and what its shader binds in group 1, by WGSL name.
@@ -39,6 +44,7 @@ pub struct SurfacePass<'r, 'f> {
     view: &'f PreparedView,
     program: &'static str,
     uniforms: Vec<(&'static str, Uniform)>,
+    reads: Vec<(&'static str, Read)>,
     axes: Vec<&'static str>,
     colors: Vec<wgpu::TextureFormat>,
     blend: Option<wgpu::BlendState>,
@@ -61,6 +67,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             view,
             program,
             uniforms: Vec::new(),
+            reads: Vec::new(),
             axes: Vec::new(),
             colors: Vec::new(),
             blend: None,
@@ -103,6 +110,12 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.uniforms.push((name, self.frame.uniforms.push(value)));
     }
 
+    /// The shader reads `handle` under `name`.
+    pub fn read(&mut self, name: &'static str, handle: &Handle) {
+        let read = self.pass.read(handle);
+        self.reads.push((name, read));
+    }
+
     /// The shader's `override` constant `name` is `value`: branches that depend on it alone are gone when it runs.
     pub fn constant(&mut self, name: &'static str, value: u32) {
         self.constants.push((name, value));
@@ -122,7 +135,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         let (view, world) = (self.view, self.frame.world);
         let is_lit = |draw: &&Draw| view.most_lights_of(draw, world) >= count;
         let draws: Vec<Draw> = view.draws.opaque.iter().filter(is_lit).cloned().collect();
-        self.draw(&draws, Which::All)
+        self.draw(draws.into(), Which::All)
     }
 
     /// Declares the pass: it draws the view's opaque and masked surfaces.
@@ -130,8 +143,8 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// # Errors
     /// A program that does not compile, or declares what nobody binds; or no depth was given.
     pub fn draw_opaque(self, which: Which) -> Result<(), ProgramError> {
-        let draws = &self.view.draws.opaque;
-        self.draw(draws, which)
+        let draws = &self.view.draws.opaque[..];
+        self.draw(draws.into(), which)
     }
 
     /// Declares the pass: it draws the view's blended surfaces, farther ones first.
@@ -139,13 +152,22 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// # Errors
     /// As [`Self::draw_opaque`].
     pub fn draw_blended(self) -> Result<(), ProgramError> {
-        let draws = &self.view.draws.blended;
-        self.draw(draws, Which::All)
+        let draws = &self.view.draws.blended[..];
+        self.draw(draws.into(), Which::All)
     }
 
-    fn draw(self, draws: &[Draw], which: Which) -> Result<(), ProgramError> {
-        let Self { name, pass, frame, view, program, uniforms, axes, colors, blend, depth, constants, vertices_alone } =
-            self;
+    /// Declares the pass: it draws the view's surfaces that light comes through, farther ones first.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub fn draw_transmissive(self) -> Result<(), ProgramError> {
+        let draws = &self.view.draws.transmissive[..];
+        self.draw(draws.into(), Which::All)
+    }
+
+    fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
+        let Self { name, pass, frame, view, program, uniforms, reads, axes, .. } = self;
+        let Self { colors, blend, depth, constants, vertices_alone, .. } = self;
         let of_view = view.constants.iter().filter(|(constant, _)| has_constant(program, constant));
         let constants = constants.into_iter().chain(of_view.copied()).collect();
         let Some((depth, depth_write)) = depth else {
@@ -153,11 +175,31 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
         let targets = Targets { colors, blend, depth, depth_write, constants, vertices_alone };
-        let (targets_of, uniforms, pass_axes) = (&targets, &uniforms[..], &axes[..]);
-        let preparing = Preparing { frame, view, program, targets: targets_of, uniforms, pass_axes, casts: false };
-        let chunks = preparing.prepare(draws, which, &mut BoundShapes::default())?;
-        let key = PassKey { view: view.name.clone(), pass: name };
-        pass.draw(move |context| frame.bundles.draw(context.render_pass, (frame, view), (key, targets), chunks));
+        let mut of_pass: Vec<_> =
+            uniforms.into_iter().map(|(name, uniform)| (name, Resource::Uniform(uniform))).collect();
+        let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {
+            let preparing = Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false };
+            preparing.prepare(&draws, which, &mut BoundShapes::default())
+        };
+        if reads.is_empty() {
+            let chunks = prepare(&of_pass, &targets)?;
+            let key = PassKey { view: view.name.clone(), pass: name };
+            pass.draw(move |context| frame.bundles.draw(context.render_pass, (frame, view), (key, targets), chunks));
+            return Ok(());
+        }
+        // What is read is known when the pass runs; names and programs are checked now, with a texel in its place.
+        let of_graph = reads.len();
+        let stand_in = || Resource::Texture(frame.resources.textures.white().clone());
+        of_pass.extend(reads.iter().map(|(name, _)| (*name, stand_in())));
+        prepare(&of_pass, &targets)?;
+        pass.draw(move |context| {
+            of_pass.truncate(of_pass.len() - of_graph);
+            let read = |(name, read)| (name, Resource::Texture(context.view(read).clone()));
+            of_pass.extend(reads.into_iter().map(read));
+            for chunk in prepare(&of_pass, &targets).unwrap_or_default() {
+                encode(&chunk, context.render_pass, frame, view);
+            }
+        });
         Ok(())
     }
 }

@@ -4,14 +4,17 @@ use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
 use crate::draws::{AXES, Axes, BLOCK_ITEMS, DEFORMED, Draw, Faces, Item, MASKED, TEXTURED};
 use crate::record::bind_groups::Resource;
-use crate::record::uniforms::Uniform;
 use crate::record::{Frame, PreparedView};
-use crate::resources::{Geometry, GpuMaterial, Place};
+use crate::resources::{Geometry, GpuMaterial, Place, Sampled};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
 use manypass_scene::Topology;
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
+
+/// The constant of `layers.wgsl` that says which layers a material has.
+const MATERIAL_LAYERS: &str = "material_layers";
 
 /// So many of the world's items make a chunk: those that are culled together.
 const CHUNK_ITEMS: u32 = BLOCK_ITEMS as u32;
@@ -55,6 +58,8 @@ struct Shape {
     topology: Topology,
     faces: Faces,
     mirrored: bool,
+    /// The bits of layers, if the program is another one where a material has some.
+    layers: u32,
 }
 
 impl Shape {
@@ -64,13 +69,14 @@ impl Shape {
     /// one side is there for light as it is for the eye: where it shows its front.
     fn of_caster(item: &Item, faces: Faces, is_blended: bool) -> Self {
         let tested = if item.masked || is_blended { (item.axes & TEXTURED) | MASKED } else { 0 };
-        Self { axes: tested | item.axes & DEFORMED, topology: item.topology, faces, mirrored: item.mirrored }
+        Self { axes: tested | item.axes & DEFORMED, topology: item.topology, faces, mirrored: item.mirrored, layers: 0 }
     }
 
-    fn of(item: &Item, faces: Faces, is_reflected: bool) -> Self {
+    fn of(item: &Item, faces: Faces, is_reflected: bool, has_layers: bool) -> Self {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
-        Self { axes: item.axes, topology: item.topology, faces, mirrored }
+        let layers = if has_layers { item.layers } else { 0 };
+        Self { axes: item.axes, topology: item.topology, faces, mirrored, layers }
     }
 
     fn index(&self) -> usize {
@@ -108,7 +114,8 @@ pub(super) struct Preparing<'p, 'f> {
     pub view: &'f PreparedView,
     pub program: &'static str,
     pub targets: &'p Targets,
-    pub uniforms: &'p [(&'static str, Uniform)],
+    /// What its shader finds in group 1, by WGSL name.
+    pub of_pass: &'p [(&'static str, Resource)],
     /// Axes that are on for all of the pass.
     pub pass_axes: &'p [&'static str],
     /// Whether what is drawn casts shadows.
@@ -118,12 +125,14 @@ pub(super) struct Preparing<'p, 'f> {
 /// What draws of a pass bind, each once.
 pub(super) struct BoundShapes {
     by_shape: Vec<Option<u32>>,
+    /// Of what has layers, by their bits, too.
+    by_layers: HashMap<(usize, u32), u32>,
     all: Vec<Arc<Bound>>,
 }
 
 impl Default for BoundShapes {
     fn default() -> Self {
-        Self { by_shape: vec![None; Shape::COUNT], all: Vec::new() }
+        Self { by_shape: vec![None; Shape::COUNT], by_layers: HashMap::new(), all: Vec::new() }
     }
 }
 
@@ -131,25 +140,38 @@ impl Preparing<'_, '_> {
     pub fn prepare(&self, draws: &[Draw], which: Which, shapes: &mut BoundShapes) -> Result<Vec<Chunk>, ProgramError> {
         let Frame { resources, world, .. } = *self.frame;
         let is_reflected = self.view.is_reflected();
-        let BoundShapes { by_shape, all: all_bound } = shapes;
+        let layered_program = compose::layered_of(self.program);
+        let BoundShapes { by_shape, by_layers, all: all_bound } = shapes;
         let mut chunks: Vec<Chunk> = Vec::new();
         let mut state = State::default();
         for draw in draws {
             let item = &world.items[draw.item as usize];
-            if which == Which::Hiding && (item.masked || item.topology != Topology::Triangles) {
+            let is_wanted = match which {
+                Which::All => true,
+                Which::Hiding => !item.masked && item.topology == Topology::Triangles,
+                Which::Layered => item.layers != 0,
+                Which::Plain => item.layers == 0,
+            };
+            if !is_wanted {
                 continue;
             }
             let shape = if self.casts {
                 Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count)
             } else {
-                Shape::of(item, draw.faces, is_reflected)
+                Shape::of(item, draw.faces, is_reflected, layered_program.is_some())
             };
-            let bound = match by_shape[shape.index()] {
+            let (place, layers) = (shape.index(), shape.layers);
+            let known = if layers == 0 { by_shape[place] } else { by_layers.get(&(place, layers)).copied() };
+            let bound = match known {
                 Some(bound) => bound,
                 None => {
                     let bound = all_bound.len() as u32;
-                    by_shape[shape.index()] = Some(bound);
-                    all_bound.push(self.bind(shape)?.into());
+                    if layers == 0 {
+                        by_shape[place] = Some(bound);
+                    } else {
+                        by_layers.insert((place, layers), bound);
+                    }
+                    all_bound.push(self.bind(shape, layered_program)?.into());
                     bound
                 }
             };
@@ -178,12 +200,20 @@ impl Preparing<'_, '_> {
         Ok(chunks)
     }
 
-    fn bind(&self, shape: Shape) -> Result<Bound, ProgramError> {
-        let Shape { axes, topology, faces, mirrored } = shape;
-        let program = if topology == Topology::Points { of_points(self.program)? } else { self.program };
+    fn bind(&self, shape: Shape, layered_program: Option<&'static str>) -> Result<Bound, ProgramError> {
+        let Shape { axes, topology, faces, mirrored, layers } = shape;
+        let mut targets = self.targets.clone();
+        let program = match layered_program {
+            _ if topology == Topology::Points => of_points(self.program)?,
+            Some(layered) if layers != 0 => {
+                targets.constants.push((MATERIAL_LAYERS, layers));
+                layered
+            }
+            _ => self.program,
+        };
         let pass_axes = self.pass_axes.to_vec();
-        let key = Key { program, axes, pass_axes, targets: self.targets.clone(), topology, faces, mirrored };
-        bind(self.frame, key, self.uniforms)
+        let key = Key { program, axes, pass_axes, targets, topology, faces, mirrored };
+        bind(self.frame, key, self.of_pass)
     }
 }
 
@@ -320,7 +350,7 @@ fn bind_vertices<'e>(
     bind(Some(instances.slice(..)));
 }
 
-fn bind(frame: &Frame<'_>, key: Key, uniforms: &[(&'static str, Uniform)]) -> Result<Bound, ProgramError> {
+fn bind(frame: &Frame<'_>, key: Key, of_pass: &[(&'static str, Resource)]) -> Result<Bound, ProgramError> {
     let device = &frame.gpu.device;
     let pipeline = frame.surface_pipelines.get(frame.shaders, device, key)?;
     let program = &pipeline.program;
@@ -335,8 +365,7 @@ fn bind(frame: &Frame<'_>, key: Key, uniforms: &[(&'static str, Uniform)]) -> Re
         let resources: Vec<_> = slots.collect::<Result<_, _>>()?;
         Ok::<_, ProgramError>(frame.bind_groups.of_program(device, program, group, resources))
     };
-    let of_pass: Vec<_> = uniforms.iter().map(|(name, uniform)| (*name, Resource::Uniform(uniform.clone()))).collect();
-    let pass = named(1, &of_pass)?;
+    let pass = named(1, of_pass)?;
     let resources = frame.resources;
     let texture = |table: &crate::gpu::data_texture::DataTexture| Resource::Texture(table.view().clone());
     let object = named(
@@ -377,25 +406,34 @@ fn material_bind_group(
     let resources = frame.resources;
     let Some(factors) = resources.materials.factors(material) else { return Ok(None) };
     let view = |slot: usize| wgpu::BindingResource::TextureView(&material.textures[slot].0);
-    let samplers = material.textures.each_ref().map(|(_, sampler)| resources.textures.sampler(*sampler, sampling));
+    let of_scene = |(_, sampler): &Sampled| resources.textures.sampler(*sampler, sampling);
+    let samplers = material.textures.each_ref().map(of_scene);
     let sampler = |slot: usize| wgpu::BindingResource::Sampler(&samplers[slot]);
-    let group = program.bind(
-        &frame.gpu.device,
-        2,
-        &[
-            ("material_factors", factors),
-            ("base_color_texture", view(0)),
-            ("base_color_sampler", sampler(0)),
-            ("metallic_roughness_texture", view(1)),
-            ("metallic_roughness_sampler", sampler(1)),
-            ("normal_texture", view(2)),
-            ("normal_sampler", sampler(2)),
-            ("occlusion_texture", view(3)),
-            ("occlusion_sampler", sampler(3)),
-            ("emissive_texture", view(4)),
-            ("emissive_sampler", sampler(4)),
-        ],
-    )?;
+    let mut known = Vec::from([
+        ("material_factors", factors),
+        ("base_color_texture", view(0)),
+        ("base_color_sampler", sampler(0)),
+        ("metallic_roughness_texture", view(1)),
+        ("metallic_roughness_sampler", sampler(1)),
+        ("normal_texture", view(2)),
+        ("normal_sampler", sampler(2)),
+        ("occlusion_texture", view(3)),
+        ("occlusion_sampler", sampler(3)),
+        ("emissive_texture", view(4)),
+        ("emissive_sampler", sampler(4)),
+    ]);
+    let layers = material.layers.as_ref().zip(resources.materials.layer_factors(material));
+    let layer_samplers = layers.as_ref().map(|(layers, _)| layers.textures.each_ref().map(of_scene));
+    if let (Some((layers, factors)), Some([of_data, of_colors])) = (layers, &layer_samplers) {
+        known.extend([
+            ("layer_factors", factors),
+            ("layer_data", wgpu::BindingResource::TextureView(&layers.textures[0].0)),
+            ("layer_data_sampler", wgpu::BindingResource::Sampler(of_data)),
+            ("layer_colors", wgpu::BindingResource::TextureView(&layers.textures[1].0)),
+            ("layer_colors_sampler", wgpu::BindingResource::Sampler(of_colors)),
+        ]);
+    }
+    let group = program.bind(&frame.gpu.device, 2, &known)?;
     material.bind_groups.borrow_mut().push((program.id, sampling, group.clone()));
     Ok(Some(group))
 }

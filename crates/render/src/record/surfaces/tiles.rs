@@ -45,7 +45,7 @@ impl<'r, 'f> TilePass<'r, 'f> {
         };
         let clear = if is_first { None } else { Some(frame.shaders.depth_clear(format)?) };
         let preparing =
-            Preparing { frame, view, program, targets: &targets, uniforms: &[], pass_axes: &[], casts: true };
+            Preparing { frame, view, program, targets: &targets, of_pass: &[], pass_axes: &[], casts: true };
         let mut shapes = BoundShapes::default();
         let prepare = |tile: &Tile| Ok((tile.rectangle, preparing.prepare(&tile.draws, Which::All, &mut shapes)?));
         let prepared: Vec<([u32; 4], Vec<Chunk>)> = tiles.iter().map(prepare).collect::<Result<_, ProgramError>>()?;

@@ -1,0 +1,205 @@
+//! What the layers of a material are on the device: which there are, their factors, and where their maps lie.
+
+use super::materials::Sampled;
+use super::packing::{ImageSource, layer_image, layer_images};
+use super::textures::Textures;
+use crate::constants::{
+    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_DISPERSION, LAYER_GLOSSINESS,
+    LAYER_IRIDESCENCE, LAYER_SHEEN, LAYER_TRANSMISSION, LAYER_VOLUME,
+};
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat3, Vec3, Vec4};
+use manypass_scene::{LayerMap, Material, Sampler, Scene, ShadingModel};
+
+/// The bit of reflection that is not as a refractive index makes it, which costs no shader anything.
+const LAYER_SPECULAR: u32 = 1 << 16;
+
+/// The G-buffer holds reflectance up to this.
+const F0_DEFERRED_MAX: f32 = 0.2;
+
+/// The uniform of `layers.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct LayerFactors {
+    /// The colour of a dielectric's reflection at normal incidence; the weight of all of it.
+    pub specular: Vec4,
+    /// Reflectance at normal incidence as the refractive index makes it; that index; glossiness; dispersion.
+    pub refraction: Vec4,
+    /// Weight, perceptual roughness and normal scale of the clear coat; transmission.
+    pub coat: Vec4,
+    /// Colour and perceptual roughness of the sheen.
+    pub sheen: Vec4,
+    /// Strength; cosine and sine of the rotation; zero.
+    pub anisotropy: Vec4,
+    /// Weight and refractive index of the film, its least and its greatest thickness in nanometres.
+    pub film: Vec4,
+    /// Colour and weight of scattered transmission.
+    pub diffuse_transmission: Vec4,
+    /// What is absorbed in a metre, as an exponent; thickness in metres of the mesh's space.
+    pub volume: Vec4,
+    /// Two rows for each of [`LayerMap::ALL`]: as of `MaterialFactors::uv_rows`, with the layer of the texture in w of the second.
+    pub maps: [Vec4; 2 * LayerMap::ALL.len()],
+}
+
+/// Of a material that has layers.
+#[derive(Clone, Debug)]
+pub(crate) struct Layers {
+    /// Which: the bits of `constants.rs`, and those of the maps that there are.
+    pub bits: u32,
+    /// Their factors.
+    pub factors: LayerFactors,
+    /// Their maps that are data, and those that are colours.
+    pub textures: [Sampled; 2],
+}
+
+/// Reflectance at normal incidence, seen from a vacuum (Fresnel).
+pub(crate) fn f0_of_ior(ior: f32) -> f32 {
+    let ratio = (ior - 1.0) / (ior + 1.0);
+    ratio * ratio
+}
+
+/// The layers that a material needs, without the bits of maps; 0 if the G-buffer holds all that it is.
+fn needed(material: &Material) -> u32 {
+    if material.shading_model == ShadingModel::Unlit {
+        return 0;
+    }
+    let is_plain = |specular: &manypass_scene::material::Specular| {
+        (specular.weight.factor, specular.color.factor) == (1.0, Vec3::ONE)
+            && specular.weight.texture.is_none()
+            && specular.color.texture.is_none()
+    };
+    let transmits = material.transmission.is_some();
+    let has_specular = material.specular.is_some_and(|specular| !is_plain(&specular));
+    let all = [
+        (LAYER_SPECULAR, has_specular || f0_of_ior(material.ior) > F0_DEFERRED_MAX),
+        (LAYER_GLOSSINESS, material.specular.is_some_and(|specular| specular.glossiness.is_some())),
+        (LAYER_CLEARCOAT, material.clearcoat.is_some()),
+        (LAYER_SHEEN, material.sheen.is_some()),
+        (LAYER_ANISOTROPY, material.anisotropy.is_some()),
+        (LAYER_IRIDESCENCE, material.iridescence.is_some()),
+        (LAYER_TRANSMISSION, transmits),
+        (LAYER_DIFFUSE_TRANSMISSION, material.diffuse_transmission.is_some()),
+        (LAYER_VOLUME, material.volume.is_some() && (transmits || material.diffuse_transmission.is_some())),
+        (LAYER_DISPERSION, material.dispersion > 0.0 && material.volume.is_some() && transmits),
+    ];
+    all.iter().filter(|(_, is_there)| *is_there).fold(0, |bits, (bit, _)| bits | bit)
+}
+
+impl Layers {
+    /// Those of a material; none if the G-buffer holds all that it is.
+    pub fn of(scene: &Scene, (index, material): (usize, &Material), textures: &Textures) -> Option<Self> {
+        let mut bits = needed(material);
+        if bits == 0 {
+            return None;
+        }
+        let mut factors = factors(material);
+        let arrays = [false, true].map(|is_srgb| {
+            let view = textures.view(scene, ImageSource::Layers { material: index, is_srgb });
+            view.map(|view| (view.clone(), layer_images(scene, material, is_srgb)))
+        });
+        let mut samplers = [Sampler::default(); 2];
+        for (at, map) in LayerMap::ALL.into_iter().enumerate().rev() {
+            let array = usize::from(map.is_srgb());
+            let (reference, image) = (material.layer_texture(map), layer_image(scene, material, map));
+            let (Some(reference), Some(image), Some((_, images))) = (reference, image, &arrays[array]) else {
+                factors.maps[2 * at] = Mat3::IDENTITY.row(0).extend(0.0);
+                factors.maps[2 * at + 1] = Mat3::IDENTITY.row(1).extend(0.0);
+                continue;
+            };
+            let layer = images.iter().position(|known| *known == image).unwrap_or(0);
+            let matrix = reference.transform.matrix();
+            factors.maps[2 * at] = matrix.row(0).extend(reference.uv_set as f32);
+            factors.maps[2 * at + 1] = matrix.row(1).extend(layer as f32);
+            // The sampler of the first, because the loop goes backwards.
+            samplers[array] =
+                scene.textures.get(reference.texture).map_or_else(Sampler::default, |texture| texture.sampler);
+            bits |= 1 << at;
+        }
+        let mut samplers = samplers.into_iter();
+        let textures = arrays.map(|array| {
+            let view = array.map_or_else(|| textures.white_layer().clone(), |(view, _)| view);
+            (view, samplers.next().unwrap_or_default())
+        });
+        Some(Self { bits, factors, textures })
+    }
+}
+
+fn factors(material: &Material) -> LayerFactors {
+    let specular = material.specular.unwrap_or_default();
+    let mut factors = LayerFactors {
+        specular: specular.color.factor.extend(specular.weight.factor),
+        refraction: Vec4::new(
+            f0_of_ior(material.ior),
+            material.ior.max(1.0),
+            specular.glossiness.unwrap_or(0.0),
+            material.dispersion,
+        ),
+        ..LayerFactors::zeroed()
+    };
+    if let Some(coat) = material.clearcoat {
+        factors.coat = Vec4::new(coat.weight.factor, coat.roughness.factor, coat.normal_scale, 0.0);
+    }
+    factors.coat.w = material.transmission.map_or(0.0, |transmission| transmission.factor);
+    if let Some(sheen) = material.sheen {
+        factors.sheen = sheen.color.factor.extend(sheen.roughness.factor);
+    }
+    if let Some(anisotropy) = material.anisotropy {
+        let (sin, cos) = anisotropy.rotation_rad.sin_cos();
+        factors.anisotropy = Vec4::new(anisotropy.strength, cos, sin, 0.0);
+    }
+    if let Some(film) = material.iridescence {
+        factors.film = Vec4::new(film.weight.factor, film.ior, film.thickness_min_nm, film.thickness_max_nm);
+        if film.thickness_texture.is_none() {
+            factors.film.z = film.thickness_max_nm;
+        }
+    }
+    if let Some(diffuse) = material.diffuse_transmission {
+        factors.diffuse_transmission = diffuse.color.factor.extend(diffuse.weight.factor);
+    }
+    if let Some(volume) = material.volume {
+        // Black would absorb infinitely much, and infinity times no thickness is no number.
+        let left = volume.attenuation_color.max(Vec3::splat(1e-6));
+        let absorbed = left.map(|left| -left.ln() / volume.attenuation_distance_m);
+        factors.volume = absorbed.min(Vec3::splat(1e9)).extend(volume.thickness.factor);
+    }
+    factors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+    use manypass_scene::Mapped;
+    use manypass_scene::material::{Clearcoat, Specular, Volume};
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!(
+            "forward_layered",
+            "LayerFactors",
+            LayerFactors,
+            [specular, refraction, coat, sheen, anisotropy, film, diffuse_transmission, volume, maps]
+        );
+    }
+
+    #[test]
+    fn what_the_gbuffer_holds_has_no_layers() {
+        let plain = Material::default();
+        assert_eq!(needed(&plain), 0);
+        assert_eq!(needed(&Material { ior: 2.4, specular: Some(Specular::default()), ..plain.clone() }), 0);
+        // Nothing comes through, so that there is no inside.
+        assert_eq!(needed(&Material { volume: Some(Volume::default()), dispersion: 1.0, ..plain.clone() }), 0);
+        let coat = Clearcoat {
+            weight: Mapped::new(1.0),
+            roughness: Mapped::new(0.0),
+            normal_texture: None,
+            normal_scale: 1.0,
+        };
+        let coated = Material { clearcoat: Some(coat), ..plain.clone() };
+        assert_eq!(needed(&coated), LAYER_CLEARCOAT);
+        assert_eq!(needed(&Material { shading_model: ShadingModel::Unlit, ..coated }), 0);
+        let half = Specular { weight: Mapped::new(0.5), ..Specular::default() };
+        assert_eq!(needed(&Material { specular: Some(half), ..plain.clone() }), LAYER_SPECULAR);
+        assert_eq!(needed(&Material { ior: 0.0, ..plain }), LAYER_SPECULAR);
+    }
+}

@@ -1,0 +1,93 @@
+// Light from the environment on a surface with layers, and what is seen through it.
+
+import package::gbuffer::Surface;
+import package::constants::{
+    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_SHEEN, LAYER_TRANSMISSION,
+};
+import package::shaders::brdf::{PI, Shading};
+import package::shaders::environment::{environment, environment_irradiance, environment_reflection, sun_count};
+import package::shaders::environment_tiles::environment_level;
+import package::shaders::layers::{below_coat, has_layer, layered_reflectance};
+
+// The normal about which stretched highlights are mirrored, in place of several samples along them (Revie 2012, GPU Pro 2, in the
+// form of KHR_materials_anisotropy).
+fn reflection_normal(shading: Shading) -> vec3f {
+    if !has_layer(LAYER_ANISOTROPY) {
+        return shading.normal;
+    }
+    let terms = shading.layers;
+    let across = cross(terms.bitangent, shading.to_eye);
+    let stretched = cross(across, terms.bitangent);
+    let keep = 1.0 - terms.anisotropy * (1.0 - sqrt(shading.roughness_alpha));
+    let keep_squared = keep * keep;
+    let bent = mix(stretched, shading.normal, keep_squared * keep_squared);
+    return bent * inverseSqrt(max(dot(bent, bent), 1e-12));
+}
+
+fn layered_sun(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec2f) -> vec3f {
+    let parts = layered_reflectance(shading, direction.xyz);
+    return (parts.diffuse + parts.specular * shares.x + parts.coat * shares.y) * irradiance.rgb;
+}
+
+fn layered_suns(shading: Shading) -> vec3f {
+    // What of a lobe is not the mirror's, whose tile has the suns.
+    var shares = vec2f(min(environment_level(sqrt(shading.roughness_alpha)), 1.0), 1.0);
+    if has_layer(LAYER_CLEARCOAT) {
+        shares.y = min(environment_level(sqrt(shading.layers.coat_alpha)), 1.0);
+    }
+    var sum = layered_sun(environment.sun_directions[0], environment.sun_irradiances[0], shading, shares);
+    if sun_count > 1u {
+        sum += layered_sun(environment.sun_directions[1], environment.sun_irradiances[1], shading, shares);
+    }
+    if sun_count > 2u {
+        sum += layered_sun(environment.sun_directions[2], environment.sun_irradiances[2], shading, shares);
+    }
+    if sun_count > 3u {
+        sum += layered_sun(environment.sun_directions[3], environment.sun_irradiances[3], shading, shares);
+    }
+    return sum;
+}
+
+// How much of the light that is seen through a surface its layers leave.
+fn transmitted_share(shading: Shading) -> vec3f {
+    let terms = shading.layers;
+    let entering = 1.0 - dielectric_albedo(shading);
+    return terms.base_color * (entering * terms.transmission * (1.0 - terms.metallic) * terms.through * below_coat(terms));
+}
+
+// How much of all light what is not metal reflects at once.
+fn dielectric_albedo(shading: Shading) -> f32 {
+    let terms = shading.layers;
+    let single = terms.f0_dielectric * shading.dfg.x + terms.f90_dielectric * shading.dfg.y;
+    let compensation = 1.0 + terms.f0_dielectric * (1.0 / max(shading.dfg.x + shading.dfg.y, 1e-3) - 1.0);
+    return min(single * compensation, 1.0);
+}
+
+fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
+    let terms = shading.layers;
+    let specular_albedo = (shading.f0 * shading.dfg.x + terms.f90 * shading.dfg.y) * shading.energy_compensation;
+    let reflected = reflect(-shading.to_eye, reflection_normal(shading));
+    let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
+    let entering = 1.0 - dielectric_albedo(shading);
+    var diffuse = environment_irradiance(shading.normal) * shading.albedo;
+    if has_layer(LAYER_DIFFUSE_TRANSMISSION) {
+        let passed = terms.diffuse_transmission.rgb * exp(-terms.absorption * terms.thickness_m) * (1.0 - terms.metallic);
+        diffuse = mix(diffuse, environment_irradiance(-shading.normal) * passed, terms.diffuse_transmission.a);
+    }
+    var radiance = diffuse * (entering * (1.0 - terms.transmission) / PI) + specular;
+    if has_layer(LAYER_SHEEN) {
+        // The lobe of fibres is as wide as that of irradiance, and leans towards the eye: a fit of its mean direction.
+        let leaning = 0.35 + 1.8 * (1.0 - sqrt(terms.sheen_alpha));
+        let axis = normalize(shading.normal + shading.to_eye * leaning);
+        let sheen = environment_irradiance(axis) * (terms.sheen_color * (terms.sheen_albedo / PI));
+        radiance = radiance * terms.through + sheen;
+    }
+    if has_layer(LAYER_CLEARCOAT) {
+        let mirrored = reflect(-shading.to_eye, terms.coat_normal);
+        radiance = radiance * below_coat(terms) + environment_reflection(mirrored, terms.coat_alpha) * terms.coat_albedo;
+    }
+    if sun_count > 0u {
+        radiance += layered_suns(shading);
+    }
+    return radiance * surface.occlusion;
+}

@@ -1,0 +1,231 @@
+//! Layers of materials: what they make of even light from everywhere, by environments and by lights.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{plain_request, renderer};
+use glam::{Vec3, Vec4};
+use manypass::{Background, Environment, FrameRequest, Path};
+use manypass_scene::material::{
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Mapped, Material, Sheen, Specular, Volume,
+};
+use manypass_scene::{AlphaMode, Scene};
+use manypass_testkit::raycast::Options;
+use manypass_testkit::scenes::{self, FURNACE_ROUGHNESS};
+
+const SIZE: (u32, u32) = (128, 52);
+
+fn white() -> Material {
+    Material { base_color_factor: Vec4::ONE, metallic_factor: 0.0, ..Material::default() }
+}
+
+fn coat(roughness: f32) -> Clearcoat {
+    Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(roughness), normal_texture: None, normal_scale: 1.0 }
+}
+
+fn sheen(color: f32, roughness: f32) -> Sheen {
+    Sheen { color: Mapped::new(Vec3::splat(color)), roughness: Mapped::new(roughness) }
+}
+
+fn scattering(weight: f32) -> DiffuseTransmission {
+    DiffuseTransmission { weight: Mapped::new(weight), color: Mapped::new(Vec3::ONE) }
+}
+
+/// Every layer on white, alone and together; and the least of the light that it may keep. Each of them lets all of it out again but
+/// the film: glTF takes the greatest of its three colours from what enters the surface below.
+fn models() -> Vec<(&'static str, Material, f32)> {
+    let metal = Material { metallic_factor: 1.0, ..white() };
+    let specular =
+        Specular { weight: Mapped::new(0.4), color: Mapped::new(Vec3::new(1.0, 0.5, 2.0)), glossiness: None };
+    let film = Iridescence { weight: Mapped::new(1.0), ..Iridescence::default() };
+    let glass = Material { transmission: Some(Mapped::new(1.0)), ..white() };
+    let volume = Volume { thickness: Mapped::new(0.3), ..Volume::default() };
+    vec![
+        ("plain", white(), 1.0),
+        ("metal", metal.clone(), 1.0),
+        ("clear coat", Material { clearcoat: Some(coat(0.1)), ..white() }, 1.0),
+        ("rough clear coat on metal", Material { clearcoat: Some(coat(0.7)), ..metal.clone() }, 1.0),
+        ("white sheen", Material { sheen: Some(sheen(1.0, 0.5)), ..white() }, 1.0),
+        (
+            "sheen below a clear coat",
+            Material { sheen: Some(sheen(0.5, 0.9)), clearcoat: Some(coat(0.3)), ..white() },
+            1.0,
+        ),
+        (
+            "grey specular",
+            Material { specular: Some(Specular { color: Mapped::new(Vec3::ONE), ..specular }), ..white() },
+            1.0,
+        ),
+        ("coloured specular", Material { specular: Some(specular), ..white() }, 0.93),
+        ("total reflection", Material { ior: 0.0, ..white() }, 1.0),
+        ("diamond", Material { ior: 2.42, ..white() }, 1.0),
+        (
+            "anisotropy",
+            Material { anisotropy: Some(Anisotropy { strength: 0.8, ..Anisotropy::default() }), ..metal.clone() },
+            1.0,
+        ),
+        ("film", Material { iridescence: Some(film), ..white() }, 0.8),
+        ("film on metal", Material { iridescence: Some(film), ..metal }, 0.9),
+        ("thin glass", glass.clone(), 1.0),
+        ("glass", Material { volume: Some(volume), ..glass.clone() }, 1.0),
+        ("glass that disperses", Material { volume: Some(volume), dispersion: 1.0, ..glass.clone() }, 1.0),
+        ("glass below a clear coat", Material { clearcoat: Some(coat(0.0)), ..glass }, 1.0),
+        ("leaf", Material { diffuse_transmission: Some(scattering(0.7)), ..white() }, 1.0),
+    ]
+}
+
+/// `scene` with all its surfaces of `material`, each as rough and as metallic as before where it is so.
+fn dressed(mut scene: Scene, material: &Material) -> Scene {
+    scene.lights.clear();
+    scene.nodes.iter_mut().for_each(|node| node.light = None);
+    for surface in &mut scene.materials {
+        *surface = Material { roughness_factor: surface.roughness_factor, ..material.clone() };
+    }
+    scene
+}
+
+fn radiance(scene: &Scene, request: &FrameRequest) -> Vec<[f32; 3]> {
+    let mut renderer = renderer();
+    renderer.load(scene).unwrap();
+    renderer.render(scene, request).unwrap();
+    renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
+}
+
+#[test]
+fn white_layers_vanish_in_an_even_environment() {
+    for (name, material, least) in models() {
+        let scene = dressed(scenes::furnace(0, [1.0; 2]).scene, &material);
+        for path in [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud] {
+            let request = plain_request(&scene, SIZE).with(|settings| {
+                settings.render.path = path;
+                settings.environment.source = Environment::Color([1.0; 3]);
+                settings.background.source = Background::Environment;
+            });
+            let pixels = radiance(&scene, &request);
+            let range = pixels.iter().flatten().fold((f32::MAX, 0.0f32), |(low, high), v| (low.min(*v), high.max(*v)));
+            assert!(range.0 > least - 0.01 && range.1 < 1.01, "{name}, {path:?}: from {} to {}", range.0, range.1);
+        }
+    }
+}
+
+/// Means over spheres in the parts that are seen at angles of so much cosine.
+fn means(scene: &Scene, request: &FrameRequest, inside: &[Vec<usize>]) -> Vec<f64> {
+    let pixels = radiance(scene, request);
+    let mean = |at: &Vec<usize>| at.iter().map(|at| f64::from(pixels[*at][1])).sum::<f64>() / at.len() as f64;
+    inside.iter().map(mean).collect()
+}
+
+#[test]
+fn lights_from_everywhere_are_an_even_environment_for_layers() {
+    const SUNS: u16 = 3072;
+    let test = scenes::furnace(SUNS, [1.0; 2]);
+    let truth = test.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
+    // The upper spheres, in three bands of N·V.
+    let bands = [(0.3, 0.5), (0.5, 0.75), (0.75, 1.01)];
+    let inside: Vec<Vec<usize>> = (0..FURNACE_ROUGHNESS.len())
+        .flat_map(|column| bands.map(|band| (column, band)))
+        .map(|(column, (low, high))| {
+            let is_inside = |at: &usize| {
+                let n_dot_v = truth.normal_world[*at].z;
+                truth.object_id[*at] == 2 * column as u32 + 1 && (low..high).contains(&n_dot_v)
+            };
+            (0..truth.object_id.len()).filter(is_inside).collect()
+        })
+        .collect();
+    let black = Material { base_color_factor: Vec3::ZERO.extend(1.0), ..white() };
+    let grey_film = Iridescence { weight: Mapped::new(0.0), ..Iridescence::default() };
+    let stretched = Anisotropy { strength: 0.5, ..Anisotropy::default() };
+    let metal = Material { metallic_factor: 1.0, ..white() };
+    let cases = [
+        ("coat on black", Material { clearcoat: Some(coat(0.4)), ..black.clone() }, 0.03),
+        // White dielectrics reflect a few per cent too much of lights at grazing angles, as glTF's appendix B has it.
+        ("coat on white", Material { clearcoat: Some(coat(0.4)), ..white() }, 0.07),
+        ("sheen on black", Material { sheen: Some(sheen(0.8, 0.5)), ..black.clone() }, 0.03),
+        ("a leaf", Material { diffuse_transmission: Some(scattering(0.5)), ..white() }, 0.07),
+        (
+            "specular",
+            Material { specular: Some(Specular { weight: Mapped::new(0.5), ..Specular::default() }), ..black },
+            0.03,
+        ),
+        // Compensation is that of lobes that are round.
+        ("anisotropy", Material { anisotropy: Some(stretched), ..metal.clone() }, 0.06),
+        ("no film", Material { iridescence: Some(grey_film), ..metal }, 0.02),
+    ];
+    for (name, material, tolerance) in cases {
+        let mut by_lights = test.scene.clone();
+        let mut by_environment = dressed(test.scene.clone(), &material);
+        for (lit, surface) in by_lights.materials.iter_mut().zip(&mut by_environment.materials) {
+            lit.clone_from(surface);
+        }
+        by_environment.update_transforms();
+        let lights = plain_request(&by_lights, SIZE);
+        let environment = plain_request(&by_environment, SIZE)
+            .with(|settings| settings.environment.source = Environment::Color([1.0; 3]));
+        let found = means(&by_lights, &lights, &inside);
+        let expected = means(&by_environment, &environment, &inside);
+        for (at, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            let off = found / expected - 1.0;
+            let (roughness, band) = (FURNACE_ROUGHNESS[at / 3], bands[at % 3]);
+            assert!(
+                off.abs() < tolerance,
+                "{name} at roughness {roughness}, N·V {band:?}: {found:.4} by lights, {expected:.4} by the environment"
+            );
+        }
+    }
+}
+
+#[test]
+fn glass_shows_what_lies_behind_in_its_colour() {
+    // Glass that reflects nothing and is nothing but colour.
+    let test = scenes::rows_of_spheres();
+    let material = Material {
+        base_color_factor: Vec4::new(0.25, 0.5, 1.0, 1.0),
+        transmission: Some(Mapped::new(1.0)),
+        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        ..white()
+    };
+    let scene = dressed(test.scene, &material);
+    let request = plain_request(&scene, SIZE).with(|settings| {
+        settings.environment.source = Environment::Color([1.0; 3]);
+        settings.background.source = Background::Environment;
+    });
+    let pixels = radiance(&scene, &request);
+    let through = pixels.iter().filter(|pixel| (pixel[0] - 0.25).abs() < 0.01).count();
+    assert!(through > 500, "{through} pixels");
+    for pixel in &pixels {
+        // Edges have no second sample: a pixel is glass or background.
+        let is_glass = (Vec3::from(*pixel) - Vec3::new(0.25, 0.5, 1.0)).abs().max_element() < 0.01;
+        let is_background = (Vec3::from(*pixel) - Vec3::ONE).abs().max_element() < 0.01;
+        assert!(is_glass || is_background, "{pixel:?}");
+    }
+    // Before nothing the picture is as transparent as the glass.
+    let request = request.with(|settings| settings.background.source = Background::Transparent);
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    renderer.render(&scene, &request).unwrap();
+    let alphas: Vec<f32> = renderer.read_radiance().unwrap().chunks_exact(4).map(|p| p[3]).collect();
+    let expected = 1.0 - (0.25 + 0.5 + 1.0) / 3.0;
+    let of_glass = alphas.iter().filter(|alpha| (**alpha - expected).abs() < 0.01).count();
+    assert!(of_glass.abs_diff(through) < 20, "{of_glass} of {through} pixels");
+}
+
+#[test]
+fn what_is_masked_and_layered_has_holes() {
+    let test = scenes::rows_of_spheres();
+    let material = Material {
+        base_color_factor: Vec4::new(1.0, 1.0, 1.0, 0.4),
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        clearcoat: Some(coat(0.1)),
+        ..white()
+    };
+    let scene = dressed(test.scene, &material);
+    for path in [Path::Deferred, Path::Forward] {
+        let request = plain_request(&scene, SIZE).with(|settings| {
+            settings.render.path = path;
+            settings.environment.source = Environment::Color([1.0; 3]);
+            settings.background.source = Background::Transparent;
+        });
+        assert!(radiance(&scene, &request).iter().flatten().all(|value| *value == 0.0), "{path:?}");
+    }
+}
