@@ -9,6 +9,7 @@ use crate::session::{self, print};
 use manypass::{Gpu, GpuError, View};
 use manypass_offline::camera::{CameraData, scene_cameras};
 use manypass_offline::manifest;
+use manypass_scene::gltf_file::SUPPORTED_EXTENSIONS;
 use manypass_scene::{Framing, LightKind, Primitive, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -17,8 +18,9 @@ use std::fmt::Write as _;
 const CAMERA_SIZE_PX: (u32, u32) = (1280, 720);
 
 /// What `info` says, in the order in which people read it.
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 18] = [
     "input",
+    "extensions",
     "scenes",
     "nodes",
     "meshes",
@@ -105,6 +107,9 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
     let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
     Ok(json!({
         "input": name,
+        "extensions": scene.extensions_used.iter().map(|name| json!({
+            "name": name, "is_read": SUPPORTED_EXTENSIONS.contains(&name.as_str()),
+        })).collect::<Vec<_>>(),
         "scenes": scene.scenes.iter().enumerate().map(|(index, roots)| json!({
             "index": index, "name": roots.name, "is_shown": scene.shown_scene == Some(index),
         })).collect::<Vec<_>>(),
@@ -154,6 +159,14 @@ fn shortened(key: &str, value: &Value) -> Value {
     };
     let list = |each: &dyn Fn(&Value) -> Value| value.as_array().map(|entries| entries.iter().map(each).collect());
     match key {
+        "extensions" => list(&|extension| match extension["is_read"].as_bool() {
+            Some(true) => extension["name"].clone(),
+            _ => {
+                format!("{} (not read: the model is drawn without it)", extension["name"].as_str().unwrap_or_default())
+                    .into()
+            }
+        })
+        .unwrap_or_default(),
         "nodes" => value.as_array().map_or(0, Vec::len).into(),
         "materials" => list(&|material| material["name"].clone()).unwrap_or_default(),
         "cameras" => list(&camera).unwrap_or_default(),

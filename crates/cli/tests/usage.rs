@@ -159,6 +159,16 @@ fn info_counts_what_is_in_a_file() {
     assert_eq!(value["animations"][0]["duration_secs"], 1.0);
     assert_eq!(value["bounds_m"]["max"], serde_json::json!([1.0, 1.0, 0.0]));
     assert_eq!((&value["nodes"][0]["name"], &value["materials"][0]["name"]), (&"tri".into(), &"paint".into()));
+    assert_eq!(value["extensions"], serde_json::json!([]));
+    let used = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_materials_unlit","ACME_glow"]}"#;
+    folder.write("used.gltf", used.as_bytes());
+    let json = run_in(&folder, &["info", "used.gltf", "--json"]).expect(0).text();
+    let used: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let expected = [("KHR_materials_unlit", true), ("ACME_glow", false)];
+    let expected = expected.map(|(name, is_read)| serde_json::json!({ "name": name, "is_read": is_read }));
+    assert_eq!(used["extensions"], serde_json::json!(expected));
+    let text = run_in(&folder, &["info", "used.gltf"]).expect(0).text();
+    assert!(text.contains("extensions: 2\n  KHR_materials_unlit\n  ACME_glow (not read"), "{text}");
     let text = run_in(&folder, &["info", "tri.glb"]).expect(0).text();
     assert!(text.contains("triangles: 1\n") && text.contains("max 1 1 0"), "{text}");
     let hall = run_in(&folder, &["info", "demo:hall", "--json"]).expect(0).text();

@@ -52,6 +52,9 @@ pub const SUPPORTED_EXTENSIONS: [&str; 24] = [
     "KHR_texture_transform",
 ];
 
+/// The most extensions of a file that are named; there are not as many.
+const MAX_EXTENSIONS: usize = 100;
+
 /// The largest file that is read, the model's own or one beside it: 1 GiB.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
@@ -282,6 +285,8 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     let variants = document.variant_names()?;
     let meshes = mesh::read_meshes(&mut document, &materials)?;
     let mut scene = Scene { images: images.images, textures, materials, meshes, variants, ..Scene::default() };
+    let used = document.root.strings("extensionsUsed")?;
+    scene.extensions_used = used.into_iter().take(MAX_EXTENSIONS).map(str::to_owned).collect();
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;
@@ -331,7 +336,7 @@ fn check_extensions(root: &Json) -> Result<Vec<String>, LoadError> {
     Ok(used
         .into_iter()
         .filter(|name| !is_supported(name))
-        .take(100)
+        .take(MAX_EXTENSIONS)
         .map(|name| format!("at \"/extensionsUsed\": {name} is not supported; the model may look different"))
         .collect())
 }

@@ -184,6 +184,9 @@ pub struct Scene {
     pub exposure_stops: Option<f32>,
     /// Radiance from all directions, if the scene brings a picture of it.
     pub environment: Option<Arc<EnvironmentMap>>,
+    /// The extensions that the glTF file says it uses, whether or not they are read
+    /// ([`crate::gltf_file::SUPPORTED_EXTENSIONS`]); at most 100.
+    pub extensions_used: Vec<String>,
 }
 
 impl Scene {
