@@ -26,6 +26,7 @@ const EXAMPLES: &str = "Examples:
   manypass graph helmet.glb --format mermaid              the passes of the frame
   manypass graph helmet.glb --limits webgl2 --aov all     planned without any adapter
   manypass diff before.png after.png -o diff.png          how different two pictures look, and where
+  manypass diff before.glb after.glb                      whether geometry, material or light changed
   manypass settings                                       every key of --set, with its range
   manypass adapters                                       what can render on this machine
 
@@ -66,9 +67,9 @@ pub enum Command {
     },
     /// Print the passes of the frame that `render` draws, with the same flags.
     Graph(Box<GraphArgs>),
-    /// Say how different two pictures look: a FLIP error from 0 (the same) to 1.
+    /// Say how different two pictures look, a FLIP error from 0 (the same) to 1, or how two models differ.
     #[command(after_help = crate::diff::EXAMPLES)]
-    Diff(DiffArgs),
+    Diff(Box<DiffArgs>),
     /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.
     Bench(BenchArgs),
     /// List the adapters of this machine.
@@ -112,7 +113,7 @@ pub enum GraphFormat {
 
 /// Flags that change settings, in every subcommand that draws. One that is left out changes nothing, so that a file of
 /// settings decides.
-#[derive(Debug, Args)]
+#[derive(Debug, PartialEq, Args)]
 pub struct ChangeArgs {
     /// Which shading path draws opaque surfaces; short for --set render.path [default: deferred].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
@@ -133,8 +134,8 @@ pub struct ChangeArgs {
     pub set: Vec<String>,
 }
 
-/// Flags that say what the frame is, of `render` and `graph`.
-#[derive(Debug, Args)]
+/// Flags that say what the frame is, of `render`, `graph` and `diff` of models.
+#[derive(Debug, PartialEq, Args)]
 pub struct FrameArgs {
     /// Width and height in pixels; the vertical field of view stays.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]

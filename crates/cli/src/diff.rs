@@ -1,23 +1,31 @@
-//! `diff`: how different two pictures look.
+//! `diff`: how different two pictures look, or what of two models is different.
 
 mod args;
+mod linear;
+mod models;
 mod report;
 mod sheet;
 mod source;
+mod swatch;
+mod variables;
 
 pub use args::{DiffArgs, EXAMPLES};
 
 use crate::failure::{Failure, Kind};
+use crate::inspect::one;
 use crate::output;
 use crate::pattern::is_stdout;
 use crate::places::Places;
 use crate::session::print;
+use linear::Linear;
 use manypass_flip::{ErrorMap, Exposures, FlipError, hdr, ldr};
-use manypass_offline::atomic;
 use manypass_offline::decode::Light;
+use manypass_offline::{AovLayer, CameraData, atomic};
 use manypass_scene::formats::is_model;
+use models::Models;
 use source::Source;
 use std::path::Path;
+use variables::Variables;
 
 /// Two pictures and how they differ.
 #[derive(Debug)]
@@ -28,6 +36,18 @@ struct Comparison {
     /// Of radiance alone.
     exposures: Option<Exposures>,
     pixels_per_degree: f32,
+    /// Of radiance alone.
+    linear: Option<Linear>,
+    /// Of models alone.
+    models: Option<Compared>,
+}
+
+/// How two models differ.
+#[derive(Debug)]
+struct Compared {
+    layers: [Vec<AovLayer>; 2],
+    camera: CameraData,
+    variables: Variables,
 }
 
 /// Runs `diff`.
@@ -35,15 +55,17 @@ struct Comparison {
 /// # Errors
 /// Wrong usage, an input that cannot be read or an output that cannot be written, or a difference above the threshold.
 pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
-    for name in [&args.a, &args.b] {
-        check_input(name)?;
-    }
-    let (a, b) = (Path::new(&args.a), Path::new(&args.b));
+    let are_models = are_models(args)?;
     if let Some(path) = &args.output {
         check_output(path)?;
-        Places::of_pictures(&[a, b]).write(path)?;
+        places(args, are_models)?.write(path)?;
     }
-    let comparison = compare(Source::read(a)?, Source::read(b)?, args.pixels_per_degree)?;
+    let comparison = if are_models {
+        compare_models(models::draw(args)?, args.pixels_per_degree)?
+    } else {
+        let (a, b) = (Path::new(&args.a), Path::new(&args.b));
+        compare(Source::read(a)?, Source::read(b)?, args.pixels_per_degree)?
+    };
     if let Some(path) = &args.output {
         output::write_file(path, &sheet::png(&comparison)?)?;
     }
@@ -74,6 +96,7 @@ fn compare(a: Source, b: Source, pixels_per_degree: f32) -> Result<Comparison, F
         return Err(Failure::usage(message, "render or scale both to one size; nothing is scaled here"));
     }
     let failed = |error: FlipError| Failure::usage(error, "see `manypass diff --help`");
+    let linear = (a.light == Light::Scene).then(|| Linear::of(&a, &b));
     let (map, exposures) = match a.light {
         Light::Display => (ldr(&a.picture, &b.picture, pixels_per_degree).map_err(failed)?, None),
         Light::Scene => {
@@ -81,21 +104,52 @@ fn compare(a: Source, b: Source, pixels_per_degree: f32) -> Result<Comparison, F
             (map, Some(exposures))
         }
     };
-    Ok(Comparison { a, b, map, exposures, pixels_per_degree })
+    Ok(Comparison { a, b, map, exposures, pixels_per_degree, linear, models: None })
 }
 
-fn check_input(name: &str) -> Result<(), Failure> {
-    if name.is_empty() {
-        return Err(Failure::usage("the name of a picture is empty", "name two files"));
+fn compare_models(models: Models, pixels_per_degree: f32) -> Result<Comparison, Failure> {
+    let variables = variables::compare(&models);
+    let Models { a, b, layers, camera, .. } = models;
+    let compared = Compared { layers, camera, variables };
+    Ok(Comparison { models: Some(compared), ..compare(a, b, pixels_per_degree)? })
+}
+
+/// Whether two models are compared, and not two pictures.
+///
+/// # Errors
+/// One of each, or flags of models with pictures.
+fn are_models(args: &DiffArgs) -> Result<bool, Failure> {
+    if [&args.a, &args.b].into_iter().any(String::is_empty) {
+        return Err(Failure::usage("the name of a picture is empty", "name two pictures, or two models"));
     }
-    let is_model = name.starts_with("demo:")
+    let are_models = [&args.a, &args.b].map(|name| is_model_name(name));
+    match are_models {
+        [true, true] => Ok(true),
+        [false, false] if args.describes_models() => {
+            let message = format!("{} and {} are pictures, and some flags are for models", args.a, args.b);
+            Err(Failure::usage(message, "leave flags of the camera, the light and the frame out"))
+        }
+        [false, false] => Ok(false),
+        [a_is_model, _] => {
+            let (model, picture) = if a_is_model { (&args.a, &args.b) } else { (&args.b, &args.a) };
+            let message = format!("{model} is a model, but {picture} is a picture");
+            Err(Failure::usage(message, format!("render it first: `manypass render {model} -o model.png`")))
+        }
+    }
+}
+
+fn is_model_name(name: &str) -> bool {
+    name.starts_with("demo:")
         || is_model(Path::new(name))
-        || Path::new(name).extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
-    if is_model {
-        let hint = "render both with the same flags, `manypass render A B -o '{stem}.exr'`, and compare those";
-        return Err(Failure::usage(format!("diff compares pictures, and {name} is a model"), hint));
+        || Path::new(name).extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"))
+}
+
+/// What is read.
+fn places(args: &DiffArgs, are_models: bool) -> Result<Places, Failure> {
+    if !are_models {
+        return Ok(Places::of_pictures(&[Path::new(&args.a), Path::new(&args.b)]));
     }
-    Ok(())
+    Ok(Places::of_models(&[one(&args.a)?, one(&args.b)?], &args.frame))
 }
 
 fn check_output(path: &Path) -> Result<(), Failure> {

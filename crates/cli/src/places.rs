@@ -1,6 +1,6 @@
 //! What a call reads and writes: no output may replace an input or another output.
 
-use crate::args::RenderArgs;
+use crate::args::{FrameArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::gather::Item;
 use crate::identity::{Known, Lookup, Place, is_file};
@@ -41,9 +41,8 @@ impl Places {
     pub fn new(args: &RenderArgs, job: &Job, items: &[Item], environment: Option<&Path>) -> Result<Self, Failure> {
         let mut places = Self::default();
         items.iter().for_each(|item| places.read_input(&item.input));
-        args.frame.change.effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
+        places.read_named(&args.frame);
         environment.iter().for_each(|path| places.read(path, format!("the environment {}", path.display())));
-        args.frame.settings.iter().for_each(|path| places.read(path, format!("the settings {}", path.display())));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
         if job.output == Output::Stdout || reports_to_stdout {
             places.write_open_stdout()?;
@@ -83,6 +82,22 @@ impl Places {
         let mut places = Self::default();
         paths.iter().for_each(|path| places.read(path, format!("the picture {}", path.display())));
         places
+    }
+
+    /// What a comparison of models reads.
+    pub fn of_models(inputs: &[Input], frame: &FrameArgs) -> Self {
+        let mut places = Self::default();
+        inputs.iter().for_each(|input| places.read_input(input));
+        places.read_named(frame);
+        let environment = frame.environment.as_deref().map(Path::new);
+        environment.iter().for_each(|path| places.read(path, format!("the environment {}", path.display())));
+        places
+    }
+
+    /// The effects and the file of settings that flags name.
+    fn read_named(&mut self, frame: &FrameArgs) {
+        frame.change.effects.iter().for_each(|path| self.read(path, format!("the effect {}", path.display())));
+        frame.settings.iter().for_each(|path| self.read(path, format!("the settings {}", path.display())));
     }
 
     /// Checks the files of a picture, unless that was done at the start. `item_index` is that of its input among all.

@@ -59,6 +59,14 @@ impl Framing {
         Self { interior, ..Self::of_points(vertices::posed(scene)) }
     }
 
+    /// The vertices of everything that several scenes draw, as [`Self::of_scene`]; from inside where the first is a room and none
+    /// has a camera.
+    pub fn of_scenes(scenes: &[&Scene]) -> Self {
+        let has_camera = scenes.iter().any(|scene| !scene.placed_cameras().is_empty());
+        let interior = scenes.first().filter(|_| !has_camera).and_then(|scene| Interior::find(scene));
+        Self { interior, ..Self::of_points(scenes.iter().flat_map(|scene| vertices::posed(scene)).collect()) }
+    }
+
     /// The vertices of everything that `scene` draws while an animation plays, at 32 times from its first keyframe to its last;
     /// above 10⁷ posed vertices, the boxes around them. Where there is no such animation, as [`Self::of_scene`]. The scene
     /// is left as it was.

@@ -1,6 +1,7 @@
 //! The command line of `diff`.
 
-use clap::Args;
+use crate::args::FrameArgs;
+use clap::{Args, Parser};
 use manypass_flip::{PIXELS_PER_DEGREE, PIXELS_PER_DEGREE_RANGE};
 use std::path::PathBuf;
 
@@ -10,20 +11,26 @@ pub const EXAMPLES: &str = "Examples:
   manypass diff before.png after.png -o diff.png          both beside the map of differences
   manypass diff before.exr after.exr --json               radiance, at every exposure that matters
   manypass diff golden.png new.png --threshold 0.005      exit code 5 if they look different
+  manypass diff before.glb after.glb -o diff.png          two models: did geometry, material or light change?
+  manypass diff a.glb b.glb --orbit 90,20,auto --environment sky.hdr --size 640x640
 
 FLIP (Andersson et al. 2020; for EXR HDR-FLIP, Andersson et al. 2021) says of every pixel how much it changes when one flips between \
 the two on a display: 0 is the same, 1 is blue for green. The mean over all pixels is the number to quote.
 Transparent pixels are laid over mid grey, so that what is transparent in both is the same.
-A is the reference: for EXR, exposures are chosen from it. For other pictures A and B may change places.";
+A is the reference: for EXR, exposures are chosen from it. For other pictures A and B may change places.
+
+Two models are drawn by one camera that sees both whole, unless flags say otherwise, in the light that A would have. Besides FLIP of their \
+pictures every variable of `render --aov` is compared where both show a surface, so that one can tell whether geometry, material or \
+light changed. The flags of the camera, the light and the frame are those of `render`, and need models.";
 
 /// Flags of `diff`.
 #[derive(Debug, Args)]
 pub struct DiffArgs {
-    /// The reference: a PNG, JPEG, WebP or EXR file.
+    /// The reference: a PNG, JPEG, WebP or EXR file, or a model as in `render`.
     pub a: String,
-    /// What is compared with it: a file of the same size; EXR if A is.
+    /// What is compared with it: a picture of the same size, EXR if A is; a model if A is.
     pub b: String,
-    /// Write A, B and the map of differences into one picture.
+    /// Write A, B and the map of differences into one picture; of models also every variable that differs.
     ///
     /// The map goes from black (no difference) over purple and orange to light yellow (1). Pictures above 640 pixels are shown smaller.
     /// It may not be A or B.
@@ -40,6 +47,25 @@ pub struct DiffArgs {
     /// Fewer are a display seen from nearer, where more can be told apart.
     #[arg(long, value_name = "N", default_value_t = PIXELS_PER_DEGREE, value_parser = pixels_per_degree)]
     pub pixels_per_degree: f32,
+    /// What the pictures of models are like.
+    #[command(flatten, next_help_heading = "Two models")]
+    pub frame: FrameArgs,
+    /// Render models on the adapter whose name contains this.
+    #[arg(long, value_name = "NAME", help_heading = "Two models")]
+    pub adapter: Option<String>,
+}
+
+impl DiffArgs {
+    /// Whether a flag is given that only models have.
+    pub fn describes_models(&self) -> bool {
+        #[derive(Parser)]
+        struct Plain {
+            #[command(flatten)]
+            args: DiffArgs,
+        }
+        let plain = Plain::try_parse_from(["diff", "a", "b"]).map(|plain| plain.args);
+        self.adapter.is_some() || plain.is_ok_and(|plain| plain.frame != self.frame)
+    }
 }
 
 fn threshold(text: &str) -> Result<f64, String> {

@@ -1,16 +1,20 @@
 //! What `diff` prints.
 
-use super::{Comparison, DiffArgs};
+use super::variables::{Changed, Variable, Variables, unit};
+use super::{Compared, Comparison, DiffArgs};
 use manypass_flip::Exposures;
 use manypass_offline::decode::Light;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// The shares of the sum of all errors at which errors are reported.
 const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
 
+/// The unit of what is the same or not.
+const SHARE: &str = "share";
+
 /// Lines for people.
 pub fn text(comparison: &Comparison) -> String {
-    let Comparison { map, exposures, .. } = comparison;
+    let Comparison { map, exposures, linear, models, .. } = comparison;
     let largest = map.largest();
     let [first, median, third] = map.weighted_quantiles(SHARES);
     let mut text = format!("FLIP mean {:.6}, largest {:.6}", map.mean(), largest.error);
@@ -21,19 +25,71 @@ pub fn text(comparison: &Comparison) -> String {
     if let Some(Exposures { start_ev, stop_ev, count }) = exposures {
         text += &format!("\nthe largest over {count} exposures from {start_ev:.2} to {stop_ev:.2} stops");
     }
-    text + "\n"
+    if let Some(linear) = linear {
+        let (share, ratio) = (linear.mean_absolute / linear.mean_a, linear.mean_b / linear.mean_a);
+        if share.is_finite() {
+            text += &format!(
+                "\nradiance: mean difference {:.3} % of A's mean, B's mean {:.3} % of it",
+                100.0 * share,
+                100.0 * ratio
+            );
+        }
+    }
+    text += "\n";
+    if let Some(Compared { variables, .. }) = models {
+        text += &variables_text(variables);
+    }
+    text
+}
+
+/// What changed of models, and a line for each variable.
+fn variables_text(variables: &Variables) -> String {
+    let Variables { all, changed: Changed { geometry, material, light }, only: [only_a, only_b] } = variables;
+    let percent = |share: f64| 100.0 * share;
+    let mut text = format!(
+        "of the pixels that show either model: geometry changed in {:.2} %, else material in {:.2} %, else light in {:.2} %\n",
+        percent(*geometry),
+        percent(*material),
+        percent(*light)
+    );
+    if only_a + only_b > 0.0 {
+        text += &format!("{:.2} % show A alone, {:.2} % B alone\n", percent(*only_a), percent(*only_b));
+    }
+    for Variable { aov, mean, largest, largest_at_px: (x, y), share, .. } in all {
+        let name = aov.name();
+        if *share == 0.0 {
+            text += &format!("  {name:12} same\n");
+            continue;
+        }
+        text += &format!("  {name:12} {:6.2} % of pixels", percent(*share));
+        let unit = unit(*aov);
+        if unit != SHARE {
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            text += &format!(", mean {mean:.4}{unit}, largest {largest:.4}{unit} at column {x}, row {y}");
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// One JSON object.
 pub fn json(comparison: &Comparison, args: &DiffArgs) -> String {
-    let Comparison { a, b, map, exposures, pixels_per_degree } = comparison;
+    let Comparison { a, b, map, exposures, pixels_per_degree, linear, models } = comparison;
     let largest = map.largest();
     let [first, median, third] = map.weighted_quantiles(SHARES);
     let mean = map.mean();
     let exposures = exposures.map(
         |Exposures { start_ev, stop_ev, count }| json!({"start_ev": start_ev, "stop_ev": stop_ev, "count": count}),
     );
-    let value = json!({
+    let linear = linear.map(|linear| {
+        json!({
+            "mean_a": linear.mean_a,
+            "mean_b": linear.mean_b,
+            "mean_absolute": linear.mean_absolute,
+            "root_mean_square": linear.root_mean_square,
+        })
+    });
+    let mut value = json!({
         "a": a.name,
         "b": b.name,
         "size_px": [map.width, map.height],
@@ -47,9 +103,28 @@ pub fn json(comparison: &Comparison, args: &DiffArgs) -> String {
             "pixels_per_degree": pixels_per_degree,
             "exposures": exposures,
         },
+        "radiance": linear,
         "threshold": args.threshold,
         "is_above_threshold": args.threshold.map(|threshold| mean > threshold),
         "sheet": args.output.as_ref().map(|path| path.display().to_string()),
     });
+    if let (Some(Compared { camera, variables, .. }), Some(fields)) = (models, value.as_object_mut()) {
+        let Changed { geometry, material, light } = variables.changed;
+        fields.insert("changed".into(), json!({ "geometry": geometry, "material": material, "light": light }));
+        fields.insert("only".into(), json!({ "a": variables.only[0], "b": variables.only[1] }));
+        fields.insert("variables".into(), variables.all.iter().map(variable).collect());
+        fields.insert("camera".into(), json!(camera));
+    }
     format!("{value}\n")
+}
+
+fn variable(variable: &Variable) -> Value {
+    json!({
+        "name": variable.aov.name(),
+        "unit": unit(variable.aov),
+        "share": variable.share,
+        "mean": variable.mean,
+        "largest": variable.largest,
+        "largest_at_px": [variable.largest_at_px.0, variable.largest_at_px.1],
+    })
 }

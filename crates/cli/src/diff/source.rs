@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, Kind};
 use manypass_flip::{FlipError, Picture};
+use manypass_offline::Picture as Drawn;
 use manypass_offline::decode::{DecodeError, Decoded, Light, MAX_PIXELS, decode, is_known};
 use std::io::Read;
 use std::path::Path;
@@ -9,7 +10,7 @@ use std::path::Path;
 /// Mid grey of displays: half of what a byte holds, as viewers blend encoded values.
 const GREY_SRGB: f32 = 0.5;
 /// Mid grey of radiance.
-const GREY_LINEAR: f32 = 0.18;
+pub const GREY_LINEAR: f32 = 0.18;
 /// No file of as many pixels as are read is larger: four channels of 32 bits and as much again.
 const MAX_FILE_BYTES: u64 = 32 * MAX_PIXELS as u64;
 
@@ -22,9 +23,27 @@ pub struct Source {
     pub light: Light,
     /// Opaque.
     pub picture: Picture,
+    /// The mean of 1 − alpha before the picture was laid over grey.
+    pub transparency: f64,
 }
 
 impl Source {
+    /// A picture that was drawn for a display.
+    ///
+    /// # Errors
+    /// If it has no pixels.
+    pub fn of_display(name: &str, picture: &Drawn) -> Result<Self, Failure> {
+        let value = |byte: &u8| f32::from(*byte) / 255.0;
+        let rgba = picture.display_rgba8.chunks_exact(4).map(|pixel| std::array::from_fn(|c| value(&pixel[c])));
+        let rgba: Vec<[f32; 4]> = rgba.collect();
+        let transparency = transparency(&rgba);
+        let rgb = over_grey(rgba, false);
+        let picture = Picture::from_srgb(picture.width as usize, picture.height as usize, rgb);
+        let picture =
+            picture.map_err(|error| Failure::new(Kind::Failed, format!("{name}: {error}"), "try another --size"))?;
+        Ok(Self { name: name.to_owned(), light: Light::Display, picture, transparency })
+    }
+
     /// Reads a file.
     ///
     /// # Errors
@@ -46,13 +65,14 @@ impl Source {
             failed(&error, hint)
         })?;
         drop(bytes);
+        let transparency = transparency(&rgba);
         let picture = match light {
             Light::Display => Picture::from_srgb(width, height, over_grey(rgba, false)),
             Light::Scene => Picture::from_linear(width, height, over_grey(rgba, true)),
         };
         let picture =
             picture.map_err(|error: FlipError| failed(&error, "clear such pixels first, or write it again"))?;
-        Ok(Self { name, light, picture })
+        Ok(Self { name, light, picture, transparency })
     }
 }
 
@@ -82,6 +102,11 @@ fn over_grey(rgba: Vec<[f32; 4]>, is_associated: bool) -> Vec<[f32; 3]> {
         }
     };
     rgba.into_iter().map(opaque).collect()
+}
+
+fn transparency(rgba: &[[f32; 4]]) -> f64 {
+    let sum: f64 = rgba.iter().map(|[.., alpha]| 1.0 - f64::from(alpha.clamp(0.0, 1.0))).sum();
+    sum / rgba.len().max(1) as f64
 }
 
 #[cfg(test)]

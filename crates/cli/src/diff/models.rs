@@ -1,0 +1,140 @@
+//! Two models, seen by one camera: their pictures and their variables.
+
+use super::DiffArgs;
+use super::source::Source;
+use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
+use crate::chosen::Chosen;
+use crate::exposure::Taken;
+use crate::failure::{Failure, say};
+use crate::input::Opened;
+use crate::inspect::one;
+use crate::request::{effect_files, effects};
+use crate::session::{self, still_failure};
+use crate::surroundings::Surroundings;
+use crate::{interrupt, job, memory, scenes};
+use manypass::{Aov, FrameRequest, Renderer, Settings, View};
+use manypass_offline::still::{aov_named, aov_names, render_still};
+use manypass_offline::{AovLayer, CameraData, Picture};
+use manypass_scene::{Framing, Scene};
+use std::sync::atomic::Ordering;
+
+/// What was drawn of two models.
+#[derive(Debug)]
+pub struct Models {
+    /// The picture of the first.
+    pub a: Source,
+    /// The picture of the second.
+    pub b: Source,
+    /// The variables of both, in one order.
+    pub layers: [Vec<AovLayer>; 2],
+    /// The camera of both.
+    pub camera: CameraData,
+    /// Half the diagonal of the box around both, in metres.
+    pub radius_m: f32,
+}
+
+/// A model in memory, and the settings that it is drawn with.
+struct Read {
+    name: String,
+    scene: Scene,
+    settings: Settings,
+    is_stage: bool,
+}
+
+/// The variables that are compared: those that are asked for, and depth, which says where a surface is.
+///
+/// # Errors
+/// An unknown name.
+fn variables(asked: Option<&str>) -> Result<Vec<Aov>, Failure> {
+    let names = job::aovs(Some(asked.unwrap_or("all")), &aov_names())?;
+    let named = names.iter().filter_map(|name| aov_named(name));
+    // Nothing has moved where there is no frame before.
+    Ok(std::iter::once(Aov::Depth).chain(named.filter(|aov| !matches!(aov, Aov::Depth | Aov::Motion))).collect())
+}
+
+/// Draws both models in the same light, by the camera that `args` describe, or else one that sees both whole.
+///
+/// # Errors
+/// Wrong usage, an input that cannot be read, no adapter, or a picture that cannot be drawn.
+pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
+    let frame = &args.frame;
+    let (width, height) = job::size(&frame.size)?;
+    let spec = job::camera(frame)?;
+    let aovs = variables(frame.aov.as_deref())?;
+    let mut files = effect_files(&frame.change.effects)?;
+    let chosen = Chosen::of_frame(frame)?;
+    job::check_aovs(true, &chosen.settings(Settings::default(), None, &mut files)?)?;
+    let mut surroundings = Surroundings::default();
+    let mut read = |argument: &str| -> Result<Read, Failure> {
+        let input = one(argument)?;
+        let Opened { mut scene, mut warnings, stage } = input.load()?;
+        let settings = chosen.settings(Settings::default(), stage.as_ref(), &mut files)?;
+        job::check_aovs(true, &settings)?;
+        warnings.extend(surroundings.surround(&mut scene, &settings)?);
+        scenes::show(&mut scene, frame.scene.as_deref(), &mut warnings)?;
+        let name = input.name();
+        warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}")));
+        Ok(Read { name, scene, settings, is_stage: stage.is_some() })
+    };
+    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let framing = Framing::of_scenes(&[&a.scene, &b.scene]);
+    let view = view(&spec, &a.scene, &framing, width as f32 / height as f32)?;
+    interrupt::heed(true);
+    let mut renderer = session::open(args.adapter.as_deref())?;
+    let request = FrameRequest {
+        sample_count: frame.samples,
+        want_aovs: aovs,
+        effects: effects(&renderer, files)?,
+        ..FrameRequest::new(width, height, view)
+    };
+    let request_of =
+        |read: &Read| FrameRequest { settings: read.settings.clone(), ..request.clone() }.resolved(&read.scene);
+    let (request_a, mut request_b) = (request_of(&a), request_of(&b));
+    // What a scene would decide by itself, A decides for both; stages decide on purpose.
+    let is_shared = !a.is_stage && !b.is_stage;
+    if is_shared {
+        request_b.settings = request_a.settings.clone();
+    }
+    let (picture_a, taken) = still(&mut renderer, &a, request_a, None)?;
+    let (picture_b, _) = still(&mut renderer, &b, request_b, is_shared.then_some(taken))?;
+    let source = |read: &Read, picture: &Picture| Source::of_display(&read.name, picture);
+    Ok(Models {
+        a: source(&a, &picture_a)?,
+        b: source(&b, &picture_b)?,
+        layers: [picture_a.aovs, picture_b.aovs],
+        camera: CameraData::new(&view, width, height),
+        radius_m: framing.radius_m(),
+    })
+}
+
+/// The camera of both; a camera of the file that nobody asked for is none of both.
+fn view(spec: &CameraSpec, scene: &Scene, framing: &Framing, aspect: f32) -> Result<View, Failure> {
+    let is_outside = spec.place == Place::Default && framing.interior().is_none();
+    let place = if is_outside { DEFAULT_ORBIT } else { spec.place.clone() };
+    let spec = CameraSpec { place, ..spec.clone() };
+    let (world_from_view, projection) = camera::resolve(&spec, scene, framing, aspect, 0.0)?;
+    Ok(View { world_from_view, projection })
+}
+
+/// One picture with its variables, and the exposure that was taken if none was given.
+fn still(
+    renderer: &mut Renderer,
+    read: &Read,
+    mut request: FrameRequest,
+    taken: Option<Taken>,
+) -> Result<(Picture, Taken), Failure> {
+    memory::check_scene(&read.scene, &renderer.gpu().adapter)?;
+    renderer.unload();
+    renderer.load(&read.scene).map_err(|error| still_failure(&error.into()))?;
+    renderer.warnings().iter().for_each(|warning| say(format_args!("warning: {}: {warning}", read.name)));
+    let taken = match taken {
+        Some(taken) => taken,
+        None => Taken::new(renderer, &read.scene, &request)?,
+    };
+    taken.expose(&mut request);
+    let samples = request.sample_count;
+    let go_on = |_| !interrupt::STOP.load(Ordering::SeqCst);
+    let picture = render_still(renderer, &read.scene, &request, samples, false, go_on);
+    renderer.forget_variables();
+    Ok((picture.map_err(|error| still_failure(&error))?, taken))
+}
