@@ -2,8 +2,10 @@
 
 mod bench;
 mod browser;
+mod fidelity;
 mod setup;
 mod step;
+mod table;
 mod web;
 
 use anyhow::Result;
@@ -22,6 +24,8 @@ cargo xtask COMMAND
               3 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
   bench     measure every way of lighting against brute force, and the loop over lights against its limit; ratios within
               one run (about 12 minutes); `bench --help` lists its tables and options
+  fidelity  render the scenes that others publish pictures of, and say how far ours are from those (about 3 minutes);
+              `fidelity --help` lists its options
   goldens   write the golden pictures again; look at every change before you commit it
   setup     only set up: a Vulkan driver, the wasm target, Chromium and playwright-core, NumPy and OpenEXR
 
@@ -36,6 +40,10 @@ fn main() -> Result<()> {
     match words.as_slice() {
         ["bench", .., "-h" | "--help"] => {
             print!("{}", bench::HELP);
+            return Ok(());
+        }
+        ["fidelity", .., "-h" | "--help"] => {
+            print!("{}", fidelity::HELP);
             return Ok(());
         }
         [] | ["help" | "-h" | "--help", ..] | [_, "-h" | "--help"] => {
@@ -60,6 +68,16 @@ fn main() -> Result<()> {
             }
             Err(error) => {
                 eprintln!("error: {error}\nhint: cargo xtask bench --help lists tables and options");
+                std::process::exit(2);
+            }
+        },
+        ["fidelity", options @ ..] => match fidelity::Options::parse(options) {
+            Ok(options) => {
+                steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
+                steps.run("fidelity", "3 min, and 4 min to build", || fidelity::run(&options));
+            }
+            Err(error) => {
+                eprintln!("error: {error}\nhint: cargo xtask fidelity --help lists its options");
                 std::process::exit(2);
             }
         },

@@ -1,8 +1,9 @@
 //! Brings what a fresh machine lacks.
 
 use crate::step::{check, output_of, root};
-use anyhow::{Context, Result, bail};
-use std::{path::Path, process::Command};
+use anyhow::{Context, Result, bail, ensure};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 pub(crate) const WASM_TARGET: &str = "wasm32-unknown-unknown";
 
@@ -96,6 +97,25 @@ pub(crate) fn python() -> Result<()> {
         );
     }
     Ok(())
+}
+
+/// The interpreter of an environment of its own, `target/mitsuba`, with Mitsuba 3, which needs libLLVM from the system.
+pub(crate) fn mitsuba() -> Result<PathBuf> {
+    let folder = root().join("target/mitsuba");
+    let python = folder.join("bin/python");
+    let has_modules = || {
+        let words = ["-c", "import numpy, mitsuba; mitsuba.set_variant('llvm_ad_rgb'); print(mitsuba.Float(1) + 1)"];
+        output_of(Command::new(&python).args(words)).is_some()
+    };
+    if !has_modules() {
+        check(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+        check(Command::new(&python).args(["-m", "pip", "install", "-q", "numpy", "mitsuba>=3.6"]))?;
+        ensure!(
+            has_modules(),
+            "Mitsuba finds no libLLVM: install libllvm15 or newer, or set DRJIT_LIBLLVM_PATH to its file"
+        );
+    }
+    Ok(python)
 }
 
 /// The browser to test with: `CHROMIUM`, else the first known name on the path.

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use manypass_testkit::{compare::Picture, needs};
+use serde_json::Value;
 use std::{
     ffi::OsStr,
     io::{BufRead, BufReader},
@@ -138,6 +139,21 @@ pub(crate) fn check(command: &mut Command) -> Result<()> {
 pub(crate) fn output_of(command: &mut Command) -> Option<String> {
     let output = command.stderr(Stdio::null()).output().ok().filter(|output| output.status.success())?;
     String::from_utf8(output.stdout).ok()
+}
+
+/// The last line of a program's output that is a JSON object.
+pub(crate) fn last_json(command: &mut Command) -> Result<Value> {
+    let output = command.env("RUST_LOG", "off").output().with_context(|| format!("starting {command:?}"))?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        // A hint may follow the error, and the driver's words may come before it.
+        let error = said.lines().rfind(|line| line.starts_with("error")).unwrap_or(&said);
+        bail!("{command:?} ended with {}: {}", output.status, error.trim());
+    }
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().rev().find(|line| line.starts_with('{'));
+    let line = line.with_context(|| format!("{command:?} printed no JSON"))?;
+    serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON"))
 }
 
 #[cfg(test)]

@@ -1,9 +1,7 @@
 //! Tables as text, row by row as they are measured, and as markdown at the end.
 
-use super::machine::Machine;
-
 /// A column: its heading and how many characters it has at least.
-pub(super) type Column<'a> = (&'a str, usize);
+pub(crate) type Column<'a> = (&'a str, usize);
 
 #[derive(Debug, Default)]
 struct Table {
@@ -16,7 +14,7 @@ struct Table {
 
 /// All tables of a run.
 #[derive(Debug, Default)]
-pub(super) struct Report {
+pub(crate) struct Report {
     tables: Vec<Table>,
 }
 
@@ -46,9 +44,9 @@ impl Report {
         }
     }
 
-    /// All tables as markdown, after a sentence about the machine.
-    pub fn markdown(&self, machine: &Machine) -> String {
-        let mut text = format!("Measured by `cargo xtask bench` {machine}.\n");
+    /// All tables as markdown, after a sentence that says what measured them, and where.
+    pub fn markdown(&self, measured_by: &str) -> String {
+        let mut text = format!("{measured_by}\n");
         for table in &self.tables {
             let rule = table.headings.iter().enumerate().map(|(at, _)| if at == 0 { "---" } else { "---:" });
             text += &format!("\n### {}\n\n{}", table.title, markdown_row(table.headings.iter()));
@@ -79,7 +77,7 @@ fn markdown_row(cells: impl Iterator<Item = impl AsRef<str>>) -> String {
 }
 
 /// Milliseconds with three digits.
-pub(super) fn milliseconds(ms: f64) -> String {
+pub(crate) fn milliseconds(ms: f64) -> String {
     match ms {
         ms if !ms.is_finite() => "-".to_owned(),
         ms if ms < 10.0 => format!("{ms:.2}"),
@@ -89,12 +87,20 @@ pub(super) fn milliseconds(ms: f64) -> String {
 }
 
 /// A ratio with two digits behind the point, or none if it is not known.
-pub(super) fn ratio(value: f64) -> String {
+pub(crate) fn ratio(value: f64) -> String {
     match value {
         value if !value.is_finite() => "-".to_owned(),
         value if value < 100.0 => format!("{value:.2}"),
         value => format!("{value:.0}"),
     }
+}
+
+/// The middle one of some numbers, or the mean of both.
+pub(crate) fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    let upper = *numbers.get(middle)?;
+    Some(if numbers.len() % 2 == 1 { upper } else { 0.5 * (upper + numbers.get(middle - 1)?) })
 }
 
 #[cfg(test)]
@@ -107,11 +113,9 @@ mod tests {
         report.begin("Lights", &[("scene", 4), ("ms", 6)]);
         report.row(vec!["a|b".into(), milliseconds(12.34)]);
         report.note("A sentence.");
-        let machine =
-            Machine { processor: "Some CPU".into(), cores: 2, adapter: "llvmpipe".into(), date: "2026-11-22".into() };
         assert_eq!(
-            report.markdown(&machine),
-            "Measured by `cargo xtask bench` on 2026-11-22: llvmpipe, 2 cores of Some CPU.\n\n### Lights\n\n\
+            report.markdown("Measured by somebody."),
+            "Measured by somebody.\n\n### Lights\n\n\
              | scene | ms |\n| --- | ---: |\n| a\\|b | 12.3 |\n\nA sentence.\n"
         );
     }
@@ -121,6 +125,13 @@ mod tests {
         let cells = |first: &str, second: &str| [first.to_owned(), second.to_owned()];
         assert_eq!(line(&cells("scene", "ms"), &[7, 5]), "scene      ms");
         assert_eq!(line(&cells("a", "12.3"), &[7, 5]), "a        12.3");
+    }
+
+    #[test]
+    fn medians_do_not_depend_on_the_order() {
+        assert_eq!(median(vec![]), None);
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), Some(2.5));
     }
 
     #[test]

@@ -18,7 +18,7 @@ const ARROWS: &[(&str, &[&str], &[&str])] = &[
     ),
     ("manypass-viewer", &["manypass", "manypass-scene"], &["manypass-testkit"]),
     ("manypass-web", &["manypass", "manypass-scene"], &[]),
-    ("manypass-testkit", &["manypass-scene"], &[]),
+    ("manypass-testkit", &["manypass-flip", "manypass-scene"], &[]),
     ("xtask", &["manypass-testkit"], &[]),
 ];
 

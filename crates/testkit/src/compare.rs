@@ -1,5 +1,11 @@
 //! Comparison of pictures.
 
+mod flip;
+mod rmse;
+
+pub use flip::{assert_looks_same, flip};
+pub use rmse::{Rmse, rmse_over_grey};
+
 /// A picture of 8-bit red, green, blue and alpha, rows from the top, tightly packed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {

@@ -1,8 +1,9 @@
 //! Ours and another build of the program in turns, on the same fields of lights.
 
 use super::Bench;
-use super::measure::{last_json, median, numbers};
-use super::table::{milliseconds, ratio};
+use super::measure::numbers;
+use crate::step::last_json;
+use crate::table::{median, milliseconds, ratio};
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 use std::process::Command;

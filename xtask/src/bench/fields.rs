@@ -3,8 +3,8 @@
 use super::Bench;
 use super::limit::Limit;
 use super::measure::{Scene, Verdict};
-use super::table::{milliseconds, ratio};
 use super::way::{BRUTE_FORCE, CLUSTERED, Effort, FORWARD, Way};
+use crate::table::{milliseconds, ratio};
 use anyhow::{Context, Result, ensure};
 use manypass_testkit::needs;
 

@@ -1,7 +1,7 @@
 //! The limit of lighting: a bare loop over lights, measured by a bench of the renderer's.
 
-use super::measure::last_json;
 use crate::step::cargo;
+use crate::step::last_json;
 use anyhow::{Context, Result};
 use serde_json::Value;
 

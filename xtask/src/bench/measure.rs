@@ -1,7 +1,8 @@
 //! Running the program: cells, each a scene under a way of lighting, measured in turns and held against brute force.
 
 use super::way::{Effort, Judged, Way};
-use crate::step::open_picture;
+use crate::step::{last_json, open_picture};
+use crate::table::median;
 use anyhow::{Context, Result, bail};
 use manypass_testkit::compare::{self, Tolerance};
 use serde_json::Value;
@@ -187,45 +188,15 @@ impl Measurements {
     }
 }
 
-/// The last line of a program's output that is a JSON object.
-pub(super) fn last_json(command: &mut Command) -> Result<Value> {
-    let output = command.env("RUST_LOG", "off").output().with_context(|| format!("starting {command:?}"))?;
-    if !output.status.success() {
-        let said = String::from_utf8_lossy(&output.stderr);
-        // A hint may follow the error, and the driver's words may come before it.
-        let error = said.lines().rfind(|line| line.starts_with("error")).unwrap_or(&said);
-        bail!("{command:?} ended with {}: {}", output.status, error.trim());
-    }
-    let text = String::from_utf8_lossy(&output.stdout);
-    let line = text.lines().rev().find(|line| line.starts_with('{'));
-    let line = line.with_context(|| format!("{command:?} printed no JSON"))?;
-    serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON"))
-}
-
 /// The numbers of a list.
 pub(super) fn numbers(list: &Value) -> Vec<f64> {
     list.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
-}
-
-/// The middle one of some numbers, or the mean of both.
-pub(super) fn median(mut numbers: Vec<f64>) -> Option<f64> {
-    numbers.sort_by(f64::total_cmp);
-    let middle = numbers.len() / 2;
-    let upper = *numbers.get(middle)?;
-    Some(if numbers.len() % 2 == 1 { upper } else { 0.5 * (upper + numbers.get(middle - 1)?) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use serde_json::json;
-
-    #[test]
-    fn medians_do_not_depend_on_the_order() {
-        assert_eq!(median(vec![]), None);
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), Some(2.5));
-    }
 
     #[test]
     fn the_least_of_the_turns_counts() {

@@ -8,20 +8,19 @@ mod machine;
 mod measure;
 mod options;
 mod stage;
-mod table;
 mod way;
 mod ways;
 
 pub(crate) use options::{HELP, Options, TableName};
 
-use crate::step::{cargo, check, output_of, root};
+use crate::step::{cargo, check, last_json, output_of, root};
+use crate::table::Report;
 use anyhow::{Context, Result, ensure};
 use limit::Limit;
 use machine::Machine;
 use manypass_testkit::needs;
 use measure::{Measurements, Scene};
 use std::process::Command;
-use table::Report;
 
 /// As many maps as every tenth of 10,000 point lights needs.
 const SHADOW_MAPS: &str = "shadows.maps=6000";
@@ -119,7 +118,7 @@ impl Bench<'_> {
     fn print_textures(&mut self) -> Result<()> {
         let mut command = Command::new(&self.measurements.program);
         command.args(["bench", "demo:hall", "--size", "1920x1080", "--json", "--count", "1"]);
-        let result = measure::last_json(&mut command)?;
+        let result = last_json(&mut command)?;
         let mebibytes = |key: &str| {
             let bytes = result["info"][key].as_f64().unwrap_or(f64::NAN);
             format!("{:.1}", bytes / f64::from(1 << 20))
@@ -145,7 +144,8 @@ impl Bench<'_> {
         let Some(path) = &self.options.markdown else {
             return Ok(());
         };
-        let text = self.report.markdown(&Machine::with_adapter(&self.adapter()));
+        let machine = Machine::with_adapter(&self.adapter());
+        let text = self.report.markdown(&format!("Measured by `cargo xtask bench` {machine}."));
         std::fs::write(path, text).with_context(|| format!("writing {}", path.display()))
     }
 }

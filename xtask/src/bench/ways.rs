@@ -2,8 +2,8 @@
 
 use super::Bench;
 use super::measure::{Cell, Scene, Verdict};
-use super::table::{Column, milliseconds, ratio};
 use super::way::{BRUTE_FORCE, CLUSTERED, Effort, WAYS, Way};
+use crate::table::{Column, milliseconds, ratio};
 use anyhow::Result;
 
 /// What a cell of the table is.

@@ -1,0 +1,200 @@
+"""Pictures of glTF files by path tracing with Mitsuba 3 (Jakob et al. 2022): what `cargo xtask fidelity` takes for the truth.
+
+usage: truth.py JOBS.json
+
+JOBS.json is a list of objects with `model`, `world_from_view` (rows), `fov_y_deg`, `size` (pixels), `samples` (a pixel),
+`environment` (an equirectangular .hdr, or null), `truth` and `direct` (the .exr files to write): radiance with associated alpha. `truth`
+has shadows of everything and light that was reflected up to four times; `direct` has lamps with their shadows and all of the
+environment, whatever stands before it, times the file's own occlusion: what a rasterizer shades that knows nothing of its surroundings.
+
+Where it differs from a full path tracer: shadow rays and reflected rays take masked surfaces for whole, and see both sides of
+everything. Blended surfaces are covered by chance. There is no filter but the pixel's square.
+"""
+
+import json
+import math
+import sys
+import time
+
+import mitsuba as mi
+
+mi.set_variant("llvm_ad_rgb")
+
+import drjit as dr
+import numpy as np
+
+import gltf
+import surfaces
+
+REFLECTIONS = 4
+LAYERS = 6
+BATCH = 16
+
+
+class Hit:
+    """What a ray meets, turned towards where it comes from."""
+
+    def __init__(self, scene, ray, active):
+        self.si = scene.ray_intersect(ray, active)
+        self.valid = active & self.si.is_valid()
+        bsdf = self.si.bsdf(ray)
+        read = lambda name: bsdf.eval_attribute_3(name, self.si, self.valid)
+        self.base, self.orm, self.emission, self.kind = read("base"), read("orm"), read("emission"), read("kind")
+        self.occlusion = read("occlusion").x
+        self.to_eye = -ray.d
+        self.is_front = dr.dot(self.si.n, self.to_eye) > 0
+        shape, normal = self.si.shape, self.si.sh_frame.n
+        tangent = shape.eval_attribute_3("vertex_tangent", self.si, self.valid)
+        tangent = mi.Vector3f(tangent.x, tangent.y, tangent.z)
+        tangent = dr.normalize(tangent - normal * dr.dot(normal, tangent))
+        bitangent = dr.cross(normal, tangent) * shape.eval_attribute_1("vertex_sign", self.si, self.valid)
+        mapped = read("normal")
+        is_mapped = (mapped.x != 0) | (mapped.y != 0)
+        normal = dr.select(is_mapped, dr.normalize(tangent * mapped.x + bitangent * mapped.y + normal * mapped.z), normal)
+        self.normal = dr.select(self.is_front, normal, -normal)
+
+
+def first_hit(scene, ray, rng, layers):
+    """The first surface that is drawn: single-sided ones are not from behind, others as their alpha says."""
+    hit, active = Hit(scene, ray, mi.Bool(True)), mi.Bool(True)
+    for _ in range(layers - 1):
+        passes = hit.valid & (~(hit.is_front | (hit.kind.y > 0.5)) | (rng.next_float32() >= hit.kind.x))
+        ray = mi.Ray3f(dr.select(passes, hit.si.spawn_ray(ray.d).o, ray.o), ray.d)
+        hit = Hit(scene, ray, active)
+    return hit
+
+
+def lamps(scene, lights, hit, reflectance, active):
+    """Light of punctual lights; glTF's windows for range and cone (KHR_lights_punctual)."""
+    total = mi.Color3f(0)
+    for light in lights:
+        axis = mi.Vector3f(light["direction"].tolist())
+        if light["type"] == "directional":
+            to_light, strength, reach = -axis, mi.Float(1), mi.Float(math.inf)
+        else:
+            away = mi.Point3f(light["position"].tolist()) - hit.si.p
+            d2 = dr.maximum(dr.squared_norm(away), 1e-8)
+            to_light, reach = away * dr.rsqrt(d2), dr.sqrt(d2) * 0.9995
+            strength = dr.maximum(1 - dr.square(d2 / light["range"] ** 2), 0) / d2
+            if light["type"] == "spot":
+                inner, outer = math.cos(light["inner"]), math.cos(light["outer"])
+                strength *= dr.square(dr.clip((dr.dot(-to_light, axis) - outer) / max(inner - outer, 1e-3), 0, 1))
+        lit = active & (strength > 0) & (dr.dot(reflectance.normal, to_light) > 0)
+        shadow = hit.si.spawn_ray(to_light)
+        shadow.maxt = reach
+        lit &= ~scene.ray_test(shadow, lit)
+        total += dr.select(lit, reflectance.value(to_light) * strength * mi.Color3f(light["rgb"].tolist()), 0)
+    return total
+
+
+def radiance(scene, lights, table, ray, rng, reflections, has_shadows, layers):
+    """Radiance along rays, and whether they meet anything. `has_shadows` is of the environment."""
+    environment = scene.environment()
+    hit = first_hit(scene, ray, rng, layers)
+    coverage, active = dr.select(hit.valid, mi.Float(1), mi.Float(0)), mi.Bool(hit.valid)
+    total, through = mi.Color3f(0), mi.Color3f(1)
+    for bounce in range(reflections):
+        is_unlit = hit.kind.z > 0.5
+        total += dr.select(active, through * (hit.emission + dr.select(is_unlit, hit.base, 0)), 0)
+        active &= ~is_unlit
+        reflectance = surfaces.Reflectance(table, hit.base, hit.orm, hit.normal, hit.to_eye)
+        total += through * lamps(scene, lights, hit, reflectance, active)
+        # What a file bakes stands for what casts shadows.
+        openness = mi.Float(1) if has_shadows else hit.occlusion
+        if environment is not None:
+            # By the environment's brightness, and by reflectance below: the balance heuristic (Veach & Guibas 1995).
+            place, uv = dr.detach(hit.si), mi.Point2f(rng.next_float32(), rng.next_float32())
+            found, light = scene.sample_emitter_direction(place, uv, False, active)
+            lit = active & (found.pdf > 0)
+            if has_shadows:
+                lit &= ~scene.ray_test(hit.si.spawn_ray(found.d), lit)
+            weight = found.pdf / (found.pdf + reflectance.pdf(found.d))
+            total += dr.select(lit, through * light * reflectance.value(found.d) * weight * openness, 0)
+        which, uv = rng.next_float32(), mi.Point2f(rng.next_float32(), rng.next_float32())
+        direction = reflectance.sample(which, uv)
+        pdf = reflectance.pdf(direction)
+        active &= pdf > 1e-9
+        through *= dr.select(active, reflectance.value(direction) / pdf, 0)
+        ray = hit.si.spawn_ray(direction)
+        last, hit = hit, Hit(scene, ray, active) if has_shadows else None
+        escaped = active & ~hit.valid if has_shadows else active
+        if environment is not None:
+            sky = dr.zeros(mi.SurfaceInteraction3f)
+            sky.wi, sky.wavelengths = -direction, []
+            found = dr.zeros(mi.DirectionSample3f)
+            found.d, found.emitter = direction, mi.EmitterPtr(environment)
+            other = environment.pdf_direction(last.si, found, escaped)
+            total += dr.select(escaped, through * environment.eval(sky, escaped) * openness * pdf / (pdf + other), 0)
+        if not has_shadows:
+            break
+        active &= hit.valid
+    return total, coverage
+
+
+def rays(job, rng, samples):
+    """Rays through random places of all pixels, `samples` each."""
+    width, height = job["size"]
+    index = dr.arange(mi.UInt32, width * height * samples) // samples
+    x = mi.Float(index % width) + rng.next_float32()
+    y = mi.Float(index // width) + rng.next_float32()
+    world = np.array(job["world_from_view"], float)[:3]
+    right, up, ahead, eye = ((column * sign).tolist() for column, sign in zip(world.T, (1, 1, -1, 1)))
+    slope = math.tan(math.radians(job["fov_y_deg"]) / 2)
+    u, v = (2 * x - width) / height * slope, (height - 2 * y) / height * slope
+    direction = mi.Vector3f(ahead) + mi.Vector3f(right) * u + mi.Vector3f(up) * v
+    return mi.Ray3f(mi.Point3f(eye), dr.normalize(direction))
+
+
+def picture(scene, lights, table, job, reflections, has_shadows, layers):
+    width, height = job["size"]
+    total = np.zeros((height, width, 4))
+    batches = max(1, job["samples"] // BATCH)
+    for batch in range(batches):
+        count = width * height * BATCH
+        rng = mi.PCG32(size=count, initstate=dr.opaque(mi.UInt64, 17 + batch))
+        color, alpha = radiance(scene, lights, table, rays(job, rng, BATCH), rng, reflections, has_shadows, layers)
+        sums = [dr.block_sum(channel, BATCH) for channel in (color.x, color.y, color.z, alpha)]
+        dr.eval(*sums)
+        total += np.stack([np.array(channel).reshape(height, width) for channel in sums], axis=-1)
+    return (total / (batches * BATCH)).astype(np.float32)
+
+
+def run(job, table):
+    start = time.time()
+    model = gltf.Model(job["model"])
+    described = {"type": "scene", **surfaces.shapes(model)}
+    if job.get("environment"):
+        # The middle of the plug-in's picture is seen along +Z, that of the renderer's along +X.
+        turn = mi.ScalarTransform4f().rotate([0, 1, 0], 90)
+        described["sky"] = {"type": "envmap", "filename": job["environment"], "to_world": turn}
+    scene = mi.load_dict(described)
+    materials = model.doc.get("materials", [])
+    is_plain = all(material.get("alphaMode", "OPAQUE") == "OPAQUE" for material in materials)
+    layers = 2 if is_plain else LAYERS
+    for key, reflections, has_shadows in (("truth", REFLECTIONS + 1, True), ("direct", 1, False)):
+        pixels = picture(scene, model.lights, table, job, reflections, has_shadows, layers)
+        if not np.isfinite(pixels).all():
+            raise ValueError(f"{job['model']}: {np.count_nonzero(~np.isfinite(pixels))} values are no finite numbers")
+        bitmap = mi.Bitmap(pixels, mi.Bitmap.PixelFormat.RGBA)
+        bitmap.write(job[key])
+    unread = f", without {', '.join(model.unread)}" if model.unread else ""
+    print(f"{job['model']}: {time.time() - start:.1f} s{unread}", flush=True)
+
+
+def main():
+    with open(sys.argv[1], encoding="utf-8") as file:
+        jobs = json.load(file)
+    surfaces.register()
+    table = surfaces.albedo_table()
+    failed = 0
+    for job in jobs:
+        try:
+            run(job, table)
+        except Exception as error:  # One scene that cannot be read does not hinder the others.
+            failed += 1
+            print(f"error: {job['model']}: {error!r}", flush=True)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,169 @@
+//! The table of published pictures.
+
+use super::Fidelity;
+use super::pictures::{Distance, Rendered, size_of};
+use super::scenarios::{self, Scenario};
+use crate::table::median;
+use anyhow::{Context, Result};
+use manypass_testkit::needs;
+use serde_json::{Value, json};
+
+const SAMPLE_VIEWER: &str = "gltf-sample-viewer";
+const CYCLES: &str = "blender-cycles";
+const FILAMENT: &str = "filament";
+
+/// A scene that was compared.
+#[derive(Clone, Debug)]
+struct Row {
+    name: String,
+    to_viewer: Pair,
+    to_cycles: Pair,
+    /// Why it counts for no median.
+    reason: Option<&'static str>,
+    rendered: Rendered,
+}
+
+/// Our distance and Filament's from the same picture.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    ours: Distance,
+    filament: Distance,
+}
+
+/// Where the column of packed pictures stands: Filament's are packed already.
+const PACKED_COLUMN: usize = 3;
+
+/// What is read of a distance.
+type Measure = fn(&Distance) -> f64;
+const WHOLE: Measure = |distance| distance.rmse.whole;
+const COVERED: Measure = |distance| distance.rmse.covered;
+const PACKED: Measure = |distance| distance.rmse_packed;
+const FLIP: Measure = |distance| distance.flip;
+
+/// Renders, compares, prints the table and writes `fidelity.json`.
+///
+/// # Errors
+/// There are no scenes, or none is called as asked for.
+pub(super) fn print(run: &mut Fidelity) -> Result<()> {
+    let scenarios = scenarios::chosen(scenarios::read(&needs::assets_folder())?, run.options)?;
+    let columns = [
+        ("scene", 24),
+        ("RMSE", 6),
+        ("Filament", 8),
+        ("packed", 6),
+        ("covered", 7),
+        ("Filament", 8),
+        ("FLIP", 6),
+        ("Filament", 8),
+        ("Cycles: RMSE", 6),
+        ("Filament", 8),
+        ("FLIP", 6),
+        ("Filament", 8),
+    ];
+    run.report.begin("Distance to the glTF Sample Viewer and to Cycles, ours and Filament's", &columns);
+    let mut rows: Vec<Row> = Vec::new();
+    for scenario in &scenarios {
+        match row(run, scenario) {
+            Ok(Some(row)) => {
+                run.report.row(cells(&row));
+                rows.push(row);
+            }
+            Ok(None) => {
+                let mut cells = vec![format!("{}*", scenario.name)];
+                cells.resize(columns.len(), "-".into());
+                run.report.row(cells);
+            }
+            Err(error) => run.failures.push(format!("{}: {error:#}", scenario.name)),
+        }
+    }
+    let medians = print_medians(run, &rows);
+    for scenario in &scenarios {
+        if let Some(reason) = scenario.not_comparable() {
+            run.report.note(&format!("* {}: {reason}.", scenario.name));
+        }
+    }
+    for Row { name, rendered, .. } in &rows {
+        for warning in &rendered.warnings {
+            println!("{name}: {warning}");
+        }
+    }
+    let value = json!({ "scenes": rows.iter().map(value).collect::<Vec<_>>(), "medians": medians });
+    let path = run.folder.join("fidelity.json");
+    std::fs::write(&path, format!("{value:#}\n")).with_context(|| format!("writing {}", path.display()))
+}
+
+/// Compares one scene. None where nothing can be rendered that would be like the published pictures.
+fn row(run: &Fidelity, scenario: &Scenario) -> Result<Option<Row>> {
+    let Some(environment) = &scenario.environment else { return Ok(None) };
+    let model = scenario.model.as_ref().context("its model is not on this machine")?;
+    let [viewer, cycles, filament] = [SAMPLE_VIEWER, CYCLES, FILAMENT].map(|renderer| scenario.picture(renderer));
+    let rendered = run.render(scenario, model, environment, size_of(&viewer)?)?;
+    let name = &scenario.name;
+    let pair = |reference, sheet: String| -> Result<Pair> {
+        let ours = run.compare(reference, &rendered.path, Some(&sheet))?;
+        Ok(Pair { ours, filament: run.compare(reference, &filament, None)? })
+    };
+    let to_viewer = pair(&viewer, format!("{name}.viewer.png"))?;
+    let to_cycles = pair(&cycles, format!("{name}.cycles.png"))?;
+    Ok(Some(Row { name: name.clone(), to_viewer, to_cycles, reason: scenario.not_comparable(), rendered }))
+}
+
+fn cells(row: &Row) -> Vec<String> {
+    let mut cells = vec![row.name.clone() + if row.reason.is_some() { "*" } else { "" }];
+    for (pair, measures) in [(&row.to_viewer, &[WHOLE, COVERED, FLIP][..]), (&row.to_cycles, &[WHOLE, FLIP])] {
+        for (index, measure) in measures.iter().enumerate() {
+            let digits = if index + 1 == measures.len() { 4 } else { 2 };
+            cells.extend([pair.ours, pair.filament].map(|distance| format!("{:.digits$}", measure(&distance))));
+        }
+    }
+    cells.insert(PACKED_COLUMN, format!("{:.2}", PACKED(&row.to_viewer.ours)));
+    cells
+}
+
+/// Prints the medians of all that can be compared, and fails where ours to the sample viewer is above Filament's.
+fn print_medians(run: &mut Fidelity, rows: &[Row]) -> Value {
+    let compared = || rows.iter().filter(|row| row.reason.is_none());
+    let viewer: Vec<Pair> = compared().map(|row| row.to_viewer).collect();
+    let cycles: Vec<Pair> = compared().map(|row| row.to_cycles).collect();
+    let of = |pairs: &[Pair], measure: Measure| {
+        let numbers = |which: fn(&Pair) -> &Distance| pairs.iter().map(|pair| measure(which(pair))).collect();
+        (median(numbers(|pair| &pair.ours)), median(numbers(|pair| &pair.filament)))
+    };
+    let mut value = json!({ "scenes": viewer.len() });
+    let mut row = vec![format!("median of {}", viewer.len())];
+    for (key, pairs, measure, digits) in [
+        ("viewer_rmse", &viewer, WHOLE, 2),
+        ("viewer_rmse_covered", &viewer, COVERED, 2),
+        ("viewer_flip", &viewer, FLIP, 4),
+        ("cycles_rmse", &cycles, WHOLE, 2),
+        ("cycles_flip", &cycles, FLIP, 4),
+    ] {
+        let (ours, filament) = of(pairs, measure);
+        value[key] = json!({ "ours": ours, "filament": filament });
+        let cell = |number: Option<f64>| number.map_or("-".into(), |number| format!("{number:.digits$}"));
+        row.extend([cell(ours), cell(filament)]);
+        let is_judged = run.options.only.is_empty() && key.starts_with("viewer_rmse");
+        if let (true, Some(ours), Some(filament)) = (is_judged, ours, filament)
+            && ours > filament
+        {
+            run.failures.push(format!("the median of {key} is {ours:.2}, above Filament's, {filament:.2}"));
+        }
+    }
+    let packed = median(viewer.iter().map(|pair| PACKED(&pair.ours)).collect());
+    value["viewer_rmse_packed"] = json!({ "ours": packed });
+    row.insert(PACKED_COLUMN, packed.map_or("-".into(), |number| format!("{number:.2}")));
+    run.report.row(row);
+    value
+}
+
+fn value(row: &Row) -> Value {
+    let distance = |distance: &Distance| json!({ "rmse": distance.rmse.whole, "rmse_packed": distance.rmse_packed, "rmse_covered": distance.rmse.covered, "flip": distance.flip });
+    let pair = |pair: &Pair| json!({ "ours": distance(&pair.ours), "filament": distance(&pair.filament) });
+    json!({
+        "name": row.name,
+        "viewer": pair(&row.to_viewer),
+        "cycles": pair(&row.to_cycles),
+        "not_comparable": row.reason,
+        "warnings": row.rendered.warnings,
+    })
+}
