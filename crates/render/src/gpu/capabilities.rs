@@ -17,6 +17,9 @@ pub struct Capabilities {
     pub depth_first: bool,
     /// Whether uniforms may have any size; otherwise (WebGL 2) it is a multiple of 16 bytes.
     pub uniforms_of_any_size: bool,
+    /// Whether textures of layers may have any number of them; on OpenGL and WebGL 2, one layer is taken for a plain texture and
+    /// square ones of six for a cube.
+    pub arrays_of_any_length: bool,
     /// Whether 32-bit floats can be blended, so that numbers add up exactly in a target.
     pub float32_blendable: bool,
     /// Whether passes can be timed on the GPU.
@@ -50,6 +53,11 @@ impl Capabilities {
         if self.float32_blendable { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float }
     }
 
+    /// So many layers a texture has at least that is to have `count`.
+    pub(crate) fn array_layers(&self, count: u32) -> u32 {
+        if !self.arrays_of_any_length && (count == 1 || count.is_multiple_of(6)) { count + 1 } else { count }
+    }
+
     /// What is enabled on the device, whose adapter can render to floating-point targets.
     pub(super) fn of_device(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Self {
         let limits = device.limits();
@@ -69,6 +77,7 @@ impl Capabilities {
                 .get_downlevel_capabilities()
                 .flags
                 .contains(wgpu::DownlevelFlags::BUFFER_BINDINGS_NOT_16_BYTE_ALIGNED),
+            arrays_of_any_length: adapter.get_info().backend != wgpu::Backend::Gl,
             float32_blendable: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
             timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
             limits,

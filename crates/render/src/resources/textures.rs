@@ -169,9 +169,10 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
 fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool, has_layers: bool) -> wgpu::TextureView {
     let base = &chain.levels[0];
     let layers = chain.layers;
+    let all_layers = if has_layers { gpu.capabilities.array_layers(layers) } else { layers };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
-        size: wgpu::Extent3d { width: base.width, height: base.height, depth_or_array_layers: layers },
+        size: wgpu::Extent3d { width: base.width, height: base.height, depth_or_array_layers: all_layers },
         mip_level_count: chain.levels.len() as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
