@@ -146,6 +146,9 @@ pub struct FrameArgs {
     /// A scene of the file [default: the one that the file names].
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
+    /// A variant of the file: other materials for the same surfaces [default: the materials that the file names].
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub variant: Option<String>,
     /// A camera of the file.
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["eye", "orbit", "target", "up", "fov_y", "ortho_height", "near", "far"])]
     pub camera: Option<String>,

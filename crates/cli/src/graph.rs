@@ -34,6 +34,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     job::check_aovs(!aovs.is_empty(), &settings)?;
     warnings.extend(Surroundings::default().surround(&mut scene, &settings)?);
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
+    scenes::dress(&mut scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);
     let renderer = match floor {
         None => session::open(args.adapter.as_deref())?,

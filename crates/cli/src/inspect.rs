@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 const CAMERA_SIZE_PX: (u32, u32) = (1280, 720);
 
 /// What `info` says, in the order in which people read it.
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 19] = [
     "input",
     "extensions",
     "scenes",
@@ -32,6 +32,7 @@ const KEYS: [&str; 18] = [
     "textures",
     "images",
     "lights",
+    "variants",
     "cameras",
     "automatic_camera",
     "skins",
@@ -127,6 +128,7 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
             "spot": lights(|kind| matches!(kind, LightKind::Spot { .. })),
         },
         "camera_size_px": [width, height],
+        "variants": scene.variants,
         "cameras": scene_cameras(scene, width, height),
         "automatic_camera": automatic_camera(scene)?,
         "skins": scene.skins.len(),
@@ -168,7 +170,15 @@ fn shortened(key: &str, value: &Value) -> Value {
         })
         .unwrap_or_default(),
         "nodes" => value.as_array().map_or(0, Vec::len).into(),
-        "materials" => list(&|material| material["name"].clone()).unwrap_or_default(),
+        "materials" => list(&|material| match material["layers"].as_array() {
+            Some(layers) if !layers.is_empty() => {
+                let name = material["name"].as_str().filter(|name| !name.is_empty()).unwrap_or("(no name)");
+                let layers: Vec<&str> = layers.iter().filter_map(Value::as_str).collect();
+                format!("{name} ({}: shaded where it is drawn)", layers.join(", ")).into()
+            }
+            _ => material["name"].clone(),
+        })
+        .unwrap_or_default(),
         "cameras" => list(&camera).unwrap_or_default(),
         "automatic_camera" => camera(value),
         _ => value.clone(),

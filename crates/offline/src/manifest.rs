@@ -9,9 +9,16 @@ pub fn nodes(scene: &Scene) -> Vec<Value> {
     scene.nodes.iter().enumerate().map(node).collect()
 }
 
-/// The materials of a scene by index: `{index, name}`.
+/// The materials of a scene by index: `{index, name, layers}`. Those with layers are shaded where they are drawn.
 pub fn materials(scene: &Scene) -> Vec<Value> {
-    scene.materials.iter().enumerate().map(|(index, m)| json!({ "index": index, "name": m.name })).collect()
+    let material = |(index, material): (usize, &manypass_scene::Material)| json!({ "index": index, "name": material.name, "layers": manypass::layer_names(material) });
+    scene.materials.iter().enumerate().map(material).collect()
+}
+
+/// Those of [`materials`] that have layers.
+pub fn layered_materials(scene: &Scene) -> Vec<Value> {
+    let has_layers = |material: &Value| material["layers"].as_array().is_some_and(|layers| !layers.is_empty());
+    materials(scene).into_iter().filter(has_layers).collect()
 }
 
 /// The names of a path; chains of a hundred thousand nodes would otherwise fill the memory.

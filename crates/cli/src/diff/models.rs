@@ -72,6 +72,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         job::check_aovs(true, &settings)?;
         warnings.extend(surroundings.surround(&mut scene, &settings)?);
         scenes::show(&mut scene, frame.scene.as_deref(), &mut warnings)?;
+        scenes::dress(&mut scene, frame.variant.as_deref())?;
         let name = input.name();
         warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}")));
         Ok(Read { name, scene, settings, is_stage: stage.is_some() })

@@ -51,6 +51,7 @@ impl Batch<'_> {
             .map(|_| input_files(&item.input, surroundings::file(&self.settings)))
             .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
+        scenes::dress(&mut scene, self.args.frame.variant.as_deref())?;
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
         phases.load = ms_since(start);

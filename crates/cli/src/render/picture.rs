@@ -11,8 +11,8 @@ use crate::session::{ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use crate::{coverage, exposure, interrupt, memory, output};
 use manypass::{FrameRequest, FrameStats, PairCounts};
-use manypass_offline::PictureInfo;
 use manypass_offline::still::accumulate;
+use manypass_offline::{PictureInfo, manifest};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -25,6 +25,7 @@ struct Drawn {
     stats: FrameStats,
     /// What the report says of its shadows.
     shadows: serde_json::Value,
+    layered_materials: Vec<serde_json::Value>,
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     clamped_pixels: Option<u64>,
     warnings: Vec<String>,
@@ -103,8 +104,9 @@ impl Batch<'_> {
         phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
         let stats = renderer.stats();
         let shadows = report::shadow_numbers(renderer, scene);
+        let layered_materials = manifest::layered_materials(scene);
         let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
-        Ok(Drawn { request, info, phases, stats, shadows, clamped_pixels: None, warnings })
+        Ok(Drawn { request, info, phases, stats, shadows, layered_materials, clamped_pixels: None, warnings })
     }
 
     /// Writes the pictures of all passes where they are asked for; gives the paths of the contact sheet and of those that
@@ -162,6 +164,7 @@ impl Batch<'_> {
             phases: drawn.phases,
             stats: &drawn.stats,
             shadows: &drawn.shadows,
+            layered_materials: &drawn.layered_materials,
             plan: &plan,
             pass_times: &pass_times,
             pairs,

@@ -85,6 +85,25 @@ fn needed(material: &Material) -> u32 {
     all.iter().filter(|(_, is_there)| *is_there).fold(0, |bits, (bit, _)| bits | bit)
 }
 
+/// What of a material the G-buffer does not hold, by glTF's words, so that its surfaces are shaded where they are drawn; nothing if
+/// light reaches them in the passes of deferred shading.
+pub fn layer_names(material: &Material) -> Vec<&'static str> {
+    let names = [
+        (LAYER_SPECULAR, "specular"),
+        (LAYER_GLOSSINESS, "glossiness"),
+        (LAYER_CLEARCOAT, "clearcoat"),
+        (LAYER_SHEEN, "sheen"),
+        (LAYER_ANISOTROPY, "anisotropy"),
+        (LAYER_IRIDESCENCE, "iridescence"),
+        (LAYER_TRANSMISSION, "transmission"),
+        (LAYER_DIFFUSE_TRANSMISSION, "diffuse_transmission"),
+        (LAYER_VOLUME, "volume"),
+        (LAYER_DISPERSION, "dispersion"),
+    ];
+    let bits = needed(material);
+    names.into_iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| name).collect()
+}
+
 impl Layers {
     /// Those of a material; none if the G-buffer holds all that it is.
     pub fn of(scene: &Scene, (index, material): (usize, &Material), textures: &Textures) -> Option<Self> {
@@ -200,6 +219,12 @@ mod tests {
         assert_eq!(needed(&Material { shading_model: ShadingModel::Unlit, ..coated }), 0);
         let half = Specular { weight: Mapped::new(0.5), ..Specular::default() };
         assert_eq!(needed(&Material { specular: Some(half), ..plain.clone() }), LAYER_SPECULAR);
-        assert_eq!(needed(&Material { ior: 0.0, ..plain }), LAYER_SPECULAR);
+        assert_eq!(needed(&Material { ior: 0.0, ..plain.clone() }), LAYER_SPECULAR);
+        let glass = Material { transmission: Some(Mapped::new(1.0)), dispersion: 1.0, ..plain.clone() };
+        assert_eq!(layer_names(&glass), ["transmission"]);
+        let thickness = Mapped::new(1.0);
+        let glass = Material { volume: Some(Volume { thickness, ..Volume::default() }), ..glass };
+        assert_eq!(layer_names(&glass), ["transmission", "volume", "dispersion"]);
+        assert!(layer_names(&plain).is_empty());
     }
 }

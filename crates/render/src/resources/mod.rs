@@ -6,7 +6,7 @@ pub(crate) mod environment;
 pub mod estimate;
 pub mod filtering;
 mod geometry;
-mod layers;
+pub(crate) mod layers;
 mod materials;
 mod mips;
 mod packing;
