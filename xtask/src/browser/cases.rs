@@ -50,7 +50,7 @@ const SPHERES: &str =
     "khronos-sample-assets/Models/MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 25] = [
+pub(super) const CASES: [Case; 31] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -87,6 +87,12 @@ pub(super) const CASES: [Case; 25] = [
     case("CesiumMan", "", SQUARE),
     case("MorphStressTest", "", SQUARE),
     case("TextureSettingsTest", "", SQUARE),
+    // Layers of materials: maps in textures of layers, and what is seen through glass.
+    case("ClearCoatTest", "", SQUARE),
+    case("AttenuationTest", "", SQUARE),
+    case("AnisotropyStrengthTest", "", SQUARE),
+    Case { is_forward: true, ..case("SpecularTest", "", SQUARE) },
+    case("IridescenceSuzanne", "", SQUARE),
 ];
 
 impl Case {

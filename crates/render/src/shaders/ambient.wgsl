@@ -4,7 +4,7 @@
 import package::gbuffer::Surface;
 import package::shaders::brdf::{Shading, PI, reflectance};
 import package::shaders::environment::{
-    environment, environment_irradiance, environment_reflection, sun_count,
+    environment, environment_irradiance, environment_reflection, lobe_direction, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
 
@@ -32,7 +32,8 @@ fn suns_radiance(shading: Shading) -> vec3f {
 
 fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
     let specular_albedo = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
-    let reflected = reflect(-shading.to_eye, shading.normal);
+    let mirrored = reflect(-shading.to_eye, shading.normal);
+    let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha);
     let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
     let diffuse = environment_irradiance(shading.normal) * (1.0 / PI) * shading.albedo * (1.0 - specular_albedo);
     var radiance = diffuse + specular;

@@ -129,6 +129,15 @@ fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
     return radiance;
 }
 
+// Where the lobe of a surface points from which light is mirrored: rough ones ever more along the normal (Lagarde & de Rousiers 2014,
+// section 4.9.3, times a fit to integrals of the lobe at grazing angles).
+fn lobe_direction(mirrored: vec3f, normal: vec3f, n_dot_v: f32, roughness_alpha: f32) -> vec3f {
+    let smoothness = 1.0 - roughness_alpha;
+    let share = smoothness * (sqrt(smoothness) + roughness_alpha)
+        * mix(0.55 + 0.45 * n_dot_v, 1.0, smoothness * smoothness * smoothness);
+    return normalize(mix(normal, mirrored, share));
+}
+
 fn environment_irradiance(normal: vec3f) -> vec3f {
     if has_picture != 0u {
         let place = octahedral_from_direction(picture_direction(normal));

@@ -5,7 +5,9 @@ import package::constants::{
     LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_SHEEN, LAYER_TRANSMISSION,
 };
 import package::shaders::brdf::{PI, Shading};
-import package::shaders::environment::{environment, environment_irradiance, environment_reflection, sun_count};
+import package::shaders::environment::{
+    environment, environment_irradiance, environment_reflection, lobe_direction, sun_count,
+};
 import package::shaders::environment_tiles::environment_level;
 import package::shaders::layers::{below_coat, has_layer, layered_reflectance};
 
@@ -66,7 +68,8 @@ fn dielectric_albedo(shading: Shading) -> f32 {
 fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
     let terms = shading.layers;
     let specular_albedo = (shading.f0 * shading.dfg.x + terms.f90 * shading.dfg.y) * shading.energy_compensation;
-    let reflected = reflect(-shading.to_eye, reflection_normal(shading));
+    let normal = reflection_normal(shading);
+    let reflected = lobe_direction(reflect(-shading.to_eye, normal), normal, shading.n_dot_v, shading.roughness_alpha);
     let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
     let entering = 1.0 - dielectric_albedo(shading);
     var diffuse = environment_irradiance(shading.normal) * shading.albedo;
@@ -84,7 +87,8 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
     }
     if has_layer(LAYER_CLEARCOAT) {
         let mirrored = reflect(-shading.to_eye, terms.coat_normal);
-        radiance = radiance * below_coat(terms) + environment_reflection(mirrored, terms.coat_alpha) * terms.coat_albedo;
+        let of_coat = lobe_direction(mirrored, terms.coat_normal, terms.coat_n_dot_v, terms.coat_alpha);
+        radiance = radiance * below_coat(terms) + environment_reflection(of_coat, terms.coat_alpha) * terms.coat_albedo;
     }
     if sun_count > 0u {
         radiance += layered_suns(shading);
