@@ -26,9 +26,36 @@ import numpy as np
 import gltf
 import surfaces
 
+# How often light is reflected after the first time; surfaces that a ray may pass; rays of a pixel at a time; directions to the
+# environment for each, with shadows and without.
 REFLECTIONS = 4
 LAYERS = 6
 BATCH = 16
+DIRECTIONS = 4
+OPEN_DIRECTIONS = 12
+
+
+class Numbers:
+    """Numbers from 0 to 1 for each ray: the first seven of a sequence that fills seven dimensions evenly (Roberts 2018: multiples of
+    powers of the root of x^8 = x + 1), shifted by chance for each pixel (Cranley & Patterson 1976); then by chance alone."""
+
+    def __init__(self, pixels, batch):
+        count = pixels * BATCH
+        index = dr.arange(mi.UInt32, count)
+        self.number = mi.Float(index % BATCH + dr.opaque(mi.UInt32, BATCH * batch))
+        # The same numbers for all rays of a pixel, whatever the batch.
+        self.shifts = mi.PCG32(size=count, initstate=mi.UInt64(index // BATCH), initseq=mi.UInt64(3))
+        self.rest = mi.PCG32(size=count, initstate=dr.opaque(mi.UInt64, 17 + batch))
+        root = 1.0
+        for _ in range(64):
+            root = (1 + root) ** (1 / 8)
+        self.steps = [root ** -power for power in range(1, 8)]
+
+    def next_float32(self):
+        if not self.steps:
+            return self.rest.next_float32()
+        place = self.shifts.next_float32() + self.number * self.steps.pop(0)
+        return place - dr.floor(place)
 
 
 class Hit:
@@ -58,7 +85,7 @@ def first_hit(scene, ray, rng, layers):
     """The first surface that is drawn: single-sided ones are not from behind, others as their alpha says."""
     hit, active = Hit(scene, ray, mi.Bool(True)), mi.Bool(True)
     for _ in range(layers - 1):
-        passes = hit.valid & (~(hit.is_front | (hit.kind.y > 0.5)) | (rng.next_float32() >= hit.kind.x))
+        passes = hit.valid & (~(hit.is_front | (hit.kind.y > 0.5)) | (rng.rest.next_float32() >= hit.kind.x))
         ray = mi.Ray3f(dr.select(passes, hit.si.spawn_ray(ray.d).o, ray.o), ray.d)
         hit = Hit(scene, ray, active)
     return hit
@@ -101,30 +128,38 @@ def radiance(scene, lights, table, ray, rng, reflections, has_shadows, layers):
         total += through * lamps(scene, lights, hit, reflectance, active)
         # What a file bakes stands for what casts shadows.
         openness = mi.Float(1) if has_shadows else hit.occlusion
-        if environment is not None:
-            # By the environment's brightness, and by reflectance below: the balance heuristic (Veach & Guibas 1995).
-            place, uv = dr.detach(hit.si), mi.Point2f(rng.next_float32(), rng.next_float32())
-            found, light = scene.sample_emitter_direction(place, uv, False, active)
+        # As many directions by the environment's brightness and by reflectance, weighed against each other by the balance heuristic
+        # (Veach & Guibas 1995). Without shadows they cost no rays.
+        by_light, by_surface = (DIRECTIONS, 1) if has_shadows else (OPEN_DIRECTIONS, OPEN_DIRECTIONS)
+        by_light = 1 if bounce > 0 else by_light
+        for number in range(by_light if environment is not None else 0):
+            uv = mi.Point2f((number + rng.next_float32()) / by_light, rng.next_float32())
+            found, light = scene.sample_emitter_direction(hit.si, uv, False, active)
             lit = active & (found.pdf > 0)
             if has_shadows:
                 lit &= ~scene.ray_test(hit.si.spawn_ray(found.d), lit)
-            weight = found.pdf / (found.pdf + reflectance.pdf(found.d))
+            weight = found.pdf / (by_light * found.pdf + by_surface * reflectance.pdf(found.d))
             total += dr.select(lit, through * light * reflectance.value(found.d) * weight * openness, 0)
-        which, uv = rng.next_float32(), mi.Point2f(rng.next_float32(), rng.next_float32())
-        direction = reflectance.sample(which, uv)
-        pdf = reflectance.pdf(direction)
-        active &= pdf > 1e-9
-        through *= dr.select(active, reflectance.value(direction) / pdf, 0)
-        ray = hit.si.spawn_ray(direction)
-        last, hit = hit, Hit(scene, ray, active) if has_shadows else None
-        escaped = active & ~hit.valid if has_shadows else active
-        if environment is not None:
-            sky = dr.zeros(mi.SurfaceInteraction3f)
-            sky.wi, sky.wavelengths = -direction, []
-            found = dr.zeros(mi.DirectionSample3f)
-            found.d, found.emitter = direction, mi.EmitterPtr(environment)
-            other = environment.pdf_direction(last.si, found, escaped)
-            total += dr.select(escaped, through * environment.eval(sky, escaped) * openness * pdf / (pdf + other), 0)
+        last, before = hit, through
+        for number in range(by_surface):
+            uv = mi.Point2f((number + rng.next_float32()) / by_surface, rng.next_float32())
+            direction = reflectance.sample(rng.next_float32(), uv)
+            pdf = reflectance.pdf(direction)
+            goes_on = active & (pdf > 1e-9)
+            through = before * dr.select(goes_on, reflectance.value(direction) / pdf, 0)
+            escaped = goes_on
+            if has_shadows:
+                hit = Hit(scene, last.si.spawn_ray(direction), goes_on)
+                escaped = goes_on & ~hit.valid
+            if environment is not None:
+                sky = dr.zeros(mi.SurfaceInteraction3f)
+                sky.wi, sky.wavelengths = -direction, []
+                found = dr.zeros(mi.DirectionSample3f)
+                found.d, found.emitter = direction, mi.EmitterPtr(environment)
+                other = environment.pdf_direction(last.si, found, escaped)
+                weight = pdf / (by_light * other + by_surface * pdf)
+                total += dr.select(escaped, through * environment.eval(sky, escaped) * openness * weight, 0)
+        active = goes_on
         if not has_shadows:
             break
         active &= hit.valid
@@ -150,8 +185,7 @@ def picture(scene, lights, table, job, reflections, has_shadows, layers):
     total = np.zeros((height, width, 4))
     batches = max(1, job["samples"] // BATCH)
     for batch in range(batches):
-        count = width * height * BATCH
-        rng = mi.PCG32(size=count, initstate=dr.opaque(mi.UInt64, 17 + batch))
+        rng = Numbers(width * height, batch)
         color, alpha = radiance(scene, lights, table, rays(job, rng, BATCH), rng, reflections, has_shadows, layers)
         sums = [dr.block_sum(channel, BATCH) for channel in (color.x, color.y, color.z, alpha)]
         dr.eval(*sums)

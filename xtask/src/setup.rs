@@ -1,7 +1,7 @@
 //! Brings what a fresh machine lacks.
 
 use crate::step::{check, output_of, root};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -99,21 +99,33 @@ pub(crate) fn python() -> Result<()> {
     Ok(())
 }
 
-/// The interpreter of an environment of its own, `target/mitsuba`, with Mitsuba 3, which needs libLLVM from the system.
+/// Where Debian's package `libllvm19` has its library.
+const LLVM: &str = "/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1";
+
+/// Lets Mitsuba know of a libLLVM that is new enough: 15, which Mesa brings on Debian 12, lacks instructions that it needs.
+pub(crate) fn with_llvm(command: &mut Command) -> &mut Command {
+    match std::env::var_os("DRJIT_LIBLLVM_PATH") {
+        None if Path::new(LLVM).is_file() => command.env("DRJIT_LIBLLVM_PATH", LLVM),
+        _ => command,
+    }
+}
+
+/// The interpreter of an environment of its own, `target/mitsuba`, with Mitsuba 3.
 pub(crate) fn mitsuba() -> Result<PathBuf> {
     let folder = root().join("target/mitsuba");
     let python = folder.join("bin/python");
-    let has_modules = || {
-        let words = ["-c", "import numpy, mitsuba; mitsuba.set_variant('llvm_ad_rgb'); print(mitsuba.Float(1) + 1)"];
-        output_of(Command::new(&python).args(words)).is_some()
-    };
+    let has_modules = || output_of(Command::new(&python).args(["-c", "import numpy, mitsuba"])).is_some();
     if !has_modules() {
         check(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
         check(Command::new(&python).args(["-m", "pip", "install", "-q", "numpy", "mitsuba>=3.6"]))?;
-        ensure!(
-            has_modules(),
-            "Mitsuba finds no libLLVM: install libllvm15 or newer, or set DRJIT_LIBLLVM_PATH to its file"
-        );
+    }
+    // What LLVM 15 cannot compile ends the process.
+    let script = "import mitsuba as m; m.set_variant('llvm_ad_rgb'); import drjit; \
+                  print(drjit.minimum(drjit.maximum(m.Float([1, 2]), 0), m.Float([1, 3])))";
+    let works = || output_of(with_llvm(Command::new(&python).args(["-c", script]))).is_some();
+    if !works() {
+        apt_install(&["libllvm19"])
+            .context("Mitsuba needs libLLVM 16 or newer: install it, or set DRJIT_LIBLLVM_PATH to its file")?;
     }
     Ok(python)
 }

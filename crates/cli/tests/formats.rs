@@ -4,7 +4,7 @@ mod common;
 
 use common::{Folder, has_adapter, run_in, run_with_input};
 use manypass_scene::{Primitive, primitives};
-use manypass_testkit::compare::{Picture, Tolerance, assert_same, difference};
+use manypass_testkit::compare::{Picture, Tolerance, assert_looks_same, assert_same, difference, flip};
 use std::fmt::Write as _;
 use std::io::Write as _;
 
@@ -139,6 +139,7 @@ fn one_body_in_every_format_is_one_picture() {
         Tolerance { within: 2, share: 0.995, share_between: 0.998, mean: 0.1, area_px: 8, area_between_px: 4 };
     for name in ["stl", "obj", "ply", "threemf"] {
         assert_same(&reference, &read(name), tolerance);
+        assert_looks_same(&reference, &read(name), 0.005);
     }
     // A ball with flat faces, or one that lies on its side, would be seen.
     let mut turned = body.clone();
@@ -146,6 +147,7 @@ fn one_body_in_every_format_is_one_picture() {
     folder.write("turned.stl", &stl(&turned));
     run_in(&folder, &[&["render", "turned.stl", "-o", "out/turned.png"][..], &SMALL].concat()).expect(0);
     assert!(!difference(&reference, &read("turned"), tolerance.within).is_within(tolerance));
+    assert!(flip(&reference, &read("turned")).mean() > 0.05);
 }
 
 #[test]

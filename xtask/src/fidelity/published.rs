@@ -68,12 +68,11 @@ pub(super) fn print(run: &mut Fidelity) -> Result<()> {
                 run.report.row(cells(&row));
                 rows.push(row);
             }
-            Ok(None) => {
-                let mut cells = vec![format!("{}*", scenario.name)];
-                cells.resize(columns.len(), "-".into());
-                run.report.row(cells);
+            Ok(None) => run.report.row(empty(format!("{}*", scenario.name), columns.len())),
+            Err(error) => {
+                run.report.row(empty(format!("{} (failed)", scenario.name), columns.len()));
+                run.failures.push(format!("{}: {error:#}", scenario.name));
             }
-            Err(error) => run.failures.push(format!("{}: {error:#}", scenario.name)),
         }
     }
     let medians = print_medians(run, &rows);
@@ -106,6 +105,13 @@ fn row(run: &Fidelity, scenario: &Scenario) -> Result<Option<Row>> {
     let to_viewer = pair(&viewer, format!("{name}.viewer.png"))?;
     let to_cycles = pair(&cycles, format!("{name}.cycles.png"))?;
     Ok(Some(Row { name: name.clone(), to_viewer, to_cycles, reason: scenario.not_comparable(), rendered }))
+}
+
+/// The cells of a scene without numbers.
+fn empty(name: String, columns: usize) -> Vec<String> {
+    let mut cells = vec![name];
+    cells.resize(columns, "-".into());
+    cells
 }
 
 fn cells(row: &Row) -> Vec<String> {

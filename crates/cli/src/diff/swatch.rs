@@ -50,7 +50,8 @@ fn color(aov: Aov, values: &[f32], (low, high): (f32, f32)) -> [u8; 3] {
     std::array::from_fn(|index| match aov {
         Aov::BaseColor | Aov::Emission | Aov::Radiance => srgb(at(index)),
         Aov::Normal | Aov::NormalView => byte(0.5 + 0.5 * at(index)),
-        Aov::Depth => byte(1.0 - place(at(0))),
+        // What is farthest is brighter than what is not there.
+        Aov::Depth => byte(1.0 - 0.85 * place(at(0))),
         Aov::Position => byte(place(at(index))),
         Aov::Motion => byte(if index < 2 { place(at(index)) } else { 0.0 }),
         _ => byte(at(index)),

@@ -53,8 +53,9 @@ mod tests {
     use crate::compare::mutations;
 
     fn stripes() -> Picture {
-        let pixel =
-            |i: usize| [(4 * (i % 64)) as u8, (5 * (i / 64)) as u8, if i % 64 / 8 % 2 == 0 { 220 } else { 40 }, 255];
+        let pixel = |i: usize| {
+            [(4 * (i % 64)) as u8, (5 * (i / 64)) as u8, if (i % 64 / 8).is_multiple_of(2) { 220 } else { 40 }, 255]
+        };
         Picture { width: 64, height: 48, pixels: (0..64 * 48).map(pixel).collect() }
     }
 
