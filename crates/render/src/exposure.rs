@@ -10,10 +10,12 @@ mod settings;
 
 pub use settings::ExposureSettings;
 
+use crate::colour::finite_product;
 use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE, PlacedPicture};
 use crate::request::FrameRequest;
 use crate::resources::environment::EnvironmentTiles;
-use manypass_scene::Scene;
+use glam::Quat;
+use manypass_scene::{EnvironmentLight, EnvironmentMap, Scene};
 use std::str::FromStr;
 
 /// The luminance of mid grey: what reflects 18 % of the light reads as halfway between black and white.
@@ -195,8 +197,9 @@ impl FrameRequest {
         }
     }
 
-    /// The uniform of the environment: pre-exposed, and faint where it is a fill.
-    pub(crate) fn environment_uniform(&self, tiles: Option<&EnvironmentTiles>) -> EnvironmentUniform {
+    /// What light of the environment and what the camera sees of it are multiplied by: its intensity, and what makes it faint
+    /// where it is a fill.
+    fn environment_scales(&self) -> [f32; 2] {
         let environment = &self.settings.environment;
         let (light, backdrop) = match (environment.source, self.metering) {
             (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (1.0, 1.0),
@@ -206,11 +209,26 @@ impl FrameRequest {
             }
             _ => (1.0, 1.0),
         };
-        let scale = environment.intensity * self.pre_exposure();
+        [light, backdrop].map(|scale| scale * environment.intensity)
+    }
+
+    /// The light that `map` brings, turned and scaled as the environment is; none where it gives no light.
+    pub(crate) fn environment_light(&self, map: &EnvironmentMap) -> Option<EnvironmentLight> {
+        let light = map.light.as_ref()?;
+        let [scale, _] = self.environment_scales();
+        let irradiance = light.irradiance.map(|value| finite_product(value, scale));
+        let direction = Quat::from_rotation_y(self.settings.environment.rotation_deg.to_radians()) * light.direction;
+        (irradiance.max_element() > 0.0).then_some(EnvironmentLight { direction, irradiance, ..*light })
+    }
+
+    /// The uniform of the environment: pre-exposed, and faint where it is a fill.
+    pub(crate) fn environment_uniform(&self, tiles: Option<&EnvironmentTiles>) -> EnvironmentUniform {
+        let environment = &self.settings.environment;
+        let [light, backdrop] = self.environment_scales().map(|scale| scale * self.pre_exposure());
         let (rotation_deg, blur) = (environment.rotation_deg, self.settings.background.blur);
-        let mut uniform = EnvironmentUniform::new(environment.source, light * scale, backdrop * scale);
+        let mut uniform = EnvironmentUniform::new(environment.source, light, backdrop);
         if let Some(tiles) = tiles {
-            PlacedPicture { tiles, rotation_deg, blur }.place(&mut uniform, light * scale, backdrop * scale);
+            PlacedPicture { tiles, rotation_deg, blur }.place(&mut uniform, light, backdrop);
         }
         uniform
     }

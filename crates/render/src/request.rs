@@ -251,7 +251,7 @@ pub struct FrameStats {
     pub written_bytes: u64,
     /// Triangles of all draws.
     pub triangles: u64,
-    /// Lights.
+    /// Lights of the scene; that of an environment is none of them.
     pub lights: u32,
     /// Entries of all lists of lights.
     pub list_entries: u64,

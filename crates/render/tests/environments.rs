@@ -6,9 +6,11 @@ mod common;
 
 use common::{plain_request, renderer};
 use glam::{DVec3, Mat4, Quat, Vec3};
-use manypass::{Background, Environment, FrameRequest, Path, Renderer};
+use manypass::{Background, Environment, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::environment::equirectangular_direction;
-use manypass_scene::{Camera, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, primitives};
+use manypass_scene::{
+    Camera, EnvironmentLight, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, primitives,
+};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -239,4 +241,66 @@ fn an_even_picture_is_an_even_environment() {
     // The picture goes with its scene.
     scene.environment = None;
     assert!(radiance(&mut renderer, &scene, &lit).iter().all(|value| *value == DVec3::ZERO));
+}
+
+/// The light of `map` as a light of the scene.
+fn with_light_of(scene: &Scene, map: &EnvironmentMap, rotation_deg: f32) -> Scene {
+    let light = map.light.unwrap();
+    let mut scene = Scene { environment: None, ..scene.clone() };
+    let kind = LightKind::Directional;
+    scene.lights.push(Light {
+        kind,
+        color_linear: light.irradiance,
+        radius_m: light.half_angle_tan,
+        ..Light::default()
+    });
+    let to_light = Quat::from_rotation_y(rotation_deg.to_radians()) * light.direction;
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, -to_light);
+    scene.add_node(None, Node { light: Some(scene.lights.len() - 1), rotation, ..Node::default() });
+    scene.update_transforms();
+    scene
+}
+
+#[test]
+fn the_light_of_a_map_is_a_directional_light_with_shadows() {
+    let mut renderer = renderer();
+    let light = EnvironmentLight {
+        direction: Vec3::new(0.5, 0.7, -0.3).normalize(),
+        irradiance: Vec3::new(3.0, 2.0, 1.0),
+        half_angle_tan: 0.05,
+    };
+    let map = EnvironmentMap { light: Some(light), ..EnvironmentMap::from_fn("dark", 64, 32, |_| Vec3::ZERO) };
+    let mut scene = scene(map.clone(), Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None });
+    with_floor(&mut scene);
+    let lid = Node { mesh: Some(2), translation: Vec3::new(0.4, 0.8, 0.0), ..Node::default() };
+    scene.add_node(None, lid);
+    scene.update_transforms();
+    let of_scene = with_light_of(&scene, &map, 40.0);
+    let mut ways: Vec<(Path, LightCulling)> =
+        [Path::Forward, Path::ForwardBatched, Path::Gouraud].map(|path| (path, LightCulling::Clustered)).into();
+    ways.extend(
+        [LightCulling::Clustered, LightCulling::Tiled, LightCulling::Volumes, LightCulling::None]
+            .map(|culling| (Path::Deferred, culling)),
+    );
+    for (path, culling) in ways {
+        let mut lit = request(&scene, Quat::from_rotation_x(-0.5), 6.0);
+        lit.settings.render.path = path;
+        lit.settings.lights.culling = culling;
+        lit.settings.shadows.enabled = true;
+        lit.settings.environment.rotation_deg = 40.0;
+        lit.settings.environment.intensity = 0.5;
+        let of_light = lit.with(|settings| settings.environment.source = Environment::None);
+        let open = lit.with(|settings| settings.shadows.enabled = false);
+        let found = radiance(&mut renderer, &scene, &lit);
+        assert_eq!((renderer.stats().lights, renderer.stats().shadowed_lights), (0, 1));
+        let unshadowed = radiance(&mut renderer, &scene, &open);
+        let truth = radiance(&mut renderer, &of_scene, &of_light);
+        let level = truth.iter().map(|value| 0.5 * value.x).sum::<f64>();
+        let apart =
+            |other: &[DVec3]| other.iter().zip(&truth).map(|(a, b)| (*a - 0.5 * *b).abs().x).sum::<f64>() / level;
+        let (error, of_open) = (apart(&found), apart(&unshadowed));
+        println!("{}, {}: {error}; without shadows {of_open}", path.name(), culling.name());
+        assert!(level > 1.0 && error < 0.003, "{}, {}: {error}", path.name(), culling.name());
+        assert!(of_open > 0.03, "{}, {}: nothing lies in the shadow: {of_open}", path.name(), culling.name());
+    }
 }

@@ -3,6 +3,7 @@
 //! Values are linear radiance with the primaries of Rec. 709. Texels are kept as half floats, which is what devices take.
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
+use glam::Vec3;
 use half::f16;
 use image::{ColorType, ImageDecoder};
 use std::io::Cursor;
@@ -21,6 +22,17 @@ pub enum EnvironmentLayout {
     Equirectangular,
 }
 
+/// A light that belongs to an environment and is in none of its texels. It is parallel, and casts shadows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnvironmentLight {
+    /// Where it is seen, of length 1.
+    pub direction: Vec3,
+    /// What a plane across the direction gets of it, linear Rec. 709: radiance of its source times the source's solid angle.
+    pub irradiance: Vec3,
+    /// The tangent of half the angle that its source takes in the sky, for the width of penumbrae; 0 is a point.
+    pub half_angle_tan: f32,
+}
+
 /// Light from all directions.
 #[derive(Clone, PartialEq)]
 pub struct EnvironmentMap {
@@ -34,6 +46,8 @@ pub struct EnvironmentMap {
     pub height: u32,
     /// Red, green, blue, 1: rows from the top; finite, from 0 to [`RADIANCE_MAX`].
     pub texels: Vec<[f16; 4]>,
+    /// The light that is not in the texels, if there is one.
+    pub light: Option<EnvironmentLight>,
     /// What was changed when it was read; one line each.
     pub notes: Vec<String>,
 }
@@ -83,7 +97,7 @@ impl EnvironmentMap {
     }
 
     /// Made by code: `width` by `height` texels, equirectangular, of what `radiance` gives for the unit direction of each.
-    pub fn from_fn(name: &str, width: u32, height: u32, radiance: impl Fn(glam::Vec3) -> glam::Vec3) -> Self {
+    pub fn from_fn(name: &str, width: u32, height: u32, radiance: impl Fn(Vec3) -> Vec3) -> Self {
         let texel = |i: u32| {
             let direction = equirectangular_direction((i % width, i / width), (width, height));
             let [r, g, b] = radiance(direction).to_array().map(|value| f16::from_f32(cut(value).0));
@@ -95,6 +109,7 @@ impl EnvironmentMap {
             width,
             height,
             texels: (0..width * height).map(texel).collect(),
+            light: None,
             notes: Vec::new(),
         }
     }
@@ -132,15 +147,23 @@ impl EnvironmentMap {
                 "environment \"{name}\": {cut_count} values are not from 0 to {RADIANCE_MAX}; what is no number is 0"
             ));
         }
-        Self { name: name.into(), layout: EnvironmentLayout::Equirectangular, width, height, texels, notes }
+        Self {
+            name: name.into(),
+            layout: EnvironmentLayout::Equirectangular,
+            width,
+            height,
+            texels,
+            light: None,
+            notes,
+        }
     }
 }
 
 /// The unit direction of the middle of a texel of an equirectangular picture.
-pub fn equirectangular_direction((x, y): (u32, u32), (width, height): (u32, u32)) -> glam::Vec3 {
+pub fn equirectangular_direction((x, y): (u32, u32), (width, height): (u32, u32)) -> Vec3 {
     let around = std::f32::consts::TAU * ((x as f32 + 0.5) / width as f32 - 0.5);
     let down = std::f32::consts::PI * (y as f32 + 0.5) / height as f32;
-    glam::Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
+    Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
 }
 
 /// A value as radiance, and whether that is another one.

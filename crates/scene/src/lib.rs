@@ -30,7 +30,7 @@ pub use animation::{Animation, Channel, Interpolation, Keyframes, Skin};
 pub use bounds::Aabb;
 pub use camera::{Camera, Projection};
 pub use diagnostic::Diagnostic;
-pub use environment::{EnvironmentError, EnvironmentLayout, EnvironmentMap};
+pub use environment::{EnvironmentError, EnvironmentLayout, EnvironmentLight, EnvironmentMap};
 pub use formats::{load_bytes, load_path};
 pub use framing::{Framing, Interior};
 pub use gltf_file::{LoadError, Loaded};

@@ -35,7 +35,7 @@ pub use volumes::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep, 
 use crate::colour::finite_product;
 use crate::constants::{CASTING_POINTS, CASTING_SPOTS, LIGHTS_PER_ROW, TEXELS_PER_LIGHT};
 use glam::{Vec3, Vec4};
-use manypass_scene::{LightKind, NodeId, Scene};
+use manypass_scene::{EnvironmentLight, LightKind, NodeId, Scene};
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub use manypass_scene::light::LIGHTS_MAX;
@@ -48,10 +48,22 @@ pub const CASTING_LIGHTS: u32 = CASTING_POINTS | CASTING_SPOTS;
 // Shaders find a light's column in the low byte of its index, and its row in the high one.
 const _: () = assert!(LIGHTS_PER_ROW == 256);
 
+/// What a table of lights is made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TableOf {
+    /// What intensities are multiplied by.
+    pub pre_exposure: f32,
+    /// (k, n): of the scene's lights only every n-th, beginning with the k-th.
+    pub subset: Option<(u32, u32)>,
+    /// The light of the environment, as it is turned and scaled; it is in every subset, as the rest of the environment is.
+    pub environment: Option<EnvironmentLight>,
+}
+
 /// What one light of a table is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
-    node: NodeId,
+    /// None of the light of the environment.
+    node: Option<NodeId>,
     kind: LightKind,
     color_linear: Vec3,
     intensity: f32,
@@ -63,14 +75,30 @@ struct Source {
     position: Vec3,
 }
 
-/// The lights of the visible `nodes`, of a `subset` = (k, n) only every n-th, beginning with the k-th.
-fn sources(scene: &Scene, nodes: &[NodeId], subset: Option<(u32, u32)>) -> impl Iterator<Item = Source> {
+impl From<EnvironmentLight> for Source {
+    fn from(light: EnvironmentLight) -> Self {
+        Self {
+            node: None,
+            kind: LightKind::Directional,
+            color_linear: light.irradiance,
+            intensity: 1.0,
+            range_m: None,
+            radius_m: light.half_angle_tan,
+            casts_shadows: true,
+            z_axis: light.direction,
+            position: Vec3::ZERO,
+        }
+    }
+}
+
+/// The light of the environment, and those of the visible `nodes`.
+fn sources(scene: &Scene, nodes: &[NodeId], of: &TableOf) -> impl Iterator<Item = Source> {
     let of_node = |id: &NodeId| {
         let node = scene.node(*id);
         let light = scene.lights.get(node.light?)?;
         let [z_axis, position] = [node.world_from_object.z_axis, node.world_from_object.w_axis].map(Vec4::truncate);
         Some(Source {
-            node: *id,
+            node: Some(*id),
             kind: light.kind,
             color_linear: light.color_linear,
             intensity: light.intensity,
@@ -81,16 +109,17 @@ fn sources(scene: &Scene, nodes: &[NodeId], subset: Option<(u32, u32)>) -> impl 
             position,
         })
     };
-    let (k, n) = subset.map_or((0, 1), |(k, n)| (k, n.max(1)));
+    let (k, n) = of.subset.map_or((0, 1), |(k, n)| (k, n.max(1)));
     let numbered = (0..LIGHTS_MAX).zip(nodes.iter().filter_map(of_node));
-    numbered.filter(move |(number, _)| number % n == k).map(|(_, source)| source)
+    let of_scene = numbered.filter(move |(number, _)| number % n == k).map(|(_, source)| source);
+    of.environment.map(Source::from).into_iter().chain(of_scene)
 }
 
 /// Where a light of a table is, as far as its shadows depend on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableLight {
-    /// The node that holds it.
-    pub node: NodeId,
+    /// The node that holds it; none of the light of the environment.
+    pub node: Option<NodeId>,
     /// The shape of its emission.
     pub kind: LightKind,
     /// Its place in world space.
@@ -110,7 +139,7 @@ pub struct TableLight {
 pub struct LightTable {
     /// What it was made of.
     sources: Vec<Source>,
-    pre_exposure: f32,
+    of: TableOf,
     /// Four texels a light: position and 1/range², intensity and cone scale, direction and cone offset, zero.
     pub texels: Vec<[f32; 4]>,
     /// What every light reaches that has a range, in world space.
@@ -123,16 +152,15 @@ pub struct LightTable {
 }
 
 impl LightTable {
-    /// Collects the lights of `nodes`; intensities are multiplied by `pre_exposure`. With `subset` = (k, n)
-    /// only every n-th light, beginning with the k-th.
-    pub fn new(scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> Self {
+    /// Collects the lights of `nodes` and that of the environment.
+    pub fn new(scene: &Scene, nodes: &[NodeId], of: TableOf) -> Self {
         let mut classes: [Vec<([[f32; 4]; 4], TableLight)>; 6] = Default::default();
         let mut reaches: [Vec<Reach>; 4] = Default::default();
-        let sources: Vec<Source> = sources(scene, nodes, subset).collect();
+        let sources: Vec<Source> = sources(scene, nodes, &of).collect();
         for light in &sources {
             let position = light.position;
             let direction = (-light.z_axis).normalize_or(Vec3::NEG_Z);
-            let intensity = (light.color_linear * pre_exposure).map(|color| finite_product(color, light.intensity));
+            let intensity = (light.color_linear * of.pre_exposure).map(|color| finite_product(color, light.intensity));
             // cos·scale + offset goes from 0 at the outer cone to 1 at the inner one (glTF, KHR_lights_punctual).
             let (scale, offset) = match light.kind {
                 LightKind::Spot { inner_cone_rad, outer_cone_rad } => {
@@ -172,7 +200,7 @@ impl LightTable {
         let (texels, lights): (Vec<_>, Vec<_>) = classes.into_iter().flatten().unzip();
         Self {
             sources,
-            pre_exposure,
+            of,
             texels: texels.into_iter().flatten().collect(),
             reaches: reaches.concat(),
             class_ends,
@@ -181,8 +209,13 @@ impl LightTable {
     }
 
     /// Whether [`Self::new`] would make the same again.
-    pub fn is_of(&self, scene: &Scene, nodes: &[NodeId], pre_exposure: f32, subset: Option<(u32, u32)>) -> bool {
-        self.pre_exposure == pre_exposure && self.sources.iter().copied().eq(sources(scene, nodes, subset))
+    pub fn is_of(&self, scene: &Scene, nodes: &[NodeId], of: &TableOf) -> bool {
+        self.of == *of && self.sources.iter().copied().eq(sources(scene, nodes, of))
+    }
+
+    /// The number of lights that the scene has; that of the environment is none of them.
+    pub fn scene_lights(&self) -> u32 {
+        self.len() - u32::from(self.of.environment.is_some())
     }
 
     /// Whether lists of both are the same: the lights may differ, but not in number and in what they reach.

@@ -5,10 +5,11 @@ use super::shadows::{Atlas, filter_uniform};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
-use crate::environment::Environment;
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
-use crate::lights::{self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf};
+use crate::lights::{
+    self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
+};
 use crate::passes::debug::DebugView;
 use crate::record::{COUNTS_PAIRS, PreparedView, Viewed};
 use crate::render_settings::Path;
@@ -21,13 +22,17 @@ use crate::shadows::{ShadowFilter, ViewShadows};
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
 use bytemuck::Zeroable;
 use glam::{Vec2, Vec4};
-use manypass_scene::Scene;
+use manypass_scene::{EnvironmentLight, EnvironmentMap, Scene};
 use std::sync::Arc;
 
 /// One view of the frame, as it was asked for.
 pub(super) struct Asked {
     pub name: String,
     pub request: FrameRequest,
+    /// The picture of its environment, if that is one.
+    pub environment: Option<Arc<EnvironmentMap>>,
+    /// The light that the environment brings, turned and scaled.
+    pub environment_light: Option<EnvironmentLight>,
     /// The size at which it is shaded; the picture itself is as large as the request says.
     pub size: (u32, u32),
     pub output_size: (u32, u32),
@@ -42,6 +47,7 @@ impl Asked {
     pub fn new(
         name: &str,
         request: FrameRequest,
+        environment: Option<Arc<EnvironmentMap>>,
         purpose: &Purpose<'_>,
         capabilities: &Capabilities,
     ) -> Result<Self, RenderError> {
@@ -59,6 +65,8 @@ impl Asked {
         }
         Ok(Self {
             name: name.into(),
+            environment_light: environment.as_ref().and_then(|map| request.environment_light(map)),
+            environment,
             size,
             output_size: (width, height),
             means_of: MeansOf::request(&request),
@@ -95,11 +103,8 @@ pub(super) struct World<'s> {
     pub scene: &'s Scene,
     pub draws: WorldDraws,
     /// Most views share one.
-    tables: Vec<(TableKey, Arc<LightTable>)>,
+    tables: Vec<(TableOf, Arc<LightTable>)>,
 }
-
-/// What a table of lights is made for: the bits of the pre-exposure, and the subset of the lights.
-type TableKey = (u32, Option<(u32, u32)>);
 
 impl<'s> World<'s> {
     /// Of `scene`, from what the last frame drew.
@@ -109,20 +114,14 @@ impl<'s> World<'s> {
     }
 
     /// The table of lights; that which the view has from its last frame if it is still right.
-    fn light_table(
-        &mut self,
-        pre_exposure: f32,
-        subset: Option<(u32, u32)>,
-        kept: Option<&Arc<LightTable>>,
-    ) -> Arc<LightTable> {
-        let key = (pre_exposure.to_bits(), subset);
-        if let Some((_, table)) = self.tables.iter().find(|(known, _)| *known == key) {
+    fn light_table(&mut self, of: TableOf, kept: Option<&Arc<LightTable>>) -> Arc<LightTable> {
+        if let Some((_, table)) = self.tables.iter().find(|(known, _)| *known == of) {
             return table.clone();
         }
-        let kept = kept.filter(|table| table.is_of(self.scene, &self.draws.lit, pre_exposure, subset));
-        let make = || Arc::new(LightTable::new(self.scene, &self.draws.lit, pre_exposure, subset));
+        let kept = kept.filter(|table| table.is_of(self.scene, &self.draws.lit, &of));
+        let make = || Arc::new(LightTable::new(self.scene, &self.draws.lit, of));
         let table = kept.cloned().unwrap_or_else(make);
-        self.tables.push((key, table.clone()));
+        self.tables.push((of, table.clone()));
         table
     }
 }
@@ -200,7 +199,7 @@ impl Renderer {
         stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
         let shadow_filter = if shadows.is_some() { filter_uniform(&settings.shadows) } else { [0.0; 4] };
         let cluster_grid = ClusterUniform { shadow_filter, ..lists.uniform };
-        let tiles = self.tiles_of(request);
+        let tiles = self.tiles_of(asked);
         let environment = request.environment_uniform(tiles);
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
             let viewed = Viewed {
@@ -245,10 +244,10 @@ impl Renderer {
         })
     }
 
-    /// The map of the environment, if that is what surrounds the scene.
-    fn tiles_of(&self, request: &FrameRequest) -> Option<&EnvironmentTiles> {
-        let is_file = request.settings.environment.source == Environment::File;
-        self.resources.environment.as_ref().filter(|_| is_file)
+    /// What surfaces reflect of the picture of a view's environment, if that is one.
+    fn tiles_of(&self, asked: &Asked) -> Option<&EnvironmentTiles> {
+        let map = asked.environment.as_ref()?;
+        self.resources.environment.as_ref().filter(|tiles| tiles.are_of(map))
     }
 
     /// What draws what all views share, shadow maps and levels of the environment: of no camera, and with neither itself.
@@ -311,7 +310,12 @@ impl Renderer {
             limits: lights::ListLimits::of(self.gpu.capabilities.max_texture_size),
         };
         let known = kept.as_ref().map(|lists| &lists.table);
-        let table = world.light_table(request.pre_exposure(), request.light_subset, known);
+        let of_table = TableOf {
+            pre_exposure: request.pre_exposure(),
+            subset: request.light_subset,
+            environment: asked.environment_light,
+        };
+        let table = world.light_table(of_table, known);
         let (lists, made) = match kept.and_then(|lists| lists.with(&table, &of)) {
             Some(lists) => (lists, None),
             None => {
@@ -323,7 +327,7 @@ impl Renderer {
                 (KeptLists::new(table, of, &made, &reaches), Some((made, reaches)))
             }
         };
-        stats.lights = stats.lights.max(lists.table.len());
+        stats.lights = stats.lights.max(lists.table.scene_lights());
         stats.list_entries += lists.entries;
         stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
         (lists, made)

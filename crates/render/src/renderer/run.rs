@@ -7,6 +7,7 @@ use super::{Purpose, Renderer};
 use crate::aov::{AovExports, f32_from_half};
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::{Deformation, WorldDraws};
+use crate::environment::Environment;
 use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
 use crate::lights::LightCulling;
@@ -51,7 +52,12 @@ impl Renderer {
         let defaults = LazyCell::new(|| SceneDefaults::of(scene));
         let asked: Vec<Asked> = views
             .iter()
-            .map(|(name, request)| Asked::new(name, request.resolved_by(&defaults), purpose, capabilities))
+            .map(|(name, request)| {
+                let request = request.resolved_by(&defaults);
+                let is_file = request.settings.environment.source == Environment::File;
+                let environment = scene.environment.clone().filter(|_| is_file);
+                Asked::new(name, request, environment, purpose, capabilities)
+            })
             .collect::<Result<_, _>>()?;
         let begins = |asked: &&Asked| purpose.has_variables() && asked.request.sample_index == 0;
         let begun: Vec<&str> = asked.iter().filter(begins).map(|asked| asked.name.as_str()).collect();

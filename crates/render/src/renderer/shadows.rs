@@ -60,7 +60,8 @@ impl ShadowState {
 /// no light casts any.
 fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a ShadowSettings, u32)> {
     let casts = |light: &usize| scene.lights.get(*light).is_some_and(|light| light.casts_shadows);
-    let lights = scene.nodes.iter().filter_map(|node| node.light).filter(casts).count();
+    let of_environment = usize::from(asked.iter().any(|asked| asked.environment_light.is_some()));
+    let lights = scene.nodes.iter().filter_map(|node| node.light).filter(casts).count() + of_environment;
     if lights == 0 {
         return None;
     }
@@ -145,8 +146,8 @@ impl Renderer {
         stats.lights_starved = frame.starved.len() as u32;
         stats.lights_beyond_atlas = frame.beyond.len() as u32;
         if !is_plan {
-            (self.shadows.beyond, self.shadows.starved) =
-                (std::mem::take(&mut frame.beyond), std::mem::take(&mut frame.starved));
+            let named = |lights: &[Option<NodeId>]| lights.iter().copied().flatten().collect();
+            (self.shadows.beyond, self.shadows.starved) = (named(&frame.beyond), named(&frame.starved));
             stats.uploaded_bytes += self.shadows.instances.write(&self.gpu, &frame.instances);
         }
         stats.shadowed_lights = frame.counts.lights;

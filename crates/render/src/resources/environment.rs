@@ -57,7 +57,8 @@ impl EnvironmentTiles {
             view: texture.create_view(&Default::default()),
             desc,
             mirror_side,
-            suns: suns(map),
+            // A map with a light of its own has none in its texels.
+            suns: if map.light.is_some() { Suns::default() } else { suns(map) },
             of: Arc::downgrade(map),
             unfinished: Some(Unfinished {
                 picture: picture.create_view(&Default::default()),

@@ -58,7 +58,7 @@ impl Dealing {
         if !self.moves() || is_first_of_all || light.radius_m <= 0.0 {
             return *light;
         }
-        let [a, b, c] = self.point(light.node.0);
+        let [a, b, c] = self.point(light.node.map_or(u32::MAX, |node| node.0));
         let angle = TAU * a;
         if light.kind == LightKind::Directional {
             // The disc that the source is in the sky.
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn a_ball_looks_like_a_disc_of_one_brightness() {
         let light = TableLight {
-            node: manypass_scene::NodeId(7),
+            node: Some(manypass_scene::NodeId(7)),
             kind: LightKind::Point,
             position: Vec3::ZERO,
             direction: Vec3::NEG_Z,

@@ -39,7 +39,8 @@ const SIDE_MIN: u32 = 16;
 struct LightKey {
     /// A number that the view's name gives; 0 of lights whose tiles all views share.
     view: u64,
-    node: NodeId,
+    /// None of the light of the environment.
+    node: Option<NodeId>,
 }
 
 impl LightKey {
@@ -113,10 +114,10 @@ pub struct FrameShadows {
     pub is_first: bool,
     /// The instances of the draws.
     pub(crate) instances: Vec<Instance>,
-    /// Lights that the atlas has no place for; they shine through everything.
-    pub beyond: Vec<NodeId>,
+    /// Lights that the atlas has no place for; they shine through everything. That of the environment has no node.
+    pub beyond: Vec<Option<NodeId>>,
     /// Lights whose tiles are less than half as fine as the picture asks for.
-    pub starved: Vec<NodeId>,
+    pub starved: Vec<Option<NodeId>>,
     /// Its numbers.
     pub counts: ShadowCounts,
 }
