@@ -37,10 +37,11 @@ impl FrameArgs {
     }
 }
 
-/// Whether the value of `--environment` is a file, and no word or colour.
+/// Whether the value of `--environment` is a file, or a folder with the faces of a cube, and no word or colour.
 fn is_picture(value: &str) -> bool {
     let end = Path::new(value).extension();
-    end.is_some_and(|end| ["hdr", "exr"].iter().any(|known| end.eq_ignore_ascii_case(known)))
+    let is_file = end.is_some_and(|end| ["hdr", "exr"].iter().any(|known| end.eq_ignore_ascii_case(known)));
+    is_file || Path::new(value).is_dir() && Settings::default().set("environment.source", value).is_err()
 }
 
 /// What was chosen on the command line; the file of settings is read once, because a pipe cannot be read again.

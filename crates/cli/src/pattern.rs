@@ -124,7 +124,8 @@ impl Pattern {
 }
 
 /// What is read has these endings; one mistyped letter shall not cost a model.
-const INPUT_ENDINGS: [&str; 11] = ["3mf", "bin", "glb", "gltf", "ktx2", "mtl", "obj", "ply", "stl", "toml", "wgsl"];
+const INPUT_ENDINGS: [&str; 12] =
+    ["3mf", "bin", "glb", "gltf", "hdr", "ktx2", "mtl", "obj", "ply", "stl", "toml", "wgsl"];
 
 /// Whether any placeholder stands in `path`, beside what may.
 fn has_placeholders(path: &Path) -> bool {

@@ -9,6 +9,7 @@ use crate::job::Job;
 use crate::output;
 use crate::pattern::{Output, is_stdout};
 use manypass_offline::atomic;
+use manypass_scene::environment::files_of;
 use manypass_scene::formats;
 use manypass_scene::stage::{is_stage, named_environment, named_model};
 use std::collections::BTreeSet;
@@ -42,7 +43,7 @@ impl Places {
         let mut places = Self::default();
         items.iter().for_each(|item| places.read_input(&item.input));
         places.read_named(&args.frame);
-        environment.iter().for_each(|path| places.read(path, format!("the environment {}", path.display())));
+        environment.into_iter().for_each(|path| places.read_environment(path));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
         if job.output == Output::Stdout || reports_to_stdout {
             places.write_open_stdout()?;
@@ -116,8 +117,7 @@ impl Places {
             Input::File(path) if is_stage(path) => {
                 self.read(path, format!("the stage {}", path.display()));
                 named_model(path).into_iter().for_each(|model| self.read_input(&Input::File(model)));
-                let environment = named_environment(path);
-                environment.iter().for_each(|path| self.read(path, format!("the environment {}", path.display())));
+                named_environment(path).into_iter().for_each(|path| self.read_environment(&path));
             }
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));
@@ -128,6 +128,12 @@ impl Places {
             }
             Input::Stdin if cfg!(unix) => self.read(Path::new("/dev/stdin"), "the model on standard input".into()),
             Input::Stdin | Input::Demo(_) => {}
+        }
+    }
+
+    fn read_environment(&mut self, path: &Path) {
+        for file in files_of(path) {
+            self.read(&file, format!("the environment {}", file.display()));
         }
     }
 

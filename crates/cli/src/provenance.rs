@@ -1,6 +1,7 @@
 //! Where a picture comes from: the files that were read, with their hashes.
 
 use crate::input::Input;
+use manypass_scene::environment::files_of;
 use manypass_scene::formats;
 use manypass_scene::stage::{is_stage, named_model};
 use serde::Serialize;
@@ -42,7 +43,7 @@ impl InputFile {
 /// built-in scenes have none. Last comes the picture of the environment.
 pub fn input_files(input: &Input, environment: Option<&Path>) -> Vec<InputFile> {
     let mut files = model_files(input);
-    files.extend(environment.and_then(InputFile::read));
+    files.extend(environment.into_iter().flat_map(files_of).filter_map(|path| InputFile::read(&path)));
     files
 }
 

@@ -51,10 +51,8 @@ impl Surroundings {
 }
 
 fn read(path: &Path) -> Result<EnvironmentMap, Failure> {
-    let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|error| {
-        Failure::new(Kind::Failed, format!("environment \"{name}\": {error}"), "name a .hdr or .exr file")
-    })?;
-    EnvironmentMap::decode(&name, &bytes)
-        .map_err(|error| Failure::new(Kind::Failed, error, "name an equirectangular .hdr or .exr file"))
+    EnvironmentMap::load_path(path).map_err(|error| {
+        let hint = "name an equirectangular .hdr or .exr file, or a folder with the six faces of a cube";
+        Failure::new(Kind::Failed, error, hint)
+    })
 }

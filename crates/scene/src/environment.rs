@@ -1,6 +1,11 @@
-//! Pictures of the light that comes from all directions: Radiance (.hdr) and OpenEXR (.exr) files, equirectangular.
+//! Pictures of the light that comes from all directions: Radiance (.hdr) and OpenEXR (.exr) files, equirectangular; and the six faces of a
+//! cube in a folder.
 //!
 //! Values are linear radiance with the primaries of Rec. 709. Texels are kept as half floats, which is what devices take.
+
+mod cube;
+
+pub use cube::{CUBE_FACES, FACE_SIDE_MAX, face_files, files_of};
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use glam::Vec3;
@@ -87,9 +92,9 @@ impl EnvironmentMap {
     pub fn decode(name: &str, bytes: &[u8]) -> Result<Self, EnvironmentError> {
         let failed = |message: String| EnvironmentError { name: name.into(), message };
         let decoded = if bytes.starts_with(EXR_MAGIC) {
-            decode_exr(bytes)
-        } else if RADIANCE_MAGIC.iter().any(|magic| bytes.starts_with(magic)) {
-            decode_radiance(bytes)
+            decode_exr(bytes, check_size)
+        } else if is_radiance(bytes) {
+            decode_radiance(bytes, check_size)
         } else {
             Err("it is neither Radiance (.hdr) nor OpenEXR (.exr)".into())
         };
@@ -181,7 +186,14 @@ fn check_size(width: u32, height: u32) -> Result<(), String> {
     Ok(())
 }
 
-fn decode_radiance(bytes: &[u8]) -> Result<Decoded, String> {
+fn is_radiance(bytes: &[u8]) -> bool {
+    RADIANCE_MAGIC.iter().any(|magic| bytes.starts_with(magic))
+}
+
+/// What says whether a width and height can be read.
+type CheckSize = fn(u32, u32) -> Result<(), String>;
+
+fn decode_radiance(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
     let failed = |error: image::ImageError| error.to_string();
     let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(failed)?;
     let (width, height) = decoder.dimensions();
@@ -194,7 +206,7 @@ fn decode_radiance(bytes: &[u8]) -> Result<Decoded, String> {
     Ok(Decoded { width, height, rgb })
 }
 
-fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
+fn decode_exr(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
     let failed = |error: exr::error::Error| error.to_string();
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     for header in &meta.headers {

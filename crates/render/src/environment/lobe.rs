@@ -6,6 +6,7 @@ use crate::constants::{
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use glam::Vec3;
+pub(crate) use manypass_scene::environment::CUBE_FACES as FACES;
 use std::f32::consts::{PI, TAU};
 
 /// The samples of lobes that are neither narrow nor wide.
@@ -17,16 +18,6 @@ const SAMPLES_MAX: u32 = 6 * IRRADIANCE_SIDE * IRRADIANCE_SIDE;
 /// The side of the faces whose texels are all directions of a wide lobe, and of that of irradiance.
 const SPHERE_SIDE: u32 = 8;
 const IRRADIANCE_SIDE: u32 = 16;
-
-/// Right, down and forward of the faces of a cube map, +X, −X, +Y, −Y, +Z, −Z, as devices have them.
-pub(crate) const FACES: [[Vec3; 3]; 6] = [
-    [Vec3::NEG_Z, Vec3::NEG_Y, Vec3::X],
-    [Vec3::Z, Vec3::NEG_Y, Vec3::NEG_X],
-    [Vec3::X, Vec3::Z, Vec3::Y],
-    [Vec3::X, Vec3::NEG_Z, Vec3::NEG_Y],
-    [Vec3::X, Vec3::NEG_Y, Vec3::Z],
-    [Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z],
-];
 
 /// What the lobe of a level is summed from.
 #[derive(Clone, Debug)]

@@ -10,7 +10,8 @@ settings! {
         /// What surrounds the scene; `auto` is the picture of `environment.file` if there is one; else studio, or fill (a faint
         /// studio) where the scene brings its own lights, or none where it states an exposure as well.
         source: Environment = Environment::Auto;
-        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions.
+        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions; or a folder with the six
+        /// faces of a cube (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
         file: PathBuf = PathBuf::new();
         /// By how much the picture is turned about the vertical, counter-clockwise seen from above.
         rotation_deg: f32 = 0.0, in -360.0..=360.0, unit "°";

@@ -94,6 +94,17 @@ impl EnvironmentTiles {
 /// A texture without light, for views whose environment is no picture.
 pub(crate) fn no_tiles(gpu: &Gpu) -> wgpu::TextureView {
     let desc = TextureDesc::new_2d(1, 1, ENVIRONMENT_FORMAT);
+/// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map with its halves.
+pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
+    let texel_bytes = 8;
+    let (width, height) = tiles::texture_size((map.width / 2).min(MIRROR_SIDE_MAX));
+    let source_side = u64::from((map.width / 4).min(SOURCE_SIDES.1));
+    let texels = 2 * u64::from(map.width) * u64::from(map.height)
+        + u64::from(width) * u64::from(height)
+        + 6 * source_side * source_side * 4 / 3;
+    texels * texel_bytes
+}
+
     let texture = create(gpu, "no_environment", desc, wgpu::TextureUsages::empty());
     write(gpu, &texture, (1, 1), &[[f16::ZERO; 4]]);
     texture.create_view(&Default::default())

@@ -1,6 +1,7 @@
 //! How much memory a scene takes when it is uploaded, from the headers of its images and the lengths of its lists.
 
 use super::STRIDES;
+use super::environment::upload_bytes_of;
 use super::packing::{layer_size, wanted};
 use manypass_scene::Scene;
 
@@ -35,5 +36,6 @@ pub fn upload_bytes(scene: &Scene) -> u64 {
         .sum();
     // Lists are put together, staged and kept.
     // Textures lie in blocks of the allocator that are not all full: 505 MB were measured for Sponza's 345.
-    sum + sum * 3 / 10 + largest * count.min(IMAGES_IN_FLIGHT) + 3 * geometry
+    let environment = scene.environment.as_deref().map_or(0, upload_bytes_of);
+    sum + sum * 3 / 10 + largest * count.min(IMAGES_IN_FLIGHT) + 3 * geometry + environment
 }

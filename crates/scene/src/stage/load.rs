@@ -69,9 +69,12 @@ pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
             .map_err(|error| stage.model_fault(format!("cannot read the model {}: {error}", model.display())))?;
     }
     let environment = match stage.environment_path() {
-        Some(path) => Some(std::fs::read(&path).map_err(|error| {
-            stage.environment_fault(format!("cannot read the environment {}: {error}", path.display()))
-        })?),
+        Some(path) => {
+            std::fs::metadata(&path).map_err(|error| {
+                stage.environment_fault(format!("cannot read the environment {}: {error}", path.display()))
+            })?;
+            Some(EnvironmentMap::load_path(&path).map_err(|error| stage.environment_fault(error))?)
+        }
         None => None,
     };
     with_model(stage, environment, |_| model.map(|model| formats::load_path(&model)))
@@ -94,7 +97,11 @@ pub fn load_bytes(
     let text = std::str::from_utf8(bytes).map_err(|_| io(NO_TEXT.into()))?;
     let stage = Stage::parse(name, text)?;
     let environment = match stage.environment() {
-        Some(name) => Some(resolve(name).map_err(|message| stage.environment_fault(message))?),
+        Some(name) => {
+            let bytes = resolve(name).map_err(|message| stage.environment_fault(message))?;
+            let path = stage.environment_path().unwrap_or_default().display().to_string();
+            Some(EnvironmentMap::decode(&path, &bytes).map_err(|error| stage.environment_fault(error))?)
+        }
         None => None,
     };
     if stage.model().starts_with(DEMO) {
@@ -144,7 +151,7 @@ fn model_path(stage: &Path, model: &str) -> Option<PathBuf> {
 /// The scene of the model that `load` gives, or of a built-in one, with the changes of the stage.
 fn with_model(
     stage: Stage,
-    environment: Option<Vec<u8>>,
+    environment: Option<EnvironmentMap>,
     load: impl FnOnce(&Stage) -> Option<Result<Loaded, LoadError>>,
 ) -> Result<LoadedStage, StageError> {
     let (mut scene, mut warnings) = match load(&stage) {
@@ -153,9 +160,7 @@ fn with_model(
         None => Err(stage.model_fault(format!("there is no `{}`; the built-in scene is demo:hall", stage.model())))?,
     };
     stage.apply(&mut scene)?;
-    if let (Some(bytes), Some(path)) = (environment, stage.environment_path()) {
-        let map = EnvironmentMap::decode(&path.display().to_string(), &bytes);
-        let map = map.map_err(|error| stage.environment_fault(error))?;
+    if let Some(map) = environment {
         warnings.extend(map.notes.iter().cloned());
         scene.environment = Some(map.into());
     }
