@@ -186,8 +186,8 @@ pub struct FrameArgs {
     /// Multiplies the environment [default: 1].
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub environment_intensity: Option<String>,
-    /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), which comes out as it is under every tone
-    /// mapper and exposure [default: environment].
+    /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), or two (ff8800,112233) at
+    /// the lower and the upper edge, which come out as they are under every tone mapper and exposure [default: environment].
     #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
     /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto if it

@@ -8,7 +8,7 @@ pub(crate) mod tiles;
 
 pub use settings::EnvironmentSettings;
 
-use crate::colour::finite_product;
+use crate::colour::{finite_product, linear_from_srgb, srgb_from_linear};
 use crate::resources::environment::EnvironmentTiles;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -83,6 +83,29 @@ pub enum Background {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct SoftBox {
     /// Axis and sharpness.
+    /// The same of two colours, at the lower and at the upper edge of the picture. Between them it goes evenly in sRGB.
+    Gradient([[f32; 3]; 2]),
+}
+
+impl Background {
+    /// The colours at the lower and at the upper edge of the picture, if it is of colours.
+    pub(crate) fn colors(self) -> Option<[[f32; 3]; 2]> {
+        match self {
+            Self::Color(color) => Some([color; 2]),
+            Self::Gradient(colors) => Some(colors),
+            Self::Environment | Self::Transparent => None,
+        }
+    }
+
+    /// The colour, linear Rec. 709, at a height in the picture, from 0 at the lower edge to 1 at the upper one, if it is of colours.
+    pub(crate) fn color_at(self, height: f32) -> Option<[f32; 3]> {
+        let Self::Gradient([below, above]) = self else { return self.colors().map(|[color, _]| color) };
+        let between = |at: usize| {
+            let [below, above] = [below, above].map(|color| srgb_from_linear(color[at].clamp(0.0, 1.0)));
+            linear_from_srgb(below + (above - below) * height)
+        };
+        Some([0, 1, 2].map(between))
+    }
     pub axis: Vec4,
     /// Scale and bias of the irradiance, and the part of its curve that depends on sharpness alone.
     pub irradiance_fit: Vec4,

@@ -187,14 +187,9 @@ impl FrameRequest {
         }
     }
 
-    /// The background colour as radiance that this exposure shows with its value.
-    pub(crate) fn background_radiance(&self) -> Option<[f32; 3]> {
-        let scale = (-self.exposure_stops()).clamp(-120.0, 120.0).exp2();
-        if let Background::Color(color) = self.settings.background.source {
-            Some(color.map(|c| c * scale))
-        } else {
-            None
-        }
+    /// The background, and what a colour of it is multiplied by to be the radiance that this exposure shows with its value.
+    pub(crate) fn background_radiance(&self) -> (Background, f32) {
+        (self.settings.background.source, (-self.exposure_stops()).clamp(-120.0, 120.0).exp2())
     }
 
     /// What light of the environment and what the camera sees of it are multiplied by: its intensity, and what makes it faint

@@ -61,7 +61,7 @@ impl SettingField for Environment {
 
 impl SettingField for Background {
     fn kind() -> SettingType {
-        SettingType::ChoiceOrColor
+        SettingType::ChoiceOrColors
     }
 
     fn choices() -> &'static [&'static str] {
@@ -69,10 +69,18 @@ impl SettingField for Background {
     }
 
     fn read(written: &Written) -> Option<Self> {
-        read(&BACKGROUNDS, Self::Color, written)
+        let text = written.text();
+        let pair = text.as_deref().and_then(|text| text.split_once(',')).and_then(|(below, above)| {
+            Some(Self::Gradient([LinearColor::of_hex(below.trim())?.0, LinearColor::of_hex(above.trim())?.0]))
+        });
+        pair.or_else(|| read(&BACKGROUNDS, Self::Color, written))
     }
 
     fn value(&self) -> SettingValue {
-        if let Self::Color(linear) = self { LinearColor(*linear).value() } else { word(&BACKGROUNDS, self) }
+        match self {
+            Self::Color(linear) => LinearColor(*linear).value(),
+            Self::Gradient(colors) => SettingValue::Text(colors.map(|color| LinearColor(color).hex()).join(",")),
+            Self::Environment | Self::Transparent => word(&BACKGROUNDS, self),
+        }
     }
 }

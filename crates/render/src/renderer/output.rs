@@ -2,6 +2,7 @@
 
 use super::{DISPLAY, Renderer};
 use crate::aov::{Aov, AovPixels, AovTextures};
+use crate::environment::Background;
 use crate::frame::Means;
 use crate::gpu::{Gpu, readback};
 use crate::lights::KeptLists;
@@ -47,8 +48,8 @@ pub(super) struct ViewState {
     /// What the last frame left means of, and what their radiance is multiplied by.
     pub means_of: MeansOf,
     pub pre_exposure: f32,
-    /// What radiance is laid over where it is read: the background colour as radiance.
-    pub background_radiance: Option<[f32; 3]>,
+    /// What radiance is laid over where it is read, if that is a colour, and what makes radiance of it.
+    pub background_radiance: (Background, f32),
     /// Pixels that half floats clamped, as of the last time radiance was read.
     clamped_pixels: AtomicU64,
     /// What variables are made of, of the last frame that began a picture.
@@ -64,7 +65,7 @@ impl ViewState {
             latest_sum: 0,
             means_of: MeansOf::Nothing,
             pre_exposure: 1.0,
-            background_radiance: None,
+            background_radiance: (Background::Transparent, 1.0),
             clamped_pixels: AtomicU64::new(0),
             aovs: None,
         }
@@ -261,14 +262,24 @@ impl RenderedView<'_> {
             "radiance was not kept: the request must ask for it with `averaging`, or with the variable",
         ))?;
         let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
-        let is_first_band = rows.start == 0;
+        let (is_first_band, first_row) = (rows.start == 0, rows.start as f32);
         let bytes = readback::read_rows(self.gpu, &sum.texture, rows).await?;
         let mut radiance = readback::reserved(bytes.len() / 4)?;
         radiance.extend(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
         drop(bytes);
         let scale = 1.0 / state.pre_exposure;
         let mut clamped_pixels = 0;
-        for pixel in radiance.chunks_exact_mut(4) {
+        let (width, height) = (output.size.0.max(1) as usize, output.size.1 as f32);
+        let (background, of_background) = state.background_radiance;
+        let behind = |row: usize| {
+            let color = background.color_at(1.0 - (first_row + row as f32 + 0.5) / height)?;
+            Some(color.map(|value| value * of_background))
+        };
+        let mut color_behind = None;
+        for (at, pixel) in radiance.chunks_exact_mut(4).enumerate() {
+            if at % width == 0 {
+                color_behind = behind(at / width);
+            }
             let [r, g, b, alpha] = pixel else { continue };
             // `accumulate.wgsl` marks so what reached the limit of half floats.
             clamped_pixels += u64::from(*alpha < 0.0);
@@ -276,7 +287,7 @@ impl RenderedView<'_> {
             for color in [&mut *r, &mut *g, &mut *b] {
                 *color *= scale;
             }
-            if let Some(background) = state.background_radiance {
+            if let Some(background) = color_behind {
                 let behind = 1.0 - alpha.min(1.0);
                 for (color, background) in [r, g, b].into_iter().zip(background) {
                     *color += behind * background;

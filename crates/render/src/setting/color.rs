@@ -11,8 +11,11 @@ impl LinearColor {
     /// The pattern of six hexadecimal digits, as JSON Schema writes it.
     pub(crate) const PATTERN: &'static str = "^#?[0-9a-fA-F]{6}$";
 
+    /// The pattern of two such colours with a comma between.
+    pub(crate) const PAIR_PATTERN: &'static str = "^#?[0-9a-fA-F]{6},#?[0-9a-fA-F]{6}$";
+
     /// The colour of six hexadecimal digits, `#` optional, in sRGB.
-    fn of_hex(text: &str) -> Option<Self> {
+    pub(crate) fn of_hex(text: &str) -> Option<Self> {
         let hex = text.strip_prefix('#').unwrap_or(text);
         if hex.len() != 6 || !hex.bytes().all(|byte| byte.is_ascii_hexdigit()) {
             return None;
@@ -21,7 +24,8 @@ impl LinearColor {
         Some(Self([16, 8, 0].map(|shift| linear_from_srgb((value >> shift & 255) as f32 / 255.0))))
     }
 
-    fn hex(self) -> String {
+    /// The six digits of the nearest colour.
+    pub(crate) fn hex(self) -> String {
         let byte = |linear: f32| (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8;
         let [r, g, b] = self.0.map(byte);
         format!("{r:02x}{g:02x}{b:02x}")

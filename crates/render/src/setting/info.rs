@@ -63,6 +63,8 @@ pub enum SettingType {
     Color,
     /// One of the words, or a colour.
     ChoiceOrColor,
+    /// One of the words, a colour, or two of `rrggbb` with a comma between.
+    ChoiceOrColors,
     /// One of the words, stops, or `auto` with stops.
     Exposure,
     /// Any text.
@@ -112,6 +114,7 @@ impl Display for SettingType {
             Self::Choice => f.write_str("choice"),
             Self::Color => f.write_str("color"),
             Self::ChoiceOrColor => f.write_str("choice or color"),
+            Self::ChoiceOrColors => f.write_str("choice, color or two colors"),
             Self::Exposure => f.write_str("exposure"),
             Self::Text => f.write_str("text"),
             Self::Path => f.write_str("path"),
@@ -318,6 +321,12 @@ impl SettingInfo {
             SettingType::ChoiceOrColor => {
                 format!("{}, a colour such as ff8800, or 3 numbers of at least 0 in linear light", words())
             }
+            SettingType::ChoiceOrColors => {
+                let words = words();
+                format!(
+                    "{words}, a colour such as ff8800, 3 numbers of at least 0 in linear light, or two colours such as ff8800,112233"
+                )
+            }
             SettingType::Exposure => {
                 format!("stops from -64 to 64, {}, or auto with stops such as auto+1 or auto-0.5", words())
             }
@@ -350,6 +359,7 @@ impl SettingInfo {
         let words = self.choices.join(" ");
         match (&self.kind, self.min, self.max) {
             (SettingType::ChoiceOrColor, ..) => format!("{words} rrggbb r,g,b"),
+            (SettingType::ChoiceOrColors, ..) => format!("{words} rrggbb r,g,b rrggbb,rrggbb"),
             (SettingType::Exposure, ..) => format!("{words} auto+N auto-N -64 to 64"),
             (SettingType::Boolean, ..) => "true false".into(),
             (SettingType::Color, ..) => "rrggbb r,g,b".into(),

@@ -95,6 +95,11 @@ fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
             let both = [vec![words()], colors()].concat();
             json!({ "anyOf": both })
         }
+        SettingType::ChoiceOrColors => {
+            let pair = json!({ "type": "string", "pattern": LinearColor::PAIR_PATTERN });
+            let all = [vec![words()], colors(), vec![pair]].concat();
+            json!({ "anyOf": all })
+        }
         SettingType::Exposure => json!({ "anyOf": [
             words(),
             { "type": "number", "minimum": -64, "maximum": 64 },

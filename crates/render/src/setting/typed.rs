@@ -35,6 +35,10 @@ impl SettingType {
             Self::Color | Self::ChoiceOrColor => {
                 matches!(value, SettingValue::Text(text) if !text.contains(',')) || are_numbers(3)
             }
+            Self::ChoiceOrColors => {
+                matches!(value, SettingValue::Text(text) if text.matches(',').count() < 2 && !text.contains(' '))
+                    || are_numbers(3)
+            }
             Self::Exposure => match value {
                 SettingValue::Text(text) => text.parse::<f64>().is_err() && text.trim() == text,
                 value => value.is_number(),
@@ -54,7 +58,9 @@ impl SettingType {
             }
             Self::Number(NumberType { count: 2.., .. }) if value.entries().is_none() => "; write it in brackets",
             Self::List(_) if value.entries().is_none() => "; write it in brackets",
-            Self::Choice | Self::Text | Self::Path | Self::Color | Self::ChoiceOrColor if value.is_number() => {
+            Self::Choice | Self::Text | Self::Path | Self::Color | Self::ChoiceOrColor | Self::ChoiceOrColors
+                if value.is_number() =>
+            {
                 "; write it in quotes"
             }
             Self::Number(NumberType { count: 1, .. }) | Self::Boolean | Self::Choice | Self::Text | Self::Path

@@ -20,11 +20,11 @@ pub use settings::ToneMapSettings;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 struct ToneMapUniform {
-    /// The background colour in linear light.
+    /// The background colour in linear light, if it is one.
     background_linear: [f32; 3],
     /// Amplitude of the dither in steps of 1/255.
     dither: f32,
-    /// The background colour as it shall come out.
+    /// The background colour at the upper edge of the picture as it shall come out.
     background_srgb: [f32; 3],
     /// Multiplies radiance.
     exposure: f32,
@@ -32,6 +32,10 @@ struct ToneMapUniform {
     inverse_size_px: [f32; 2],
     /// How much of an alpha below 0 counts, turned positive.
     negative_alpha: f32,
+    /// 1 if the background goes from one colour to another, else 0.
+    is_gradient: f32,
+    /// What is to be added to the background colour down to the lower edge.
+    background_step_srgb: [f32; 3],
     /// Zero.
     padding: f32,
 }
@@ -40,7 +44,8 @@ impl ToneMapUniform {
     fn new(Display { exposure, background, is_mean, .. }: Display, dither: f32, output: &TextureDesc) -> Self {
         let background_linear = if let Background::Color(color) = background { color } else { [0.0; 3] };
         // The shader's own encoding may be off by more than a byte's rounding allows on some adapters.
-        let background_srgb = background_linear.map(|linear: f32| srgb_from_linear(linear.clamp(0.0, 1.0)));
+        let encoded = |color: [f32; 3]| color.map(|linear| srgb_from_linear(linear.clamp(0.0, 1.0)));
+        let [below_srgb, background_srgb] = background.colors().unwrap_or_default().map(encoded);
         Self {
             background_linear,
             dither,
@@ -48,6 +53,8 @@ impl ToneMapUniform {
             exposure,
             inverse_size_px: [1.0 / output.width as f32, 1.0 / output.height as f32],
             negative_alpha: if is_mean { 1.0 } else { 0.0 },
+            is_gradient: if matches!(background, Background::Gradient(_)) { 1.0 } else { 0.0 },
+            background_step_srgb: [0, 1, 2].map(|at| below_srgb[at] - background_srgb[at]),
             padding: 0.0,
         }
     }
@@ -78,7 +85,7 @@ pub fn record(
     output: Handle,
 ) -> Result<Handle, ProgramError> {
     let mut axes = left.curve.axes().to_vec();
-    if matches!(left.background, Background::Color(_)) {
+    if left.background.colors().is_some() {
         axes.push("over_color");
     }
     let (from, to) = (radiance.desc(), output.desc());
@@ -107,7 +114,17 @@ mod tests {
             "tone_map",
             "ToneMap",
             ToneMapUniform,
-            [background_linear, dither, background_srgb, exposure, inverse_size_px, negative_alpha, padding]
+            [
+                background_linear,
+                dither,
+                background_srgb,
+                exposure,
+                inverse_size_px,
+                negative_alpha,
+                is_gradient,
+                background_step_srgb,
+                padding
+            ]
         );
     }
 }

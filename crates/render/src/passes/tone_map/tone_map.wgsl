@@ -6,16 +6,16 @@
 // radiance, each of its own part of every sample.
 // Program: tone_map. Axes: curve_0, curve_1, curve_2, over_color, scaled, glow.
 
-import package::shaders::colour::srgb_from_linear;
+import package::shaders::colour::{linear_from_srgb, srgb_from_linear};
 import package::shaders::scrub::scrubbed;
 import package::shaders::tone_curve::display_linear;
 
 struct ToneMap {
-    // The background colour in linear light.
+    // The background colour in linear light, if it is one.
     background_linear: vec3f,
     // Amplitude of the dither in steps of 1/255.
     dither: f32,
-    // The background colour as it shall come out.
+    // The background colour at the upper edge of the picture as it shall come out.
     background_srgb: vec3f,
     // Multiplies radiance; 1 where the samples went through the curve already.
     exposure: f32,
@@ -23,6 +23,10 @@ struct ToneMap {
     inverse_size_px: vec2f,
     // How much of an alpha below 0 counts, turned positive: 1 in a mean, whose sign is a mark; 0 in radiance.
     negative_alpha: f32,
+    // 1 if the background goes from one colour to another, else 0.
+    is_gradient: f32,
+    // What is to be added to the background colour down to the lower edge.
+    background_step_srgb: vec3f,
     // Zero.
     padding: f32,
 }
@@ -68,9 +72,14 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     @if(over_color) {
         // Alpha in steps of 1/255, and so much less dither: the same as the transparent picture laid over the colour.
         let alpha = round(min(coverage, 1.0) * 255.0) / 255.0;
-        let over = mix(tone_map.background_linear, color, alpha);
+        let place = position.y * tone_map.inverse_size_px.y;
+        let behind_srgb = tone_map.background_srgb + tone_map.background_step_srgb * place;
+        let behind = mix(tone_map.background_linear, linear_from_srgb(behind_srgb), tone_map.is_gradient);
+        let over = mix(behind, color, alpha);
         let display = encoded(over, position.xy, tone_map.dither * alpha);
-        return vec4f(select(display, tone_map.background_srgb, alpha == 0.0), 1.0);
+        // Steps of a gradient are wider than pixels.
+        let noise = (dither_noise(floor(position.xy)) - 0.5) * tone_map.dither * tone_map.is_gradient / 255.0;
+        return vec4f(select(display, behind_srgb + noise, alpha == 0.0), 1.0);
     }
     @if(!over_color) {
         return vec4f(encoded(color, position.xy, tone_map.dither), min(coverage, 1.0));

@@ -188,7 +188,7 @@ fn refusals_in_files_show_the_value_as_it_stands_and_name_the_remedy() {
             "render.scale = \"0.5\"",
             "`0.5` is no value of `render.scale`, which takes a number from 0.25 to 2; write it without q",
         ),
-        ("background.source = 202428", "in linear light; write it in quotes"),
+        ("background.source = 202428", "such as ff8800,112233; write it in quotes"),
         ("exposure.stops = \"1.5\"", "such as auto+1 or auto-0.5; write it without quotes"),
         ("environment.intensity = 1e39", "`1e39` is no value of `environment.intensity`, which takes a number of at"),
         ("environment.intensity = 1e39", "; 32 bits hold numbers up to 3.4028235e38"),
