@@ -176,8 +176,9 @@ pub struct FrameArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// auto, studio, fill (a faint studio), none, a colour: sRGB (ff8800) or linear (1,0.25,0), or an equirectangular picture:
-    /// FILE.hdr or FILE.exr [default: auto: fill if the file has lights, else studio].
+    /// auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, a colour: sRGB (ff8800) or linear
+    /// (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, or a folder with the six faces of a cube (px, nx, py, ny, pz,
+    /// nz) [default: auto: fill if the file has lights, else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
@@ -191,7 +192,7 @@ pub struct FrameArgs {
     #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
     /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto if it
-    /// has lights, else 0 [default: scene].
+    /// has lights or is under the sky, else 0 [default: scene].
     ///
     /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
     /// turns, at one size whatever --size is, under the file's lights and its glow. Within 2 stops of mid grey (0.18)

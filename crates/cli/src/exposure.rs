@@ -20,7 +20,8 @@ impl Taken {
     /// # Errors
     /// The renderer failed.
     pub fn new(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Result<Self, Failure> {
-        let exposure = request.settings.exposure.stops.resolved(scene);
+        let settings = &request.settings;
+        let exposure = settings.exposure.stops.resolved(scene, settings.environment.source);
         let needs_metering = request.needs_metering(exposure);
         let meter = || renderer.meter(scene, request).map_err(|error| still_failure(&error.into()));
         Ok(Self { exposure, metering: needs_metering.then(meter).transpose()? })

@@ -1,18 +1,20 @@
 //! Light from everywhere: a constant, or the built-in studio; and what the camera sees of it. The uniform of
 //! `environment.wgsl`.
 
+mod computed;
 pub(crate) mod lobe;
 mod settings;
 pub(crate) mod suns;
 pub(crate) mod tiles;
 
+pub(crate) use computed::ComputedEnvironments;
 pub use settings::EnvironmentSettings;
 
 use crate::colour::{finite_product, linear_from_srgb, srgb_from_linear};
 use crate::resources::environment::EnvironmentTiles;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
-use manypass_scene::Scene;
+use manypass_scene::{EnvironmentLight, Scene};
 
 /// What surrounds the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,6 +29,8 @@ pub enum Environment {
     /// so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Its backdrop has [`FILL_BACKDROP_SHARE`].
     /// Where the lights reach nothing that is seen it is the whole studio.
     Fill,
+    /// The sky of the Earth, computed from sun, air and ground ([`manypass_scene::Sky`]); its sun casts shadows.
+    Sky,
     /// The scene's own picture of it ([`Scene::environment`]); nothing where it has none.
     File,
     /// Nothing.
@@ -37,6 +41,9 @@ pub enum Environment {
 
 /// The format of the tiles of a picture.
 pub(crate) const ENVIRONMENT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+/// The brightest that the disc of a sun is, pre-exposed.
+const DISC_RADIANCE_MAX: f32 = 0.9 * crate::constants::RADIANCE_MAX;
 
 /// The level of [`Environment::Fill`] in the picture, compared with the studio.
 pub const FILL_SHARE: f32 = 1.0 / 16.0;
@@ -76,13 +83,6 @@ pub enum Background {
     /// A display colour, linear Rec. 709, under every tone curve and at every exposure. In linear outputs it is the
     /// radiance that the exposure would show with these values.
     Color([f32; 3]),
-}
-
-/// A soft box of `environment.wgsl`; a test compares the two layouts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct SoftBox {
-    /// Axis and sharpness.
     /// The same of two colours, at the lower and at the upper edge of the picture. Between them it goes evenly in sRGB.
     Gradient([[f32; 3]; 2]),
 }
@@ -106,6 +106,13 @@ impl Background {
         };
         Some([0, 1, 2].map(between))
     }
+}
+
+/// A soft box of `environment.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct SoftBox {
+    /// Axis and sharpness.
     pub axis: Vec4,
     /// Scale and bias of the irradiance, and the part of its curve that depends on sharpness alone.
     pub irradiance_fit: Vec4,
@@ -160,6 +167,8 @@ pub struct EnvironmentUniform {
     pub sun_directions: [Vec4; suns::SUNS_MAX],
     /// Their irradiance, pre-exposed; w is 0.
     pub sun_irradiances: [Vec4; suns::SUNS_MAX],
+    /// The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half its angle.
+    pub sun_disc: Vec4,
 }
 
 /// The studio: a soft key from above on the left, a fill on the right, a rim from behind, a bright ceiling. Direction,
@@ -185,7 +194,7 @@ impl EnvironmentUniform {
         let mut uniform = Self { boxes: [SoftBox::new(Vec3::Y, 1.0, Vec3::ZERO); STUDIO.len()], ..Self::zeroed() };
         match environment {
             // A picture is placed afterwards.
-            Environment::None | Environment::File => {}
+            Environment::None | Environment::File | Environment::Sky => {}
             Environment::Color(color) => {
                 uniform.constant = scaled(Vec3::from(color), scale);
                 uniform.backdrop_below = scaled(Vec3::from(color), backdrop_scale).extend(0.0);
@@ -242,7 +251,23 @@ impl PlacedPicture<'_> {
             let irradiance = sun.irradiance.map(|value| finite_product(value, scale));
             uniform.sun_irradiances[at] = irradiance.extend(0.0);
         }
+        if let Some(light) = &self.tiles.light {
+            let Vec3 { x, y, z } = light.direction;
+            uniform.sun_directions[0] = Vec4::new(cos * x + sin * z, y, cos * z - sin * x, 0.0);
+            uniform.sun_irradiances[0] = light.irradiance.map(|value| finite_product(value, scale)).extend(0.0);
+            uniform.sun_disc = disc(light, backdrop_scale * (1.0 - level.min(1.0)));
+        }
     }
+}
+
+/// The disc of a light as the camera sees it. It is kept below what counts as too bright for half floats: in most pictures of the
+/// sun it is beyond them.
+fn disc(light: &EnvironmentLight, scale: f32) -> Vec4 {
+    let tangent = light.half_angle_tan;
+    let radiance =
+        light.irradiance.map(|value| finite_product(value, scale / (std::f32::consts::PI * tangent * tangent)));
+    let share = (DISC_RADIANCE_MAX / radiance.max_element().max(1e-30)).min(1.0);
+    (radiance * share).extend(tangent.atan().cos())
 }
 
 #[cfg(test)]
@@ -267,7 +292,8 @@ mod tests {
                 picture_backdrop,
                 backdrop_lobe,
                 sun_directions,
-                sun_irradiances
+                sun_irradiances,
+                sun_disc
             ]
         );
     }

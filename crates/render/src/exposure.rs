@@ -55,9 +55,14 @@ impl Exposure {
         }
     }
 
-    /// With [`Self::Scene`] as it is for `scene`.
-    pub fn resolved(self, scene: &Scene) -> Self {
-        if self == Self::Scene { Self::of_scene(scene) } else { self }
+    /// With [`Self::Scene`] as it is for `scene` in an environment: under the sky, whose light is many times as bright at noon as in
+    /// the evening, it is metered, too, unless the scene states one.
+    pub fn resolved(self, scene: &Scene, environment: Environment) -> Self {
+        match (self, scene.exposure_stops, environment) {
+            (Self::Scene, None, Environment::Sky) => Self::AUTO,
+            (Self::Scene, ..) => Self::of_scene(scene),
+            _ => self,
+        }
     }
 
     /// The stops that it comes to; one that was not resolved with its scene comes to 0.

@@ -10,6 +10,7 @@ mod variables;
 pub use output::RenderedView;
 
 use crate::draws::WorldDraws;
+use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
@@ -42,6 +43,7 @@ pub struct Renderer {
     bundles: Bundles,
     volumes: Volumes,
     resources: SceneResources,
+    computed: ComputedEnvironments,
     world_draws: WorldDraws,
     instances: InstanceTable,
     shadows: ShadowState,
@@ -105,6 +107,7 @@ impl Renderer {
             bundles: Bundles::default(),
             volumes: Volumes::new(&gpu.device),
             resources: SceneResources::new(&gpu),
+            computed: ComputedEnvironments::default(),
             world_draws: WorldDraws::default(),
             instances: InstanceTable::new(&gpu),
             shadows: ShadowState::new(&gpu),
@@ -134,7 +137,7 @@ impl Renderer {
 
     /// As [`Self::load`], and says how many bytes were uploaded.
     fn follow(&mut self, scene: &Scene) -> u64 {
-        let followed = self.resources.follow(&self.gpu, scene);
+        let followed = self.resources.follow(&self.gpu, scene, self.computed.maps());
         if followed.has_moved {
             // They hold buffers, textures and tables whose place others took.
             self.bind_groups.clear();

@@ -79,11 +79,14 @@ pub enum Averaging {
 pub(crate) struct SceneDefaults {
     environment: Environment,
     exposure: Exposure,
+    exposure_under_sky: Exposure,
 }
 
 impl SceneDefaults {
     pub fn of(scene: &Scene) -> Self {
-        Self { environment: Environment::of_scene(scene), exposure: Exposure::of_scene(scene) }
+        let environment = Environment::of_scene(scene);
+        let exposure = |environment| Exposure::Scene.resolved(scene, environment);
+        Self { environment, exposure: exposure(environment), exposure_under_sky: exposure(Environment::Sky) }
     }
 }
 
@@ -140,7 +143,8 @@ impl FrameRequest {
                 settings.environment.source = defaults.environment;
             }
             if settings.exposure.stops == Exposure::Scene {
-                settings.exposure.stops = defaults.exposure;
+                let is_sky = settings.environment.source == Environment::Sky;
+                settings.exposure.stops = if is_sky { defaults.exposure_under_sky } else { defaults.exposure };
             }
         })
     }

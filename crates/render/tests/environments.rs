@@ -6,18 +6,19 @@ mod common;
 
 use common::{plain_request, renderer};
 use glam::{DVec3, Mat4, Quat, Vec3};
-use manypass::{Background, Environment, FrameRequest, LightCulling, Path, Renderer};
+use manypass::{Background, Environment, Exposure, FrameRequest, LightCulling, Path, Renderer, Settings, Tonemap};
 use manypass_scene::environment::equirectangular_direction;
 use manypass_scene::{
-    Camera, EnvironmentLight, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, primitives,
+    Camera, EnvironmentLight, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, Sky,
+    primitives,
 };
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// Directions with their solid angles and radiance.
-struct Sky(Vec<(DVec3, f64, DVec3)>);
+struct Texels(Vec<(DVec3, f64, DVec3)>);
 
-impl Sky {
+impl Texels {
     /// Of a map's texels.
     fn of(map: &EnvironmentMap) -> Self {
         let (width, height) = (map.width, map.height);
@@ -127,7 +128,7 @@ fn place(at: usize) -> (f64, f64) {
 fn reflections_are_integrals_over_the_lobe() {
     let mut renderer = renderer();
     for map in maps() {
-        let (name, sky) = (map.name.clone(), Sky::of(&map));
+        let (name, sky) = (map.name.clone(), Texels::of(&map));
         let wide = Projection::Perspective { fov_y_rad: std::f32::consts::FRAC_PI_2, near_m: 0.1, far_m: None };
         let scene = scene(map, wide);
         renderer.load(&scene).unwrap();
@@ -185,7 +186,7 @@ fn a_sun_in_a_picture_is_a_directional_light() {
         if to.dot(sun) > disc { Vec3::splat(radiance_of_sun) } else { Vec3::ZERO }
     });
     // Of the texels that are drawn.
-    let irradiance: f64 = Sky::of(&map).0.iter().map(|(_, solid_angle, radiance)| radiance.x * solid_angle).sum();
+    let irradiance: f64 = Texels::of(&map).0.iter().map(|(_, solid_angle, radiance)| radiance.x * solid_angle).sum();
     let mut scene = scene(map, Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None });
     with_floor(&mut scene);
     let view = Quat::from_rotation_x(-0.5);
@@ -303,4 +304,77 @@ fn the_light_of_a_map_is_a_directional_light_with_shadows() {
         assert!(level > 1.0 && error < 0.003, "{}, {}: {error}", path.name(), culling.name());
         assert!(of_open > 0.03, "{}, {}: nothing lies in the shadow: {of_open}", path.name(), culling.name());
     }
+}
+
+/// A camera alone, whose turn shows `to` in the middle of the picture.
+fn looking(to: Vec3) -> Quat {
+    Quat::from_rotation_arc(Vec3::NEG_Z, to)
+}
+
+#[test]
+fn the_sky_is_its_picture_with_its_sun_as_a_light() {
+    let mut renderer = renderer();
+    let sky = Sky { sun_elevation_deg: 25.0, sun_azimuth_deg: 70.0, turbidity: 3.0, ground_albedo: 0.2 };
+    let map = sky.map();
+    let sun = map.light.unwrap();
+    let mut scene = scene(map, Projection::Perspective { fov_y_rad: 0.1, near_m: 0.1, far_m: None });
+    with_floor(&mut scene);
+    let mut of_file = request(&scene, looking(sun.direction), 6.0);
+    of_file.settings.background.source = Background::Environment;
+    of_file.settings.shadows.enabled = true;
+    let of_sky = of_file.with(|settings| {
+        settings.environment.source = Environment::Sky;
+        settings.environment.sun_elevation_deg = sky.sun_elevation_deg;
+        settings.environment.sun_azimuth_deg = sky.sun_azimuth_deg;
+        settings.environment.turbidity = sky.turbidity;
+        settings.environment.ground_albedo = sky.ground_albedo;
+    });
+    let [seen, of_picture] = [&of_sky, &of_file].map(|request| radiance(&mut renderer, &scene, request));
+    assert_eq!(seen, of_picture);
+    // A disc of 0.53° in a picture of 0.1 rad is 3.7 pixels wide.
+    let brightest = seen.iter().map(|value| value.y).fold(0.0, f64::max);
+    let disc = seen.iter().filter(|value| value.y > 0.5 * brightest).count();
+    assert!(brightest > 10_000.0 && (8..=16).contains(&disc), "{brightest}, {disc} pixels");
+    assert_eq!((renderer.stats().lights, renderer.stats().shadowed_lights), (0, 1));
+    // The floor from above.
+    let mut floor = of_sky.clone();
+    floor.camera.world_from_view = Mat4::from_rotation_x(-1.2) * Mat4::from_translation(Vec3::Z * 6.0);
+    let lit = radiance(&mut renderer, &scene, &floor);
+    let in_the_dark = floor.with(|settings| settings.environment.intensity = 0.0);
+    let dark = radiance(&mut renderer, &scene, &in_the_dark);
+    assert!(lit.iter().all(|value| value.x > 0.01) && dark.iter().all(|value| *value == DVec3::ZERO));
+    // Its light is metered where nobody says otherwise.
+    scene.environment = None;
+    let resolved = FrameRequest::new(8, 8, floor.camera)
+        .with(|settings| settings.environment.source = Environment::Sky)
+        .resolved(&scene);
+    assert_eq!(resolved.settings.exposure.stops, Exposure::AUTO);
+}
+
+#[test]
+fn a_gradient_is_as_it_is_written() {
+    let mut renderer = renderer();
+    let scene = scene(room(), Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None });
+    let mut request = request(&scene, Quat::IDENTITY, 0.0);
+    request.settings.set("background.source", "102040,ff8000").unwrap();
+    request.settings.tone_map.curve = Tonemap::Aces;
+    request.settings.tone_map.dither = 1.0;
+    request.settings.exposure.stops = Exposure::Stops(2.0);
+    let written = Settings::declared().iter().find(|info| info.key == "background.source").unwrap();
+    assert!(written.expected().contains("two colours"), "{}", written.expected());
+    renderer.load(&scene).unwrap();
+    let found = radiance(&mut renderer, &scene, &request);
+    let shown = renderer.read_display().unwrap();
+    let side = SIDE as usize;
+    for (row, height) in (0..side).map(|row| (row, 1.0 - (row as f32 + 0.5) / SIDE as f32)) {
+        for (channel, (below, above)) in [(16.0f32, 255.0), (32.0, 128.0), (64.0, 0.0)].into_iter().enumerate() {
+            let byte = below + (above - below) * height;
+            let at = (row * side + row) * 4 + channel;
+            assert!((f32::from(shown[at]) - byte).abs() <= 1.01, "row {row}: {} of {byte}", shown[at]);
+            // Linear values are those that the exposure shows so.
+            let linear = f64::from(manypass::colour::linear_from_srgb(byte / 255.0)) / 4.0;
+            assert!((found[row * side][channel] - linear).abs() < 1e-4, "row {row}");
+        }
+    }
+    assert!(shown[0] > 200 && shown[4 * side * (side - 1)] < 30, "the first colour is that below");
 }

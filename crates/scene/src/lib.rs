@@ -22,6 +22,7 @@ pub mod mesh;
 pub mod node;
 pub mod primitives;
 pub mod scenes;
+pub mod sky;
 pub mod spelling;
 pub mod stage;
 pub mod variants;
@@ -40,4 +41,5 @@ pub use material::{AlphaMode, LayerMap, Mapped, Material, ShadingModel, TextureR
 pub use mesh::{Mesh, MorphTarget, Primitive, Topology};
 pub use node::{Node, NodeId, Placed, Scene};
 pub use scenes::{SceneRoots, ShowError};
+pub use sky::Sky;
 pub use stage::Stage;

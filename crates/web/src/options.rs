@@ -19,14 +19,14 @@ pub struct Options {
 const SHORT: [(&str, &str, &[&str]); 4] = [
     ("path", "render.path", manypass::Path::NAMES),
     ("lightCulling", "lights.culling", manypass::LightCulling::NAMES),
-    ("environment", "environment.source", &["auto", "studio", "file", "none"]),
+    ("environment", "environment.source", &["auto", "studio", "sky", "file", "none"]),
     ("tonemap", "tone_map.curve", manypass::Tonemap::NAMES),
 ];
 
 impl Options {
     /// The exposure of frames of `scene`.
     pub fn exposure(&self, scene: &Scene) -> Exposure {
-        self.settings.exposure.stops.resolved(scene)
+        self.settings.exposure.stops.resolved(scene, self.settings.environment.source)
     }
 
     /// Whether surfaces get the same light as with `other`.

@@ -20,10 +20,11 @@ export interface RenderOptions {
   path?: "deferred" | "forward";
   lightCulling?: "clustered" | "none";
   /**
-   * Lights nothing, or with the built-in studio, or with the picture of `loadEnvironment` or the stage; `auto` takes the picture
+   * Lights nothing, or with the built-in studio, or with the sky (the settings
+   * `environment.sun_elevation_deg` and its neighbours), or with the picture of `loadEnvironment` or the stage; `auto` takes the picture
    * if there is one, else the studio, faint where the model has lights.
    */
-  environment?: "auto" | "studio" | "file" | "none";
+  environment?: "auto" | "studio" | "sky" | "file" | "none";
   tonemap?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
   /** Stops, or metered once for a model: "auto", "auto+1", "auto-0.5". Null: "auto" where the model has lights, else 0. */
   exposure?: number | string | null;

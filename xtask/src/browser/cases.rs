@@ -50,7 +50,7 @@ const SPHERES: &str =
     "khronos-sample-assets/Models/MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 30] = [
+pub(super) const CASES: [Case; 31] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -59,6 +59,11 @@ pub(super) const CASES: [Case; 30] = [
     case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
     // A picture of the environment, with a sun; the page is given its bytes.
     Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
+    // The sky is computed in the page, too, and metered.
+    Case {
+        settings: &[("environment.source", "sky"), ("environment.sun_elevation_deg", "12")],
+        ..case("sky", SPHERES, WIDE)
+    },
     // Every other way in which lights reach surfaces, where thousands do.
     Case { settings: &[("lights.culling", "tiled")], ..case("hall-tiled", variables::MODEL, WIDE) },
     Case { settings: &[("lights.culling", "volumes")], ..case("hall-volumes", variables::MODEL, WIDE) },

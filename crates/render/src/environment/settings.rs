@@ -8,7 +8,8 @@ settings! {
     /// Settings of the environment.
     pub struct EnvironmentSettings {
         /// What surrounds the scene; `auto` is the picture of `environment.file` if there is one; else studio, or fill (a faint
-        /// studio) where the scene brings its own lights, or none where it states an exposure as well.
+        /// studio) where the scene brings its own lights, or none where it states an exposure as well. `sky` is computed from the sun,
+        /// air and ground.
         source: Environment = Environment::Auto;
         /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions; or a folder with the six
         /// faces of a cube (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
@@ -17,14 +18,24 @@ settings! {
         rotation_deg: f32 = 0.0, in -360.0..=360.0, unit "°";
         /// Multiplies the environment.
         intensity: f32 = 1.0, in 0.0.., unit "factor";
+        /// How high the sun of the sky stands above the horizon.
+        sun_elevation_deg: f32 = 40.0, in -90.0..=90.0, unit "°", needs "environment.source=sky";
+        /// Where the sun of the sky stands: 0 is +Z, and it grows towards +X, as the yaw of an orbit does.
+        sun_azimuth_deg: f32 = -45.0, in -360.0..=360.0, unit "°", needs "environment.source=sky";
+        /// How hazy the sky is: the optical depth of air and haze straight up, divided by that of the air alone; 1 is air without haze,
+        /// 2 a clear day, 6 haze.
+        turbidity: f32 = 2.0, in 1.0..=10.0, unit "factor", needs "environment.source=sky";
+        /// The share of light that the ground below the sky reflects.
+        ground_albedo: f32 = 0.3, in 0.0..=1.0, needs "environment.source=sky";
     }
 }
 
 /// The words of an environment; a colour is another one.
-const ENVIRONMENTS: [(&str, Environment); 5] = [
+const ENVIRONMENTS: [(&str, Environment); 6] = [
     ("auto", Environment::Auto),
     ("studio", Environment::Studio),
     ("fill", Environment::Fill),
+    ("sky", Environment::Sky),
     ("file", Environment::File),
     ("none", Environment::None),
 ];
@@ -47,7 +58,10 @@ impl SettingField for Environment {
     }
 
     fn choices() -> &'static [&'static str] {
-        const { &[ENVIRONMENTS[0].0, ENVIRONMENTS[1].0, ENVIRONMENTS[2].0, ENVIRONMENTS[3].0, ENVIRONMENTS[4].0] }
+        const {
+            let [auto, studio, fill, sky, file, none] = ENVIRONMENTS;
+            &[auto.0, studio.0, fill.0, sky.0, file.0, none.0]
+        }
     }
 
     fn read(written: &Written) -> Option<Self> {

@@ -135,7 +135,7 @@ impl Renderer {
         exposure: Exposure,
     ) -> Result<(), RenderError> {
         *request = request.resolved(scene);
-        let exposure = exposure.resolved(scene);
+        let exposure = exposure.resolved(scene, request.settings.environment.source);
         let metering =
             if request.needs_metering(exposure) { Some(self.meter_async(scene, request).await?) } else { None };
         request.expose(exposure, metering);

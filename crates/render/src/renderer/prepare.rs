@@ -247,7 +247,7 @@ impl Renderer {
     /// What surfaces reflect of the picture of a view's environment, if that is one.
     fn tiles_of(&self, asked: &Asked) -> Option<&EnvironmentTiles> {
         let map = asked.environment.as_ref()?;
-        self.resources.environment.as_ref().filter(|tiles| tiles.are_of(map))
+        self.resources.environment(map)
     }
 
     /// What draws what all views share, shadow maps and levels of the environment: of no camera, and with neither itself.

@@ -16,7 +16,7 @@ use crate::passes::present::Target;
 use crate::record::{Frame, Legends, PreparedView, Recorder};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
-use crate::resources::environment::EnvironmentTiles;
+use crate::resources::environment::Unfinished;
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 use std::cell::LazyCell;
@@ -50,12 +50,15 @@ impl Renderer {
         }
         let capabilities = &self.gpu.capabilities;
         let defaults = LazyCell::new(|| SceneDefaults::of(scene));
+        let requests: Vec<FrameRequest> = views.iter().map(|(_, request)| request.resolved_by(&defaults)).collect();
+        self.computed.follow(requests.iter().map(|request| &request.settings.environment));
         let asked: Vec<Asked> = views
             .iter()
-            .map(|(name, request)| {
-                let request = request.resolved_by(&defaults);
-                let is_file = request.settings.environment.source == Environment::File;
-                let environment = scene.environment.clone().filter(|_| is_file);
+            .zip(requests)
+            .map(|((name, _), request)| {
+                let settings = &request.settings.environment;
+                let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
+                let environment = of_scene.or_else(|| self.computed.of(settings));
                 Asked::new(name, request, environment, purpose, capabilities)
             })
             .collect::<Result<_, _>>()?;
@@ -121,11 +124,12 @@ impl Renderer {
                 self.ready(asked, &world, lit, of_view, has_previous, &mut stats)
             })
             .collect::<Result<_, _>>()?;
-        // A plan leaves the environment as it is.
-        let unfinished = self.resources.environment.as_mut().filter(|_| !purpose.is_plan());
-        let unfinished = unfinished.and_then(EnvironmentTiles::take_unfinished);
+        // A plan leaves environments as they are.
+        let environments = self.resources.environments.iter_mut().enumerate().filter(|_| !purpose.is_plan());
+        let unfinished: Vec<(usize, Unfinished)> =
+            environments.filter_map(|(at, tiles)| Some((at, tiles.take_unfinished()?))).collect();
         let shared_view = match (asked.first(), ready.first(), states.first()) {
-            (Some(asked), Some(ready), Some(state)) if shadows.is_some() || unfinished.is_some() => {
+            (Some(asked), Some(ready), Some(state)) if shadows.is_some() || !unfinished.is_empty() => {
                 Some(self.shared_view(asked, ready, state))
             }
             _ => None,
@@ -147,7 +151,8 @@ impl Renderer {
         };
         let limits = Limits::from(&self.gpu.capabilities.limits);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        if let (Some(view), Some(unfinished), Some(tiles)) = (&shared_view, &unfinished, &self.resources.environment) {
+        for (at, unfinished) in &unfinished {
+            let (Some(view), Some(tiles)) = (&shared_view, self.resources.environments.get(*at)) else { continue };
             let mut graph = self.executor.graph(limits);
             frame::environment_passes(&mut Recorder::new(&mut graph, &frame, view), tiles, unfinished)?;
             let plan = graph.plan()?;

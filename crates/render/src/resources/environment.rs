@@ -7,7 +7,7 @@ use crate::gpu::Gpu;
 use glam::Vec3;
 use half::f16;
 use manypass_graph::TextureDesc;
-use manypass_scene::EnvironmentMap;
+use manypass_scene::{EnvironmentLight, EnvironmentMap};
 use std::sync::{Arc, Weak};
 
 /// The largest side of the mirror's tile.
@@ -24,6 +24,8 @@ pub(crate) struct EnvironmentTiles {
     pub desc: TextureDesc,
     pub mirror_side: u32,
     pub suns: Suns,
+    /// The light of the map, which is in none of the tiles.
+    pub light: Option<EnvironmentLight>,
     of: Weak<EnvironmentMap>,
     unfinished: Option<Unfinished>,
 }
@@ -59,6 +61,7 @@ impl EnvironmentTiles {
             mirror_side,
             // A map with a light of its own has none in its texels.
             suns: if map.light.is_some() { Suns::default() } else { suns(map) },
+            light: map.light,
             of: Arc::downgrade(map),
             unfinished: Some(Unfinished {
                 picture: picture.create_view(&Default::default()),
@@ -91,9 +94,6 @@ impl EnvironmentTiles {
     }
 }
 
-/// A texture without light, for views whose environment is no picture.
-pub(crate) fn no_tiles(gpu: &Gpu) -> wgpu::TextureView {
-    let desc = TextureDesc::new_2d(1, 1, ENVIRONMENT_FORMAT);
 /// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map with its halves.
 pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
@@ -105,6 +105,9 @@ pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     texels * texel_bytes
 }
 
+/// A texture without light, for views whose environment is no picture.
+pub(crate) fn no_tiles(gpu: &Gpu) -> wgpu::TextureView {
+    let desc = TextureDesc::new_2d(1, 1, ENVIRONMENT_FORMAT);
     let texture = create(gpu, "no_environment", desc, wgpu::TextureUsages::empty());
     write(gpu, &texture, (1, 1), &[[f16::ZERO; 4]]);
     texture.create_view(&Default::default())

@@ -24,7 +24,8 @@ use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use environment::EnvironmentTiles;
-use manypass_scene::{Material, Scene, Texture};
+use manypass_scene::{EnvironmentMap, Material, Scene, Texture};
+use std::sync::Arc;
 
 /// A scene on the device.
 #[derive(Debug)]
@@ -41,8 +42,8 @@ pub(crate) struct SceneResources {
     pub morph_weights: DataTexture,
     /// Transforms of all nodes in the previous frame, and where their joints and weights are; see `motion.wgsl`.
     pub previous_nodes: DataTexture,
-    /// The map of the environment.
-    pub environment: Option<EnvironmentTiles>,
+    /// The maps of environments.
+    pub environments: Vec<EnvironmentTiles>,
     /// The surfaces that are there.
     followed: Option<Surfaces>,
     /// Whether joints and weights, and the previous nodes, did not fit their tables in the last frame.
@@ -95,15 +96,21 @@ impl SceneResources {
             joint_matrices: table("joint_matrices", wgpu::TextureFormat::Rgba32Float),
             morph_weights: table("morph_weights", wgpu::TextureFormat::R32Float),
             previous_nodes: table("previous_nodes", wgpu::TextureFormat::Rgba32Float),
-            environment: None,
+            environments: Vec::new(),
             followed: None,
             is_deformation_too_large: false,
             are_nodes_too_many: false,
         }
     }
 
-    /// Uploads what `scene` has that is not there yet, and gives back what it no longer has.
-    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Followed {
+    /// Uploads what `scene` has that is not there yet, and maps of the environment that were `computed`, and gives back what they no
+    /// longer have.
+    pub fn follow<'m>(
+        &mut self,
+        gpu: &Gpu,
+        scene: &'m Scene,
+        computed: impl Iterator<Item = &'m Arc<EnvironmentMap>> + Clone,
+    ) -> Followed {
         let geometry_bytes = self.geometry.follow(gpu, &scene.meshes);
         let mut followed = Followed { written_bytes: geometry_bytes.unwrap_or(0), has_moved: geometry_bytes.is_some() };
         if !self.followed.as_ref().is_some_and(|followed| followed.are_those_of(scene)) {
@@ -112,14 +119,22 @@ impl SceneResources {
             followed.has_moved |= textures.has_moved;
             self.followed = Some(Surfaces::of(scene));
         }
-        let is_same = |tiles: &EnvironmentTiles| scene.environment.as_ref().is_some_and(|map| tiles.are_of(map));
-        if !self.environment.as_ref().is_some_and(is_same)
-            && (self.environment.is_some() || scene.environment.is_some())
-        {
-            self.environment = scene.environment.as_ref().map(|map| EnvironmentTiles::new(gpu, map));
-            followed.has_moved = true;
+        let maps = scene.environment.iter().chain(computed);
+        let count = self.environments.len();
+        self.environments.retain(|tiles| maps.clone().any(|map| tiles.are_of(map)));
+        followed.has_moved |= self.environments.len() < count;
+        for map in maps {
+            if self.environment(map).is_none() {
+                self.environments.push(EnvironmentTiles::new(gpu, map));
+                followed.has_moved = true;
+            }
         }
         followed
+    }
+
+    /// What is there of a map of the environment.
+    pub fn environment(&self, map: &Arc<EnvironmentMap>) -> Option<&EnvironmentTiles> {
+        self.environments.iter().find(|tiles| tiles.are_of(map))
     }
 
     /// What was left out, or replaced.
@@ -137,7 +152,9 @@ impl SceneResources {
 
     /// Bytes of meshes and textures.
     pub fn bytes(&self) -> u64 {
-        self.geometry.bytes() + self.textures.bytes() + self.environment.as_ref().map_or(0, EnvironmentTiles::bytes)
+        self.geometry.bytes()
+            + self.textures.bytes()
+            + self.environments.iter().map(EnvironmentTiles::bytes).sum::<u64>()
     }
 
     /// Uploads the transforms of skins and the weights of morph targets of this frame, where they changed, and says how many

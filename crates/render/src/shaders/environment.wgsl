@@ -42,6 +42,8 @@ struct Environment {
     // Strong small sources of the picture: where, and their irradiance, pre-exposed. Where there are fewer, the others have none.
     sun_directions: array<vec4f, 4>,
     sun_irradiances: array<vec4f, 4>,
+    // The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half its angle.
+    sun_disc: vec4f,
 }
 
 @group(0) @binding(6) var<uniform> environment: Environment;
@@ -87,7 +89,10 @@ fn picture_backdrop(direction: vec3f) -> vec3f {
         + sun_backdrop(environment.sun_directions[1], environment.sun_irradiances[1], direction)
         + sun_backdrop(environment.sun_directions[2], environment.sun_irradiances[2], direction)
         + sun_backdrop(environment.sun_directions[3], environment.sun_irradiances[3], direction);
-    return picture_at(direction, environment.picture_backdrop.y) * environment.picture_backdrop.x + suns;
+    // Where it sets, the horizon hides a part of it.
+    let is_disc = direction.y > 0.0 && dot(direction, environment.sun_directions[0].xyz) > environment.sun_disc.w;
+    let disc = select(vec3f(0.0), environment.sun_disc.rgb, is_disc);
+    return picture_at(direction, environment.picture_backdrop.y) * environment.picture_backdrop.x + suns + disc;
 }
 
 // What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends on
