@@ -191,6 +191,10 @@ pub struct FrameArgs {
     /// the lower and the upper edge, which come out as they are under every tone mapper and exposure [default: environment].
     #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
+    /// shadow: a plane under the model that is seen by the shadow on it alone; none; or a colour, which makes it a floor
+    /// [default: auto: shadow in the studio unless the background is transparent, else none].
+    #[arg(long, value_name = "WHAT")]
+    pub ground: Option<String>,
     /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto if it
     /// has lights or is under the sky, else 0 [default: scene].
     ///

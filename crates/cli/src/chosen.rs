@@ -30,6 +30,7 @@ impl FrameArgs {
             ("--environment-rotation", "environment.rotation_deg", self.environment_rotation.as_deref()),
             ("--environment-intensity", "environment.intensity", self.environment_intensity.as_deref()),
             ("--background", "background.source", self.background.as_deref()),
+            ("--ground", "ground.mode", self.ground.as_deref()),
             ("--exposure", "exposure.stops", self.exposure.as_deref()),
             ("--tonemap", "tone_map.curve", self.tonemap.as_deref()),
         ];

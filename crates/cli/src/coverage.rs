@@ -1,7 +1,7 @@
 //! Whether a picture shows anything of its scene.
 
 use glam::{Vec2, Vec3};
-use manypass::{Background, FrameRequest, RenderError, Renderer, View};
+use manypass::{Background, FrameRequest, Ground, RenderError, Renderer, View};
 use manypass_scene::{Aabb, Material, Projection, Scene, ShadingModel};
 
 /// What is as large as this in the picture covers the middle of a pixel.
@@ -40,6 +40,7 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
                 let mut settings = request.settings.clone();
                 settings.render.scale = 1.0;
                 settings.background.source = Background::Transparent;
+                settings.ground.mode = Ground::None;
                 settings
             },
             want_aovs: Vec::new(),

@@ -48,10 +48,6 @@ shared_constants! {
     /// Texels along each side of the table of directional albedo.
     DIRECTIONAL_ALBEDO_SIZE: u32 = 32;
 
-    /// Texels along the sides of the tiles that hold what surfaces of little roughness reflect of a picture of the environment.
-    ENVIRONMENT_FINE_SIDE: u32 = 256;
-    /// Of those of more roughness.
-    ENVIRONMENT_COARSE_SIDE: u32 = 64;
     /// The roughness of the first level after the mirror's; three levels double it, up to [`ENVIRONMENT_LEVEL_HALF`].
     ENVIRONMENT_ROUGHNESS_FIRST: f32 = 0.0625;
     /// The first level whose tile is coarse.
@@ -60,6 +56,9 @@ shared_constants! {
     ENVIRONMENT_LEVEL_HALF: f32 = 10.0;
     /// The level of roughness 1, which seen along the normal is that of irradiance, too.
     ENVIRONMENT_LEVEL_LAST: f32 = 14.0;
+
+    /// Texels along the sides of the map of the ground.
+    GROUND_MAP_SIDE: f32 = 256.0;
 
     /// The least perceptual roughness that is shaded: below it the highlight of a punctual light is smaller than half
     /// floats can hold.

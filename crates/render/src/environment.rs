@@ -4,6 +4,7 @@
 mod computed;
 pub(crate) mod lobe;
 mod settings;
+pub(crate) mod studio;
 pub(crate) mod suns;
 pub(crate) mod tiles;
 
@@ -22,7 +23,7 @@ pub enum Environment {
     /// As [`Self::of_scene`] says.
     #[default]
     Auto,
-    /// Soft boxes around the scene, with neutral colours, before a calm backdrop.
+    /// A room with soft boxes, in grey, before a calm backdrop. Its key is a light with shadows.
     Studio,
     /// The studio, faint, for a scene that brings its own lights: what they leave dark can still be seen. It has
     /// [`FILL_SHARE`] of the studio's level in the picture that automatic exposure makes, however strong the lights are;
@@ -108,39 +109,6 @@ impl Background {
     }
 }
 
-/// A soft box of `environment.wgsl`; a test compares the two layouts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct SoftBox {
-    /// Axis and sharpness.
-    pub axis: Vec4,
-    /// Scale and bias of the irradiance, and the part of its curve that depends on sharpness alone.
-    pub irradiance_fit: Vec4,
-    /// Radiance times the integral of the Gaussian over the sphere.
-    pub power: Vec3,
-    /// Zero.
-    pub padding: f32,
-}
-
-impl SoftBox {
-    /// A spherical Gaussian about `axis`, with `radiance` on it; its irradiance is the fit of Hill 2016, "SG Series".
-    fn new(axis: Vec3, sharpness: f32, radiance: Vec3) -> Self {
-        let c0 = 0.36;
-        let em = (-sharpness).exp();
-        let em2 = em * em;
-        let r = 1.0 / sharpness;
-        let scale = 1.0 + 2.0 * em2 - r;
-        let bias = (em - em2) * r - em2;
-        let x = (1.0 - scale).max(0.0).sqrt();
-        Self {
-            axis: axis.normalize().extend(sharpness),
-            irradiance_fit: Vec4::new(scale, bias, x / (4.0 * c0), 1.0 / x.max(1e-6)),
-            power: radiance.map(|radiance| finite_product(radiance, std::f32::consts::TAU * (1.0 - em2) * r)),
-            padding: 0.0,
-        }
-    }
-}
-
 /// The uniform of `environment.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -149,15 +117,14 @@ pub struct EnvironmentUniform {
     pub constant: Vec3,
     /// Zero.
     pub padding: f32,
-    /// The soft boxes.
-    pub boxes: [SoftBox; STUDIO.len()],
     /// What the camera sees straight down; w is 0.
     pub backdrop_below: Vec4,
     /// What the camera sees straight up; w is 0.
     pub backdrop_above: Vec4,
-    /// Of the picture: what its light is multiplied by, the side of the mirror's tile in texels, the cosine and the sine of its
-    /// rotation.
+    /// Of the picture: what its light is multiplied by, zero, the cosine and the sine of its rotation.
     pub picture: Vec4,
+    /// The sides of its tiles in texels: the mirror's, those of little roughness, those of more; zero.
+    pub tile_sides: Vec4,
     /// What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
     pub picture_backdrop: Vec4,
     /// Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
@@ -171,27 +138,19 @@ pub struct EnvironmentUniform {
     pub sun_disc: Vec4,
 }
 
-/// The studio: a soft key from above on the left, a fill on the right, a rim from behind, a bright ceiling. Direction,
-/// sharpness, radiance; chosen so that a white sphere reads about 0.5 on average.
-const STUDIO: [([f32; 3], f32, [f32; 3]); 4] = [
-    ([-0.55, 0.65, 0.55], 14.0, [4.2, 4.1, 3.9]),
-    ([0.85, 0.25, 0.45], 10.0, [1.1, 1.15, 1.3]),
-    ([0.2, 0.45, -0.9], 18.0, [2.6, 2.7, 3.0]),
-    ([0.0, 1.0, 0.0], 3.0, [0.55, 0.57, 0.6]),
-];
-const STUDIO_CONSTANT: Vec3 = Vec3::new(0.16, 0.16, 0.165);
-
 /// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials, so
 /// that white and black ones stand out alike.
-const STUDIO_BACKDROP: [Vec3; 2] = [Vec3::new(0.06, 0.061, 0.064), Vec3::new(0.34, 0.35, 0.37)];
+const STUDIO_BACKDROP: [Vec3; 2] = [Vec3::splat(0.28), Vec3::splat(0.46)];
+
+/// The same where it is a fill, before a scene at night.
+const FILL_BACKDROP: [Vec3; 2] = [Vec3::new(0.06, 0.061, 0.064), Vec3::new(0.34, 0.35, 0.37)];
 
 impl EnvironmentUniform {
     /// The environment with its light times `scale` (its intensity and the pre-exposure, and what makes the studio a fill)
     /// and its backdrop times `backdrop_scale`.
     pub fn new(environment: Environment, scale: f32, backdrop_scale: f32) -> Self {
         let scaled = |color: Vec3, scale: f32| color.map(|color| finite_product(color, scale).max(0.0));
-        // A box without power has an axis and a sharpness all the same: 0 / 0 is no number.
-        let mut uniform = Self { boxes: [SoftBox::new(Vec3::Y, 1.0, Vec3::ZERO); STUDIO.len()], ..Self::zeroed() };
+        let mut uniform = Self::zeroed();
         match environment {
             // A picture is placed afterwards.
             Environment::None | Environment::File | Environment::Sky => {}
@@ -200,13 +159,10 @@ impl EnvironmentUniform {
                 uniform.backdrop_below = scaled(Vec3::from(color), backdrop_scale).extend(0.0);
                 uniform.backdrop_above = uniform.backdrop_below;
             }
-            // One that was not resolved with its scene is that of a scene without lights.
+            // The light of a picture is placed afterwards, and so is the studio's.
             Environment::Auto | Environment::Studio | Environment::Fill => {
-                uniform.constant = scaled(STUDIO_CONSTANT, scale);
-                uniform.boxes = STUDIO.map(|(axis, sharpness, radiance)| {
-                    SoftBox::new(Vec3::from(axis), sharpness, scaled(Vec3::from(radiance), scale))
-                });
-                let [below, above] = STUDIO_BACKDROP.map(|radiance| scaled(radiance, backdrop_scale).extend(0.0));
+                let backdrop = if environment == Environment::Fill { FILL_BACKDROP } else { STUDIO_BACKDROP };
+                let [below, above] = backdrop.map(|radiance| scaled(radiance, backdrop_scale).extend(0.0));
                 (uniform.backdrop_below, uniform.backdrop_above) = (below, above);
             }
         }
@@ -215,8 +171,7 @@ impl EnvironmentUniform {
 
     /// Whether no light comes from it.
     pub fn is_dark(&self) -> bool {
-        let has_boxes = self.boxes.iter().any(|soft_box| soft_box.power != Vec3::ZERO);
-        self.constant == Vec3::ZERO && !has_boxes && self.picture.x == 0.0
+        self.constant == Vec3::ZERO && self.picture.x == 0.0
     }
 }
 
@@ -235,9 +190,10 @@ impl PlacedPicture<'_> {
     pub fn place(&self, uniform: &mut EnvironmentUniform, scale: f32, backdrop_scale: f32) {
         // Radiance in it goes up to half floats' own limit, and what comes out is cut again.
         let [scale, backdrop_scale] = [scale, backdrop_scale].map(|scale| finite_product(1.0, scale).max(0.0));
-        let EnvironmentTiles { desc, mirror_side, suns, .. } = self.tiles;
+        let EnvironmentTiles { desc, sides, suns, .. } = self.tiles;
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
-        uniform.picture = Vec4::new(scale, *mirror_side as f32, cos, sin);
+        uniform.picture = Vec4::new(scale, 0.0, cos, sin);
+        uniform.tile_sides = sides.uniform();
         let roughness = self.blur.clamp(0.0, 1.0);
         let level = lobe::level_of_roughness(roughness);
         let alpha = roughness * roughness;
@@ -277,7 +233,6 @@ mod tests {
 
     #[test]
     fn the_uniform_has_one_layout() {
-        assert_same_layout!("forward", "SoftBox", SoftBox, [axis, irradiance_fit, power, padding]);
         assert_same_layout!(
             "forward",
             "Environment",
@@ -285,10 +240,10 @@ mod tests {
             [
                 constant,
                 padding,
-                boxes,
                 backdrop_below,
                 backdrop_above,
                 picture,
+                tile_sides,
                 picture_backdrop,
                 backdrop_lobe,
                 sun_directions,

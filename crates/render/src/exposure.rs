@@ -11,11 +11,12 @@ mod settings;
 pub use settings::ExposureSettings;
 
 use crate::colour::finite_product;
+use crate::environment::studio::WITHOUT_KEY_LIGHT;
 use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE, PlacedPicture};
 use crate::request::FrameRequest;
 use crate::resources::environment::EnvironmentTiles;
 use glam::Quat;
-use manypass_scene::{EnvironmentLight, EnvironmentMap, Scene};
+use manypass_scene::{EnvironmentLight, Scene};
 use std::str::FromStr;
 
 /// The luminance of mid grey: what reflects 18 % of the light reads as halfway between black and white.
@@ -202,19 +203,18 @@ impl FrameRequest {
     fn environment_scales(&self) -> [f32; 2] {
         let environment = &self.settings.environment;
         let (light, backdrop) = match (environment.source, self.metering) {
-            (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (1.0, 1.0),
+            (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (WITHOUT_KEY_LIGHT, 1.0),
             (Environment::Fill, metering) => {
                 let level = metering.map_or(1.0, |metering| (-metering.stops).exp2());
-                (FILL_SHARE * level, FILL_BACKDROP_SHARE * level)
+                (WITHOUT_KEY_LIGHT * FILL_SHARE * level, FILL_BACKDROP_SHARE * level)
             }
             _ => (1.0, 1.0),
         };
         [light, backdrop].map(|scale| scale * environment.intensity)
     }
 
-    /// The light that `map` brings, turned and scaled as the environment is; none where it gives no light.
-    pub(crate) fn environment_light(&self, map: &EnvironmentMap) -> Option<EnvironmentLight> {
-        let light = map.light.as_ref()?;
+    /// The light that an environment brings, turned and scaled as that is; none where it gives no light.
+    pub(crate) fn environment_light(&self, light: &EnvironmentLight) -> Option<EnvironmentLight> {
         let [scale, _] = self.environment_scales();
         let irradiance = light.irradiance.map(|value| finite_product(value, scale));
         let direction = Quat::from_rotation_y(self.settings.environment.rotation_deg.to_radians()) * light.direction;

@@ -1,15 +1,17 @@
 //! The whole frame, top to bottom, on one page.
 
 use crate::aov::AovPasses;
+use crate::draws::Tile;
 use crate::effect::Effect;
 use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
+use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::forward::LayeredDepth;
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ids,
+    accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground, ids,
     indirect, linear_depth, motion, present, shadows, tile_depth, tone_map, volumes,
 };
 use crate::record::Recorder;
@@ -46,6 +48,21 @@ pub(crate) fn environment_passes(
     Ok(())
 }
 
+/// What the ground gets of light, once that or the scene changed: the map of the plane, in `target`.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub(crate) fn ground_passes(
+    r: &mut Recorder<'_, '_>,
+    map: &GroundMap,
+    tiles: &[Tile],
+    target: Handle,
+) -> Result<(), ProgramError> {
+    let drawn = ground::record_map(r, map, tiles, target)?;
+    r.graph.export(drawn);
+    Ok(())
+}
+
 /// Everything from geometry to radiance, for one camera. Mirrors and probes call it again with other cameras.
 ///
 /// # Errors
@@ -66,6 +83,7 @@ pub fn view_passes(
     };
     if let Some((radiance, depth)) = forward {
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
+        let radiance = ground::record(r, &depth, radiance)?;
         let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
         let radiance = if settings.fog.scatters() {
             let linear_depth = linear_depth::record(r, &depth)?;
@@ -82,6 +100,7 @@ pub fn view_passes(
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
+    let radiance = ground::record(r, &depth, radiance)?;
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = fog::record_light(r, &settings.fog, &gbuffer.linear_depth, radiance)?;
     let radiance = translucent_passes(r, settings, radiance, depth)?;

@@ -1,5 +1,6 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
+mod ground;
 mod metering;
 mod output;
 mod prepare;
@@ -18,6 +19,7 @@ use crate::record::{BindGroups, Bundles, FrameTables, InstanceTable, SurfacePipe
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
+use ground::GroundState;
 #[cfg(not(target_arch = "wasm32"))]
 use manypass_graph::Plan;
 use manypass_graph::{Executor, PassTime};
@@ -47,6 +49,7 @@ pub struct Renderer {
     world_draws: WorldDraws,
     instances: InstanceTable,
     shadows: ShadowState,
+    ground: GroundState,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
     stats: FrameStats,
@@ -111,6 +114,7 @@ impl Renderer {
             world_draws: WorldDraws::default(),
             instances: InstanceTable::new(&gpu),
             shadows: ShadowState::new(&gpu),
+            ground: GroundState::new(&gpu),
             views: BTreeMap::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
@@ -153,6 +157,7 @@ impl Renderer {
         self.resources = SceneResources::new(&self.gpu);
         self.instances = InstanceTable::new(&self.gpu);
         self.shadows = ShadowState::new(&self.gpu);
+        self.ground = GroundState::new(&self.gpu);
         self.world_draws = WorldDraws::default();
         self.bind_groups.clear();
         self.bundles.clear();

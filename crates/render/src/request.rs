@@ -14,7 +14,7 @@ use crate::shadows::Dealing;
 use crate::view::View;
 use glam::Vec4;
 use manypass_graph::PlanError;
-use manypass_scene::Scene;
+use manypass_scene::{Framing, Scene};
 use std::cell::LazyCell;
 use std::sync::Arc;
 
@@ -45,6 +45,9 @@ pub struct FrameRequest {
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
     /// as a live view wants it. Otherwise a picture depends on nothing before its first sample.
     pub goes_on: bool,
+    /// The height of the ground, if there is one (`ground.mode`): where the scene's lowest point is, over an animation if it plays.
+    /// Without it the lower side of the bounds of what is drawn, which encloses what is turned with some room.
+    pub ground_height_m: Option<f32>,
     /// Settings of the passes.
     pub settings: Settings,
     /// Only the lights k, k + n, k + 2n, … of (k, n); for tests that add them up.
@@ -127,8 +130,11 @@ impl FrameRequest {
     /// A request that shows `scene` through its first camera, or else all of it; under its own lights and a faint studio,
     /// or else in the studio. Where the scene brings lights, [`crate::Renderer::expose`] finds the exposure.
     pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
-        let camera = View::of_scene(scene, width as f32 / height.max(1) as f32);
-        Self::new(width, height, camera).resolved(scene)
+        let (aspect, framing) = (width as f32 / height.max(1) as f32, Framing::of_scene(scene));
+        let (world_from_view, projection) = scene.first_camera().unwrap_or_else(|| framing.automatic(aspect));
+        let ground_height_m = framing.lowest_m();
+        let camera = View { world_from_view, projection };
+        Self { ground_height_m, ..Self::new(width, height, camera) }.resolved(scene)
     }
 
     /// The same with settings that are left to the scene as they are for `scene`.
@@ -146,6 +152,8 @@ impl FrameRequest {
                 let is_sky = settings.environment.source == Environment::Sky;
                 settings.exposure.stops = if is_sky { defaults.exposure_under_sky } else { defaults.exposure };
             }
+            settings.ground.mode =
+                settings.ground.mode.resolved(settings.environment.source, settings.background.source);
         })
     }
 
@@ -163,6 +171,7 @@ impl FrameRequest {
             height,
             camera,
             clip_plane_world: None,
+            ground_height_m: None,
             sample_index: 0,
             sample_count: 1,
             frames_per_sample: 1,

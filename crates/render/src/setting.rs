@@ -11,6 +11,7 @@ mod schema;
 mod typed;
 
 pub use color::LinearColor;
+pub(crate) use color::{read_word_or_color, word_or_color};
 pub(crate) use declare::{choices, settings};
 pub use field::SettingField;
 pub use file::SettingsFile;

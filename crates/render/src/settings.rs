@@ -44,6 +44,7 @@ compose! {
     render: crate::render_settings::RenderSettings,
     environment: crate::environment::EnvironmentSettings,
     background: crate::passes::background::BackgroundSettings,
+    ground: crate::ground::GroundSettings,
     exposure: crate::exposure::ExposureSettings,
     fog: crate::fog::FogSettings,
     lights: crate::lights::LightSettings,

@@ -8,7 +8,7 @@ mod common;
 use common::{floats, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::graph::{PlannedAttachment, Target};
-use manypass::{Aov, Averaging, Environment, FrameRequest, Path, Renderer};
+use manypass::{Aov, Averaging, Environment, FrameRequest, Ground, Path, Renderer};
 use manypass_scene::image::ImageSource;
 use manypass_scene::material::Clearcoat;
 use manypass_scene::{
@@ -92,15 +92,20 @@ fn studio() -> Studio {
     Studio { scene, sphere, wall, morphed, joint }
 }
 
-fn request(scene: &Scene, path: Path) -> FrameRequest {
+/// How it is drawn: the path, and whether it stands on a ground and casts shadows, which takes bytes of its own.
+type Way = (Path, Ground);
+
+fn request(scene: &Scene, (path, ground): Way) -> FrameRequest {
     let mut request = FrameRequest { averaging: Averaging::Both, ..plain_request(scene, (96, 64)) };
     request.settings.environment.source = Environment::Studio;
     request.settings.render.path = path;
+    request.settings.ground.mode = ground;
+    request.settings.shadows.enabled = ground != Ground::None;
     request
 }
 
-fn picture(renderer: &mut Renderer, scene: &Scene, path: Path) -> (Vec<u8>, Vec<f32>) {
-    renderer.render(scene, &request(scene, path)).unwrap();
+fn picture(renderer: &mut Renderer, scene: &Scene, way: Way) -> (Vec<u8>, Vec<f32>) {
+    renderer.render(scene, &request(scene, way)).unwrap();
     (renderer.read_display().unwrap(), renderer.read_radiance().unwrap())
 }
 
@@ -243,26 +248,29 @@ fn edits() -> Vec<Edit> {
 
 #[test]
 fn an_edited_scene_is_the_edited_scene_loaded() {
-    for path in [Path::Deferred, Path::Forward] {
+    for way in [(Path::Deferred, Ground::None), (Path::Forward, Ground::None), (Path::Deferred, Ground::Shadow)] {
         let mut studio = studio();
         let mut live = renderer();
         let mut anew = Renderer::new(live.gpu().clone()).unwrap();
-        let mut last = picture(&mut live, &studio.scene, path);
+        let mut last = picture(&mut live, &studio.scene, way);
         for (what, edit, most_bytes) in edits() {
             // The bytes of a frame that changes nothing are none.
-            assert!(picture(&mut live, &studio.scene, path) == last);
+            assert!(picture(&mut live, &studio.scene, way) == last);
             assert_eq!(live.stats().uploaded_bytes, 0, "a frame before one that {what}");
             edit(&mut studio);
             studio.scene.update_transforms();
-            let edited = picture(&mut live, &studio.scene, path);
+            let edited = picture(&mut live, &studio.scene, way);
             let uploaded = live.stats().uploaded_bytes;
             anew.unload();
-            let loaded = picture(&mut anew, &studio.scene, path);
-            assert!(edited == loaded, "{path:?}: a scene that {what} is another picture when it is loaded");
-            assert!(edited != last || what.starts_with("drops"), "{path:?}: one sees nothing of a scene that {what}");
-            assert!(uploaded <= most_bytes, "{path:?}: a scene that {what} uploads {uploaded} bytes");
-            if ["moves", "changes a material", "morphs"].contains(&what) {
-                assert_eq!(live.stats().bind_groups_made, 0, "{path:?}: a scene that {what}");
+            let loaded = picture(&mut anew, &studio.scene, way);
+            assert!(edited == loaded, "{way:?}: a scene that {what} is another picture when it is loaded");
+            assert!(edited != last || what.starts_with("drops"), "{way:?}: one sees nothing of a scene that {what}");
+            assert!(
+                uploaded <= most_bytes || way.1 != Ground::None,
+                "{way:?}: a scene that {what} uploads {uploaded} bytes"
+            );
+            if way.1 == Ground::None && ["moves", "changes a material", "morphs"].contains(&what) {
+                assert_eq!(live.stats().bind_groups_made, 0, "{way:?}: a scene that {what}");
             }
             last = edited;
         }
@@ -303,10 +311,14 @@ fn surfaces_are_drawn_into_radiance_only_while_one_glows() {
     for (what, edit, glows) in glows() {
         edit(&mut scene);
         scene.update_transforms();
-        let edited = picture(&mut live, &scene, Path::Deferred);
+        let edited = picture(&mut live, &scene, (Path::Deferred, Ground::None));
         anew.unload();
-        assert!(edited == picture(&mut anew, &scene, Path::Deferred), "a studio that {what} is another one anew");
-        let request = FrameRequest { want_aovs: vec![Aov::Emission], ..request(&scene, Path::Deferred) };
+        assert!(
+            edited == picture(&mut anew, &scene, (Path::Deferred, Ground::None)),
+            "a studio that {what} is another one anew"
+        );
+        let request =
+            FrameRequest { want_aovs: vec![Aov::Emission], ..request(&scene, (Path::Deferred, Ground::None)) };
         let plan = live.plan(&scene, &request).unwrap();
         let geometry = plan.passes.iter().find(|pass| pass.name == "geometry").unwrap();
         let is_color = |attachment: &&PlannedAttachment| matches!(attachment.target, Target::Color(_));
@@ -360,7 +372,7 @@ fn what_is_drawn_from_bundles_is_what_is_drawn_at_once() {
     scene.update_transforms();
     let (mut live, mut anew) = (renderer(), renderer());
     for frame in 0..10 {
-        let mut request = request(&scene, Path::Deferred);
+        let mut request = request(&scene, (Path::Deferred, Ground::None));
         match frame {
             // Some leave the picture, and come back.
             4..=6 => request.camera.world_from_view *= Mat4::from_rotation_y(0.35),
@@ -386,7 +398,7 @@ fn what_is_drawn_from_bundles_is_what_is_drawn_at_once() {
 fn what_a_mesh_lacks_is_not_taken_from_another() {
     let mut scene = scenes::rows_of_spheres().scene;
     let mut renderer = renderer();
-    let before = picture(&mut renderer, &scene, Path::Deferred);
+    let before = picture(&mut renderer, &scene, (Path::Deferred, Ground::None));
     assert_eq!(renderer.warnings(), Vec::<String>::new());
     let mut torn = primitives::cube(Vec3::ONE);
     torn.indices[4] = 24;
@@ -401,7 +413,7 @@ fn what_a_mesh_lacks_is_not_taken_from_another() {
     // Nor are nodes read that name what is not there.
     scene.add_node(None, Node { mesh: Some(99), skin: Some(99), light: Some(99), ..Node::default() });
     scene.update_transforms();
-    assert!(picture(&mut renderer, &scene, Path::Deferred) == before);
+    assert!(picture(&mut renderer, &scene, (Path::Deferred, Ground::None)) == before);
     let warnings = renderer.warnings();
     assert!(matches!(&warnings[..], [warning] if warning.contains("does not have")), "{warnings:?}");
     scene.remove_node(torn);

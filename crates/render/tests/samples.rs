@@ -275,7 +275,7 @@ fn lists_follow_all_that_they_are_made_of() {
         assert_eq!([made(&request), made(&request), made(&plain)], [1, 0, 1], "{what}");
     }
     // What lists know nothing of.
-    assert_eq!(made(&plain.with(|settings| settings.environment.source = Environment::Studio)), 0);
+    assert_eq!(made(&plain.with(|settings| settings.environment.source = Environment::Color([0.5; 3]))), 0);
     assert_eq!(made(&FrameRequest { sample_count: 2, ..plain.clone() }), 0);
 }
 

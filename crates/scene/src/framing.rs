@@ -114,6 +114,11 @@ impl Framing {
         &self.bounds_world
     }
 
+    /// The height of the lowest point; none if there is nothing.
+    pub fn lowest_m(&self) -> Option<f32> {
+        (!self.bounds_world.is_empty()).then_some(self.bounds_world.min.y)
+    }
+
     /// The middle of the box; the origin if there is nothing.
     pub fn center_world(&self) -> Vec3 {
         self.bounds_world.center()

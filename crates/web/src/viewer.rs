@@ -227,7 +227,9 @@ impl Viewer {
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
         let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, &self.framing, aspect)));
         let (world_from_view, projection) = camera::resolve(orbit, scene, &self.framing, aspect);
-        let request = FrameRequest::new(width, height, View { world_from_view, projection });
+        let ground_height_m = self.framing.lowest_m();
+        let camera = View { world_from_view, projection };
+        let request = FrameRequest { ground_height_m, ..FrameRequest::new(width, height, camera) };
         let mut request = self.options.applied(request, scene);
         request.sample_count = REFINED_SAMPLES;
         request.effects.clone_from(&self.effects);

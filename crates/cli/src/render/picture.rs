@@ -76,7 +76,9 @@ impl Batch<'_> {
         pose(scene, args, time_secs(args, frame))?;
         let camera = view(scene, framing, args, job, frame as f32)?;
         let effects = self.effects.clone();
-        let mut request = FrameRequest { previous, effects, ..request(args, job, &self.settings, camera, scene) };
+        let ground_height_m = framing.lowest_m();
+        let mut request =
+            FrameRequest { previous, effects, ground_height_m, ..request(args, job, &self.settings, camera, scene) };
         exposure.expose(&mut request);
         let mut warnings = warnings.clone();
         let compiled_ms = self.renderer.compile_ms();

@@ -56,7 +56,7 @@ impl Lobe {
     }
 
     /// All directions: the texels of faces of `side` texels a side. Wide lobes are smooth at that distance.
-    fn of_sphere(alpha: f32, side: u32, source_side: u32) -> Self {
+    pub fn of_sphere(alpha: f32, side: u32, source_side: u32) -> Self {
         let side = side.min(source_side);
         let place = |at: u32| (2.0 * at as f32 + 1.0) / side as f32 - 1.0;
         let texels = (0..side * side).map(|i| [place(i % side), place(i / side)]);
@@ -88,7 +88,7 @@ impl Lobe {
 }
 
 /// The perceptual roughness of a level.
-fn roughness_of_level(level: f32) -> f32 {
+pub(super) fn roughness_of_level(level: f32) -> f32 {
     if level < 1.0 {
         level * ENVIRONMENT_ROUGHNESS_FIRST
     } else if level < ENVIRONMENT_LEVEL_HALF {

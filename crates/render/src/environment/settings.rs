@@ -1,7 +1,7 @@
 //! Settings of the environment, and how it and the background are written.
 
 use super::{Background, Environment};
-use crate::setting::{LinearColor, SettingField, SettingType, SettingValue, Written, settings};
+use crate::setting::{SettingField, SettingType, SettingValue, Written, read_word_or_color, settings, word_or_color};
 use std::path::PathBuf;
 
 settings! {
@@ -43,15 +43,6 @@ const ENVIRONMENTS: [(&str, Environment); 6] = [
 const BACKGROUNDS: [(&str, Background); 2] =
     [("environment", Background::Environment), ("transparent", Background::Transparent)];
 
-fn read<T: Copy>(words: &[(&str, T)], color: fn([f32; 3]) -> T, written: &Written) -> Option<T> {
-    let word = written.text().and_then(|text| words.iter().find(|(word, _)| *word == &*text));
-    word.map(|(_, value)| *value).or_else(|| LinearColor::read(written).map(|LinearColor(linear)| color(linear)))
-}
-
-fn word<T: PartialEq>(words: &[(&str, T)], value: &T) -> SettingValue {
-    SettingValue::Text(words.iter().find(|(_, known)| known == value).map_or("", |(word, _)| word).into())
-}
-
 impl SettingField for Environment {
     fn kind() -> SettingType {
         SettingType::ChoiceOrColor
@@ -65,11 +56,12 @@ impl SettingField for Environment {
     }
 
     fn read(written: &Written) -> Option<Self> {
-        read(&ENVIRONMENTS, Self::Color, written)
+        read_word_or_color(&ENVIRONMENTS, Self::Color, written)
     }
 
     fn value(&self) -> SettingValue {
-        if let Self::Color(linear) = self { LinearColor(*linear).value() } else { word(&ENVIRONMENTS, self) }
+        let color = if let Self::Color(linear) = self { Some(*linear) } else { None };
+        word_or_color(&ENVIRONMENTS, self, color)
     }
 }
 
@@ -87,14 +79,14 @@ impl SettingField for Background {
         let pair = text.as_deref().and_then(|text| text.split_once(',')).and_then(|(below, above)| {
             Some(Self::Gradient([LinearColor::of_hex(below.trim())?.0, LinearColor::of_hex(above.trim())?.0]))
         });
-        pair.or_else(|| read(&BACKGROUNDS, Self::Color, written))
+        pair.or_else(|| read_word_or_color(&BACKGROUNDS, Self::Color, written))
     }
 
     fn value(&self) -> SettingValue {
-        match self {
-            Self::Color(linear) => LinearColor(*linear).value(),
-            Self::Gradient(colors) => SettingValue::Text(colors.map(|color| LinearColor(color).hex()).join(",")),
-            Self::Environment | Self::Transparent => word(&BACKGROUNDS, self),
+        if let Self::Gradient(colors) = self {
+            return SettingValue::Text(colors.map(|color| LinearColor(color).hex()).join(","));
         }
+        let color = if let Self::Color(linear) = self { Some(*linear) } else { None };
+        word_or_color(&BACKGROUNDS, self, color)
     }
 }

@@ -12,6 +12,7 @@ pub mod fog;
 pub mod forward;
 pub mod geometry;
 pub mod gouraud;
+pub mod ground;
 pub mod ids;
 pub mod indirect;
 pub mod linear_depth;

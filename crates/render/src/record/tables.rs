@@ -3,7 +3,8 @@
 use super::bind_groups::Resource;
 use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
 use crate::gpu::Gpu;
-use crate::resources::environment::no_tiles;
+use crate::resources::environment::{EnvironmentTiles, no_tiles};
+use std::cell::OnceCell;
 
 /// A name of group 0. Its place in the list is its binding.
 #[derive(Debug)]
@@ -55,6 +56,7 @@ pub(crate) struct FrameTables {
     pub no_shadows: wgpu::TextureView,
     /// A texture without light, where the environment is no picture.
     pub no_environment: wgpu::TextureView,
+    studio: OnceCell<EnvironmentTiles>,
 }
 
 impl FrameTables {
@@ -86,7 +88,13 @@ impl FrameTables {
             }),
             no_shadows: depth_texture(gpu, "no_shadows", 1).create_view(&Default::default()),
             no_environment: no_tiles(gpu),
+            studio: OnceCell::new(),
         }
+    }
+
+    /// The tiles of the studio, made when they are first wanted.
+    pub fn studio(&self, gpu: &Gpu) -> &EnvironmentTiles {
+        self.studio.get_or_init(|| EnvironmentTiles::of_studio(gpu))
     }
 
     /// The samplers that every shader may name.

@@ -8,6 +8,7 @@ use crate::draws::{Draw, DrawList, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use crate::ground::ViewGround;
 use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, Rectangle, VolumeDraw, without_shadows};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
@@ -64,6 +65,8 @@ pub struct PreparedView {
     pub(crate) instances: wgpu::Buffer,
     /// Whether lights cast shadows in it.
     pub has_shadows: bool,
+    /// The plane under the scene.
+    pub(crate) ground: Option<ViewGround>,
 }
 
 impl PreparedView {
@@ -206,7 +209,9 @@ pub(crate) struct Viewed<'a> {
     pub instances: wgpu::Buffer,
     /// The atlas of shadow maps, if there is one that lights are read from.
     pub shadows: Option<&'a wgpu::TextureView>,
-    /// The tiles of the environment, if that is a picture.
+    /// The plane under the scene.
+    pub ground: Option<ViewGround>,
+    /// The tiles of the environment, if that is a picture or the studio.
     pub environment_tiles: Option<&'a wgpu::TextureView>,
 }
 
@@ -256,6 +261,7 @@ impl Viewed<'_> {
             sampling: self.sampling,
             instances: self.instances,
             has_shadows: self.shadows.is_some(),
+            ground: self.ground,
         }
     }
 }

@@ -4,6 +4,7 @@ use super::{Purpose, Renderer};
 use crate::constants::RADIANCE_MAX;
 use crate::environment::{Background, Environment};
 use crate::exposure::{Exposure, Metering};
+use crate::ground::Ground;
 use crate::request::{FrameRequest, RenderError};
 use manypass_scene::Scene;
 
@@ -200,6 +201,7 @@ fn metered(request: &FrameRequest) -> FrameRequest {
         settings.environment.source = Environment::None;
     }
     settings.background.source = Background::Transparent;
+    settings.ground.mode = Ground::None;
     settings.exposure.stops = Exposure::Stops(0.0);
     settings.render.scale = 1.0;
     small

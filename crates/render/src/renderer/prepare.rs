@@ -1,17 +1,20 @@
 //! From what a frame is asked for to views that can be recorded.
 
+use super::ground::FrameGround;
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, filter_uniform};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
+use crate::environment::{Environment, studio};
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
+use crate::ground::ViewGround;
 use crate::lights::{
     self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
 };
 use crate::passes::debug::DebugView;
-use crate::record::{COUNTS_PAIRS, PreparedView, Viewed};
+use crate::record::{COUNTS_PAIRS, InstanceTable, PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
@@ -63,9 +66,13 @@ impl Asked {
         if ![size.0, size.1].into_iter().all(fits) {
             return Err(RenderError::ShadedSize { width, height, shaded: size, limit });
         }
+        let light = match request.settings.environment.source {
+            Environment::Studio => Some(studio::key_light()),
+            _ => environment.as_ref().and_then(|map| map.light),
+        };
         Ok(Self {
             name: name.into(),
-            environment_light: environment.as_ref().and_then(|map| request.environment_light(map)),
+            environment_light: light.and_then(|light| request.environment_light(&light)),
             environment,
             size,
             output_size: (width, height),
@@ -165,7 +172,7 @@ impl Renderer {
         asked: &Asked,
         world: &World<'_>,
         (state, lit): (&mut ViewState, Lit),
-        shadows: Option<(&ViewShadows, &Atlas)>,
+        (shadows, ground): (Option<(&ViewShadows, &Atlas)>, Option<&FrameGround>),
         has_previous: bool,
         stats: &mut FrameStats,
     ) -> Result<Ready, RenderError> {
@@ -201,6 +208,9 @@ impl Renderer {
         let cluster_grid = ClusterUniform { shadow_filter, ..lists.uniform };
         let tiles = self.tiles_of(asked);
         let environment = request.environment_uniform(tiles);
+        let ground = ground.and_then(|FrameGround { map, texture, .. }| {
+            ViewGround::new(settings.ground.mode, map, texture, &lists.table)
+        });
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
             let viewed = Viewed {
                 name: name.into(),
@@ -219,6 +229,7 @@ impl Renderer {
                 environment: &environment,
                 instances: self.instances.buffer().clone(),
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
+                ground: ground.clone(),
                 environment_tiles: tiles.map(|tiles| &tiles.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
@@ -244,14 +255,23 @@ impl Renderer {
         })
     }
 
-    /// What surfaces reflect of the picture of a view's environment, if that is one.
+    /// The tiles of a view's environment, if that is a picture or the studio.
     fn tiles_of(&self, asked: &Asked) -> Option<&EnvironmentTiles> {
+        if matches!(asked.request.settings.environment.source, Environment::Studio | Environment::Fill) {
+            return Some(self.tables.studio(&self.gpu));
+        }
         let map = asked.environment.as_ref()?;
         self.resources.environment(map)
     }
 
     /// What draws what all views share, shadow maps and levels of the environment: of no camera, and with neither itself.
-    pub(super) fn shared_view(&self, asked: &Asked, ready: &Ready, state: &ViewState) -> PreparedView {
+    pub(super) fn shared_view(
+        &self,
+        asked: &Asked,
+        ready: &Ready,
+        state: &ViewState,
+        instances: &InstanceTable,
+    ) -> PreparedView {
         let lists = state.lists.as_ref();
         Viewed {
             name: "".into(),
@@ -268,8 +288,9 @@ impl Renderer {
             object_lights: Arc::default(),
             cluster_grid: &lists.map_or_else(ClusterUniform::zeroed, |lists| lists.uniform),
             environment: &asked.request.environment_uniform(None),
-            instances: self.shadows.instances.buffer().clone(),
+            instances: instances.buffer().clone(),
             shadows: None,
+            ground: None,
             environment_tiles: None,
         }
         .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
@@ -343,7 +364,8 @@ fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTil
         constants.push(("penumbrae", 1));
     }
     if let Some(tiles) = tiles {
-        constants.extend([("has_picture", 1), ("sun_count", tiles.sun_count())]);
+        let shows_picture = u32::from(settings.environment.source == Environment::File);
+        constants.extend([("has_picture", 1), ("shows_picture", shows_picture), ("sun_count", tiles.sun_count())]);
     }
     if asked.counts_pairs {
         constants.push(COUNTS_PAIRS);

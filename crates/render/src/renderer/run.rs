@@ -10,6 +10,7 @@ use crate::draws::{Deformation, WorldDraws};
 use crate::environment::Environment;
 use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
+use crate::ground::GROUND_MAP;
 use crate::lights::LightCulling;
 use crate::passes::meter;
 use crate::passes::present::Target;
@@ -115,13 +116,14 @@ impl Renderer {
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
         }
+        let ground = self.prepare_ground(asked, states, &world, &mut stats, purpose.is_plan());
         let ready: Vec<Ready> = asked
             .iter()
             .zip(states.iter_mut().zip(lit))
             .enumerate()
             .map(|(at, (asked, lit))| {
                 let of_view = shadows.as_ref().and_then(|(shadows, atlas)| Some((shadows.views.get(at)?, atlas)));
-                self.ready(asked, &world, lit, of_view, has_previous, &mut stats)
+                self.ready(asked, &world, lit, (of_view, ground.as_ref()), has_previous, &mut stats)
             })
             .collect::<Result<_, _>>()?;
         // A plan leaves environments as they are.
@@ -130,7 +132,7 @@ impl Renderer {
             environments.filter_map(|(at, tiles)| Some((at, tiles.take_unfinished()?))).collect();
         let shared_view = match (asked.first(), ready.first(), states.first()) {
             (Some(asked), Some(ready), Some(state)) if shadows.is_some() || !unfinished.is_empty() => {
-                Some(self.shared_view(asked, ready, state))
+                Some(self.shared_view(asked, ready, state, &self.shadows.instances))
             }
             _ => None,
         };
@@ -187,8 +189,20 @@ impl Renderer {
         let missing_bytes = self.executor.missing_bytes(&plan, &options);
         check_budget(self.memory_budget_bytes, output_bytes + missing_bytes)?;
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
+        // Done before the frame, but recorded after it, so that frames with it and without it put their uniforms alike.
+        let mut first = self.gpu.device.create_command_encoder(&Default::default());
+        if let (Some(ground), [asked, ..], [ready, ..], [state, ..]) = (&ground, asked, &ready[..], &*states) {
+            if let Some(tiles) = &ground.tiles {
+                let view = self.shared_view(asked, ready, state, &self.ground.instances);
+                let mut graph = self.executor.graph(limits);
+                let target = graph.import("ground.map", GROUND_MAP, ground.texture.clone());
+                frame::ground_passes(&mut Recorder::new(&mut graph, &frame, &view), &ground.map, tiles, target)?;
+                let plan = graph.plan()?;
+                self.executor.run(graph, &plan, &mut first, &RunOptions::default());
+            }
+        }
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
-        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.queue.submit([first.finish(), encoder.finish()]);
         stats.bind_groups_made = self.bind_groups.made();
         stats.bundles_executed = self.bundles.executed();
         if missing_bytes > 0 {

@@ -2,7 +2,8 @@
 
 use crate::environment::lobe::{Lobe, LobeTable};
 use crate::environment::suns::{Suns, suns};
-use crate::environment::{ENVIRONMENT_FORMAT, tiles};
+use crate::environment::tiles::{TileSides, texture_size};
+use crate::environment::{ENVIRONMENT_FORMAT, studio};
 use crate::gpu::Gpu;
 use glam::Vec3;
 use half::f16;
@@ -22,10 +23,11 @@ pub(crate) struct EnvironmentTiles {
     pub view: wgpu::TextureView,
     /// Of the texture.
     pub desc: TextureDesc,
-    pub mirror_side: u32,
+    pub sides: TileSides,
     pub suns: Suns,
     /// The light of the map, which is in none of the tiles.
     pub light: Option<EnvironmentLight>,
+    /// The map; of the studio none.
     of: Weak<EnvironmentMap>,
     unfinished: Option<Unfinished>,
 }
@@ -47,7 +49,8 @@ impl EnvironmentTiles {
         let largest = gpu.capabilities.max_texture_size;
         // Below the mirror's tile lie the others.
         let mirror_side = (map.width / 2).clamp(16, MIRROR_SIDE_MAX.min(largest.saturating_sub(1024)));
-        let (width, height) = tiles::texture_size(mirror_side);
+        let sides = TileSides::of_picture(mirror_side);
+        let (width, height) = texture_size(sides);
         let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
         let texture = create(gpu, "environment", desc, wgpu::TextureUsages::RENDER_ATTACHMENT);
         let picture_desc = TextureDesc::new_2d(map.width, map.height, ENVIRONMENT_FORMAT);
@@ -58,7 +61,7 @@ impl EnvironmentTiles {
         Self {
             view: texture.create_view(&Default::default()),
             desc,
-            mirror_side,
+            sides,
             // A map with a light of its own has none in its texels.
             suns: if map.light.is_some() { Suns::default() } else { suns(map) },
             light: map.light,
@@ -71,6 +74,17 @@ impl EnvironmentTiles {
                 lobes,
             }),
         }
+    }
+
+    /// Of the studio.
+    pub fn of_studio(gpu: &Gpu) -> Self {
+        let sides = studio::SIDES;
+        let (width, height) = texture_size(sides);
+        let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
+        let texture = create(gpu, "environment.studio", desc, wgpu::TextureUsages::empty());
+        write(gpu, &texture, (width, height), studio::texels());
+        let view = texture.create_view(&Default::default());
+        Self { view, desc, sides, suns: Suns::default(), light: None, of: Weak::new(), unfinished: None }
     }
 
     /// Whether they are those of `map`.
@@ -97,7 +111,7 @@ impl EnvironmentTiles {
 /// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map with its halves.
 pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
-    let (width, height) = tiles::texture_size((map.width / 2).min(MIRROR_SIDE_MAX));
+    let (width, height) = texture_size(TileSides::of_picture((map.width / 2).min(MIRROR_SIDE_MAX)));
     let source_side = u64::from((map.width / 4).min(SOURCE_SIDES.1));
     let texels = 2 * u64::from(map.width) * u64::from(map.height)
         + u64::from(width) * u64::from(height)

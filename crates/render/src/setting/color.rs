@@ -51,3 +51,19 @@ impl SettingField for LinearColor {
         if Self::of_hex(&hex).as_ref() == Some(self) { SettingValue::Text(hex) } else { self.0.value() }
     }
 }
+
+/// One of `words`, else the value of a colour.
+pub(crate) fn read_word_or_color<T: Copy>(
+    words: &[(&str, T)],
+    of_color: fn([f32; 3]) -> T,
+    written: &Written,
+) -> Option<T> {
+    let word = written.text().and_then(|text| words.iter().find(|(word, _)| *word == &*text));
+    word.map(|(_, value)| *value).or_else(|| LinearColor::read(written).map(|LinearColor(linear)| of_color(linear)))
+}
+
+/// As [`read_word_or_color`] reads it: the colour if it is one, else its word.
+pub(crate) fn word_or_color<T: PartialEq>(words: &[(&str, T)], value: &T, color: Option<[f32; 3]>) -> SettingValue {
+    let word = || words.iter().find(|(_, known)| known == value).map_or("", |(word, _)| word);
+    color.map_or_else(|| SettingValue::Text(word().into()), |linear| LinearColor(linear).value())
+}

@@ -1,6 +1,5 @@
-// Light from everywhere: a constant plus soft boxes as spherical Gaussians a·exp(s (d·axis - 1)) (Wang et al. 2009,
-// "All-Frequency Rendering of Dynamic, Spatially-Varying Reflectance"). Irradiance of a Gaussian is the fit of
-// Hill (2016, "SG Series"), its reflection is the Gaussian widened by the lobe of GGX.
+// Light from everywhere: a constant, or a picture of all directions. What surfaces of some roughness reflect of a picture, and its
+// irradiance, are read from the tiles of `environment_tiles.wgsl`.
 
 import package::shaders::brdf::PI;
 import package::constants::ENVIRONMENT_LEVEL_LAST;
@@ -8,32 +7,17 @@ import package::shaders::shading::linear_clamp;
 import package::shaders::octahedral::octahedral_from_direction;
 import package::shaders::environment_tiles::{environment_level, environment_texel};
 
-// c0 of Hill's fit.
-const IRRADIANCE_C0: f32 = 0.36;
-
-// A soft box. What its integrals over a lobe or a hemisphere have in common for all pixels is computed once, by
-// `environment.rs`.
-struct SoftBox {
-    // Axis and sharpness s.
-    axis: vec4f,
-    // The factors of Hill's fit that depend on s alone: scale, bias, x / (4 c0), 1 / x.
-    irradiance_fit: vec4f,
-    // Radiance on the axis times the Gaussian's integral over the sphere, 2 pi (1 - exp(-2 s)) / s, pre-exposed.
-    power: vec3f,
-    padding: f32,
-}
-
 struct Environment {
     // Constant radiance, pre-exposed.
     constant: vec3f,
     padding: f32,
-    // Where there are fewer, the others have no power.
-    boxes: array<SoftBox, 4>,
     // What the camera sees of the environment: radiance, pre-exposed, straight down and straight up.
     backdrop_below: vec4f,
     backdrop_above: vec4f,
-    // Of a picture: what its light is multiplied by, the side of the mirror's tile in texels, the cosine and the sine of its rotation.
+    // Of a picture: what its light is multiplied by, zero, the cosine and the sine of its rotation.
     picture: vec4f,
+    // The sides of its tiles in texels: the mirror's, those of little roughness, those of more; zero.
+    tile_sides: vec4f,
     // What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
     picture_backdrop: vec4f,
     // Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
@@ -51,8 +35,9 @@ struct Environment {
 // `environment_tiles.wgsl`.
 @group(0) @binding(11) var environment_tiles: texture_2d<f32>;
 
-// 1 if the environment is a picture, which is dear where it is none.
+// 1 if the light of the environment is a picture, which is dear where it is none; 1 if the camera sees it, too.
 override has_picture: u32 = 0u;
+override shows_picture: u32 = 0u;
 // How many suns the picture has.
 override sun_count: u32 = 0u;
 
@@ -64,7 +49,7 @@ fn picture_direction(direction: vec3f) -> vec3f {
 }
 
 fn tile_at(place: vec2f, level: f32) -> vec3f {
-    let texel = environment_texel(place, level, environment.picture.y);
+    let texel = environment_texel(place, level, environment.tile_sides);
     return textureSampleLevel(environment_tiles, linear_clamp, texel * environment.picture_backdrop.zw, 0.0).rgb;
 }
 
@@ -102,32 +87,9 @@ fn environment_backdrop(elevation_sin: f32) -> vec3f {
     return mix(environment.backdrop_below.rgb, environment.backdrop_above.rgb, share);
 }
 
-fn box_reflection(box: SoftBox, direction: vec3f, lobe_sharpness: f32) -> vec3f {
-    let sharpness = box.axis.w * lobe_sharpness / (box.axis.w + lobe_sharpness);
-    // The integral over the sphere is kept.
-    let peak = sharpness / (1.0 - exp(-2.0 * sharpness));
-    return box.power * (peak * exp(sharpness * (dot(direction, box.axis.xyz) - 1.0)));
-}
-
-fn box_irradiance(box: SoftBox, normal: vec3f) -> vec3f {
-    let fit = box.irradiance_fit;
-    let mu = dot(box.axis.xyz, normal);
-    let x0 = IRRADIANCE_C0 * mu;
-    let n = x0 + fit.z;
-    let y = select(clamp(mu, 0.0, 1.0), n * n * fit.w, abs(x0) <= fit.z);
-    return box.power * max(fit.x * y + fit.y, 0.0);
-}
-
-// Radiance averaged over the lobe of GGX about `direction`; the lobe is the Gaussian of sharpness 2 / alpha². Boxes are
-// named one by one: an index that is no constant costs software adapters a load for every pixel.
+// Radiance averaged over the lobe of GGX about `direction`, seen along it.
 fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
-    // Warped from the half vector to the reflected direction at normal incidence: a quarter of 2 / alpha².
-    let lobe_sharpness = 0.5 / max(roughness_alpha * roughness_alpha, 1e-6);
-    let sum = box_reflection(environment.boxes[0], direction, lobe_sharpness)
-        + box_reflection(environment.boxes[1], direction, lobe_sharpness)
-        + box_reflection(environment.boxes[2], direction, lobe_sharpness)
-        + box_reflection(environment.boxes[3], direction, lobe_sharpness);
-    var radiance = environment.constant + sum * (0.5 / PI);
+    var radiance = environment.constant;
     if has_picture != 0u {
         radiance += picture_at(direction, environment_level(sqrt(roughness_alpha))) * environment.picture.x;
     }
@@ -144,14 +106,11 @@ fn lobe_direction(mirrored: vec3f, normal: vec3f, n_dot_v: f32, roughness_alpha:
 }
 
 fn environment_irradiance(normal: vec3f) -> vec3f {
+    var radiance = environment.constant;
     if has_picture != 0u {
         let place = octahedral_from_direction(picture_direction(normal));
         // Seen along the normal, what roughness 1 reflects is irradiance divided by pi.
-        return (environment.constant + tile_at(place, ENVIRONMENT_LEVEL_LAST) * environment.picture.x) * PI;
+        radiance += tile_at(place, ENVIRONMENT_LEVEL_LAST) * environment.picture.x;
     }
-    return environment.constant * PI
-        + box_irradiance(environment.boxes[0], normal)
-        + box_irradiance(environment.boxes[1], normal)
-        + box_irradiance(environment.boxes[2], normal)
-        + box_irradiance(environment.boxes[3], normal);
+    return radiance * PI;
 }

@@ -55,7 +55,7 @@ impl Dealing {
     /// in its middle: it may be all that is seen.
     pub fn moved(&self, light: &TableLight) -> TableLight {
         let is_first_of_all = self.rounds.is_none() && self.frame == 0;
-        if !self.moves() || is_first_of_all || light.radius_m <= 0.0 {
+        if !self.moves() || is_first_of_all || light.radius_m <= 0.0 || is_wide(light) {
             return *light;
         }
         let [a, b, c] = self.point(light.node.map_or(u32::MAX, |node| node.0));
@@ -84,6 +84,12 @@ impl Dealing {
             (f64::from(hash >> 8) / f64::from(1u32 << 24) + step * f64::from(self.frame)).fract() as f32
         })
     }
+}
+
+/// Whether a light is so wide that its points in a few frames would each leave an edge of their own: its shadows on surfaces are those
+/// of its middle, from one map for all frames.
+pub(super) fn is_wide(light: &TableLight) -> bool {
+    light.kind == LightKind::Directional && light.radius_m > 0.2
 }
 
 /// The distance from the middle, as a share of the radius, within which the share `share` of a ball's points lies, if they

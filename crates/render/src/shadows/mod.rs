@@ -15,15 +15,16 @@ mod wanted;
 
 pub use atlas::Square;
 pub use dealing::Dealing;
+pub(crate) use projection::{TileProjection, looking_along};
 pub use settings::{ShadowFilter, ShadowSettings};
 pub use wanted::Viewer;
 
 use crate::constants::TEXELS_PER_LIGHT;
-use crate::draws::{Tile, WorldDraws};
+use crate::draws::{Draw, Tile, WorldDraws};
 use crate::lights::{LightTable, TableLight};
 use crate::resources::Instance;
 use atlas::Allocator;
-use casters::{Caster, Casters};
+use casters::{Caster, Casters, OfLight};
 use dealing::Turns;
 use manypass_scene::{LightKind, NodeId};
 use placing::Kept;
@@ -256,6 +257,27 @@ impl Shadows {
             records.push([x, y, z, place]);
         }
         records
+    }
+}
+
+/// What casts shadows, for maps beside the atlas.
+pub(crate) struct Casting<'w> {
+    casters: Casters<'w>,
+    everywhere: OfLight,
+}
+
+impl<'w> Casting<'w> {
+    /// Of a world; `version` rises whenever a mesh or a material changed.
+    pub fn new(world: &'w WorldDraws, version: u64) -> Self {
+        let casters = Casters::new(world, version, 0);
+        Self { everywhere: casters.everywhere(), casters }
+    }
+
+    /// What a map shows, whose instances are appended to `instances`, and a number that it shares with all that are alike.
+    pub fn tile(&self, projection: &TileProjection, instances: &mut Vec<Instance>) -> (Vec<Draw>, u64) {
+        let items: Vec<Caster> = self.casters.in_tile(&self.everywhere.items, projection).collect();
+        let signature = self.casters.signature(&items, projection);
+        (self.casters.draws(&items, projection, instances), signature)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Which tiles the lights of a frame want, and how large.
 
 use super::casters::{Casters, OfLight};
+use super::dealing::is_wide;
 use super::projection::{TileProjection, cube_faces, looking_along, slice_sphere, splits};
 use super::{Dealing, LightKey, SIDE_MIN, ShadowSettings, Shadows};
 use crate::draws::WorldDraws;
@@ -164,7 +165,9 @@ impl Shadows {
                 let side = if light.kind == LightKind::Directional {
                     // Cascades are as fine as the picture if they have twice its pixels.
                     let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
-                    Some(side.min(side_max / 2) as f32)
+                    let side = side.min(side_max / 2) as f32;
+                    // Edges of wide ones are never sharp.
+                    Some(if is_wide(light) { 0.5 * side } else { side })
                 } else {
                     let most = if is_single(light) { side_max / 4 } else { side_max / 8 };
                     demand(light, viewer).map(|side| side.min(most as f32))

@@ -3,7 +3,7 @@
 // Program: background.
 
 import package::view::{view, ray_direction_world_from_pixel};
-import package::shaders::environment::{environment_backdrop, has_picture, picture_backdrop};
+import package::shaders::environment::{environment_backdrop, picture_backdrop, shows_picture};
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
 
@@ -12,7 +12,7 @@ fn fs_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // Where the ray is 1 m ahead of the eye, height depends on the row of pixels alone while the camera's right is level:
     // the backdrop is made of straight bands, not of the arcs that equal elevations are.
     let ray_world = ray_direction_world_from_pixel(position.xy);
-    if has_picture != 0u {
+    if shows_picture != 0u {
         return vec4f(half_float_clamped(picture_backdrop(ray_world)), 1.0);
     }
     let ahead = dot(ray_world, -view.world_from_view[2].xyz);

@@ -102,13 +102,13 @@ pub(crate) fn record(
 ) -> Result<Handle, ProgramError> {
     let Unfinished { lobes, table, source_side, .. } = unfinished;
     let source = halves(r, tiles, picture, *source_side)?;
-    let mirror = Tile::of_level(0, tiles.mirror_side);
+    let mirror = Tile::of_level(0, tiles.sides);
     let step = r.fullscreen("environment.mirror", "environment_mirror", &[]).read("equirectangular", picture);
     let step = step.uniform("environment_tile", &TileUniform::new(mirror)).within(mirror.rectangle());
     let mut target = step.draw_into(target, ColorLoad::Clear(wgpu::Color::BLACK))?;
     for (row, lobe) in (0..).zip(lobes) {
         let level = row + 1;
-        let tile = Tile::of_level(level, tiles.mirror_side);
+        let tile = Tile::of_level(level, tiles.sides);
         let uniform = PrefilterUniform {
             corner: TileUniform::new(tile).corner,
             samples: UVec4::new(row, lobe.samples.len() as u32, 0, 0),

@@ -1,0 +1,297 @@
+//! The built-in studio: what surrounds a scene that brings neither lights nor a picture of its surroundings.
+//!
+//! It is a picture of all directions in grey, made of a room (a dark floor, a wall that is brightest at the horizon, a ceiling) and of
+//! soft boxes: a key from above on the left, a wide fill on the right, two strips behind for long highlights along edges, and one
+//! overhead. A white sphere reads about 0.5 on average. What surfaces of some roughness reflect of it has a closed form while lobes
+//! are narrow, because the marginal of GGX is algebraic: a straight edge that is blurred by it is x / √(x² + a²). Wide lobes are
+//! sums over all directions. So it takes some milliseconds, no file and no pass of its own, and is the same on every backend.
+
+use super::lobe::{Lobe, roughness_of_level};
+use super::tiles::{Tile, TileSides, texture_size};
+use crate::constants::{ENVIRONMENT_LEVEL_COARSE, ENVIRONMENT_LEVEL_LAST};
+use glam::{Mat3, Vec3};
+use half::f16;
+use manypass_scene::EnvironmentLight;
+use std::sync::OnceLock;
+
+/// The sides of its tiles. Its edges are soft, so that small ones do.
+pub(crate) const SIDES: TileSides = TileSides { mirror: 256, fine: 128, coarse: 32 };
+
+/// The share of the key that is a light with shadows, and not in the tiles.
+const KEY_LIGHT_SHARE: f32 = 0.7;
+
+/// What the studio without that light is multiplied by so that it gives as much light on average: where it is a fill.
+pub(crate) const WITHOUT_KEY_LIGHT: f32 = 1.35;
+
+/// Up to this level lobes are narrow: the tangents of their half widths are far from 1. Of its last the closed form is within 4 %.
+const LEVEL_NARROW_LAST: u32 = ENVIRONMENT_LEVEL_COARSE as u32 - 1;
+
+/// The sides of the faces of a cube whose texels are all directions, of the two levels that come first and of those of wide lobes.
+const SPHERE_SIDES: [u32; 2] = [32, 16];
+
+/// A rectangle that shines, seen from the middle of the room.
+#[derive(Clone, Copy, Debug)]
+struct SoftBox {
+    /// Where its middle is; of any length.
+    axis: Vec3,
+    /// Half its width and height as tangents.
+    half_extent: [f32; 2],
+    /// How soft its edges are, in the same measure.
+    edge: f32,
+    radiance: f32,
+}
+
+const KEY: SoftBox =
+    SoftBox { axis: Vec3::new(-0.60, 0.64, 0.48), half_extent: [0.32, 0.32], edge: 0.02, radiance: 6.75 };
+
+const BOXES: [SoftBox; 4] = [
+    // A fill on the right.
+    SoftBox { axis: Vec3::new(0.88, 0.30, 0.36), half_extent: [0.36, 0.62], edge: 0.03, radiance: 0.8 },
+    // Strips behind, on the left and on the right.
+    SoftBox { axis: Vec3::new(-0.72, 0.22, -0.66), half_extent: [0.14, 0.75], edge: 0.02, radiance: 2.1 },
+    SoftBox { axis: Vec3::new(0.55, 0.30, -0.78), half_extent: [0.16, 0.70], edge: 0.02, radiance: 2.3 },
+    // Overhead.
+    SoftBox { axis: Vec3::new(0.05, 1.0, -0.1), half_extent: [0.75, 0.45], edge: 0.05, radiance: 0.6 },
+];
+
+/// From 0 to 1 around x = 0: a step that is blurred by the marginal of a lobe of GGX.
+fn step(x: f32, width: f32) -> f32 {
+    0.5 + 0.5 * x / (x * x + width * width).sqrt()
+}
+
+/// A soft box with its axes.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    of: SoftBox,
+    axes: Mat3,
+}
+
+impl Placed {
+    fn new(of: SoftBox) -> Self {
+        let forward = of.axis.normalize();
+        let up = if forward.y.abs() < 0.9 { Vec3::Y } else { Vec3::NEG_Z };
+        let right = up.cross(forward).normalize();
+        Self { of, axes: Mat3::from_cols(right, forward.cross(right), forward) }
+    }
+
+    /// Radiance in a direction, blurred by lobes whose tangent of the half width is `blur`.
+    fn at(&self, direction: Vec3, blur: f32) -> f32 {
+        let forward = self.axes.z_axis.dot(direction);
+        if forward <= 0.05 {
+            return 0.0;
+        }
+        let width = self.of.edge + blur;
+        let covered = |axis: Vec3, half: f32| {
+            let at = axis.dot(direction) / forward;
+            step(at + half, width) - step(at - half, width)
+        };
+        let [half_width, half_height] = self.of.half_extent;
+        self.of.radiance * covered(self.axes.x_axis, half_width) * covered(self.axes.y_axis, half_height)
+    }
+
+    /// Irradiance of a plane that faces it.
+    fn irradiance(&self) -> f32 {
+        const STEPS: u16 = 64;
+        let place = |at: u16, half: f32| (2.0 * (f32::from(at) + 0.5) / f32::from(STEPS) - 1.0) * (half + 0.3);
+        let [width, height] = self.of.half_extent.map(|half| half + 0.3);
+        let texel = 4.0 * width * height / f32::from(STEPS * STEPS);
+        let places = (0..STEPS * STEPS).map(|i| {
+            let [x, y] = [place(i % STEPS, self.of.half_extent[0]), place(i / STEPS, self.of.half_extent[1])];
+            let towards = self.axes * Vec3::new(x, y, 1.0);
+            // A texel at the distance d takes 1 / d³, and the plane sees its cosine.
+            self.at(towards.normalize(), 0.0) / towards.length_squared().powi(2)
+        });
+        places.sum::<f32>() * texel
+    }
+}
+
+/// The room, by the sine of the elevation.
+fn room(sine: f32, blur: f32) -> f32 {
+    let floor_to_wall = 0.12 * step(sine + 0.02, 0.03 + blur);
+    let up_the_wall = -0.08 * step(sine - 0.3, 0.2 + blur);
+    let ceiling = 0.05 * step(sine - 0.85, 0.2 + blur);
+    0.08 + floor_to_wall + up_the_wall + ceiling
+}
+
+/// The studio with a share of its key.
+struct Studio {
+    key: Placed,
+    key_share: f32,
+    boxes: [Placed; BOXES.len()],
+}
+
+impl Studio {
+    fn new(key_share: f32) -> Self {
+        Self { key: Placed::new(KEY), key_share, boxes: BOXES.map(Placed::new) }
+    }
+
+    /// Radiance in a direction of length 1, blurred by lobes whose tangent of the half width is `blur`.
+    fn at(&self, direction: Vec3, blur: f32) -> f32 {
+        let boxes: f32 = self.boxes.iter().map(|placed| placed.at(direction, blur)).sum();
+        room(direction.y, blur) + self.key_share * self.key.at(direction, blur) + boxes
+    }
+}
+
+/// The light that stands for a share of the key.
+pub(crate) fn key_light() -> EnvironmentLight {
+    static LIGHT: OnceLock<EnvironmentLight> = OnceLock::new();
+    *LIGHT.get_or_init(|| EnvironmentLight {
+        direction: KEY.axis.normalize(),
+        irradiance: Vec3::splat(Placed::new(KEY).irradiance() * KEY_LIGHT_SHARE),
+        half_angle_tan: KEY.half_extent[0],
+    })
+}
+
+/// The texels of its tiles, without the key light, in the texture of [`SIDES`]: rows from the top.
+pub(crate) fn texels() -> &'static [[f16; 4]] {
+    static TEXELS: OnceLock<Vec<[f16; 4]>> = OnceLock::new();
+    TEXELS.get_or_init(|| texels_of(&Studio::new(1.0 - KEY_LIGHT_SHARE)))
+}
+
+fn texels_of(studio: &Studio) -> Vec<[f16; 4]> {
+    let (width, height) = texture_size(SIDES);
+    let mut texels = vec![[f16::ZERO; 4]; (width * height) as usize];
+    let spheres = SPHERE_SIDES.map(|side| Sphere::new(studio, side));
+    for level in 0..=ENVIRONMENT_LEVEL_LAST as u32 {
+        let tile = Tile::of_level(level, SIDES);
+        let alpha = roughness_of_level(level as f32).powi(2);
+        let sphere = &spheres[usize::from(level > LEVEL_NARROW_LAST + 2)];
+        let [left, top, across, down] = tile.rectangle();
+        for (y, x) in (0..down).flat_map(|y| (0..across).map(move |x| (y, x))) {
+            let direction = tile.direction([x, y]);
+            // Half vectors turn by half the angle that what they reflect does.
+            let radiance = if level <= LEVEL_NARROW_LAST {
+                studio.at(direction, 2.0 * alpha)
+            } else {
+                sphere.reflected(direction, alpha)
+            };
+            let grey = f16::from_f32(radiance);
+            texels[((top + y) * width + left + x) as usize] = [grey, grey, grey, f16::ONE];
+        }
+    }
+    texels
+}
+
+/// Numbers side by side, so that compilers find vectors in loops over them.
+const LANES: usize = 8;
+
+/// The studio in all directions.
+struct Sphere {
+    /// X, y, z, solid angle, radiance of so many directions at a time.
+    parts: Vec<[[f32; LANES]; 5]>,
+}
+
+impl Sphere {
+    fn new(studio: &Studio, side: u32) -> Self {
+        let samples = Lobe::of_sphere(1.0, side, side).samples;
+        // About as much as the texel of a face takes.
+        let blur = 0.5 / side as f32;
+        let part = |samples: &[[f32; 4]]| {
+            let mut part = [[0.0; LANES]; 5];
+            for (lane, [x, y, z, solid_angle]) in samples.iter().copied().enumerate() {
+                let radiance = studio.at(Vec3::new(x, y, z), blur);
+                [x, y, z, solid_angle, radiance].iter().zip(&mut part).for_each(|(value, of)| of[lane] = *value);
+            }
+            part
+        };
+        Self { parts: samples.chunks(LANES).map(part).collect() }
+    }
+
+    /// What a surface reflects, seen along its normal.
+    fn reflected(&self, normal: Vec3, alpha: f32) -> f32 {
+        let narrow = 1.0 - alpha * alpha;
+        let (mut sums, mut weights) = ([0.0f32; LANES], [0.0f32; LANES]);
+        for [x, y, z, solid_angle, radiance] in &self.parts {
+            for lane in 0..LANES {
+                let n_dot_l = (normal.x * x[lane] + normal.y * y[lane] + normal.z * z[lane]).max(0.0);
+                // The square of the half vector's cosine is (1 + n·l) / 2.
+                let d = 1.0 - 0.5 * (1.0 + n_dot_l) * narrow;
+                let weight = solid_angle[lane] * n_dot_l / (d * d);
+                sums[lane] += weight * radiance[lane];
+                weights[lane] += weight;
+            }
+        }
+        sums.iter().sum::<f32>() / weights.iter().sum::<f32>().max(1e-12)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f32::consts::PI;
+
+    /// Directions spread evenly.
+    fn directions(count: u32) -> impl Iterator<Item = Vec3> {
+        (0..count).map(move |i| {
+            let y = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
+            let (sin, cos) = (i as f32 * 2.399_963_2).sin_cos();
+            let across = (1.0 - y * y).sqrt();
+            Vec3::new(across * cos, y, across * sin)
+        })
+    }
+
+    fn mean(studio: &Studio) -> f32 {
+        directions(40_000).map(|direction| studio.at(direction, 0.0)).sum::<f32>() / 40_000.0
+    }
+
+    #[test]
+    fn a_white_sphere_reads_a_half() {
+        let whole = mean(&Studio::new(1.0));
+        assert!((0.48..0.56).contains(&whole), "{whole}");
+        let ratio = whole / mean(&Studio::new(1.0 - KEY_LIGHT_SHARE));
+        assert!((ratio / WITHOUT_KEY_LIGHT - 1.0).abs() < 0.01, "{ratio}");
+    }
+
+    #[test]
+    fn the_key_light_is_what_the_tiles_lack() {
+        let [whole, without] = [1.0, 1.0 - KEY_LIGHT_SHARE].map(Studio::new);
+        let light = key_light();
+        let cosine = |direction: Vec3| light.direction.dot(direction).max(0.0);
+        let lacks = |direction: Vec3| (whole.at(direction, 0.0) - without.at(direction, 0.0)) * cosine(direction);
+        let irradiance = directions(200_000).map(lacks).sum::<f32>() * 4.0 * PI / 200_000.0;
+        assert!((irradiance / light.irradiance.x - 1.0).abs() < 0.02, "{irradiance} {}", light.irradiance);
+    }
+
+    /// The integral over the lobe of GGX, by importance, of the mirror's picture.
+    fn integral(studio: &Studio, normal: Vec3, alpha: f32) -> f32 {
+        const COUNT: u16 = 4_000;
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for i in 0..COUNT {
+            let u = (f32::from(i) + 0.5) / f32::from(COUNT);
+            let cos_squared = (1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u);
+            let (cos, sin) = (cos_squared.sqrt(), (1.0 - cos_squared).max(0.0).sqrt());
+            let (y, x) = (f32::from(i) * 2.399_963_2).sin_cos();
+            let n_dot_l = 2.0 * cos_squared - 1.0;
+            if n_dot_l > 0.0 {
+                let light = (tangent * x + bitangent * y) * (2.0 * cos * sin) + normal * n_dot_l;
+                sum += studio.at(light, 0.0) * n_dot_l;
+                weights += n_dot_l;
+            }
+        }
+        sum / weights
+    }
+
+    #[test]
+    fn every_level_is_the_integral_over_its_lobe() {
+        let studio = Studio::new(1.0 - KEY_LIGHT_SHARE);
+        let texels = texels_of(&studio);
+        let (width, _) = texture_size(SIDES);
+        let mut worst = 0.0f32;
+        for level in 1..=ENVIRONMENT_LEVEL_LAST as u32 {
+            let tile = Tile::of_level(level, SIDES);
+            let alpha = roughness_of_level(level as f32).powi(2);
+            let (mut error, mut sum) = (0.0f32, 0.0f32);
+            for (x, y) in (1..=16).flat_map(|y| (1..=16).map(move |x| (x * tile.side / 17, y * tile.side / 17))) {
+                let [left, top, ..] = tile.rectangle();
+                let found = texels[((top + 1 + y) * width + left + 1 + x) as usize][0].to_f32();
+                let truth = integral(&studio, tile.direction([x + 1, y + 1]), alpha);
+                error += (found - truth).abs();
+                sum += truth;
+            }
+            println!("level {level}: mean error {:.4}", error / sum);
+            worst = worst.max(error / sum);
+        }
+        assert!(worst < 0.04, "{worst}");
+    }
+}

@@ -1,0 +1,153 @@
+//! The ground: a plane under the scene that catches its shadow, and is no part of the scene.
+//!
+//! What the scene takes from it of light is a map of the plane, drawn when the scene or the light has changed and not in every frame
+//! (`passes/ground`). It has two causes: the parallel light that stands before the others (that of the environment, else the first of the
+//! scene), past what casts shadows; and light from everywhere, past what hangs over the plane. Lights at a place do not reach it.
+
+mod map;
+mod settings;
+
+pub(crate) use map::{GROUND_DEPTHS, GROUND_MAP, GroundMap, ParallelLight};
+pub use settings::GroundSettings;
+
+use crate::environment::{Background, Environment};
+use crate::lights::LightTable;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
+use manypass_scene::{Aabb, LightKind};
+
+/// What is under the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Ground {
+    /// A shadow where the studio is the environment and the background is not transparent, else nothing.
+    #[default]
+    Auto,
+    /// A plane that is seen by its shadow alone: it darkens the background as a surface there would be darker.
+    Shadow,
+    /// Nothing.
+    None,
+    /// A plane of this albedo, linear Rec. 709, which ends in the background far from the scene.
+    Color([f32; 3]),
+}
+
+impl Ground {
+    /// With [`Self::Auto`] as it is before a background in an environment.
+    pub fn resolved(self, environment: Environment, background: Background) -> Self {
+        match self {
+            Self::Auto if environment == Environment::Studio && background != Background::Transparent => Self::Shadow,
+            Self::Auto => Self::None,
+            ground => ground,
+        }
+    }
+}
+
+/// The uniform of `ground.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct GroundUniform {
+    /// The height of the plane in metres, the distances from the middle between which it ends, zero.
+    plane: Vec4,
+    /// The x and z of the map's middle, one divided by its width and depth in metres.
+    place: Vec4,
+    /// Albedo; 1 if it is a surface, 0 if it is seen by its shadow alone.
+    color: Vec4,
+    /// Irradiance of the parallel light on the plane, pre-exposed; zero.
+    light: Vec4,
+}
+
+/// The ground as a view has it.
+#[derive(Clone, Debug)]
+pub(crate) struct ViewGround {
+    pub uniform: GroundUniform,
+    /// The map of the plane.
+    pub map: wgpu::TextureView,
+}
+
+impl ViewGround {
+    /// `ground` is resolved; none where there is nothing.
+    pub fn new(ground: Ground, map: &GroundMap, texture: &wgpu::TextureView, table: &LightTable) -> Option<Self> {
+        let color = match ground {
+            Ground::None | Ground::Auto => return None,
+            Ground::Shadow => Vec4::ZERO,
+            Ground::Color(color) => Vec3::from(color).min(Vec3::ONE).extend(1.0),
+        };
+        let light = parallel_light(table);
+        let irradiance = light.map_or(Vec3::ZERO, |(light, irradiance)| irradiance * light.direction.y.max(0.0));
+        let GroundMap { height_m, center, half_m, radius_m, .. } = *map;
+        let uniform = GroundUniform {
+            plane: Vec4::new(height_m, 2.0 * radius_m, 6.0 * radius_m, 0.0),
+            place: Vec4::new(center.x, center.y, 0.5 / half_m.x, 0.5 / half_m.y),
+            color,
+            light: irradiance.extend(0.0),
+        };
+        Some(Self { uniform, map: texture.clone() })
+    }
+}
+
+/// The parallel light of which the ground catches the shadow, and its irradiance, pre-exposed.
+pub(crate) fn parallel_light(table: &LightTable) -> Option<(ParallelLight, Vec3)> {
+    let light = table.lights.first().filter(|light| light.kind == LightKind::Directional)?;
+    let [red, green, blue, _] = *table.texels.get(1)?;
+    let casts_shadows = light.casts_shadows;
+    let light = ParallelLight { direction: -light.direction, half_angle_tan: light.radius_m, casts_shadows };
+    Some((light, Vec3::new(red, green, blue)))
+}
+
+/// The map of the plane under `bounds` at `height_m`; none under nothing.
+pub(crate) fn map_under(bounds: &Aabb, height_m: Option<f32>, light: Option<ParallelLight>) -> Option<GroundMap> {
+    let radius_m = bounds.radius_m();
+    if bounds.is_empty() || !(radius_m.is_finite() && radius_m > 0.0) {
+        return None;
+    }
+    let height_m = height_m.unwrap_or(bounds.min.y).min(bounds.max.y);
+    let top_m = (bounds.max.y - height_m).max(1e-3 * radius_m);
+    let [low, high] = [bounds.min, bounds.max].map(|corner| Vec2::new(corner.x, corner.z));
+    // What hangs over the plane darkens it as far as this around.
+    let margin = Vec2::splat(0.6 * (bounds.max - bounds.min).max_element());
+    let (mut least, mut most) = (low - margin, high + margin);
+    if let Some(light) = light.filter(ParallelLight::reaches) {
+        // Where the shadow of the top lies, with its penumbra; of a light that stands low not all of it.
+        let shift = Vec2::new(light.direction.x, light.direction.z) * (-top_m / light.direction.y);
+        let shift = shift.clamp_length_max(6.0 * radius_m);
+        let penumbra = Vec2::splat(light.half_angle_tan.min(1.0) * (shift.length() + top_m));
+        (least, most) = (least.min(low + shift - penumbra), most.max(high + shift + penumbra));
+    }
+    let (center, half_m) = (0.5 * (least + most), (0.5 * (most - least)).max(Vec2::splat(1e-6 * radius_m)));
+    Some(GroundMap { height_m, top_m, center, half_m, radius_m, light, bounds: *bounds })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("ground", "Ground", GroundUniform, [plane, place, color, light]);
+    }
+
+    #[test]
+    fn only_the_studio_has_a_shadow_under_the_scene_unasked() {
+        let of = |environment, background| Ground::Auto.resolved(environment, background);
+        assert_eq!(of(Environment::Studio, Background::Environment), Ground::Shadow);
+        assert_eq!(of(Environment::Studio, Background::Color([1.0; 3])), Ground::Shadow);
+        assert_eq!(of(Environment::Studio, Background::Transparent), Ground::None);
+        for environment in [Environment::Fill, Environment::File, Environment::None, Environment::Color([1.0; 3])] {
+            assert_eq!(of(environment, Background::Environment), Ground::None);
+        }
+        assert_eq!(Ground::Shadow.resolved(Environment::None, Background::Transparent), Ground::Shadow);
+    }
+
+    #[test]
+    fn the_map_holds_the_shadow_of_the_top() {
+        let bounds = Aabb { min: Vec3::new(-1.0, 0.0, -1.0), max: Vec3::new(1.0, 4.0, 1.0) };
+        let direction = Vec3::new(-1.0, 1.0, 0.0).normalize();
+        let light = ParallelLight { direction, half_angle_tan: 0.1, casts_shadows: true };
+        let holds = |map: &GroundMap, x: f32| (x - map.center.x).abs() <= map.half_m.x;
+        let lit = map_under(&bounds, None, Some(light)).expect("there is something");
+        assert!(holds(&lit, 5.0) && holds(&lit, -3.0) && !holds(&lit, -6.0));
+        let unlit = map_under(&bounds, None, None).expect("there is something");
+        assert!(!holds(&unlit, 5.0));
+        assert!(map_under(&Aabb::EMPTY, None, None).is_none());
+    }
+}

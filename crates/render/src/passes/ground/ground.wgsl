@@ -1,0 +1,62 @@
+// ground: the plane under the scene, as what its shadow takes of the background, or as a floor.
+// Reads: the map of its light, the environment. Writes: radiance (premultiplied).
+// Program: ground.
+
+import package::view::{view, position_world_from_pixel, ray_direction_world_from_pixel};
+import package::shaders::brdf::PI;
+import package::shaders::colour::half_float_clamped;
+import package::shaders::environment::environment_irradiance;
+import package::shaders::shading::linear_clamp;
+
+struct Ground {
+    // The height of the plane in metres, the distances from the middle between which it ends, zero.
+    plane: vec4f,
+    // The x and z of the map's middle, one divided by its width and depth in metres.
+    place: vec4f,
+    // Albedo; 1 if it is a surface, 0 if it is seen by its shadow alone.
+    color: vec4f,
+    // Irradiance of the parallel light on the plane, pre-exposed; zero.
+    light: vec4f,
+}
+
+@group(1) @binding(0) var ground_light: texture_2d<f32>;
+@group(1) @binding(1) var<uniform> ground: Ground;
+
+const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
+
+// The mean of four places half a texel around one, which leaves nothing of the noise of the map.
+fn light_around(uv: vec2f) -> vec2f {
+    let step = 0.75 / vec2f(textureDimensions(ground_light));
+    let sum = textureSampleLevel(ground_light, linear_clamp, uv + step, 0.0).rg
+        + textureSampleLevel(ground_light, linear_clamp, uv - step, 0.0).rg
+        + textureSampleLevel(ground_light, linear_clamp, uv + vec2f(step.x, -step.y), 0.0).rg
+        + textureSampleLevel(ground_light, linear_clamp, uv - vec2f(step.x, -step.y), 0.0).rg;
+    return 0.25 * sum;
+}
+
+@fragment
+fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let ray = ray_direction_world_from_pixel(position.xy);
+    // The eye, or where rays are parallel the pixel.
+    let origin = position_world_from_pixel(position.xy, 0.0);
+    let above_m = origin.y - ground.plane.x;
+    if (ray.y >= 0.0) | (above_m <= 0.0) {
+        return vec4f(0.0);
+    }
+    let at = origin.xz - ray.xz * (above_m / min(ray.y, -1e-6));
+    let from_middle = at - ground.place.xy;
+    let share = 1.0 - smoothstep(ground.plane.y, ground.plane.z, length(from_middle));
+    let light = light_around(from_middle * ground.place.zw + 0.5);
+    let from_everywhere = environment_irradiance(vec3f(0.0, 1.0, 0.0));
+    let irradiance = from_everywhere * light.g + ground.light.rgb * light.r;
+    let whole = dot(from_everywhere + ground.light.rgb, LUMINANCE);
+    // Where no light comes from, there is no shadow.
+    let lit = min(dot(irradiance, LUMINANCE) / max(whole, 1e-20), 1.0);
+    // Deeper than on a white plane, by half as many stops again: shadows of a soft light are faint, and this is all that is seen of
+    // the plane.
+    let shadow = 1.0 - lit * sqrt(lit);
+    let of_shadow = select(0.0, shadow, whole > 0.0);
+    let alpha = share * mix(of_shadow, 1.0, ground.color.w);
+    let radiance = ground.color.rgb * irradiance * (1.0 / PI) * (share * ground.color.w);
+    return vec4f(half_float_clamped(radiance), alpha);
+}

@@ -1,0 +1,85 @@
+//! The ground of a frame: its map on the device, and whether that is still right.
+
+use super::Renderer;
+use super::output::ViewState;
+use super::prepare::{Asked, World};
+use crate::draws::Tile;
+use crate::gpu::Gpu;
+use crate::ground::{GROUND_MAP, Ground, GroundMap, map_under, parallel_light};
+use crate::record::InstanceTable;
+use crate::request::FrameStats;
+
+/// What the renderer keeps of the ground.
+#[derive(Debug)]
+pub(super) struct GroundState {
+    /// What the texture was drawn from.
+    drawn: Option<(GroundMap, u64)>,
+    texture: Option<wgpu::TextureView>,
+    /// Of what the map is drawn from.
+    pub instances: InstanceTable,
+}
+
+impl GroundState {
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { drawn: None, texture: None, instances: InstanceTable::new(gpu) }
+    }
+}
+
+/// The ground of a frame.
+#[derive(Debug)]
+pub(super) struct FrameGround {
+    pub map: GroundMap,
+    pub texture: wgpu::TextureView,
+    /// What the texture is to be drawn from, if it does not hold the map yet.
+    pub tiles: Option<Vec<Tile>>,
+}
+
+impl Renderer {
+    /// The ground of the views of a frame, of which the first that has one decides on the light.
+    pub(super) fn prepare_ground(
+        &mut self,
+        asked: &[Asked],
+        states: &[ViewState],
+        world: &World<'_>,
+        stats: &mut FrameStats,
+        is_plan: bool,
+    ) -> Option<FrameGround> {
+        let has_ground = |(asked, _): &(&Asked, &ViewState)| asked.request.settings.ground.mode != Ground::None;
+        let (asked, state) = asked.iter().zip(states).find(has_ground)?;
+        let light = state.lists.as_ref().and_then(|lists| parallel_light(&lists.table)).map(|(mut light, _)| {
+            light.casts_shadows &= asked.request.settings.shadows.enabled;
+            light
+        });
+        let map = map_under(&world.draws.bounds_world, asked.request.ground_height_m, light)?;
+        if is_plan {
+            return Some(FrameGround { map, texture: self.tables.no_environment.clone(), tiles: None });
+        }
+        let mut instances = Vec::new();
+        let (tiles, signature) = map.tiles(&world.draws, self.shadows.scene_version, &mut instances);
+        let is_drawn = self.ground.drawn == Some((map, signature));
+        let texture = self.ground.texture.get_or_insert_with(|| create(&self.gpu)).clone();
+        if is_drawn {
+            return Some(FrameGround { map, texture, tiles: None });
+        }
+        self.ground.drawn = Some((map, signature));
+        stats.uploaded_bytes += self.ground.instances.write(&self.gpu, &instances);
+        stats.draws += tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
+        Some(FrameGround { map, texture, tiles: Some(tiles) })
+    }
+}
+
+fn create(gpu: &Gpu) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("ground.map"),
+        size: wgpu::Extent3d { width: GROUND_MAP.width, height: GROUND_MAP.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: GROUND_MAP.format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
