@@ -10,7 +10,7 @@ mod tap;
 pub(crate) use exports::{AovExports, AovTextures};
 pub use info::{AovInfo, PngEncoding};
 use pixels::GbufferPixels;
-pub(crate) use pixels::{direction_from_octahedral, f32_from_half};
+pub(crate) use pixels::f32_from_half;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use tap::tap_picture;
 

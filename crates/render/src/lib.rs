@@ -33,6 +33,7 @@ mod gbuffer;
 pub mod gpu;
 mod ground;
 mod lights;
+mod octahedral;
 mod passes;
 mod pose;
 mod record;

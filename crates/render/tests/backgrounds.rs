@@ -8,7 +8,7 @@ use common::renderer;
 use glam::{Mat4, Quat, Vec3};
 use manypass::scene::primitives::{cube, torus};
 use manypass::scene::{AlphaMode, Material, Mesh, Node, Primitive, Projection, Scene};
-use manypass::{Averaging, Background, Environment, Exposure, FrameRequest, Renderer, Tonemap, View};
+use manypass::{Averaging, Background, Environment, Exposure, FrameRequest, Ground, Renderer, Tonemap, View};
 
 const SIDE: usize = 96;
 
@@ -63,6 +63,7 @@ fn a_background_colour_is_that_colour_and_edges_are_composited_over_it() {
     let mut renderer = renderer();
     renderer.load(&scene).unwrap();
     let mut request = FrameRequest::of_scene(&scene, SIDE as u32, SIDE as u32);
+    request.settings.ground.mode = Ground::None;
     for (tonemap, stops) in [
         (Tonemap::Neutral, 0.0),
         (Tonemap::None, 1.0),
@@ -104,6 +105,7 @@ fn in_linear_outputs_a_background_colour_is_what_the_exposure_shows_so() {
     let mut renderer = renderer();
     renderer.load(&scene).unwrap();
     let mut request = FrameRequest::of_scene(&scene, SIDE as u32, SIDE as u32);
+    request.settings.ground.mode = Ground::None;
     (request.averaging, request.settings.exposure.stops) = (Averaging::Radiance, Exposure::Stops(2.0));
     request.settings.background.source = Background::Transparent;
     picture(&mut renderer, &scene, &request);

@@ -4,6 +4,7 @@ use super::{Aov, AovPixels};
 use crate::colour::linear_from_srgb;
 use crate::constants::DISTANCE_BACKGROUND_M;
 use crate::gpu::{GpuError, readback};
+use crate::octahedral::direction_from_octahedral;
 use crate::view::ViewUniform;
 use glam::{Vec2, Vec3};
 use std::ops::Range;
@@ -132,14 +133,6 @@ impl GbufferPixels {
 
 fn word(bytes: &[u8], at: usize) -> [u8; 4] {
     [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]
-}
-
-/// The twin of `octahedral.wgsl`.
-pub(crate) fn direction_from_octahedral(v: Vec2) -> Vec3 {
-    let z = 1.0 - v.x.abs() - v.y.abs();
-    let wrap = |a: f32, b: f32| (1.0 - b.abs()) * if a >= 0.0 { 1.0 } else { -1.0 };
-    let xy = if z >= 0.0 { v } else { Vec2::new(wrap(v.x, v.y), wrap(v.y, v.x)) };
-    xy.extend(z).normalize()
 }
 
 /// The value of a half float; NaNs count as infinity.

@@ -1,8 +1,9 @@
 //! Targets of passes as something to look at.
 
-use super::pixels::{direction_from_octahedral, f32_from_half};
+use super::pixels::f32_from_half;
 use crate::colour::srgb_from_linear;
 use crate::constants::DISTANCE_BACKGROUND_M;
+use crate::octahedral::direction_from_octahedral;
 use glam::Vec2;
 
 /// A tapped target as something to look at: colours as they are, radiance clipped and encoded, depth as near = bright.

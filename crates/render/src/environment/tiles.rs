@@ -1,7 +1,7 @@
 //! Where the tiles of a picture of the environment lie in their texture; `environment_tiles.wgsl` has the same for shaders.
 
-use crate::aov::direction_from_octahedral;
 use crate::constants::ENVIRONMENT_LEVEL_COARSE;
+use crate::octahedral::direction_from_octahedral;
 use glam::{Vec2, Vec3, Vec4};
 
 /// The sides of the tiles in texels: the mirror's, those of little roughness, those of more.

@@ -1,5 +1,5 @@
 // indirect: light from the environment, added to `radiance`.
-// Source: split sum (Karis 2013) over spherical Gaussians. Reads: G-buffer, linear_depth. Writes: radiance.
+// Source: split sum (Karis 2013) of the environment. Reads: G-buffer, linear_depth. Writes: radiance.
 // Program: indirect.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};

@@ -1,6 +1,6 @@
 //! indirect: light from the environment, added to `radiance`.
 //!
-//! Source: split sum (Karis 2013) over spherical Gaussians (Wang et al. 2009). Reads: G-buffer, depth. Writes: radiance.
+//! Source: split sum (Karis 2013) of the environment. Reads: G-buffer, depth. Writes: radiance.
 
 use crate::gbuffer::Gbuffer;
 use crate::record::{ADD, PicturePart, Recorder};
