@@ -11,8 +11,8 @@ use crate::passes::direct::Lights;
 use crate::passes::forward::LayeredDepth;
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground, ids,
-    indirect, linear_depth, motion, present, shadows, tile_depth, tone_map, volumes,
+    accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground,
+    ids, indirect, linear_depth, motion, present, shadows, tile_depth, tone_map, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;

@@ -29,7 +29,11 @@ impl Texels {
             let solid_angle = TAU / f64::from(width) * (edge(y) - edge(y + 1));
             (equirectangular_direction((x, y), (width, height)).as_dvec3(), solid_angle, DVec3::new(r, g, b))
         };
-        Self((0..width * height).map(texel).collect())
+        let mut texels: Vec<_> = (0..width * height).map(texel).collect();
+        for (index, beyond) in &map.peaks {
+            texels[*index as usize].2 += beyond.as_dvec3();
+        }
+        Self(texels)
     }
 
     fn mean(&self) -> f64 {

@@ -17,8 +17,12 @@ use std::io::Cursor;
 pub const KEPT_WIDTH_MAX: u32 = 4096;
 /// The widest picture that is read, which takes 1.5 GiB while it is decoded.
 pub const WIDTH_MAX: u32 = 16_384;
-/// Radiance beyond this is cut: half floats end at 65,504.
+/// Radiance of texels ends here: half floats end at 65,504.
 pub const RADIANCE_MAX: f32 = 65_000.0;
+/// Radiance beyond this is cut, wherever it is kept.
+const PEAK_MAX: f32 = 1e10;
+/// The most texels of which more than [`RADIANCE_MAX`] is kept: a sun has few.
+const PEAKS_MAX: usize = 1 << 16;
 
 /// How directions lie in the texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +55,8 @@ pub struct EnvironmentMap {
     pub height: u32,
     /// Red, green, blue, 1: rows from the top; finite, from 0 to [`RADIANCE_MAX`].
     pub texels: Vec<[f16; 4]>,
+    /// What texels, by their index, have beyond [`RADIANCE_MAX`]: the middle of a sun.
+    pub peaks: Vec<(u32, Vec3)>,
     /// The light that is not in the texels, if there is one.
     pub light: Option<EnvironmentLight>,
     /// What was changed when it was read; one line each.
@@ -105,7 +111,7 @@ impl EnvironmentMap {
     pub fn from_fn(name: &str, width: u32, height: u32, radiance: impl Fn(Vec3) -> Vec3) -> Self {
         let texel = |i: u32| {
             let direction = equirectangular_direction((i % width, i / width), (width, height));
-            let [r, g, b] = radiance(direction).to_array().map(|value| f16::from_f32(cut(value).0));
+            let [r, g, b] = radiance(direction).to_array().map(|value| f16::from_f32(cut(value).0.min(RADIANCE_MAX)));
             [r, g, b, f16::ONE]
         };
         Self {
@@ -114,6 +120,7 @@ impl EnvironmentMap {
             width,
             height,
             texels: (0..width * height).map(texel).collect(),
+            peaks: Vec::new(),
             light: None,
             notes: Vec::new(),
         }
@@ -130,6 +137,7 @@ impl EnvironmentMap {
         }
         let mut cut_count = 0u64;
         let mut texels = Vec::with_capacity(width as usize * height as usize);
+        let mut peaks = Vec::new();
         for y in 0..height {
             for x in 0..width {
                 let mut sum = [0.0f32; 3];
@@ -143,13 +151,20 @@ impl EnvironmentMap {
                         }
                     }
                 }
-                let [r, g, b] = sum.map(|sum| f16::from_f32(sum / (factor * factor) as f32));
+                let mean = Vec3::from(sum) / (factor * factor) as f32;
+                let kept = mean.min(Vec3::splat(RADIANCE_MAX));
+                if kept != mean && peaks.len() < PEAKS_MAX {
+                    peaks.push((texels.len() as u32, mean - kept));
+                } else if kept != mean {
+                    cut_count += 1;
+                }
+                let [r, g, b] = kept.to_array().map(f16::from_f32);
                 texels.push([r, g, b, f16::ONE]);
             }
         }
         if cut_count > 0 {
             notes.push(format!(
-                "environment \"{name}\": {cut_count} values are not from 0 to {RADIANCE_MAX}; what is no number is 0"
+                "environment \"{name}\": {cut_count} values are no radiance, or too bright; what is no number is 0"
             ));
         }
         Self {
@@ -158,6 +173,7 @@ impl EnvironmentMap {
             width,
             height,
             texels,
+            peaks,
             light: None,
             notes,
         }
@@ -171,9 +187,13 @@ pub fn equirectangular_direction((x, y): (u32, u32), (width, height): (u32, u32)
     Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
 }
 
-/// A value as radiance, and whether that is another one.
+/// A value as radiance, and whether that is another one. Infinity is as bright as texels are.
 fn cut(value: f32) -> (f32, bool) {
-    if value.is_nan() { (0.0, true) } else { (value.clamp(0.0, RADIANCE_MAX), !(0.0..=RADIANCE_MAX).contains(&value)) }
+    match value {
+        _ if value.is_nan() => (0.0, true),
+        f32::INFINITY => (RADIANCE_MAX, true),
+        _ => (value.clamp(0.0, PEAK_MAX), !(0.0..=PEAK_MAX).contains(&value)),
+    }
 }
 
 fn check_size(width: u32, height: u32) -> Result<(), String> {
@@ -268,7 +288,10 @@ mod tests {
         let [first, second] = floats(&map)[..] else { panic!("two texels") };
         assert!(first[0] == 0.0 && first[2] == 0.0 && (first[1] - RADIANCE_MAX).abs() < 32.0, "{first:?}");
         assert!((second[0] - RADIANCE_MAX).abs() < 32.0 && second[1..] == [0.0, 3.0], "{second:?}");
-        assert!(map.notes[0].contains("4 values"), "{:?}", map.notes);
+        assert!(map.notes[0].contains("3 values"), "{:?}", map.notes);
+        // What texels cannot hold is not lost.
+        let [(1, beyond)] = map.peaks[..] else { panic!("{:?}", map.peaks) };
+        assert!((beyond.x / (1e9 - RADIANCE_MAX) - 1.0).abs() < 1e-3 && (beyond.y, beyond.z) == (0.0, 0.0), "{beyond}");
     }
 
     #[test]

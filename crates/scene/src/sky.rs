@@ -98,6 +98,7 @@ impl Sky {
             width,
             height,
             texels,
+            peaks: Vec::new(),
             light: self.sun(&tables),
             notes: Vec::new(),
         }

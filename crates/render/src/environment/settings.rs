@@ -1,7 +1,9 @@
 //! Settings of the environment, and how it and the background are written.
 
 use super::{Background, Environment};
-use crate::setting::{SettingField, SettingType, SettingValue, Written, read_word_or_color, settings, word_or_color};
+use crate::setting::{
+    LinearColor, SettingField, SettingType, SettingValue, Written, read_word_or_color, settings, word_or_color,
+};
 use std::path::PathBuf;
 
 settings! {

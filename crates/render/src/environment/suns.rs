@@ -69,6 +69,14 @@ fn cells(map: &EnvironmentMap) -> Vec<Cell> {
             sum.1 += 1;
         }
     }
+    // Means of what texels hold, and of what they cannot.
+    for (index, beyond) in &map.peaks {
+        let (x, y) = ((index % map.width) as usize, (index / map.width) as usize);
+        let place = y * rows / map.height as usize * columns + x * columns / map.width as usize;
+        if let Some(sum) = sums.get_mut(place) {
+            sum.0 += *beyond;
+        }
+    }
     let cell = |(i, (sum, count)): (usize, (Vec3, u32))| {
         let (x, y) = ((i % columns) as u32, (i / columns) as u32);
         let edge = |row: u32| (std::f32::consts::PI * row as f32 / size.1 as f32).cos();
@@ -115,4 +123,26 @@ fn take_suns(cells: &mut [Cell]) -> Suns {
         *found = Sun { direction: direction.normalize_or(middle), irradiance, surroundings };
     }
     suns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sun_that_texels_cannot_hold_lights_in_full() {
+        let size = (256, 128);
+        let at = (40, 30);
+        let mut map = EnvironmentMap::from_fn("sun", size.0, size.1, |_| Vec3::splat(0.5));
+        let index = at.1 * size.0 + at.0;
+        map.texels[index as usize] = [half::f16::from_f32(64_000.0); 4];
+        map.peaks = vec![(index, Vec3::splat(136_000.0))];
+        let found = suns(&map);
+        let edge = |row: u32| (std::f32::consts::PI * row as f32 / size.1 as f32).cos();
+        let solid_angle = std::f32::consts::TAU / size.0 as f32 * (edge(at.1) - edge(at.1 + 1));
+        let expected = 199_999.5 * solid_angle;
+        assert!((found[0].irradiance.x / expected - 1.0).abs() < 1e-3, "{} of {expected}", found[0].irradiance.x);
+        assert!(found[0].direction.dot(equirectangular_direction(at, size)) > 0.9999);
+        assert_eq!(found[1], Sun::default());
+    }
 }

@@ -364,7 +364,7 @@ fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTil
         constants.push(("penumbrae", 1));
     }
     if let Some(tiles) = tiles {
-        let shows_picture = u32::from(settings.environment.source == Environment::File);
+        let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));
         constants.extend([("has_picture", 1), ("shows_picture", shows_picture), ("sun_count", tiles.sun_count())]);
     }
     if asked.counts_pairs {
