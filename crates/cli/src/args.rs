@@ -267,6 +267,11 @@ pub struct BenchArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
+    /// Neither read nor keep what is made of a picture of the environment, in the user's folder of caches.
+    ///
+    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most. MANYPASS_NO_CACHE=1 is the same.
+    #[arg(long)]
+    pub no_cache: bool,
 }
 
 /// Flags of `render`.
@@ -324,6 +329,11 @@ pub struct RenderArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
+    /// Neither read nor keep what is made of a picture of the environment, in the user's folder of caches.
+    ///
+    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most. MANYPASS_NO_CACHE=1 is the same.
+    #[arg(long)]
+    pub no_cache: bool,
     /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
     ///
     /// Several pictures: more than one input, a folder or a pattern, --frames or --turntable. Each line is there as soon

@@ -44,7 +44,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let settings = chosen.settings(bare(), None, &mut effect_files)?;
     let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
     let failed = |error: RenderError| still_failure(&error.into());
-    let mut renderer = session::open(args.adapter.as_deref())?;
+    let mut renderer = session::open(args.adapter.as_deref(), !args.no_cache)?;
     let load_started = Instant::now();
     let Opened { mut scene, mut warnings, stage } = input.load()?;
     let settings = match &stage {

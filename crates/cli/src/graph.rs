@@ -37,7 +37,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     scenes::dress(&mut scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);
     let renderer = match floor {
-        None => session::open(args.adapter.as_deref())?,
+        None => session::open(args.adapter.as_deref(), false)?,
         Some(floor) => {
             let gpu = Gpu::without_adapter(floor).map_err(|error| session::gpu_failure(&error))?;
             Renderer::new(gpu).map_err(failed)?

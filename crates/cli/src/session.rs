@@ -2,19 +2,24 @@
 
 use crate::failure::{Failure, Kind};
 use crate::memory;
-use manypass::{Gpu, GpuError, RenderError, Renderer};
+use manypass::{Cache, Gpu, GpuError, RenderError, Renderer};
 use manypass_offline::atomic::{self, WriteError};
+use manypass_offline::cache::DiskCache;
 use manypass_offline::still::StillError;
+use std::sync::Arc;
 use std::time::Instant;
 
-/// A renderer on the adapter whose name contains `adapter`.
+/// A renderer on the adapter whose name contains `adapter`, with the user's cache if it is to have one.
 ///
 /// # Errors
 /// If there is no such adapter, or it cannot be used.
-pub fn open(adapter: Option<&str>) -> Result<Renderer, Failure> {
+pub fn open(adapter: Option<&str>, has_cache: bool) -> Result<Renderer, Failure> {
     memory::check_driver()?;
     let gpu = Gpu::headless(adapter).map_err(|error| gpu_failure(&error))?;
-    Renderer::new(gpu).map_err(|error| still_failure(&error.into()))
+    let mut renderer = Renderer::new(gpu).map_err(|error| still_failure(&error.into()))?;
+    let cache = DiskCache::of_user().filter(|_| has_cache);
+    renderer.set_cache(cache.map(|cache| Arc::new(cache) as Arc<dyn Cache>));
+    Ok(renderer)
 }
 
 /// What a missing device means to the user.

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use common::{Folder, has_adapter, run_in, run_with, triangle_glb};
 
 /// A Radiance file of 4 by 2 texels: `left` in the half whose directions have x below zero, `right` in the other.
 fn picture(left: [u8; 4], right: [u8; 4]) -> Vec<u8> {
@@ -169,4 +169,42 @@ fn six_faces_are_a_picture_and_are_not_overwritten() {
     let [_, ahead, _] = colours(&folder, "cube.png");
     let [_, turned, _] = colours(&folder, "right.png");
     assert!(is_near(ahead, [255, 0, 0]) && is_near(turned, [0, 0, 255]), "{ahead:?} {turned:?}");
+}
+
+#[test]
+fn what_is_made_of_a_picture_is_kept_for_the_next_call() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = folder("environment_cache");
+    let cache = folder.join("cache");
+    let place = cache.display().to_string();
+    let render = |out: &str, more: &[&str], off: &str| {
+        let args =
+            [&["render", "m.glb", "-o", out, "--quiet", "--environment", "sides.hdr"], &CAMERA[..], more].concat();
+        run_with(&folder, &args, &[("XDG_CACHE_HOME", &place), ("MANYPASS_NO_CACHE", off)]).expect(0);
+        std::fs::read(folder.join(out)).expect("a picture")
+    };
+    let kept = || -> Vec<std::path::PathBuf> {
+        let files = std::fs::read_dir(cache.join("manypass")).into_iter().flatten().flatten();
+        files.map(|file| file.path()).collect()
+    };
+    let truth = render("a.png", &["--no-cache"], "");
+    assert!(render("b.png", &[], "1") == truth && kept().is_empty());
+    assert!(render("c.png", &[], "") == truth);
+    let files = kept();
+    assert_eq!(files.len(), 1, "{files:?}");
+    let entry = std::fs::read(&files[0]).expect("an entry");
+    assert!(render("d.png", &[], "0") == truth);
+    assert!(std::fs::read(&files[0]).expect("an entry") == entry);
+    // What is broken, or cut, is made again.
+    for broken in [&entry[..entry.len() / 2], &[0; 100], b""] {
+        std::fs::write(&files[0], broken).expect("a broken entry");
+        assert!(render("e.png", &[], "") == truth);
+        assert!(std::fs::read(&files[0]).expect("an entry") == entry, "it was not mended");
+    }
+    // Where the folder cannot be made there is no cache, and nobody is told.
+    std::fs::remove_dir_all(&cache).expect("it goes");
+    std::fs::write(&cache, b"in the way").expect("a file");
+    assert!(render("f.png", &[], "") == truth);
 }

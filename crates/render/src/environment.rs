@@ -4,6 +4,7 @@
 mod computed;
 pub(crate) mod lobe;
 mod settings;
+pub(crate) mod stored;
 pub(crate) mod studio;
 pub(crate) mod suns;
 pub(crate) mod tiles;

@@ -20,6 +20,7 @@
 //! both.
 
 pub mod aov;
+mod cache;
 pub mod colour;
 pub mod constants;
 mod diagnostic;
@@ -51,6 +52,7 @@ mod tone_curve;
 mod view;
 
 pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
+pub use cache::Cache;
 pub use diagnostic::Diagnostic;
 pub use effect::{Effect, EffectFile, WgslEffect};
 pub use environment::{Background, Environment};

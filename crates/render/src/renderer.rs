@@ -10,6 +10,7 @@ mod variables;
 
 pub use output::RenderedView;
 
+use crate::cache::Cache;
 use crate::draws::WorldDraws;
 use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
@@ -27,6 +28,7 @@ use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use shadows::ShadowState;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The format of the finished picture: display colours, encoded in the shader.
 pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -54,6 +56,7 @@ pub struct Renderer {
     views: BTreeMap<String, ViewState>,
     stats: FrameStats,
     memory_budget_bytes: Option<u64>,
+    cache: Option<Arc<dyn Cache>>,
 }
 
 /// What a frame is rendered for. All but the picture itself are for machines with files and a clock of their own.
@@ -118,6 +121,7 @@ impl Renderer {
             views: BTreeMap::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
+            cache: None,
             gpu,
         })
     }
@@ -141,7 +145,7 @@ impl Renderer {
 
     /// As [`Self::load`], and says how many bytes were uploaded.
     fn follow(&mut self, scene: &Scene) -> u64 {
-        let followed = self.resources.follow(&self.gpu, scene, self.computed.maps());
+        let followed = self.resources.follow(&self.gpu, scene, self.computed.maps(), self.cache.as_deref());
         if followed.has_moved {
             // They hold buffers, textures and tables whose place others took.
             self.bind_groups.clear();
@@ -224,6 +228,11 @@ impl Renderer {
     /// already is refused with [`RenderError::Memory`] before it is drawn; without a number none is.
     pub fn set_memory_budget(&mut self, bytes: Option<u64>) {
         self.memory_budget_bytes = bytes;
+    }
+
+    /// Where what is dear to make of scenes from now on is looked for, and kept: what surfaces reflect of a picture of the environment.
+    pub fn set_cache(&mut self, cache: Option<Arc<dyn Cache>>) {
+        self.cache = cache;
     }
 
     /// Bytes of the textures that the renderer keeps for the frame's passes between frames: at most twice what the last

@@ -152,8 +152,6 @@ impl FrameRequest {
                 let is_sky = settings.environment.source == Environment::Sky;
                 settings.exposure.stops = if is_sky { defaults.exposure_under_sky } else { defaults.exposure };
             }
-            settings.ground.mode =
-                settings.ground.mode.resolved(settings.environment.source, settings.background.source);
         })
     }
 

@@ -81,7 +81,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let framing = Framing::of_scenes(&[&a.scene, &b.scene]);
     let view = view(&spec, &a.scene, &framing, width as f32 / height as f32)?;
     interrupt::heed(true);
-    let mut renderer = session::open(args.adapter.as_deref())?;
+    let mut renderer = session::open(args.adapter.as_deref(), true)?;
     let request = FrameRequest {
         sample_count: frame.samples,
         want_aovs: aovs,

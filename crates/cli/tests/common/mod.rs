@@ -44,8 +44,13 @@ impl Run {
 
 /// Runs the program in `folder`.
 pub fn run_in(folder: &Path, args: &[&str]) -> Run {
+    run_with(folder, args, &[("MANYPASS_NO_CACHE", "1")])
+}
+
+/// Runs the program in `folder` with some variables of the environment.
+pub fn run_with(folder: &Path, args: &[&str], variables: &[(&str, &str)]) -> Run {
     let mut command = Command::new(env!("CARGO_BIN_EXE_manypass"));
-    command.args(args).current_dir(folder).stdin(Stdio::null());
+    command.args(args).current_dir(folder).stdin(Stdio::null()).envs(variables.iter().copied());
     command.output().expect("the program starts").into()
 }
 

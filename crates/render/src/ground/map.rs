@@ -101,7 +101,7 @@ impl GroundMap {
         let casts = self.light.is_some_and(|light| light.reaches());
         GroundMapUniform {
             place: Vec4::new(self.center.x, self.center.y, self.half_m.x, self.half_m.y),
-            heights: Vec4::new(self.height_m, self.top_m, touching_m, (0.25 * self.top_m).max(touching_m)),
+            heights: Vec4::new(self.height_m, self.top_m, touching_m, (0.5 * self.top_m).max(touching_m)),
             light_x: light.rows[0],
             light_y: light.rows[1],
             light_z: light.rows[2],

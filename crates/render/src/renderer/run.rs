@@ -7,7 +7,7 @@ use super::{Purpose, Renderer};
 use crate::aov::{AovExports, f32_from_half};
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::{Deformation, WorldDraws};
-use crate::environment::Environment;
+use crate::environment::{Environment, stored};
 use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
@@ -56,7 +56,11 @@ impl Renderer {
         let asked: Vec<Asked> = views
             .iter()
             .zip(requests)
-            .map(|((name, _), request)| {
+            .map(|((name, _), mut request)| {
+                let settings = &mut request.settings;
+                // Not before, because it depends on the background, which callers choose afterwards.
+                settings.ground.mode =
+                    settings.ground.mode.resolved(settings.environment.source, settings.background.source);
                 let settings = &request.settings.environment;
                 let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
                 let environment = of_scene.or_else(|| self.computed.of(settings));
@@ -81,8 +85,21 @@ impl Renderer {
         let Executed { plan, run, export, legends } = executed?;
         if let Some(run) = run {
             self.fetch(run, export, &legends, purpose).await?;
+            self.keep_environment().await?;
         }
         Ok(plan)
+    }
+
+    /// Puts tiles that were drawn into the cache that lacks them.
+    async fn keep_environment(&mut self) -> Result<(), RenderError> {
+        let Some(cache) = &self.cache else { return Ok(()) };
+        for tiles in &mut self.resources.environments {
+            if let Some(name) = tiles.take_missing() {
+                let texels = readback::read_texture(&self.gpu, tiles.view.texture()).await?;
+                cache.put(&name, &stored::entry(&tiles.suns, &texels));
+            }
+        }
+        Ok(())
     }
 
     fn execute(
@@ -191,15 +208,15 @@ impl Renderer {
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         // Done before the frame, but recorded after it, so that frames with it and without it put their uniforms alike.
         let mut first = self.gpu.device.create_command_encoder(&Default::default());
-        if let (Some(ground), [asked, ..], [ready, ..], [state, ..]) = (&ground, asked, &ready[..], &*states) {
-            if let Some(tiles) = &ground.tiles {
-                let view = self.shared_view(asked, ready, state, &self.ground.instances);
-                let mut graph = self.executor.graph(limits);
-                let target = graph.import("ground.map", GROUND_MAP, ground.texture.clone());
-                frame::ground_passes(&mut Recorder::new(&mut graph, &frame, &view), &ground.map, tiles, target)?;
-                let plan = graph.plan()?;
-                self.executor.run(graph, &plan, &mut first, &RunOptions::default());
-            }
+        if let (Some(ground), [asked, ..], [ready, ..], [state, ..]) = (&ground, asked, &ready[..], &*states)
+            && let Some(tiles) = &ground.tiles
+        {
+            let view = self.shared_view(asked, ready, state, &self.ground.instances);
+            let mut graph = self.executor.graph(limits);
+            let target = graph.import("ground.map", GROUND_MAP, ground.texture.clone());
+            frame::ground_passes(&mut Recorder::new(&mut graph, &frame, &view), &ground.map, tiles, target)?;
+            let plan = graph.plan()?;
+            self.executor.run(graph, &plan, &mut first, &RunOptions::default());
         }
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([first.finish(), encoder.finish()]);

@@ -1,9 +1,10 @@
 //! The picture of the environment on the device.
 
+use crate::cache::Cache;
 use crate::environment::lobe::{Lobe, LobeTable};
 use crate::environment::suns::{Suns, suns};
 use crate::environment::tiles::{TileSides, texture_size};
-use crate::environment::{ENVIRONMENT_FORMAT, studio};
+use crate::environment::{ENVIRONMENT_FORMAT, stored, studio};
 use crate::gpu::Gpu;
 use glam::Vec3;
 use half::f16;
@@ -30,6 +31,8 @@ pub(crate) struct EnvironmentTiles {
     /// The map; of the studio none.
     of: Weak<EnvironmentMap>,
     unfinished: Option<Unfinished>,
+    /// The name under which a cache lacks them.
+    missing: Option<String>,
 }
 
 /// What the tiles are drawn from.
@@ -44,8 +47,8 @@ pub(crate) struct Unfinished {
 }
 
 impl EnvironmentTiles {
-    /// Of a map whose picture is uploaded; the tiles are yet to be drawn.
-    pub fn new(gpu: &Gpu, map: &Arc<EnvironmentMap>) -> Self {
+    /// Of a map: as the cache has them, or yet to be drawn from its picture, which is uploaded.
+    pub fn new(gpu: &Gpu, map: &Arc<EnvironmentMap>, cache: Option<&dyn Cache>) -> Self {
         let largest = gpu.capabilities.max_texture_size;
         // Below the mirror's tile lie the others.
         let mirror_side = (map.width / 2).clamp(16, MIRROR_SIDE_MAX.min(largest.saturating_sub(1024)));
@@ -53,19 +56,28 @@ impl EnvironmentTiles {
         let (width, height) = texture_size(sides);
         let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
         let texture = create(gpu, "environment", desc, wgpu::TextureUsages::RENDER_ATTACHMENT);
+        let view = texture.create_view(&Default::default());
+        let of = Arc::downgrade(map);
+        let missing = cache.map(|_| stored::name_of(gpu, map, sides));
+        let entry = cache.zip(missing.as_ref()).and_then(|(cache, name)| cache.get(name));
+        if let Some((suns, texels)) = entry.and_then(|entry| stored::tiles_of(&entry, (width * height) as usize)) {
+            write(gpu, &texture, (width, height), &texels);
+            return Self { view, desc, sides, suns, light: map.light, of, unfinished: None, missing: None };
+        }
         let picture_desc = TextureDesc::new_2d(map.width, map.height, ENVIRONMENT_FORMAT);
         let picture = create(gpu, "environment.picture", picture_desc, wgpu::TextureUsages::empty());
         write(gpu, &picture, (map.width, map.height), &map.texels);
         let source_side = (map.width / 4).clamp(SOURCE_SIDES.0, SOURCE_SIDES.1).next_power_of_two();
         let lobes = Lobe::of_levels(source_side);
         Self {
-            view: texture.create_view(&Default::default()),
+            view,
             desc,
             sides,
             // A map with a light of its own has none in its texels.
             suns: if map.light.is_some() { Suns::default() } else { suns(map) },
             light: map.light,
-            of: Arc::downgrade(map),
+            of,
+            missing,
             unfinished: Some(Unfinished {
                 picture: picture.create_view(&Default::default()),
                 picture_desc,
@@ -84,7 +96,8 @@ impl EnvironmentTiles {
         let texture = create(gpu, "environment.studio", desc, wgpu::TextureUsages::empty());
         write(gpu, &texture, (width, height), studio::texels());
         let view = texture.create_view(&Default::default());
-        Self { view, desc, sides, suns: Suns::default(), light: None, of: Weak::new(), unfinished: None }
+        let (suns, of) = (Suns::default(), Weak::new());
+        Self { view, desc, sides, suns, light: None, of, unfinished: None, missing: None }
     }
 
     /// Whether they are those of `map`.
@@ -95,6 +108,11 @@ impl EnvironmentTiles {
     /// What is to be drawn, if it was not yet.
     pub fn take_unfinished(&mut self) -> Option<Unfinished> {
         self.unfinished.take()
+    }
+
+    /// The name under which a cache lacks them, once, as soon as they are drawn.
+    pub fn take_missing(&mut self) -> Option<String> {
+        if self.unfinished.is_some() { None } else { self.missing.take() }
     }
 
     /// How many suns it has; they are the first.

@@ -20,6 +20,7 @@ pub(crate) use pages::Place;
 pub(crate) use textures::Textures;
 pub(crate) use vertices::{ATTRIBUTES, Instance, STRIDES};
 
+use crate::cache::Cache;
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -104,12 +105,13 @@ impl SceneResources {
     }
 
     /// Uploads what `scene` has that is not there yet, and maps of the environment that were `computed`, and gives back what they no
-    /// longer have.
+    /// longer have. What is made of maps is looked for in `cache`.
     pub fn follow<'m>(
         &mut self,
         gpu: &Gpu,
         scene: &'m Scene,
         computed: impl Iterator<Item = &'m Arc<EnvironmentMap>> + Clone,
+        cache: Option<&dyn Cache>,
     ) -> Followed {
         let geometry_bytes = self.geometry.follow(gpu, &scene.meshes);
         let mut followed = Followed { written_bytes: geometry_bytes.unwrap_or(0), has_moved: geometry_bytes.is_some() };
@@ -125,7 +127,7 @@ impl SceneResources {
         followed.has_moved |= self.environments.len() < count;
         for map in maps {
             if self.environment(map).is_none() {
-                self.environments.push(EnvironmentTiles::new(gpu, map));
+                self.environments.push(EnvironmentTiles::new(gpu, map, cache));
                 followed.has_moved = true;
             }
         }

@@ -1,0 +1,11 @@
+//! What is dear to make and the same in the next process.
+
+use std::fmt::Debug;
+
+/// Keeps bytes by names, as long as it likes: what is not there is made again. Names are made of letters, digits and `-`.
+pub trait Cache: Debug + Send + Sync {
+    /// What was put there under this name.
+    fn get(&self, name: &str) -> Option<Vec<u8>>;
+    /// Keeps `bytes` under this name. What cannot be kept is not.
+    fn put(&self, name: &str, bytes: &[u8]);
+}

@@ -1,0 +1,96 @@
+//! Tiles of a picture as bytes, for a cache.
+//!
+//! An entry is a line of text that says what it is, the suns, a hash of all that follows it, and the texels. One that is not whole, or is
+//! of something else, is none.
+
+use super::suns::{SUNS_MAX, Sun, Suns};
+use super::tiles::TileSides;
+use crate::gpu::Gpu;
+use glam::Vec3;
+use half::f16;
+use manypass_scene::EnvironmentMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// Rises whenever tiles of the same picture become others.
+const VERSION: u32 = 1;
+
+const MAGIC: &[u8] = b"manypass environment 1\n";
+
+/// Numbers of a sun: direction, irradiance, surroundings.
+const SUN_NUMBERS: usize = 9;
+
+/// Bytes before the texels.
+const HEAD: usize = MAGIC.len() + 8 + 4 * SUN_NUMBERS * SUNS_MAX;
+
+/// The name of the tiles of `map` on a device: of what the map holds, how the tiles are made, and who draws them, because adapters round
+/// each in a way of their own.
+pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, sides: TileSides) -> String {
+    let mut hasher = DefaultHasher::new();
+    let adapter = &gpu.adapter;
+    (&adapter.name, &adapter.backend, &adapter.driver).hash(&mut hasher);
+    (VERSION, map.width, map.height, map.light.is_some(), sides.mirror).hash(&mut hasher);
+    format!("{:?}", map.layout).hash(&mut hasher);
+    hasher.write(bytemuck::cast_slice(&map.texels));
+    map.peaks.iter().for_each(|(index, beyond)| (index, beyond.to_array().map(f32::to_bits)).hash(&mut hasher));
+    format!("environment-{:016x}", hasher.finish())
+}
+
+fn hash_of(bytes: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    hasher.write(bytes);
+    hasher.finish()
+}
+
+/// The entry of tiles.
+pub(crate) fn entry(suns: &Suns, texels: &[u8]) -> Vec<u8> {
+    let mut entry = Vec::with_capacity(HEAD + texels.len());
+    entry.extend_from_slice(MAGIC);
+    entry.extend_from_slice(&[0; 8]);
+    for Sun { direction, irradiance, surroundings } in suns {
+        let numbers = [direction, irradiance, surroundings].into_iter().flat_map(|of| of.to_array());
+        numbers.for_each(|number| entry.extend_from_slice(&number.to_le_bytes()));
+    }
+    entry.extend_from_slice(texels);
+    let hash = hash_of(&entry[MAGIC.len() + 8..]);
+    entry[MAGIC.len()..MAGIC.len() + 8].copy_from_slice(&hash.to_le_bytes());
+    entry
+}
+
+/// Suns and texels of an entry, if it is one of `texels` texels.
+pub(crate) fn tiles_of(entry: &[u8], texels: usize) -> Option<(Suns, Vec<[f16; 4]>)> {
+    let (hash, rest) = entry.strip_prefix(MAGIC)?.split_at_checked(8)?;
+    if rest.len() != HEAD - MAGIC.len() - 8 + 8 * texels || hash_of(rest).to_le_bytes() != *hash {
+        return None;
+    }
+    let (of_suns, of_texels) = rest.split_at_checked(4 * SUN_NUMBERS * SUNS_MAX)?;
+    let number = |bytes: &[u8]| bytes.try_into().map_or(0.0, f32::from_le_bytes);
+    let mut suns = Suns::default();
+    for (sun, bytes) in suns.iter_mut().zip(of_suns.chunks_exact(4 * SUN_NUMBERS)) {
+        let [direction, irradiance, surroundings] =
+            [0, 3, 6].map(|at| Vec3::from([0, 1, 2].map(|part| number(&bytes[4 * (at + part)..4 * (at + part) + 4]))));
+        *sun = Sun { direction, irradiance, surroundings };
+    }
+    Some((suns, bytemuck::pod_collect_to_vec(of_texels)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_come_back_and_broken_ones_do_not() {
+        let mut suns = Suns::default();
+        suns[0] = Sun { direction: Vec3::Y, irradiance: Vec3::new(1.0, 2.0, 3.0), surroundings: Vec3::splat(0.5) };
+        let texels: Vec<[f16; 4]> = (0..12u8).map(|i| [f16::from_f32(i.into()); 4]).collect();
+        let whole = entry(&suns, bytemuck::cast_slice(&texels));
+        assert_eq!(tiles_of(&whole, 12), Some((suns, texels)));
+        assert_eq!(tiles_of(&whole, 11), None);
+        assert_eq!(tiles_of(&whole[..whole.len() - 1], 12), None);
+        assert_eq!(tiles_of(&[], 12), None);
+        for at in [0, MAGIC.len(), MAGIC.len() + 9, HEAD - 1, HEAD, whole.len() - 1] {
+            let mut broken = whole.clone();
+            broken[at] ^= 1;
+            assert_eq!(tiles_of(&broken, 12), None, "byte {at}");
+        }
+    }
+}
