@@ -4,7 +4,7 @@ use crate::failure::{Failure, Kind};
 use crate::{gather, stage};
 use manypass_offline::atomic;
 use manypass_scene::stage::is_stage;
-use manypass_scene::{LoadError, Scene, Stage, gltf_file, load_bytes, load_path};
+use manypass_scene::{LoadError, Scene, Stage, demo, gltf_file, load_bytes, load_path};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -17,19 +17,6 @@ pub enum Input {
     Stdin,
     /// A built-in scene.
     Demo(String),
-}
-
-/// The built-in scenes.
-pub mod demo {
-    use manypass_scene::Scene;
-
-    /// Their names.
-    pub const NAMES: &[&str] = &["hall"];
-
-    /// The scene called `name`.
-    pub fn scene(name: &str) -> Option<Scene> {
-        (name == "hall").then(manypass_scene::demo::hall)
-    }
 }
 
 /// What an input holds.
@@ -60,10 +47,7 @@ impl Input {
         }
         if let Some(name) = argument.strip_prefix("demo:") {
             if !demo::NAMES.contains(&name) {
-                let hint = match demo::NAMES {
-                    [] => "there are no built-in demos in this build".into(),
-                    names => format!("demos: {}", names.join(", ")),
-                };
+                let hint = format!("demos: {}", demo::NAMES.join(", "));
                 return Err(Failure::usage(format!("unknown demo `{name}`"), hint));
             }
             return Ok(vec![Self::Demo(name.to_owned())]);
@@ -139,7 +123,7 @@ impl Input {
                 load_bytes(&bytes, &mut refuse, "standard input").map_err(|error| unread(&error))?
             }
             Self::Demo(name) => {
-                let mut scene = demo::scene(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;
+                let mut scene = demo::named(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;
                 scene.update_transforms();
                 return Ok(Opened { scene, warnings: Vec::new(), stage: None });
             }

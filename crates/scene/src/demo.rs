@@ -1,9 +1,25 @@
-//! The built-in demo: a colonnade hall at night under more than a thousand coloured lights. Meshes and lights are shared
-//! by many nodes.
+//! The built-in demos. The hall is a colonnade at night under more than a thousand coloured lights, whose meshes and lights are shared
+//! by many nodes; the other shows what materials can be.
+
+mod materials;
+
+pub use materials::materials;
 
 use crate::{Aabb, AlphaMode, Camera, Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene};
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
+
+/// The names of the demos.
+pub const NAMES: [&str; 2] = ["hall", "materials"];
+
+/// The demo of a name.
+pub fn named(name: &str) -> Option<Scene> {
+    match name {
+        "hall" => Some(hall()),
+        "materials" => Some(materials()),
+        _ => None,
+    }
+}
 
 /// Columns of a row, and metres between them.
 const COLUMNS: u8 = 12;

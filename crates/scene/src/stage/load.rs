@@ -156,8 +156,13 @@ fn with_model(
 ) -> Result<LoadedStage, StageError> {
     let (mut scene, mut warnings) = match load(&stage) {
         Some(loaded) => loaded.map(|loaded| (loaded.scene, loaded.warnings))?,
-        None if stage.model() == "demo:hall" => (demo::hall(), Vec::new()),
-        None => Err(stage.model_fault(format!("there is no `{}`; the built-in scene is demo:hall", stage.model())))?,
+        None => match stage.model().strip_prefix(DEMO).and_then(demo::named) {
+            Some(scene) => (scene, Vec::new()),
+            None => {
+                let known = demo::NAMES.map(|name| format!("{DEMO}{name}")).join(", ");
+                Err(stage.model_fault(format!("there is no `{}`; the built-in scenes are {known}", stage.model())))?
+            }
+        },
     };
     stage.apply(&mut scene)?;
     if let Some(map) = environment {
