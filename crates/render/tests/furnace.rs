@@ -5,9 +5,8 @@
 
 mod common;
 
-use common::{plain_request, renderer};
-use manypass::{Background, Environment, FrameRequest, Path};
-use manypass_scene::Scene;
+use common::{plain_request, radiance};
+use manypass::{Background, Environment, Path};
 use manypass_testkit::raycast::{Frame, Options};
 use manypass_testkit::scenes::{self, FURNACE_ROUGHNESS};
 
@@ -56,13 +55,6 @@ fn faults(found: &[Band], expected: impl Fn(usize) -> f64) -> Vec<String> {
         .filter(is_off)
         .map(|(i, band)| format!("{}: {:.4} instead of {:.4}", band.name, band.mean, expected(i)))
         .collect()
-}
-
-fn radiance(scene: &Scene, request: &FrameRequest) -> Vec<[f32; 3]> {
-    let mut renderer = renderer();
-    renderer.load(scene).unwrap();
-    renderer.render(scene, request).unwrap();
-    renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
 }
 
 #[test]

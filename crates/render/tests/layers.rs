@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{plain_request, renderer};
+use common::{plain_request, radiance, renderer};
 use glam::{Vec3, Vec4};
 use manypass::{Background, Environment, FrameRequest, Path};
 use manypass_scene::material::{
@@ -83,13 +83,6 @@ fn dressed(mut scene: Scene, material: &Material) -> Scene {
         *surface = Material { roughness_factor: surface.roughness_factor, ..material.clone() };
     }
     scene
-}
-
-fn radiance(scene: &Scene, request: &FrameRequest) -> Vec<[f32; 3]> {
-    let mut renderer = renderer();
-    renderer.load(scene).unwrap();
-    renderer.render(scene, request).unwrap();
-    renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
 }
 
 #[test]

@@ -10,7 +10,7 @@ import package::shaders::brdf::{PI, Shading};
 import package::shaders::layer_terms::LayerTerms;
 import package::shaders::film::film_fresnel;
 import package::shaders::shading::dfg_at;
-import package::shaders::surface_material::vertex_normal_of;
+import package::shaders::surface_material::{bent_normal, vertex_normal_of};
 import package::shaders::surface_vertex::SurfaceVarying;
 import package::view::view;
 
@@ -122,20 +122,15 @@ fn layer_sample(in: SurfaceVarying, front_facing: bool) -> LayerSample {
     out.specular_color = layer_factors.specular.rgb * specular_color.rgb;
     out.specular_weight = layer_factors.specular.a * data_map(in, MAP_SPECULAR).a;
     out.glossiness = layer_factors.refraction.z * specular_color.a;
-    let vertex_normal = vertex_normal_of(in, front_facing);
-    let facing = select(-1.0, 1.0, front_facing);
     let tangent = in.tangent_world.xyz;
     let bitangent = cross(in.normal_world, tangent) * in.tangent_world.w;
     if has_layer(LAYER_CLEARCOAT) {
         out.coat_weight = layer_factors.coat.x * data_map(in, MAP_CLEARCOAT).r;
         out.coat_roughness = layer_factors.coat.y * data_map(in, MAP_CLEARCOAT_ROUGHNESS).g;
-        out.coat_normal = vertex_normal;
+        out.coat_normal = vertex_normal_of(in, front_facing);
         if has_map(MAP_CLEARCOAT_NORMAL) {
-            let texel = data_map(in, MAP_CLEARCOAT_NORMAL).xyz * 2.0 - 1.0;
-            let offset = vec3f(texel.xy * layer_factors.coat.z, texel.z);
-            let bent = (tangent * offset.x + bitangent * offset.y) * facing + vertex_normal * offset.z;
-            let length_squared = dot(bent, bent);
-            out.coat_normal = select(vertex_normal, bent * inverseSqrt(max(length_squared, 1e-30)), length_squared > 1e-12);
+            let texel = data_map(in, MAP_CLEARCOAT_NORMAL).xyz;
+            out.coat_normal = bent_normal(in, front_facing, texel, layer_factors.coat.z);
         }
     }
     if has_layer(LAYER_SHEEN) {

@@ -75,21 +75,26 @@ fn vertex_normal_of(in: SurfaceVarying, front_facing: bool) -> vec3f {
         length_squared > 1e-20) * select(-1.0, 1.0, front_facing);
 }
 
-fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
+// That normal bent as a texel of a normal map says.
+fn bent_normal(in: SurfaceVarying, front_facing: bool, texel: vec3f, scale: f32) -> vec3f {
     let vertex_normal = vertex_normal_of(in, front_facing);
+    let facing = select(-1.0, 1.0, front_facing);
+    let encoded = texel * 2.0 - 1.0;
+    let offset = vec3f(encoded.xy * scale, encoded.z);
+    let tangent = in.tangent_world.xyz;
+    let bitangent = cross(in.normal_world, tangent) * in.tangent_world.w;
+    let bent = (tangent * offset.x + bitangent * offset.y) * facing + vertex_normal * offset.z;
+    let length_squared = dot(bent, bent);
+    return select(vertex_normal, bent * inverseSqrt(max(length_squared, 1e-30)), length_squared > 1e-12);
+}
+
+fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
     @if(normal_map) {
-        let facing = select(-1.0, 1.0, front_facing);
-        let uv = material_uv(in.uv, 2u);
-        let texel = textureSampleBias(normal_texture, normal_sampler, uv, bias).xyz * 2.0 - 1.0;
-        let offset = vec3f(texel.xy * material_factors.normal_scale, texel.z);
-        let tangent = in.tangent_world.xyz;
-        let bitangent = cross(in.normal_world, tangent) * in.tangent_world.w;
-        let bent = (tangent * offset.x + bitangent * offset.y) * facing + vertex_normal * offset.z;
-        let bent_length_squared = dot(bent, bent);
-        return select(vertex_normal, bent * inverseSqrt(max(bent_length_squared, 1e-30)), bent_length_squared > 1e-12);
+        let texel = textureSampleBias(normal_texture, normal_sampler, material_uv(in.uv, 2u), bias).xyz;
+        return bent_normal(in, front_facing, texel, material_factors.normal_scale);
     }
     @if(!normal_map) {
-        return vertex_normal;
+        return vertex_normal_of(in, front_facing);
     }
 }
 

@@ -37,6 +37,14 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     request
 }
 
+/// Radiance of one frame, red, green and blue.
+pub fn radiance(scene: &Scene, request: &FrameRequest) -> Vec<[f32; 3]> {
+    let mut renderer = renderer();
+    renderer.load(scene).unwrap();
+    renderer.render(scene, request).unwrap();
+    renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
+}
+
 /// The folder of the sample models; none where they are not on this machine: the test is skipped.
 pub fn sample_models() -> Option<PathBuf> {
     manypass_testkit::needs::assets("khronos-sample-assets")
