@@ -217,17 +217,17 @@ fn edits() -> Vec<Edit> {
             MATERIAL_BYTES + LAYER_BYTES + 4 * (64 + 16 + 4 + 1) + REORDERED,
         ),
         (
+            "makes a material of glass",
+            |studio| studio.scene.materials[0].transmission = Some(Mapped::new(0.9)),
+            MATERIAL_BYTES + LAYER_BYTES + REORDERED,
+        ),
+        (
             "makes the coat rough",
             |studio| {
                 let coat = studio.scene.materials[1].clearcoat.as_mut().unwrap();
                 coat.roughness.factor = 0.6;
             },
             LAYER_BYTES,
-        ),
-        (
-            "makes a material of glass",
-            |studio| studio.scene.materials[0].transmission = Some(Mapped::new(0.9)),
-            MATERIAL_BYTES + LAYER_BYTES + REORDERED,
         ),
         ("takes the coat away", |studio| studio.scene.materials[1].clearcoat = None, MATERIAL_BYTES + REORDERED),
         (

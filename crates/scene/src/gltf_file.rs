@@ -201,6 +201,8 @@ struct Document<'a> {
     warnings: Vec<String>,
     /// Accessors of the primitive that is read, if it is packed.
     unpacked: BTreeMap<usize, draco::Unpacked>,
+    /// The names of the file's variants.
+    variants: Vec<String>,
     /// Bytes that may still be decoded, so that accessors which share bytes cannot multiply them without end.
     budget_bytes: u64,
     /// The same for accessors without bytes of their own.
@@ -208,12 +210,6 @@ struct Document<'a> {
 }
 
 impl Document<'_> {
-    /// The names of the file's variants.
-    fn variant_names(&self) -> Result<Vec<String>, LoadError> {
-        let Some(extension) = self.root.extension("KHR_materials_variants")? else { return Ok(Vec::new()) };
-        extension.objects("variants")?.iter().map(Json::name).collect()
-    }
-
     /// Keeps a warning; past a hundred they say nothing new.
     fn warn(&mut self, pointer: &str, message: &str) {
         if self.warnings.len() < 100 {
@@ -270,6 +266,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
         buffers,
         warnings,
         unpacked: BTreeMap::new(),
+        variants: Vec::new(),
         budget_bytes: 0,
         zeros_budget_bytes: 1 << 28,
     };
@@ -282,9 +279,10 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     let mut images = material::read_images(&mut document, resolve)?;
     let textures = material::read_textures(&mut document, &mut images)?;
     let materials = material::read_materials(&mut document, &textures, &images)?;
-    let variants = document.variant_names()?;
+    document.variants = read_variants(&document.root)?;
     let meshes = mesh::read_meshes(&mut document, &materials)?;
-    let mut scene = Scene { images: images.images, textures, materials, meshes, variants, ..Scene::default() };
+    let mut scene = Scene { images: images.images, textures, materials, meshes, ..Scene::default() };
+    scene.variants = std::mem::take(&mut document.variants);
     let used = document.root.strings("extensionsUsed")?;
     scene.extensions_used = used.into_iter().take(MAX_EXTENSIONS).map(str::to_owned).collect();
     scene.cameras = node::read_cameras(&document)?;
@@ -305,6 +303,12 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
         }
     }
     Ok(Loaded { scene, warnings: document.warnings })
+}
+
+/// The names of the file's variants.
+fn read_variants(root: &Json) -> Result<Vec<String>, LoadError> {
+    let Some(extension) = root.extension("KHR_materials_variants")? else { return Ok(Vec::new()) };
+    extension.objects("variants")?.iter().map(Json::name).collect()
 }
 
 fn check_version(root: &Json) -> Result<(), LoadError> {

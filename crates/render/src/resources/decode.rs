@@ -53,7 +53,10 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
 fn layers(images: Vec<Option<Pixels>>, is_srgb: bool) -> Option<MipChain> {
     let sizes: Vec<_> = images.iter().flatten().map(|image| (image.width, image.height)).collect();
     let (width, height) = layer_size(&sizes)?;
-    let white = || Pixels { width, height, format: PixelFormat::Rgba8, data: vec![255; (width * height * 4) as usize] };
+    let white = || {
+        let data = vec![255; width as usize * height as usize * 4];
+        Pixels { width, height, format: PixelFormat::Rgba8, data }
+    };
     let mut chain: Option<MipChain> = None;
     for image in images {
         let next = MipChain::of(image.map_or_else(white, |image| image.resized(width, height)), is_srgb);

@@ -61,8 +61,8 @@ const SHADING_MODEL_FORWARD: f32 = 128.0 / 255.0;
 #[derive(Debug)]
 pub(crate) struct GpuMaterial {
     place: Place,
-    /// Where the factors of its layers are, if it has any.
-    layers_place: Option<Place>,
+    /// Where the factors of its layers are, and what they are there, if it has any.
+    placed_layers: Option<(Place, LayerFactors)>,
     described: Described,
     /// Bind groups with the program that each was made for, and how its samplers filter.
     pub(crate) bind_groups: RefCell<Vec<(u32, Sampling, wgpu::BindGroup)>>,
@@ -135,7 +135,7 @@ impl Materials {
         let count = scene.materials.len() + 1;
         for dropped in self.materials.drain(count.min(self.materials.len())..) {
             self.pages.give_back(&dropped.place);
-            dropped.layers_place.iter().for_each(|place| self.layer_pages.give_back(place));
+            dropped.placed_layers.iter().for_each(|(place, _)| self.layer_pages.give_back(place));
         }
         for (index, material) in scene.materials.iter().chain([&default]).enumerate() {
             let described = Described::of(scene, material, index, textures);
@@ -158,7 +158,7 @@ impl Materials {
                     let Some(place) = self.pages.take(&gpu.device, 1, expected) else { continue };
                     self.pages.write(&gpu.queue, &place, bytes);
                     let bind_groups = RefCell::default();
-                    self.materials.push(GpuMaterial { place, layers_place: None, described, bind_groups });
+                    self.materials.push(GpuMaterial { place, placed_layers: None, described, bind_groups });
                 }
             }
         }
@@ -170,24 +170,25 @@ impl Materials {
         self.pages.take_written_bytes() + self.layer_pages.take_written_bytes()
     }
 
-    /// Writes the factors of layers.
+    /// Writes the factors of layers that differ.
     fn follow_layers(&mut self, gpu: &Gpu) {
         let Self { layer_pages: pages, materials, .. } = self;
         let expected = materials.iter().filter(|material| material.layers.is_some()).count() as u64;
         for material in materials {
             let Some(layers) = &material.described.layers else {
-                if let Some(place) = material.layers_place.take() {
+                if let Some((place, _)) = material.placed_layers.take() {
                     pages.give_back(&place);
                     material.bind_groups.borrow_mut().clear();
                 }
                 continue;
             };
-            if material.layers_place.is_none() {
-                material.layers_place = pages.take(&gpu.device, 1, expected);
-            }
-            if let Some(place) = &material.layers_place {
+            let known = material.placed_layers.take();
+            let is_written = known.as_ref().is_some_and(|(_, factors)| *factors == layers.factors);
+            let place = known.map(|(place, _)| place).or_else(|| pages.take(&gpu.device, 1, expected));
+            if let Some(place) = place.as_ref().filter(|_| !is_written) {
                 pages.write(&gpu.queue, place, bytemuck::bytes_of(&layers.factors));
             }
+            material.placed_layers = place.map(|place| (place, layers.factors));
         }
     }
 
@@ -209,7 +210,7 @@ impl Materials {
 
     /// The uniform of a material's layers, if it has any.
     pub fn layer_factors(&self, material: &GpuMaterial) -> Option<wgpu::BindingResource<'_>> {
-        binding(&self.layer_pages, material.layers_place.as_ref()?, size_of::<LayerFactors>())
+        binding(&self.layer_pages, &material.placed_layers.as_ref()?.0, size_of::<LayerFactors>())
     }
 }
 

@@ -3,20 +3,31 @@
 
 import package::gbuffer::Surface;
 import package::shaders::brdf::{Shading, PI, reflectance};
+@if(layered) import package::constants::LAYER_CLEARCOAT;
+@if(layered) import package::shaders::layers::{has_layer, layered_reflectance};
 import package::shaders::environment::{
     environment, environment_irradiance, environment_reflection, lobe_direction, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
 
-// `specular_share` is what of a lobe is not the mirror's, whose tile has the suns.
-fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, specular_share: f32) -> vec3f {
+// `shares` are what of the lobes, of the surface and of a clear coat, is not the mirror's, whose tile has the suns.
+fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec2f) -> vec3f {
+    @if(layered) {
+        let layered = layered_reflectance(shading, direction.xyz);
+        return (layered.diffuse + layered.specular * shares.x + layered.coat * shares.y) * irradiance.rgb;
+    }
     let n_dot_l = max(dot(shading.normal, direction.xyz), 0.0);
     let parts = reflectance(shading, direction.xyz, n_dot_l);
-    return (parts.diffuse + parts.specular * specular_share) * (irradiance.rgb * n_dot_l);
+    return (parts.diffuse + parts.specular * shares.x) * (irradiance.rgb * n_dot_l);
 }
 
 fn suns_radiance(shading: Shading) -> vec3f {
-    let share = min(environment_level(sqrt(shading.roughness_alpha)), 1.0);
+    var share = vec2f(min(environment_level(sqrt(shading.roughness_alpha)), 1.0), 1.0);
+    @if(layered) {
+        if has_layer(LAYER_CLEARCOAT) {
+            share.y = min(environment_level(sqrt(shading.layers.coat_alpha)), 1.0);
+        }
+    }
     var sum = sun_radiance(environment.sun_directions[0], environment.sun_irradiances[0], shading, share);
     if sun_count > 1u {
         sum += sun_radiance(environment.sun_directions[1], environment.sun_irradiances[1], shading, share);

@@ -2,14 +2,12 @@
 
 import package::gbuffer::Surface;
 import package::constants::{
-    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_SHEEN, LAYER_TRANSMISSION,
+    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_SHEEN,
 };
 import package::shaders::brdf::{PI, Shading};
-import package::shaders::environment::{
-    environment, environment_irradiance, environment_reflection, lobe_direction, sun_count,
-};
-import package::shaders::environment_tiles::environment_level;
-import package::shaders::layers::{below_coat, has_layer, layered_reflectance};
+import package::shaders::ambient::suns_radiance;
+import package::shaders::environment::{environment_irradiance, environment_reflection, lobe_direction, sun_count};
+import package::shaders::layers::{below_coat, has_layer};
 
 // The normal about which stretched highlights are mirrored, in place of several samples along them (Revie 2012, GPU Pro 2, in the
 // form of KHR_materials_anisotropy).
@@ -24,30 +22,6 @@ fn reflection_normal(shading: Shading) -> vec3f {
     let keep_squared = keep * keep;
     let bent = mix(stretched, shading.normal, keep_squared * keep_squared);
     return bent * inverseSqrt(max(dot(bent, bent), 1e-12));
-}
-
-fn layered_sun(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec2f) -> vec3f {
-    let parts = layered_reflectance(shading, direction.xyz);
-    return (parts.diffuse + parts.specular * shares.x + parts.coat * shares.y) * irradiance.rgb;
-}
-
-fn layered_suns(shading: Shading) -> vec3f {
-    // What of a lobe is not the mirror's, whose tile has the suns.
-    var shares = vec2f(min(environment_level(sqrt(shading.roughness_alpha)), 1.0), 1.0);
-    if has_layer(LAYER_CLEARCOAT) {
-        shares.y = min(environment_level(sqrt(shading.layers.coat_alpha)), 1.0);
-    }
-    var sum = layered_sun(environment.sun_directions[0], environment.sun_irradiances[0], shading, shares);
-    if sun_count > 1u {
-        sum += layered_sun(environment.sun_directions[1], environment.sun_irradiances[1], shading, shares);
-    }
-    if sun_count > 2u {
-        sum += layered_sun(environment.sun_directions[2], environment.sun_irradiances[2], shading, shares);
-    }
-    if sun_count > 3u {
-        sum += layered_sun(environment.sun_directions[3], environment.sun_irradiances[3], shading, shares);
-    }
-    return sum;
 }
 
 // How much of the light that is seen through a surface its layers leave.
@@ -91,7 +65,7 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
         radiance = radiance * below_coat(terms) + environment_reflection(of_coat, terms.coat_alpha) * terms.coat_albedo;
     }
     if sun_count > 0u {
-        radiance += layered_suns(shading);
+        radiance += suns_radiance(shading);
     }
     return radiance * surface.occlusion;
 }

@@ -103,7 +103,7 @@ fn tangent_uv_set(material: &Material) -> Option<u32> {
 /// The variants that give the primitive another material.
 fn read_variants(document: &Document, json: &Json, material_count: usize) -> Result<Vec<(usize, usize)>, LoadError> {
     let Some(extension) = json.extension("KHR_materials_variants")? else { return Ok(Vec::new()) };
-    let count = document.variant_names()?.len();
+    let count = document.variants.len();
     let mut materials = Vec::new();
     for mapping in extension.objects("mappings")? {
         let Some(material) = mapping.index("material", material_count, "material")? else { continue };
