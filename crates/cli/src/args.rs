@@ -21,6 +21,7 @@ const EXAMPLES: &str = "Examples:
   manypass render helmet.glb -o out.exr --aov all         linear colour, depth, normals, … as layers
   manypass render models/ -o 'shots/{stem}.png'           every model of a folder
   manypass render 'models/**/*.glb' -o 'shots/{parent}_{stem}.png'
+  manypass render shoe.glb --variant all                  shoe_VARIANT.png, one for each set of materials
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
   manypass render hall.stage.toml                         a model with lights and fog of yours (docs/stage.md)
   manypass graph helmet.glb --format mermaid              the passes of the frame
@@ -146,11 +147,12 @@ pub struct FrameArgs {
     /// A scene of the file [default: the one that the file names].
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
-    /// A variant of the file: other materials for the same surfaces [default: the materials that the file names].
-    #[arg(long, value_name = "NAME|INDEX")]
+    /// A variant of the file: other materials for the same surfaces; or `all` of them, each a picture
+    /// [default: the materials that the file names].
+    #[arg(long, value_name = "NAME|INDEX|all")]
     pub variant: Option<String>,
-    /// A camera of the file.
-    #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["eye", "orbit", "target", "up", "fov_y", "ortho_height", "near", "far"])]
+    /// A camera of the file; or `all` of them, each a picture.
+    #[arg(long, value_name = "NAME|INDEX|all", conflicts_with_all = ["eye", "orbit", "target", "up", "fov_y", "ortho_height", "near", "far"])]
     pub camera: Option<String>,
     /// Where the camera is, in metres.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "orbit")]
@@ -293,8 +295,8 @@ pub struct RenderArgs {
     ///
     /// A name without an ending, or with a slash at its end, is a folder, which is made if it is not there.
     /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
-    /// where a folder has both m.glb and m.gltf), {frame} or {frame:04}, and {aov}. With --frames and --turntable a
-    /// folder gets STEM_FRAME, and a file must hold {frame}. An output that is also read, or written twice, is refused.
+    /// where a folder has both m.glb and m.gltf), {variant}, {camera}, {frame} or {frame:04}, and {aov}. With --frames and
+    /// --turntable a folder gets STEM_FRAME, and a file must hold {frame}; with --variant all and --camera all likewise. An output that is also read, or written twice, is refused.
     /// Files named .manypass-….partial beside it are being written; those that a killed process left may be deleted.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
@@ -336,7 +338,7 @@ pub struct RenderArgs {
     pub no_cache: bool,
     /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
     ///
-    /// Several pictures: more than one input, a folder or a pattern, --frames or --turntable. Each line is there as soon
+    /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all or --camera all. Each line is there as soon
     /// as its picture is done. With --skip-existing lines are added to those that are there, and a report of one picture
     /// that is left alone stays as it is.
     #[arg(long, value_name = "FILE.json")]

@@ -14,6 +14,8 @@ pub enum Place {
     Default,
     /// A camera of the file, by name or index.
     Named(String),
+    /// A camera of the file, by index.
+    OfFile(usize),
     /// At a point.
     Eye(Vec3),
     /// Around the target.
@@ -70,6 +72,10 @@ pub fn resolve(
             None => DEFAULT_ORBIT,
         },
         Place::Named(name) => return named(scene, name),
+        Place::OfFile(index) => {
+            let gone = || Failure::usage(format!("camera {index} is not in the scene"), "show another --scene");
+            return of_file(scene, *index).ok_or_else(gone);
+        }
         place => place.clone(),
     };
     let up = spec.up.unwrap_or(Vec3::Y).normalize_or(Vec3::Y);
@@ -79,7 +85,7 @@ pub fn resolve(
             let orbit = Orbit { yaw_deg, pitch_deg, radius_m, up };
             (orbit_rotation(yaw_deg + turn_deg, pitch_deg, up), orbit.eye(spec, framing, aspect, turn_deg))
         }
-        Place::Default | Place::Named(_) => (Quat::IDENTITY, framing.center_world()),
+        Place::Default | Place::Named(_) | Place::OfFile(_) => (Quat::IDENTITY, framing.center_world()),
     };
     Ok((Mat4::from_rotation_translation(rotation, eye), projection(spec, framing, eye, rotation)))
 }
@@ -189,19 +195,29 @@ fn projection(spec: &CameraSpec, framing: &Framing, eye: Vec3, rotation: Quat) -
     }
 }
 
+/// What a camera is called: by itself, or else by its node; the empty text if by neither.
+pub fn camera_name(scene: &Scene, index: usize) -> &str {
+    let of_camera = scene.cameras.get(index).map(|camera| camera.name.as_str()).filter(|name| !name.is_empty());
+    of_camera.or_else(|| node_name(scene, index)).unwrap_or_default()
+}
+
+fn node_name(scene: &Scene, index: usize) -> Option<&str> {
+    scene.nodes.iter().find(|node| node.camera == Some(index)).map(|node| node.name.as_str())
+}
+
 fn named(scene: &Scene, name: &str) -> Result<(Mat4, Projection), Failure> {
-    let node_name = |index: usize| scene.nodes.iter().find(|node| node.camera == Some(index)).map(|node| &node.name);
     let by_name = scene.cameras.iter().position(|camera| camera.name == name);
-    let by_node = || (0..scene.cameras.len()).find(|index| node_name(*index).is_some_and(|node| node == name));
+    let by_node = || (0..scene.cameras.len()).find(|index| node_name(scene, *index) == Some(name));
     let index = by_name.or_else(by_node).or_else(|| name.parse().ok());
-    let placed = scene.placed_cameras().into_iter().find(|(placed, ..)| index == Some(*placed));
-    placed.map(|(_, world_from_view, projection)| (world_from_view, projection)).ok_or_else(|| {
-        let named = scene.placed_cameras().into_iter().map(|(index, ..)| {
-            let name = scene.cameras.get(index).map(|camera| camera.name.as_str()).filter(|name| !name.is_empty());
-            (index, name.or(node_name(index).map(String::as_str)).unwrap_or_default())
-        });
+    index.and_then(|index| of_file(scene, index)).ok_or_else(|| {
+        let named = scene.placed_cameras().into_iter().map(|(index, ..)| (index, camera_name(scene, index)));
         Failure::usage(format!("there is no camera `{name}`"), choices("cameras", named))
     })
+}
+
+fn of_file(scene: &Scene, index: usize) -> Option<(Mat4, Projection)> {
+    let placed = scene.placed_cameras().into_iter().find(|(placed, ..)| *placed == index);
+    placed.map(|(_, world_from_view, projection)| (world_from_view, projection))
 }
 
 #[cfg(test)]

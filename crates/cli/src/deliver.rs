@@ -1,9 +1,9 @@
 //! From the renderer to files: reads what was rendered, piece by piece, and writes the picture and its variables.
 
 use crate::failure::Failure;
-use crate::gather::Names;
 use crate::interrupt;
 use crate::job::Job;
+use crate::looks::Subject;
 use crate::output;
 use crate::session::{output_failure, still_failure, write_failure};
 use manypass::{FrameRequest, PngEncoding, RenderError, Renderer};
@@ -61,11 +61,11 @@ impl Delivery {
         request: &FrameRequest,
         job: &Job,
         info: &PictureInfo,
-        (names, frame): (&Names, u32),
+        subject: Subject<'_>,
     ) -> Result<Self, Failure> {
         let start = Instant::now();
         let mut delivery = Self::default();
-        let files = output::files(job, names, frame);
+        let files = output::files(job, subject);
         let target = files.as_ref().map(|(target, _)| target.as_path());
         let mut reading = Duration::ZERO;
         if job.format == Format::Exr {

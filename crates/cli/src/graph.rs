@@ -8,7 +8,7 @@ use crate::inspect::one;
 use crate::request::{effect_files, effects};
 use crate::session::{self, print, still_failure};
 use crate::surroundings::Surroundings;
-use crate::{camera, job, scenes};
+use crate::{camera, job, looks, scenes};
 use manypass::gpu::Floor;
 use manypass::{EffectFile, FrameRequest, Gpu, Plan, RenderError, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names};
@@ -34,7 +34,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     job::check_aovs(!aovs.is_empty(), &settings)?;
     warnings.extend(Surroundings::default().surround(&mut scene, &settings)?);
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
-    scenes::dress(&mut scene, args.frame.variant.as_deref())?;
+    scene.variant = looks::variant(&scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);
     let renderer = match floor {
         None => session::open(args.adapter.as_deref(), false)?,

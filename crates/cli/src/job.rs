@@ -3,6 +3,7 @@
 use crate::args::{FrameArgs, RenderArgs};
 use crate::camera::CameraSpec;
 use crate::failure::Failure;
+use crate::looks::{self, Look, Several};
 use crate::pattern::{self, Output, Pattern};
 use manypass::{Background, Settings};
 use manypass_offline::{Format, atomic};
@@ -20,8 +21,10 @@ pub struct Job {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// The camera.
-    pub camera: CameraSpec,
+    /// The camera and the variant, as far as they are known without the file.
+    pub look: Look,
+    /// What one input has several pictures by.
+    pub several: Several,
     /// The kind of file.
     pub format: Format,
     /// Where it goes.
@@ -50,9 +53,11 @@ impl Job {
             (None, Some(count)) => Some((0, count.saturating_sub(1))),
             (None, None) => None,
         };
-        let (format, output) = pattern::output(args, several, frames.map(|(a, b)| u64::from(b - a) + 1))?;
+        let of_one = Several { frames: frames.is_some(), ..Several::looks(&args.frame) };
+        let frame_count = frames.map_or(1, |(a, b)| u64::from(b - a) + 1);
+        let (format, output) = pattern::output(args, several || of_one.has_looks() || frame_count > 1, of_one)?;
         let pattern = |flag: &str, path: &Option<PathBuf>| {
-            path.as_ref().map(|path| Pattern::of_flag(flag, path, frames.is_some())).transpose()
+            path.as_ref().map(|path| Pattern::of_flag(flag, path, of_one, &args.frame)).transpose()
         };
         let dump_passes = pattern("--dump-passes", &args.dump_passes)?;
         let contact_sheet = pattern("--contact-sheet", &args.contact_sheet)?;
@@ -68,8 +73,20 @@ impl Job {
         if !aovs.is_empty() && is_one_stream && format != Format::Exr {
             return Err(Failure::usage("only .exr holds AOVs on standard output or in a device", "add --format exr"));
         }
-        let camera = camera::spec(&args.frame, args.turntable.is_some())?;
-        Ok(Self { width, height, camera, format, output, is_one_stream, dump_passes, contact_sheet, aovs, frames })
+        let look = looks::typed(&args.frame, &camera::spec(&args.frame, args.turntable.is_some())?);
+        Ok(Self {
+            width,
+            height,
+            look,
+            several: of_one,
+            format,
+            output,
+            is_one_stream,
+            dump_passes,
+            contact_sheet,
+            aovs,
+            frames,
+        })
     }
 
     /// Checks what settings decide, wherever they come from.
@@ -133,11 +150,12 @@ fn frame_range(text: &str) -> Result<(u32, u32), Failure> {
     })
 }
 
-/// The camera that the flags describe, of a frame without a turntable.
+/// The camera that the flags describe, of a command that shows one look, without a turntable.
 ///
 /// # Errors
-/// Numbers out of range, or flags that contradict each other.
+/// Numbers out of range, flags that contradict each other, or all cameras or variants at once.
 pub fn camera(args: &FrameArgs) -> Result<CameraSpec, Failure> {
+    looks::refuse_all(args)?;
     camera::spec(args, false)
 }
 

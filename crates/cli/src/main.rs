@@ -21,6 +21,7 @@ mod inspect;
 mod interrupt;
 mod job;
 mod listing;
+mod looks;
 mod memory;
 mod output;
 mod pattern;

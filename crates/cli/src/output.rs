@@ -1,9 +1,9 @@
 //! The files of a picture: which they are, and writing them.
 
 use crate::failure::Failure;
-use crate::gather::Names;
 use crate::interrupt;
 use crate::job::Job;
+use crate::looks::{Subject, safe_name};
 use crate::pattern::{Output, Pattern};
 use crate::places::is_pass_picture;
 use crate::session::{output_failure, write_failure};
@@ -15,11 +15,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The file of a picture, and of its AOVs where they have files of their own; none on standard output.
-pub fn files(job: &Job, names: &Names, frame: u32) -> Option<(PathBuf, Vec<PathBuf>)> {
+pub fn files(job: &Job, subject: Subject<'_>) -> Option<(PathBuf, Vec<PathBuf>)> {
     let Output::Pattern(pattern) = &job.output else { return None };
-    let target = pattern.expand(names, frame, "rgba");
+    let target = pattern.expand(subject, "rgba");
     let aov_file = |aov: &String| {
-        let named = pattern.expand(names, frame, aov);
+        let named = pattern.expand(subject, aov);
         if named == target { target.with_extension(format!("{aov}.png")) } else { named }
     };
     let aovs = if job.format == Format::Png { job.aovs.iter().map(aov_file).collect() } else { Vec::new() };
@@ -28,13 +28,13 @@ pub fn files(job: &Job, names: &Names, frame: u32) -> Option<(PathBuf, Vec<PathB
 
 /// Whether every file that is asked for of a picture is there. Of the pictures of its passes one is enough, since their
 /// names are known only when they are drawn. A device is always there, and never done.
-pub fn are_there(job: &Job, names: &Names, frame: u32) -> bool {
+pub fn are_there(job: &Job, subject: Subject<'_>) -> bool {
     let has_passes = |folder: PathBuf| {
         let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
         entries.any(|entry| is_pass_picture(&entry.file_name()))
     };
-    let place = |pattern: &Pattern| pattern.expand(names, frame, "rgba");
-    files(job, names, frame).is_some_and(|(target, aovs)| target.is_file() && aovs.iter().all(|path| path.is_file()))
+    let place = |pattern: &Pattern| pattern.expand(subject, "rgba");
+    files(job, subject).is_some_and(|(target, aovs)| target.is_file() && aovs.iter().all(|path| path.is_file()))
         && job.contact_sheet.as_ref().map(place).is_none_or(|sheet| sheet.is_file())
         && job.dump_passes.as_ref().map(place).is_none_or(has_passes)
 }
@@ -91,28 +91,4 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut file = begin(path)?;
     file.write(bytes).map_err(write_failure)?;
     file.commit().map_err(write_failure)
-}
-
-/// Letters, digits, dots, minus signs and underscores; every run of others becomes one minus sign.
-fn safe_name(name: &str) -> String {
-    let mut safe = String::new();
-    for letter in name.chars() {
-        if letter.is_ascii_alphanumeric() || matches!(letter, '.' | '_') {
-            safe.push(letter);
-        } else if !safe.ends_with('-') {
-            safe.push('-');
-        }
-    }
-    safe.trim_matches(['-', '.']).to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_of_passes_are_safe() {
-        assert_eq!(safe_name("geometry > base_color"), "geometry-base_color");
-        assert_eq!(safe_name("../a//b\\c:d"), "a-b-c-d");
-    }
 }

@@ -1,13 +1,13 @@
 //! Where pictures go: the pattern of `--output`, and the file of one picture.
 
-use crate::args::RenderArgs;
+use crate::args::{FrameArgs, RenderArgs};
 use crate::failure::Failure;
-use crate::gather::Names;
+use crate::looks::{Several, Subject};
 use manypass_offline::{Format, atomic};
 use std::path::{Path, PathBuf};
 
 /// What a pattern may hold, for messages.
-const PLACEHOLDERS: &str = "{parent}, {stem}, {frame}, {frame:04} and {aov}";
+const PLACEHOLDERS: &str = "{parent}, {stem}, {variant}, {camera}, {frame}, {frame:04} and {aov}";
 
 /// The most digits of `{frame:0N}`.
 const MOST_DIGITS: usize = 32;
@@ -33,6 +33,8 @@ enum Part {
     Text(String),
     Parent,
     Stem,
+    Variant,
+    Camera,
     Frame { digits: usize },
     Aov,
 }
@@ -42,6 +44,8 @@ impl Part {
         match name {
             "parent" => Some(Self::Parent),
             "stem" => Some(Self::Stem),
+            "variant" => Some(Self::Variant),
+            "camera" => Some(Self::Camera),
             "frame" => Some(Self::Frame { digits: 0 }),
             "aov" => Some(Self::Aov),
             _ => {
@@ -84,19 +88,32 @@ impl Pattern {
     /// The pattern of a flag that makes one file or folder a picture.
     ///
     /// # Errors
-    /// As [`Self::new`], and wrong usage if frames are asked for and the pattern does not tell them apart: not even one
-    /// frame, because another call may render the next one.
-    pub fn of_flag(flag: &str, path: &Path, has_frames: bool) -> Result<Self, Failure> {
+    /// As [`Self::new`], and wrong usage if the pattern does not tell the pictures of one input apart: not even one
+    /// frame, because another call may render the next one; or if it names a variant or a camera and no flag does.
+    pub fn of_flag(flag: &str, path: &Path, several: Several, frame: &FrameArgs) -> Result<Self, Failure> {
         let text = path.to_string_lossy();
         let pattern = Self::new(&text)?;
-        if has_frames && !pattern.parts.iter().any(|part| matches!(part, Part::Frame { .. })) {
+        let holds = |kind: fn(&Part) -> bool| pattern.parts.iter().any(kind);
+        let of_frame = holds(|part| matches!(part, Part::Frame { .. }));
+        let of_variant = holds(|part| *part == Part::Variant);
+        let of_camera = holds(|part| *part == Part::Camera);
+        let missing = [
+            (several.variants && !of_variant, "variants", "{variant}"),
+            (several.cameras && !of_camera, "cameras", "{camera}"),
+            (several.frames && !of_frame, "frames", "{frame:04}"),
+        ];
+        if let Some((_, what, placeholder)) = missing.into_iter().find(|(is_missing, ..)| *is_missing) {
+            let or_folder = if flag == "-o" { ", or name a folder: DIR/" } else { "" };
+            let hint = format!("write {placeholder} into the name{or_folder}");
+            return Err(Failure::usage(format!("{flag} {text} is one place for all {what}"), hint));
+        }
+        let unnamed =
+            [(of_variant && frame.variant.is_none(), "variant"), (of_camera && frame.camera.is_none(), "camera")];
+        if let Some((_, what)) = unnamed.into_iter().find(|(is_unnamed, _)| *is_unnamed) {
+            let message = format!("{flag} {text} names a {what}, and none is asked for");
             return Err(Failure::usage(
-                format!("{flag} {text} is one place for all frames"),
-                if flag == "-o" {
-                    "write {frame:04} into the name, or name a folder: DIR/"
-                } else {
-                    "write {frame:04} into the name"
-                },
+                message,
+                format!("add --{what} all, or --{what} NAME, or leave {{{what}}} out"),
             ));
         }
         Ok(pattern)
@@ -108,13 +125,16 @@ impl Pattern {
     }
 
     /// The path of one picture. `{frame:04}` is the frame with at least four digits.
-    pub fn expand(&self, names: &Names, frame: u32, aov: &str) -> PathBuf {
+    pub fn expand(&self, subject: Subject<'_>, aov: &str) -> PathBuf {
+        let Subject { names, look, frame } = subject;
         let mut text = String::new();
         for part in &self.parts {
             match part {
                 Part::Text(literal) => text.push_str(literal),
                 Part::Parent => text.push_str(&names.parent),
                 Part::Stem => text.push_str(&names.stem),
+                Part::Variant => text.push_str(&look.variant_name),
+                Part::Camera => text.push_str(&look.camera_name),
                 Part::Frame { digits } => text.push_str(&format!("{frame:0digits$}")),
                 Part::Aov => text.push_str(aov),
             }
@@ -139,12 +159,12 @@ pub fn is_stdout(path: &Path) -> bool {
     [Path::new("-"), Path::new("/dev/stdout"), Path::new("/dev/fd/1"), Path::new("/proc/self/fd/1")].contains(&path)
 }
 
-/// The format and the place of pictures. `several` says that there is more than one input, `frame_count` how many frames
-/// are asked for, if any are.
+/// The format and the place of pictures. `are_several` says that there is, or may be, more than one, `several` by what one input
+/// has several.
 ///
 /// # Errors
 /// Wrong usage.
-pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Result<(Format, Output), Failure> {
+pub fn output(args: &RenderArgs, are_several: bool, several: Several) -> Result<(Format, Output), Failure> {
     let unknown = |text: &str| Failure::usage(format!("unknown format `{text}`"), "formats: png, jpg, webp, exr");
     let asked =
         args.format.as_deref().map(|text| Format::from_extension(text).ok_or_else(|| unknown(text))).transpose()?;
@@ -152,7 +172,10 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
         let message = format!("--report {} has a placeholder, but is one file for the whole call", report.display());
         return Err(Failure::usage(message, "name one file, for example report.jsonl; every picture is a line of it"));
     }
-    let default_name = if frame_count.is_some() { "{stem}_{frame:04}" } else { "{stem}" };
+    let of_variants = if several.variants { "_{variant}" } else { "" };
+    let of_cameras = if several.cameras { "_{camera}" } else { "" };
+    let of_frames = if several.frames { "_{frame:04}" } else { "" };
+    let default_name = format!("{{stem}}{of_variants}{of_cameras}{of_frames}");
     let format = asked.unwrap_or(Format::Png);
     let Some(out) = args.output.as_deref() else {
         return Ok((format, Output::Pattern(Pattern::new(&format!("{default_name}.{}", format.extension()))?)));
@@ -166,7 +189,7 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
     }
     if is_stdout(path) {
         let format = asked.ok_or_else(|| Failure::usage("standard output has no format", "add --format png"))?;
-        if several || frame_count.is_some_and(|count| count > 1) {
+        if are_several {
             return Err(Failure::usage("standard output takes one picture", "write to a folder: -o DIR/"));
         }
         if args.report.as_deref().is_some_and(is_stdout) {
@@ -202,7 +225,7 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
                     format!("formats: png, jpg, webp, exr; add --format for another ending, or name a folder: {out}/");
                 Failure::usage(format!("unknown format `{extension}`"), hint)
             })?;
-            Ok((format, Output::Pattern(Pattern::of_flag("-o", path, frame_count.is_some())?)))
+            Ok((format, Output::Pattern(Pattern::of_flag("-o", path, several, &args.frame)?)))
         }
     }
 }
@@ -210,6 +233,8 @@ pub fn output(args: &RenderArgs, several: bool, frame_count: Option<u64>) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gather::Names;
+    use crate::looks::Look;
 
     #[test]
     fn a_format_that_is_given_takes_any_ending_that_is_no_other_format() {
@@ -218,7 +243,7 @@ mod tests {
         let output = |words: &[&str]| {
             let words = [&["manypass", "render", "a.glb"], words].concat();
             let Command::Render(args) = Cli::try_parse_from(words).expect("arguments").command else { panic!() };
-            output(&args, false, None)
+            output(&args, false, Several::default())
         };
         for format in ["png", "jpg", "webp", "exr"] {
             let (found, place) = output(&["-o", "x.foo", "--format", format]).expect(format);
@@ -239,8 +264,11 @@ mod tests {
     #[test]
     fn placeholders_are_filled_in_and_others_refused() {
         let names = Names { parent: "p".into(), stem: "{aov}".into() };
-        let expand = |text: &str| Pattern::new(text).expect(text).expand(&names, 7, "depth");
+        let look = Look { variant_name: "v".into(), camera_name: "c".into(), ..Look::default() };
+        let subject = Subject { names: &names, look: &look, frame: 7 };
+        let expand = |text: &str| Pattern::new(text).expect(text).expand(subject, "depth");
         assert_eq!(expand("o/{parent}/{stem}.{frame:04}{frame}.{aov}.png"), Path::new("o/p/{aov}.00077.depth.png"));
+        assert_eq!(expand("{variant}/{camera}.png"), Path::new("v/c.png"));
         assert_eq!(expand("a{.png"), Path::new("a{.png"));
         for text in
             ["{foo}", "{}", "{frame:4}", "{frame:0}", "{frame:0x}", "{frame:099}", "{Stem}", "{{stem}}", "{ stem}"]

@@ -6,6 +6,7 @@ use crate::gather::Item;
 use crate::identity::{Known, Lookup, Place, is_file};
 use crate::input::Input;
 use crate::job::Job;
+use crate::looks::Subject;
 use crate::output;
 use crate::pattern::{Output, is_stdout};
 use manypass_offline::atomic;
@@ -52,12 +53,14 @@ impl Places {
             places.write_as(report, "the report")?;
         }
         let (first, last) = job.frames.unwrap_or((0, 0));
-        'pictures: for item in items {
+        // What looks are called is known when their file is read.
+        let known = if job.several.has_looks() { &[] } else { items };
+        'pictures: for item in known {
             for frame in first..=last {
                 if places.checked_pictures == CHECKED_AT_START {
                     break 'pictures;
                 }
-                places.write_picture(job, item, frame)?;
+                places.write_picture(job, Subject { names: &item.names, look: &job.look, frame })?;
                 places.checked_pictures += 1;
             }
         }
@@ -105,11 +108,12 @@ impl Places {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn check(&mut self, item_index: u64, job: &Job, item: &Item, frame: u32) -> Result<(), Failure> {
+    pub fn check(&mut self, item_index: u64, job: &Job, subject: Subject<'_>) -> Result<(), Failure> {
         let (first, last) = job.frames.unwrap_or((0, 0));
         let frame_count = u64::from(last.saturating_sub(first)) + 1;
-        let index = item_index.saturating_mul(frame_count).saturating_add(u64::from(frame.saturating_sub(first)));
-        if index < self.checked_pictures { Ok(()) } else { self.write_picture(job, item, frame) }
+        let index =
+            item_index.saturating_mul(frame_count).saturating_add(u64::from(subject.frame.saturating_sub(first)));
+        if index < self.checked_pictures { Ok(()) } else { self.write_picture(job, subject) }
     }
 
     fn read_input(&mut self, input: &Input) {
@@ -153,10 +157,10 @@ impl Places {
         if cfg!(unix) && is_file(open) { self.write_as(open, "standard output") } else { Ok(()) }
     }
 
-    fn write_picture(&mut self, job: &Job, item: &Item, frame: u32) -> Result<(), Failure> {
-        let dump = job.dump_passes.as_ref().map(|pattern| pattern.expand(&item.names, frame, "rgba"));
-        let sheet = job.contact_sheet.as_ref().map(|pattern| pattern.expand(&item.names, frame, "rgba"));
-        if let Some((target, aovs)) = output::files(job, &item.names, frame) {
+    fn write_picture(&mut self, job: &Job, subject: Subject<'_>) -> Result<(), Failure> {
+        let dump = job.dump_passes.as_ref().map(|pattern| pattern.expand(subject, "rgba"));
+        let sheet = job.contact_sheet.as_ref().map(|pattern| pattern.expand(subject, "rgba"));
+        if let Some((target, aovs)) = output::files(job, subject) {
             self.write(&target)?;
             aovs.iter().try_for_each(|path| self.write(path))?;
         }
@@ -190,7 +194,10 @@ impl Places {
                 return Ok(());
             }
             let message = format!("two outputs would be written to {shown}");
-            return Err(Failure::usage(message, "use {parent}, {stem} and {frame:04} in the names, and other folders"));
+            return Err(Failure::usage(
+                message,
+                "use {parent}, {stem}, {variant}, {camera} and {frame:04} in the names, and other folders",
+            ));
         }
         if path.file_name().is_some_and(is_pass_picture) {
             let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
@@ -207,7 +214,10 @@ impl Places {
         self.refuse_dump_beside(self.numbered.contains(&place), folder)?;
         if !self.dumps.insert(place) {
             let message = format!("the passes of two pictures would be written to {}", folder.display());
-            return Err(Failure::usage(message, "use {parent}, {stem} and {frame:04} in the name"));
+            return Err(Failure::usage(
+                message,
+                "use {parent}, {stem}, {variant}, {camera} and {frame:04} in the name",
+            ));
         }
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         for path in entries.filter(|entry| is_pass_picture(&entry.file_name())).map(|entry| entry.path()) {
@@ -280,11 +290,11 @@ mod tests {
         let words = ["manypass", "render", "a.glb", "b.glb", "--frames", "5..7", "-o", "out/gone_{frame}.png"];
         let Command::Render(args) = Cli::try_parse_from(words).expect("arguments").command else { return };
         let job = Job::new(&args, true, &[]).expect("a job");
-        let item = Item { input: Input::Demo("hall".into()), names: crate::gather::Names::default() };
+        let names = crate::gather::Names::default();
         let mut places = Places { checked_pictures: 4, ..Places::default() };
         // The first input failed at its first frame; the second has the indices 3 to 5 all the same.
         for (frame, is_checked_now) in [(5, false), (6, true), (7, true)] {
-            places.check(1, &job, &item, frame).expect("free");
+            places.check(1, &job, Subject { names: &names, look: &job.look, frame }).expect("free");
             let written = places.write(&PathBuf::from(format!("out/gone_{frame}.png")));
             assert_eq!(written.is_err(), is_checked_now, "{frame}");
         }

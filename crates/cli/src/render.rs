@@ -10,6 +10,7 @@ use crate::failure::{Failure, Kind, say};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
 use crate::job::Job;
+use crate::looks::Subject;
 use crate::memory;
 use crate::output;
 use crate::places::Places;
@@ -64,7 +65,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let settings = chosen.settings(Settings::default(), None, &mut effect_files)?;
     job.check(&settings)?;
     let places = Places::new(args, &job, &inputs.items, surroundings::file(&settings))?;
-    let is_lines = inputs.is_batch || job.frames.is_some();
+    let is_lines = inputs.is_batch || job.several.any();
     let open_report =
         || args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose();
     if inputs.items.is_empty() {
@@ -162,28 +163,44 @@ impl Batch<'_> {
     fn render_input(&mut self, item_index: u64, item: &Item, failing: &mut Option<u32>) -> Result<(), Failure> {
         let input = &item.input;
         let (first, last) = self.job.frames.unwrap_or((0, 0));
+        let mut phases = Phases::default();
         let mut loaded: Option<Loaded> = None;
-        for frame in first..=last {
-            let shown = self.job.frames.map(|_| frame);
+        let mut looks = vec![self.job.look.clone()];
+        if self.job.several.has_looks() {
             self.bar.set_message(input.stem());
-            *failing = shown;
-            self.places.check(item_index, self.job, item, frame)?;
-            let files = output::files(self.job, &item.names, frame);
-            let output = files.as_ref().map_or("-".into(), |(target, _)| target.display().to_string());
-            if self.args.skip_existing && output::are_there(self.job, &item.names, frame) {
-                if let Some(report) = &mut self.report {
-                    report.skipped(&input.name(), &output, shown)?;
+            looks = loaded.insert(self.load(item, &mut phases)?).looks.clone();
+            let further = looks.len().saturating_sub(1) as u64;
+            self.bar.inc_length(further * (u64::from(last - first) + 1));
+        }
+        for (look_index, look) in looks.iter().enumerate() {
+            let mut is_metered = false;
+            for frame in first..=last {
+                let shown = self.job.frames.map(|_| frame);
+                let subject = Subject { names: &item.names, look, frame };
+                self.bar.set_message(input.stem());
+                *failing = shown;
+                self.places.check(item_index, self.job, subject)?;
+                let files = output::files(self.job, subject);
+                let output = files.as_ref().map_or("-".into(), |(target, _)| target.display().to_string());
+                if self.args.skip_existing && output::are_there(self.job, subject) {
+                    if let Some(report) = &mut self.report {
+                        report.skipped(&input.name(), &output, shown)?;
+                    }
+                } else {
+                    let loaded = match &mut loaded {
+                        Some(loaded) => loaded,
+                        slot => slot.insert(self.load(item, &mut phases)?),
+                    };
+                    if !is_metered {
+                        self.meter(loaded, look_index, &mut phases)?;
+                        is_metered = true;
+                    }
+                    phases.start = std::mem::take(&mut self.start_ms);
+                    self.render_picture(item, loaded, subject, &output, std::mem::take(&mut phases))?;
                 }
-            } else {
-                let mut phases = Phases { start: std::mem::take(&mut self.start_ms), ..Phases::default() };
-                let loaded = match &mut loaded {
-                    Some(loaded) => loaded,
-                    slot => slot.insert(self.load(item, &mut phases)?),
-                };
-                self.render_picture(item, loaded, frame, &output, phases)?;
+                self.bar.inc(1);
+                interrupt::check()?;
             }
-            self.bar.inc(1);
-            interrupt::check()?;
         }
         Ok(())
     }

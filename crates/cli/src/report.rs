@@ -1,6 +1,7 @@
 //! `--report`: what was done, one JSON value a picture.
 
 use crate::failure::{Failure, Kind};
+use crate::looks::Look;
 use crate::pattern::is_stdout;
 use crate::provenance::InputFile;
 use crate::session::{print, write_failure};
@@ -81,6 +82,8 @@ pub struct Entry<'a> {
     pub outputs: Outputs<'a>,
     /// Its frame, time and camera.
     pub info: &'a PictureInfo,
+    /// Which variant and camera of the file it shows.
+    pub look: &'a Look,
     /// The files of its effects, their names and settings.
     pub effects: &'a [Value],
     /// Its settings, those that have their defaults included.
@@ -108,7 +111,7 @@ pub struct Entry<'a> {
     /// What the numbers in PNG files of variables stand for.
     pub aov_ranges: &'a BTreeMap<&'static str, PngRange>,
     /// Mode, stops, what was metered.
-    pub exposure: Value,
+    pub exposure: Option<Value>,
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     pub clamped_pixels: Option<u64>,
     /// What the reader and the renderer warned of.
@@ -147,6 +150,7 @@ impl Report {
         let total = phases.start + scene + phases.compile + phases.frames + phases.readback + phases.encode;
         let bytes = entry.plan.bytes();
         let depth = entry.aov_ranges.get("depth");
+        let named = |name: &str| (!name.is_empty()).then(|| name.to_owned());
         let depth_range_m = depth.and_then(|range| Some([*range.low.first()?, *range.high.first()?]));
         self.add(&json!({
             "version": env!("CARGO_PKG_VERSION"),
@@ -159,6 +163,8 @@ impl Report {
             "time_secs": entry.info.time_secs,
             "frames_per_second": entry.info.frames_per_second,
             "camera": entry.info.camera,
+            "camera_name": named(&entry.look.camera_name),
+            "variant": named(&entry.look.variant_name),
             "effects": entry.effects,
             "settings": entry.settings,
             "width": entry.size.0,

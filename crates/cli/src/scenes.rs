@@ -1,4 +1,4 @@
-//! Which scene and which variant of a file are shown.
+//! Which scene of a file is shown.
 
 use crate::failure::{Failure, Kind};
 use crate::listing::choices;
@@ -25,19 +25,5 @@ pub fn show(scene: &mut Scene, asked: Option<&str>, warnings: &mut Vec<String>) 
     if !scene.draws_anything() {
         warnings.push(format!("at \"/scenes/{index}\": the scene draws nothing; it has no visible node with a mesh"));
     }
-    Ok(())
-}
-
-/// Shows the variant that is asked for by name or index; without one, surfaces have their own materials.
-///
-/// # Errors
-/// If the file has no such variant.
-pub fn dress(scene: &mut Scene, asked: Option<&str>) -> Result<(), Failure> {
-    let Some(asked) = asked else { return Ok(()) };
-    let Some(index) = scene.variant_named(asked) else {
-        let known = choices("variants", scene.variants.iter().map(String::as_str).enumerate());
-        return Err(Failure::usage(format!("there is no variant `{asked}`"), known));
-    };
-    scene.variant = Some(index);
     Ok(())
 }

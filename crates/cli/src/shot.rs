@@ -5,6 +5,7 @@ use crate::camera;
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::listing::choices;
+use crate::looks::Look;
 use manypass::{Aov, Pose, View};
 use manypass_scene::{Framing, Scene};
 use std::sync::Arc;
@@ -20,11 +21,17 @@ pub fn framing(scene: &mut Scene, args: &RenderArgs) -> Result<Framing, Failure>
 
 /// The camera at a frame of a turntable, of which a full turn takes as many frames as `--turntable` says; elsewhere all
 /// frames have the same.
-pub fn view(scene: &Scene, framing: &Framing, args: &RenderArgs, job: &Job, frame: f32) -> Result<View, Failure> {
+pub fn view(
+    scene: &Scene,
+    framing: &Framing,
+    args: &RenderArgs,
+    (job, look): (&Job, &Look),
+    frame: f32,
+) -> Result<View, Failure> {
     // A frame is the same whether it is drawn alone or in a range, and after a full turn as before.
     let turn_deg = args.turntable.map_or(0.0, |count| 360.0 * (frame.rem_euclid(count as f32) / count as f32));
     let aspect = job.width as f32 / job.height as f32;
-    let (world_from_view, projection) = camera::resolve(&job.camera, scene, framing, aspect, turn_deg)?;
+    let (world_from_view, projection) = camera::resolve(&look.camera, scene, framing, aspect, turn_deg)?;
     Ok(View { world_from_view, projection })
 }
 
@@ -33,7 +40,7 @@ pub fn previous_pose(
     scene: &mut Scene,
     framing: &Framing,
     args: &RenderArgs,
-    job: &Job,
+    (job, look): (&Job, &Look),
     frame: u32,
 ) -> Result<Option<Arc<Pose>>, Failure> {
     // A turntable at one time turns the camera, and the time stands still.
@@ -44,7 +51,7 @@ pub fn previous_pose(
         return Ok(None);
     }
     pose(scene, args, time_secs)?;
-    let camera = view(scene, framing, args, job, frame as f32 - 1.0)?;
+    let camera = view(scene, framing, args, (job, look), frame as f32 - 1.0)?;
     Ok(Some(Arc::new(Pose::capture(scene, camera))))
 }
 

@@ -11,7 +11,7 @@ use crate::inspect::one;
 use crate::request::{effect_files, effects};
 use crate::session::{self, still_failure};
 use crate::surroundings::Surroundings;
-use crate::{interrupt, job, memory, scenes};
+use crate::{interrupt, job, looks, memory, scenes};
 use manypass::{Aov, FrameRequest, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names, render_still};
 use manypass_offline::{AovLayer, CameraData, Picture};
@@ -72,7 +72,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         job::check_aovs(true, &settings)?;
         warnings.extend(surroundings.surround(&mut scene, &settings)?);
         scenes::show(&mut scene, frame.scene.as_deref(), &mut warnings)?;
-        scenes::dress(&mut scene, frame.variant.as_deref())?;
+        scene.variant = looks::variant(&scene, frame.variant.as_deref())?;
         let name = input.name();
         warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}")));
         Ok(Read { name, scene, settings, is_stage: stage.is_some() })

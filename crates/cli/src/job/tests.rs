@@ -20,9 +20,9 @@ fn job(flags: &[&str]) -> Result<Job, Failure> {
 #[test]
 fn lists_may_begin_with_a_minus() {
     let orbit = Place::Orbit { yaw_deg: -30.0, pitch_deg: 10.0, radius_m: Some(2.0) };
-    assert_eq!(job(&["--orbit", "-30,10,2"]).expect("two words").camera.place, orbit);
-    assert_eq!(job(&["--orbit=-30,10,2"]).expect("one word").camera.place, orbit);
-    assert_eq!(job(&["--eye", "-1,2,-3"]).expect("eye").camera.place, Place::Eye(Vec3::new(-1.0, 2.0, -3.0)));
+    assert_eq!(job(&["--orbit", "-30,10,2"]).expect("two words").look.camera.place, orbit);
+    assert_eq!(job(&["--orbit=-30,10,2"]).expect("one word").look.camera.place, orbit);
+    assert_eq!(job(&["--eye", "-1,2,-3"]).expect("eye").look.camera.place, Place::Eye(Vec3::new(-1.0, 2.0, -3.0)));
 }
 
 #[test]
@@ -94,9 +94,9 @@ fn flags_of_the_camera_alone_keep_the_files_camera() {
         ["--ortho-height", "2"],
     ];
     for flags in flags {
-        assert_eq!(job(&flags).expect("job").camera.place, Place::Default, "{flags:?}");
+        assert_eq!(job(&flags).expect("job").look.camera.place, Place::Default, "{flags:?}");
     }
-    assert_eq!(job(&["--turntable", "4", "--fov-y", "30"]).expect("job").camera.place, DEFAULT_ORBIT);
+    assert_eq!(job(&["--turntable", "4", "--fov-y", "30"]).expect("job").look.camera.place, DEFAULT_ORBIT);
 }
 
 #[test]

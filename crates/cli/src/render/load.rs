@@ -7,6 +7,7 @@ use crate::exposure::Taken;
 use crate::failure::{Failure, say};
 use crate::gather::Item;
 use crate::input::Opened;
+use crate::looks::{self, Look};
 use crate::provenance::{InputFile, input_files};
 use crate::report::Phases;
 use crate::request::request;
@@ -23,8 +24,10 @@ pub(super) struct Loaded {
     pub scene: Scene,
     /// What an automatic camera shows whole.
     pub framing: Framing,
-    /// The exposure of all its pictures.
-    pub exposure: Taken,
+    /// How it is shown, each a picture of its own or a sequence.
+    pub looks: Vec<Look>,
+    /// The exposure of all pictures of the look that is shown.
+    pub exposure: Option<Taken>,
     /// What its reader and the renderer warned of.
     pub warnings: Vec<String>,
     /// The files it was read from; only with a report.
@@ -51,7 +54,8 @@ impl Batch<'_> {
             .map(|_| input_files(&item.input, surroundings::file(&self.settings)))
             .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
-        scenes::dress(&mut scene, self.args.frame.variant.as_deref())?;
+        let looks = looks::of_scene(&scene, &self.args.frame, &self.job.look.camera, &mut warnings)?;
+        scene.variant = looks.first().and_then(|look| look.variant);
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
         phases.load = ms_since(start);
@@ -69,13 +73,24 @@ impl Batch<'_> {
             warnings.push("nothing lights it: the file has no lights, and --environment is none".into());
         }
         self.warn(&item.input.name(), &warnings)?;
-        if let Some(hint) = camera::hint(&self.job.camera, &scene, &framing).filter(|_| !args.quiet) {
+        if let Some(hint) = camera::hint(&self.job.look.camera, &scene, &framing).filter(|_| !args.quiet) {
             self.bar.suspend(|| say(format_args!("hint: {}: {hint}", item.input.name())));
         }
+        Ok(Loaded { scene, framing, looks, exposure: None, warnings, files })
+    }
+
+    /// Shows an input in one of its looks, and meters that.
+    ///
+    /// # Errors
+    /// It has no such camera, or cannot be drawn.
+    pub(super) fn meter(&mut self, loaded: &mut Loaded, index: usize, phases: &mut Phases) -> Result<(), Failure> {
         let start = Instant::now();
-        let exposure = self.meter(&mut scene, &framing)?;
+        let Loaded { scene, framing, looks, exposure, .. } = loaded;
+        let Some(look) = looks.get(index) else { return Ok(()) };
+        scene.variant = look.variant;
+        *exposure = Some(self.metered(scene, framing, look)?);
         phases.meter = ms_since(start);
-        Ok(Loaded { scene, framing, exposure, warnings, files })
+        Ok(())
     }
 
     /// The settings of an input.
@@ -92,10 +107,10 @@ impl Batch<'_> {
     }
 
     /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.
-    fn meter(&mut self, scene: &mut Scene, framing: &Framing) -> Result<Taken, Failure> {
+    fn metered(&mut self, scene: &mut Scene, framing: &Framing, look: &Look) -> Result<Taken, Failure> {
         let (args, job) = (self.args, self.job);
         pose(scene, args, time_secs(args, 0).map(|_| 0.0))?;
-        let camera = view(scene, framing, args, job, 0.0)?;
+        let camera = view(scene, framing, args, (job, look), 0.0)?;
         Taken::new(&mut self.renderer, scene, &request(args, job, &self.settings, camera, scene))
     }
 }

@@ -3,8 +3,10 @@
 use super::load::Loaded;
 use super::{Batch, failed};
 use crate::deliver::Delivery;
+use crate::exposure::Taken;
 use crate::failure::Failure;
 use crate::gather::Item;
+use crate::looks::Subject;
 use crate::report::{self, Entry, Outputs, Phases};
 use crate::request::{picture_info, request};
 use crate::session::{ms_since, still_failure};
@@ -40,13 +42,12 @@ impl Batch<'_> {
         &mut self,
         item: &Item,
         loaded: &mut Loaded,
-        frame: u32,
+        subject: Subject<'_>,
         output: &str,
         phases: Phases,
     ) -> Result<(), Failure> {
-        let mut drawn = self.draw(item, loaded, frame, phases)?;
-        let mut delivery =
-            Delivery::begin(&mut self.renderer, &drawn.request, self.job, &drawn.info, (&item.names, frame))?;
+        let mut drawn = self.draw(item, loaded, subject, phases)?;
+        let mut delivery = Delivery::begin(&mut self.renderer, &drawn.request, self.job, &drawn.info, subject)?;
         drawn.clamped_pixels = drawn.request.averages_radiance().then(|| self.renderer.clamped_pixels());
         if let Some(warning) = exposure::clamped_warning(drawn.clamped_pixels.unwrap_or(0)) {
             self.warn(&item.input.name(), std::slice::from_ref(&warning))?;
@@ -58,10 +59,10 @@ impl Batch<'_> {
         (drawn.phases.readback, drawn.phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
         // The rest is in frames of their own, that no phase counts. Passes are those of the first sample, as in the plan.
-        let (contact_sheet, passes) = self.show_passes(item, loaded, frame, &drawn.request)?;
+        let (contact_sheet, passes) = self.show_passes(loaded, subject, &drawn.request)?;
         if self.report.is_some() {
             let outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet, passes };
-            self.report_picture(item, loaded, &drawn, (outputs, &delivery))?;
+            self.report_picture((item, subject), loaded, &drawn, (outputs, &delivery))?;
         }
         // The frames of the report had variables, too.
         self.renderer.forget_variables();
@@ -69,17 +70,24 @@ impl Batch<'_> {
     }
 
     /// Poses the scene and draws all samples.
-    fn draw(&mut self, item: &Item, loaded: &mut Loaded, frame: u32, mut phases: Phases) -> Result<Drawn, Failure> {
+    fn draw(
+        &mut self,
+        item: &Item,
+        loaded: &mut Loaded,
+        subject: Subject<'_>,
+        mut phases: Phases,
+    ) -> Result<Drawn, Failure> {
         let (args, job) = (self.args, self.job);
+        let Subject { look, frame, .. } = subject;
         let Loaded { scene, framing, exposure, warnings, .. } = loaded;
-        let previous = previous_pose(scene, framing, args, job, frame)?;
+        let previous = previous_pose(scene, framing, args, (job, look), frame)?;
         pose(scene, args, time_secs(args, frame))?;
-        let camera = view(scene, framing, args, job, frame as f32)?;
+        let camera = view(scene, framing, args, (job, look), frame as f32)?;
         let effects = self.effects.clone();
         let ground_height_m = framing.lowest_m();
         let mut request =
             FrameRequest { previous, effects, ground_height_m, ..request(args, job, &self.settings, camera, scene) };
-        exposure.expose(&mut request);
+        exposure.iter().for_each(|taken| taken.expose(&mut request));
         let mut warnings = warnings.clone();
         let compiled_ms = self.renderer.compile_ms();
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
@@ -115,9 +123,8 @@ impl Batch<'_> {
     /// have files of their own.
     fn show_passes(
         &mut self,
-        item: &Item,
         loaded: &Loaded,
-        frame: u32,
+        subject: Subject<'_>,
         request: &FrameRequest,
     ) -> Result<(Option<String>, Vec<String>), Failure> {
         let (folder, sheet) = (&self.job.dump_passes, &self.job.contact_sheet);
@@ -127,10 +134,10 @@ impl Batch<'_> {
         let pictures = self.renderer.passes(&loaded.scene, request).map_err(failed)?;
         let mut passes = Vec::new();
         if let Some(folder) = folder {
-            passes = output::write_passes(&folder.expand(&item.names, frame, "rgba"), &pictures)?;
+            passes = output::write_passes(&folder.expand(subject, "rgba"), &pictures)?;
         }
         let Some(sheet) = sheet else { return Ok((None, passes)) };
-        let path = sheet.expand(&item.names, frame, "rgba");
+        let path = sheet.expand(subject, "rgba");
         output::write_sheet(&path, &pictures)?;
         Ok((Some(path.display().to_string()), passes))
     }
@@ -138,7 +145,7 @@ impl Batch<'_> {
     /// Adds a picture to the report.
     fn report_picture(
         &mut self,
-        item: &Item,
+        (item, subject): (&Item, Subject<'_>),
         loaded: &Loaded,
         drawn: &Drawn,
         (outputs, delivery): (Outputs<'_>, &Delivery),
@@ -158,6 +165,7 @@ impl Batch<'_> {
             input_files: &loaded.files,
             outputs,
             info: &drawn.info,
+            look: subject.look,
             effects: &self.effect_values,
             settings: &self.settings,
             size: (self.job.width, self.job.height),
@@ -171,7 +179,7 @@ impl Batch<'_> {
             pass_times: &pass_times,
             pairs,
             aov_ranges: &delivery.aov_ranges,
-            exposure: loaded.exposure.report(),
+            exposure: loaded.exposure.as_ref().map(Taken::report),
             clamped_pixels: drawn.clamped_pixels,
             warnings: &drawn.warnings,
         })
