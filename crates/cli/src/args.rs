@@ -179,8 +179,8 @@ pub struct FrameArgs {
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
     /// auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, a colour: sRGB (ff8800) or linear
-    /// (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, or a folder with the six faces of a cube (px, nx, py, ny, pz,
-    /// nz) [default: auto: fill if the file has lights, else studio].
+    /// (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, a cube map, FILE.ktx2, or a folder with the six faces of a cube
+    /// (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights, else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].

@@ -41,7 +41,7 @@ impl FrameArgs {
 /// Whether the value of `--environment` is a file, or a folder with the faces of a cube, and no word or colour.
 fn is_picture(value: &str) -> bool {
     let end = Path::new(value).extension();
-    let is_file = end.is_some_and(|end| ["hdr", "exr"].iter().any(|known| end.eq_ignore_ascii_case(known)));
+    let is_file = end.is_some_and(|end| ["hdr", "exr", "ktx2"].iter().any(|known| end.eq_ignore_ascii_case(known)));
     is_file || Path::new(value).is_dir() && Settings::default().set("environment.source", value).is_err()
 }
 

@@ -164,6 +164,29 @@ fn reflections_are_integrals_over_the_lobe() {
     }
 }
 
+/// Levels are taken as they are; irradiance, which a few levels seldom hold well, is that of the first.
+#[test]
+fn levels_that_a_file_brings_are_what_rough_surfaces_reflect() {
+    let halves = |level: u32| {
+        let value = if level == 0 { 1.0 } else { 2.0 + level as f32 };
+        [value, 0.5 * value, 0.25, 1.0].iter().flat_map(|value| half::f16::from_f32(*value).to_le_bytes()).collect()
+    };
+    let bytes = manypass_testkit::ktx2::cube_map(97, 32, 5, halves);
+    let map = EnvironmentMap::decode("levels.ktx2", &bytes).unwrap();
+    let scene = scene(map, Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None });
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    for (roughness, expected) in [(0.0, 1.0), (0.25, 3.0), (0.5, 4.0), (0.625, 4.5), (0.875, 5.5), (1.0, 1.0)] {
+        let mut request = request(&scene, Quat::from_rotation_y(0.7), 0.0);
+        request.settings.background.source = Background::Environment;
+        request.settings.background.blur = roughness;
+        for found in radiance(&mut renderer, &scene, &request) {
+            let truth = DVec3::new(expected, 0.5 * expected, 0.25);
+            assert!((found - truth).length() < 0.01 * truth.length(), "at {roughness}: {found}, expected {truth}");
+        }
+    }
+}
+
 /// A floor of every roughness beside the next, under a camera that looks along it.
 fn with_floor(scene: &mut Scene) {
     for strip in 0..6u8 {

@@ -1,12 +1,15 @@
 //! Pictures of the light that comes from all directions: Radiance (.hdr) and OpenEXR (.exr) files, equirectangular; and the six faces of a
-//! cube in a folder.
+//! cube, in a folder or a KTX2 container (.ktx2).
 //!
 //! Values are linear radiance with the primaries of Rec. 709. Texels are kept as half floats, which is what devices take.
 
 mod cube;
+mod ktx2;
 
 pub use cube::{CUBE_FACES, FACE_SIDE_MAX, face_files, files_of};
+pub use ktx2::PrefilteredEnvironment;
 
+use crate::ktx2::is_ktx2;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use glam::Vec3;
 use half::f16;
@@ -57,6 +60,8 @@ pub struct EnvironmentMap {
     pub texels: Vec<[f16; 4]>,
     /// What texels, by their index, have beyond [`RADIANCE_MAX`]: the middle of a sun.
     pub peaks: Vec<(u32, Vec3)>,
+    /// What rough surfaces reflect of it, where a file brings that; else the renderer works it out.
+    pub prefiltered: Option<PrefilteredEnvironment>,
     /// The light that is not in the texels, if there is one.
     pub light: Option<EnvironmentLight>,
     /// What was changed when it was read; one line each.
@@ -94,15 +99,19 @@ impl EnvironmentMap {
     /// Reads the bytes of a file; `name` appears in messages.
     ///
     /// # Errors
-    /// They are of another kind, broken, or of a picture that is no equirectangular one (twice as wide as high) or too large.
+    /// They are of another kind, broken, or of a picture that is neither an equirectangular one (twice as wide as high) nor a cube map,
+    /// or too large.
     pub fn decode(name: &str, bytes: &[u8]) -> Result<Self, EnvironmentError> {
         let failed = |message: String| EnvironmentError { name: name.into(), message };
+        if is_ktx2(bytes) {
+            return ktx2::decode(name, bytes);
+        }
         let decoded = if bytes.starts_with(EXR_MAGIC) {
             decode_exr(bytes, check_size)
         } else if is_radiance(bytes) {
             decode_radiance(bytes, check_size)
         } else {
-            Err("it is neither Radiance (.hdr) nor OpenEXR (.exr)".into())
+            Err("it is neither Radiance (.hdr) nor OpenEXR (.exr) nor a cube map in KTX2 (.ktx2)".into())
         };
         Ok(Self::from_decoded(name, &decoded.map_err(failed)?, KEPT_WIDTH_MAX))
     }
@@ -121,6 +130,7 @@ impl EnvironmentMap {
             height,
             texels: (0..width * height).map(texel).collect(),
             peaks: Vec::new(),
+            prefiltered: None,
             light: None,
             notes: Vec::new(),
         }
@@ -174,6 +184,7 @@ impl EnvironmentMap {
             height,
             texels,
             peaks,
+            prefiltered: None,
             light: None,
             notes,
         }

@@ -3,6 +3,7 @@
 
 mod ktx2;
 
+use crate::ktx2::is_ktx2;
 use std::io::Cursor;
 use std::sync::Arc;
 
@@ -140,7 +141,7 @@ impl Image {
     pub fn dimensions(&self) -> Result<(u32, u32), ImageError> {
         let (width, height) = match &self.source {
             ImageSource::Pixels(pixels) => (pixels.width, pixels.height),
-            ImageSource::Encoded(bytes) if ktx2::is_ktx2(bytes) => {
+            ImageSource::Encoded(bytes) if is_ktx2(bytes) => {
                 ktx2::dimensions(bytes).map_err(|message| self.error(message))?
             }
             ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
@@ -161,7 +162,7 @@ impl Image {
         if u64::from(width) * u64::from(height) * 4 > MAX_DECODE_BYTES {
             return Err(self.error("it takes more than 512 MiB"));
         }
-        if ktx2::is_ktx2(bytes) {
+        if is_ktx2(bytes) {
             let data = ktx2::decode(bytes).map_err(|message| self.error(message))?;
             return Ok(Pixels { width, height, format: PixelFormat::Rgba8, data });
         }

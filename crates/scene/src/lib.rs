@@ -16,6 +16,7 @@ pub mod formats;
 pub mod framing;
 pub mod gltf_file;
 pub mod image;
+mod ktx2;
 pub mod light;
 pub mod material;
 pub mod mesh;

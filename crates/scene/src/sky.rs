@@ -99,6 +99,7 @@ impl Sky {
             height,
             texels,
             peaks: Vec::new(),
+            prefiltered: None,
             light: self.sun(&tables),
             notes: Vec::new(),
         }

@@ -94,7 +94,7 @@ fn what_is_wrong_is_named_and_takes_no_memory() {
         (changed(20, &70_000_u32.to_le_bytes()), "it has 70000 by 4 texels"),
         (changed(20, &4096_u32.to_le_bytes()), "Basis Universal data are broken"),
         (changed(12, &[109]), "Basis Universal data are broken or of a kind that is not supported"),
-        (container(R8G8B8_UNORM, 2, 2, 0, &[0; 11]), "expected 12 bytes of texels, found 11"),
+        (container(R8G8B8_UNORM, 2, 2, 0, &[0; 11]), "expected 12 bytes of texels in level 0, found 11"),
         (container(R8G8B8_UNORM, 2, 2, 2, &[0; 12]), "broken Zstandard"),
         (container(R8G8B8_UNORM, 2, 2, 3, &[0; 12]), "expected no supercompression or Zstandard"),
     ] {

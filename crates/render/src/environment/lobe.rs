@@ -88,7 +88,7 @@ impl Lobe {
 }
 
 /// The perceptual roughness of a level.
-pub(super) fn roughness_of_level(level: f32) -> f32 {
+pub(crate) fn roughness_of_level(level: f32) -> f32 {
     if level < 1.0 {
         level * ENVIRONMENT_ROUGHNESS_FIRST
     } else if level < ENVIRONMENT_LEVEL_HALF {

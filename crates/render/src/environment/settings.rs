@@ -13,7 +13,7 @@ settings! {
         /// studio) where the scene brings its own lights, or none where it states an exposure as well. `sky` is computed from the sun,
         /// air and ground.
         source: Environment = Environment::Auto;
-        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions; or a folder with the six
+        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions, or a cube map (.ktx2); or a folder with the six
         /// faces of a cube (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
         file: PathBuf = PathBuf::new();
         /// By how much the picture is turned about the vertical, counter-clockwise seen from above.

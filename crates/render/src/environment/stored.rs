@@ -31,6 +31,8 @@ pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, sides: TileSides) -> Stri
     (VERSION, map.width, map.height, map.light.is_some(), sides.mirror).hash(&mut hasher);
     format!("{:?}", map.layout).hash(&mut hasher);
     hasher.write(bytemuck::cast_slice(&map.texels));
+    let prefiltered = map.prefiltered.iter().flat_map(|prefiltered| prefiltered.texels());
+    prefiltered.for_each(|texels| hasher.write(bytemuck::cast_slice(texels)));
     map.peaks.iter().for_each(|(index, beyond)| (index, beyond.to_array().map(f32::to_bits)).hash(&mut hasher));
     format!("environment-{:016x}", hasher.finish())
 }

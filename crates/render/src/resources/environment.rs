@@ -1,14 +1,16 @@
 //! The picture of the environment on the device.
 
 use crate::cache::Cache;
-use crate::environment::lobe::{Lobe, LobeTable};
+use crate::constants::ENVIRONMENT_LEVEL_LAST;
+use crate::environment::lobe::{Lobe, LobeTable, roughness_of_level};
 use crate::environment::suns::{Suns, suns};
-use crate::environment::tiles::{TileSides, texture_size};
+use crate::environment::tiles::{Tile, TileSides, texture_size};
 use crate::environment::{ENVIRONMENT_FORMAT, stored, studio};
 use crate::gpu::Gpu;
 use glam::Vec3;
 use half::f16;
 use manypass_graph::TextureDesc;
+use manypass_scene::environment::{PrefilteredEnvironment, RADIANCE_MAX};
 use manypass_scene::{EnvironmentLight, EnvironmentMap};
 use std::sync::{Arc, Weak};
 
@@ -43,6 +45,8 @@ pub(crate) struct Unfinished {
     /// The side of the faces that lobes are sampled from.
     pub source_side: u32,
     pub lobes: Vec<Lobe>,
+    /// Whether the tiles between the mirror's and that of irradiance are there already.
+    pub is_prefiltered: bool,
     pub table: LobeTable,
 }
 
@@ -64,6 +68,9 @@ impl EnvironmentTiles {
             write(gpu, &texture, (width, height), &texels);
             return Self { view, desc, sides, suns, light: map.light, of, unfinished: None, missing: None };
         }
+        if let Some(prefiltered) = &map.prefiltered {
+            write_prefiltered(gpu, &texture, sides, prefiltered);
+        }
         let picture_desc = TextureDesc::new_2d(map.width, map.height, ENVIRONMENT_FORMAT);
         let picture = create(gpu, "environment.picture", picture_desc, wgpu::TextureUsages::empty());
         write(gpu, &picture, (map.width, map.height), &map.texels);
@@ -73,8 +80,8 @@ impl EnvironmentTiles {
             view,
             desc,
             sides,
-            // A map with a light of its own has none in its texels.
-            suns: if map.light.is_some() { Suns::default() } else { suns(map) },
+            // A map with a light of its own has none in its texels, and what is prefiltered has its suns in its levels.
+            suns: if map.light.is_some() || map.prefiltered.is_some() { Suns::default() } else { suns(map) },
             light: map.light,
             of,
             missing,
@@ -84,6 +91,7 @@ impl EnvironmentTiles {
                 source_side,
                 table: LobeTable::new(gpu, &lobes),
                 lobes,
+                is_prefiltered: map.prefiltered.is_some(),
             }),
         }
     }
@@ -161,8 +169,29 @@ fn create(gpu: &Gpu, label: &str, desc: TextureDesc, usage: wgpu::TextureUsages)
     })
 }
 
+/// Writes the tiles between the mirror's and the last, which is that of irradiance, too: levels made elsewhere are often too few for it.
+fn write_prefiltered(gpu: &Gpu, texture: &wgpu::Texture, sides: TileSides, prefiltered: &PrefilteredEnvironment) {
+    for level in 1..ENVIRONMENT_LEVEL_LAST as u32 {
+        let tile = Tile::of_level(level, sides);
+        let roughness = roughness_of_level(level as f32);
+        let [left, top, width, height] = tile.rectangle();
+        let texel = |i: u32| {
+            let reflected = prefiltered.reflected(tile.direction([i % width, i / width]), roughness);
+            let [red, green, blue] = reflected.min(Vec3::splat(RADIANCE_MAX)).to_array().map(f16::from_f32);
+            [red, green, blue, f16::ONE]
+        };
+        let texels: Vec<[f16; 4]> = (0..width * height).map(texel).collect();
+        write_at(gpu, texture, [left, top, width, height], &texels);
+    }
+}
+
 fn write(gpu: &Gpu, texture: &wgpu::Texture, (width, height): (u32, u32), texels: &[[f16; 4]]) {
+    write_at(gpu, texture, [0, 0, width, height], texels);
+}
+
+fn write_at(gpu: &Gpu, texture: &wgpu::Texture, [x, y, width, height]: [u32; 4], texels: &[[f16; 4]]) {
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * width), rows_per_image: None };
     let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, extent);
+    let place = wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() };
+    gpu.queue.write_texture(place, bytemuck::cast_slice(texels), layout, extent);
 }

@@ -70,12 +70,14 @@ fn all_names() -> String {
 }
 
 /// A face: its texels with a border of those around it.
+#[derive(Clone, Debug, PartialEq)]
 struct Padded {
     texels: Vec<Vec3>,
 }
 
 /// The faces of a cube.
-struct Cube {
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Cube {
     side: usize,
     faces: Vec<Padded>,
 }
@@ -116,6 +118,25 @@ impl Cube {
             Padded { texels }
         };
         Self { side, faces: (0..6).map(padded).collect() }
+    }
+
+    /// Made smaller by a whole factor if faces are wider than `kept_side`; and how many values were no radiance.
+    pub fn made_smaller(faces: &[Decoded], kept_side: u32) -> (Self, u64) {
+        let side = faces.first().map_or(1, |face| face.width);
+        let factor = side.div_ceil(kept_side).max(1);
+        let mut cut_count = 0;
+        let smaller: Vec<Vec<Vec3>> = faces.iter().map(|face| made_smaller(face, factor, &mut cut_count)).collect();
+        (Self::new((side / factor).max(1) as usize, &smaller), cut_count)
+    }
+
+    /// The radiance in a direction of the world: as who stands in the middle sees it, for whom +X is on the left.
+    pub fn seen(&self, to: Vec3) -> Vec3 {
+        self.at(Vec3::new(-to.x, to.y, to.z))
+    }
+
+    /// The texels of each face with those around it.
+    pub fn texels(&self) -> impl Iterator<Item = &[Vec3]> {
+        self.faces.iter().map(|face| face.texels.as_slice())
     }
 
     /// The radiance in a direction, between the four nearest texels.
@@ -170,26 +191,25 @@ impl EnvironmentMap {
         if faces.len() != 6 {
             return Err(failed(format!("a cube has six faces, and there are {}", faces.len())));
         }
+        Ok(Self::of_cube(name, &faces))
+    }
+
+    /// Of six faces of one size.
+    pub(super) fn of_cube(name: &str, faces: &[Decoded]) -> Self {
         // As fine as the middles of faces.
-        let factor = (4 * side).div_ceil(KEPT_WIDTH_MAX).max(1);
-        let mut cut_count = 0;
-        let faces: Vec<Vec<Vec3>> = faces.iter().map(|face| made_smaller(face, factor, &mut cut_count)).collect();
-        let side = (side / factor).max(1);
-        let cube = Cube::new(side as usize, &faces);
+        let (cube, cut_count) = Cube::made_smaller(faces, KEPT_WIDTH_MAX / 4);
+        let side = cube.side as u32;
         let (width, height) = (4 * side, 2 * side);
-        let texel = |i: u32| {
-            let to = equirectangular_direction((i % width, i / width), (width, height));
-            cube.at(Vec3::new(-to.x, to.y, to.z)).to_array()
-        };
+        let texel = |i: u32| cube.seen(equirectangular_direction((i % width, i / width), (width, height))).to_array();
         let decoded = Decoded { width, height, rgb: (0..width * height).map(texel).collect() };
         let mut map = Self::from_decoded(name, &decoded, KEPT_WIDTH_MAX);
-        if factor > 1 {
+        if faces.iter().any(|face| face.width > side) {
             map.notes.push(format!("environment \"{name}\": its faces are made smaller, {side}x{side}"));
         }
         if cut_count > 0 {
             map.notes.push(format!("environment \"{name}\": {cut_count} values are no radiance, and were cut"));
         }
-        Ok(map)
+        map
     }
 
     /// Reads a file, or a folder with the six faces of a cube.
@@ -242,7 +262,7 @@ fn decode_face(bytes: &[u8]) -> Result<Decoded, String> {
 }
 
 /// IEC 61966-2-1.
-fn linear_from_srgb(srgb: f32) -> f32 {
+pub(super) fn linear_from_srgb(srgb: f32) -> f32 {
     if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
 }
 

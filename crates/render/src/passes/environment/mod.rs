@@ -105,8 +105,11 @@ pub(crate) fn record(
     let mirror = Tile::of_level(0, tiles.sides);
     let step = r.fullscreen("environment.mirror", "environment_mirror", &[]).read("equirectangular", picture);
     let step = step.uniform("environment_tile", &TileUniform::new(mirror)).within(mirror.rectangle());
-    let mut target = step.draw_into(target, ColorLoad::Clear(wgpu::Color::BLACK))?;
-    for (row, lobe) in (0..).zip(lobes) {
+    let load = if unfinished.is_prefiltered { ColorLoad::Keep } else { ColorLoad::Clear(wgpu::Color::BLACK) };
+    let mut target = step.draw_into(target, load)?;
+    // What a file brings prefiltered is there already.
+    let skipped = if unfinished.is_prefiltered { lobes.len() - 1 } else { 0 };
+    for (row, lobe) in (0..).zip(lobes).skip(skipped) {
         let level = row + 1;
         let tile = Tile::of_level(level, tiles.sides);
         let uniform = PrefilterUniform {
