@@ -61,6 +61,8 @@ pub(crate) struct ViewGround {
     pub uniform: GroundUniform,
     /// The map of the plane.
     pub map: wgpu::TextureView,
+    /// The corners of the map, where the plane is seen by its shadow alone: beyond there is none.
+    pub shadow: Option<[Vec3; 4]>,
 }
 
 impl ViewGround {
@@ -80,7 +82,9 @@ impl ViewGround {
             color,
             light: irradiance.extend(0.0),
         };
-        Some(Self { uniform, map: texture.clone() })
+        let corner = |x: f32, z: f32| Vec3::new(center.x + x * half_m.x, height_m, center.y + z * half_m.y);
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
+        Some(Self { uniform, map: texture.clone(), shadow: (ground == Ground::Shadow).then_some(corners) })
     }
 }
 

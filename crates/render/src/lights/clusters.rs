@@ -21,8 +21,8 @@ pub struct ClusterUniform {
     pub directional_count: u32,
     /// The number of lights that are in no list.
     pub global_count: u32,
-    /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
-    /// the bias in texels.
+    /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, the
+    /// comparison whose turn it is, the bias in texels.
     pub shadow_filter: [f32; 4],
     /// Of the textures of lists and lights: one divided by the rows of the first, which holds the records of lists and then
     /// the lights; the middle of its first row of lights, as a share of all; one divided by the rows of the second; 0.

@@ -2,7 +2,7 @@
 
 use super::ground::FrameGround;
 use super::output::{MeansOf, Output, ViewState};
-use super::shadows::{Atlas, filter_uniform};
+use super::shadows::{Atlas, filter_uniform, takes_one_tap};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
@@ -204,7 +204,7 @@ impl Renderer {
         let texels = shadows.map(|(shadows, _)| shadows.texels(&lists.table));
         let texels = texels.as_ref().unwrap_or(&lists.table.texels);
         stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
-        let shadow_filter = if shadows.is_some() { filter_uniform(&settings.shadows) } else { [0.0; 4] };
+        let shadow_filter = if shadows.is_some() { filter_uniform(&settings.shadows, sample_index) } else { [0.0; 4] };
         let cluster_grid = ClusterUniform { shadow_filter, ..lists.uniform };
         let tiles = self.tiles_of(asked);
         let environment = request.environment_uniform(tiles);
@@ -362,6 +362,9 @@ fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTil
     constants.push((lights::LIGHT_CLASSES, table.classes()));
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
+    }
+    if takes_one_tap(&settings.shadows, asked.request.sample().1) {
+        constants.push(("takes_one_tap", 1));
     }
     if let Some(tiles) = tiles {
         let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));

@@ -70,13 +70,21 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
     Some((settings, Shadows::side(settings, limit, longest_px, lights)))
 }
 
-/// The uniform's part that says how shadows are filtered: see `light_table.wgsl`.
-pub(super) fn filter_uniform(settings: &ShadowSettings) -> [f32; 4] {
+/// Whether each of so many samples of a still compares but once with a map, by turns at the four places of a filter: in their mean that
+/// is the filter. With fewer, each place would meet too few parts of a pixel.
+pub(super) fn takes_one_tap(settings: &ShadowSettings, sample_count: u32) -> bool {
+    settings.enabled && settings.filter == ShadowFilter::Pcf && sample_count >= 16
+}
+
+/// The uniform's part that says how shadows are filtered in a sample: see `light_table.wgsl`.
+pub(super) fn filter_uniform(settings: &ShadowSettings, sample_index: u32) -> [f32; 4] {
     let [spread, hard] = match settings.filter {
         ShadowFilter::Hard => [0.0, 1.0],
         ShadowFilter::Pcf | ShadowFilter::Pcss => [0.5, 0.0],
     };
-    [spread, hard, 0.0, settings.bias_texels]
+    // Sums, because successive samples lie in a fixed order across a pixel, and each place shall meet every part of it.
+    let turn = (sample_index + sample_index / 4) % 4;
+    [spread, hard, turn as f32, settings.bias_texels]
 }
 
 impl Renderer {
@@ -105,6 +113,7 @@ impl Renderer {
                 asked.request.camera,
                 asked.size,
                 lit.range,
+                asked.request.settings.fog.scatters(),
                 table,
             ))
         };
@@ -112,7 +121,9 @@ impl Renderer {
         let viewers: Vec<_> = views
             .iter()
             .flatten()
-            .map(|(name, view, size, range, table)| (Viewer { name, view, range: *range, size: *size }, &**table))
+            .map(|(name, view, size, range, sees_air, table)| {
+                (Viewer { name, view, range: *range, size: *size, sees_air: *sees_air }, &**table)
+            })
             .collect();
         let is_plan = purpose.is_plan();
         let dealing = asked.first().map(|asked| asked.request.dealing())?;

@@ -17,6 +17,9 @@ import package::shaders::light_table::{
 // a uniform chooses.
 override penumbrae: u32 = 0u;
 
+// Whether a comparison stands for all four of a filter (1): in one of the samples of a still, which take them in turn.
+override takes_one_tap: u32 = 0u;
+
 // The border of a tile in texels, within which filters find neighbours.
 const BORDER_TEXELS: f32 = 3.0;
 // Room for rounding: of depth as such, and as a share of it.
@@ -180,6 +183,11 @@ fn tile_visibility(
     let snapped = (floor(point.position / texel) + 0.5) * texel - point.position;
     let middle = snapped * cluster_grid.shadow_filter.y;
     let spread = cluster_grid.shadow_filter.x * texel;
+    if takes_one_tap == 1u {
+        let turn = u32(cluster_grid.shadow_filter.z);
+        let corner = vec2f(f32(turn & 1u), f32(turn >> 1u)) * 2.0 - 1.0;
+        return shadow_tap(tile, point, middle + corner * spread, texels);
+    }
     var sum = shadow_tap(tile, point, middle + vec2f(-spread, -spread), texels);
     sum += shadow_tap(tile, point, middle + vec2f(spread, -spread), texels);
     sum += shadow_tap(tile, point, middle + vec2f(-spread, spread), texels);

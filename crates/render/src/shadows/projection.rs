@@ -120,13 +120,13 @@ pub fn slice_sphere(
 }
 
 /// The distances between which cascades lie: the practical split (Zhang et al. 2006, "Parallel-Split Shadow Maps for
-/// Large-scale Virtual Environments"), half way between equal steps and equal ratios.
-pub fn splits(near_m: f32, far_m: f32, count: u32) -> Vec<[f32; 2]> {
+/// Large-scale Virtual Environments"), half way between equal steps and equal ratios. The first begins at `nearest_m`.
+pub fn splits(nearest_m: f32, near_m: f32, far_m: f32, count: u32) -> Vec<[f32; 2]> {
     let at = |index: u32| {
         let share = index as f32 / count as f32;
         0.5 * (near_m + (far_m - near_m) * share) + 0.5 * near_m * (far_m / near_m).powf(share)
     };
-    (0..count).map(|index| [if index == 0 { 0.0 } else { at(index) }, at(index + 1)]).collect()
+    (0..count).map(|index| [if index == 0 { nearest_m } else { at(index) }, at(index + 1)]).collect()
 }
 
 #[cfg(test)]
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn cascades_cover_the_depth_without_a_gap() {
-        let splits = splits(0.5, 100.0, 4);
+        let splits = splits(0.0, 0.5, 100.0, 4);
         assert!(splits[0][0] == 0.0 && (splits[3][1] - 100.0).abs() < 1e-3);
         assert!(splits.windows(2).all(|pair| pair[0][1] == pair[1][0] && pair[0][1] < pair[1][1]));
     }

@@ -24,6 +24,8 @@ pub struct Viewer<'v> {
     pub range: DepthRange,
     /// Width and height in pixels.
     pub size: (u32, u32),
+    /// Whether shadows are seen in the air, before what stands nearest, too.
+    pub sees_air: bool,
 }
 
 /// A light with the tiles that it wants.
@@ -50,6 +52,8 @@ const SPOT_MAX_RAD: f32 = FRAC_PI_3;
 /// The nearest caster as a share of the range, in metres at most and at least.
 const NEAR_SHARE: f32 = 1.0 / 512.0;
 const NEAR_M: [f32; 2] = [1e-4, 0.02];
+/// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges, and of wide ones.
+const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
 
 impl Aim {
     pub fn projection(&self, side: u32) -> TileProjection {
@@ -97,14 +101,20 @@ impl Aim {
         let far_m = (eye.distance(center) + radius).max(1e-3);
         let far_m = (2.0 * far_m.log2()).ceil() * 0.5;
         let far_m = far_m.exp2();
+        // Nothing that is seen is nearer than the scene, in the direction of the view at a corner of the picture.
+        let scene_m = (eye.distance(center) - radius) / (1.0 + half_extent.length_squared()).sqrt();
+        let is_before = !viewer.sees_air && !viewer.view.is_orthographic() && scene_m > far_m / 128.0;
+        let nearest_m = if is_before { (0.5 * (2.0 * scene_m.log2()).floor()).exp2() } else { 0.0 };
+        let whole_share = WHOLE_SHARES[usize::from(is_wide(light))];
         let aim = |[near_m, end_m]: [f32; 2]| {
             let slice =
                 slice_sphere(&viewer.view.world_from_view, half_extent, viewer.view.is_orthographic(), [near_m, end_m]);
-            // A cascade that would be larger than the scene shows the scene.
-            let (center, half_m) = if slice.1 < radius { slice } else { (center, radius) };
+            // A cascade that would be about as large as the scene, or larger, shows the scene.
+            let (center, half_m) = if slice.1 < whole_share * radius { slice } else { (center, radius) };
             Self::Parallel { rotation, center, half_m, depth }
         };
-        let mut aims: Vec<Self> = splits(far_m / 256.0, far_m, count).into_iter().map(aim).collect();
+        let mut aims: Vec<Self> =
+            splits(nearest_m, nearest_m.max(far_m / 256.0), far_m, count).into_iter().map(aim).collect();
         let is_whole = |aim: &Self| matches!(aim, Self::Parallel { half_m, .. } if *half_m >= radius);
         if let Some(first) = aims.iter().position(is_whole) {
             aims.truncate(first + 1);

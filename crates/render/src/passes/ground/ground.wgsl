@@ -24,16 +24,6 @@ struct Ground {
 
 const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
 
-// The mean of four places half a texel around one, which leaves nothing of the noise of the map.
-fn light_around(uv: vec2f) -> vec2f {
-    let step = 0.75 / vec2f(textureDimensions(ground_light));
-    let sum = textureSampleLevel(ground_light, linear_clamp, uv + step, 0.0).rg
-        + textureSampleLevel(ground_light, linear_clamp, uv - step, 0.0).rg
-        + textureSampleLevel(ground_light, linear_clamp, uv + vec2f(step.x, -step.y), 0.0).rg
-        + textureSampleLevel(ground_light, linear_clamp, uv - vec2f(step.x, -step.y), 0.0).rg;
-    return 0.25 * sum;
-}
-
 @fragment
 fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let ray = ray_direction_world_from_pixel(position.xy);
@@ -46,7 +36,7 @@ fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let at = origin.xz - ray.xz * (above_m / min(ray.y, -1e-6));
     let from_middle = at - ground.place.xy;
     let share = 1.0 - smoothstep(ground.plane.y, ground.plane.z, length(from_middle));
-    let light = light_around(from_middle * ground.place.zw + 0.5);
+    let light = textureSampleLevel(ground_light, linear_clamp, from_middle * ground.place.zw + 0.5, 0.0).rg;
     let from_everywhere = environment_irradiance(vec3f(0.0, 1.0, 0.0));
     let irradiance = from_everywhere * light.g + ground.light.rgb * light.r;
     let whole = dot(from_everywhere + ground.light.rgb, LUMINANCE);
