@@ -133,7 +133,7 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
         "automatic_camera": automatic_camera(scene)?,
         "skins": scene.skins.len(),
         "animations": scene.animations.iter().map(|animation| json!({
-            "name": animation.name, "duration_secs": animation.duration_secs(), "channels": animation.channels.len(),
+            "name": animation.name, "duration_secs": animation.duration_secs(), "channels": animation.channels.len() + animation.properties.len(),
         })).collect::<Vec<_>>(),
         "bounds_m": bounds,
         "warnings": warnings,

@@ -1,5 +1,11 @@
 //! Skins, and animations evaluated at a given time.
 
+mod property;
+
+pub use property::{
+    CameraProperty, LightProperty, MaterialFactor, Property, PropertyChannel, TextureSlot, TransformPart,
+};
+
 use crate::{Aabb, Node, NodeId, Scene};
 use glam::{Mat4, Quat, Vec3};
 
@@ -59,14 +65,18 @@ pub struct Channel {
 pub struct Animation {
     /// The name in the file; empty if it has none.
     pub name: String,
-    /// The channels.
+    /// The channels that move nodes.
     pub channels: Vec<Channel>,
+    /// The channels of all else.
+    pub properties: Vec<PropertyChannel>,
 }
 
 impl Animation {
     /// The time of the last keyframe in seconds; 0 without channels.
     pub fn duration_secs(&self) -> f32 {
-        self.channels.iter().filter_map(|channel| channel.times_secs.last()).fold(0.0, |end, &time| end.max(time))
+        let of_nodes = self.channels.iter().map(|channel| &channel.times_secs);
+        let times = of_nodes.chain(self.properties.iter().map(|channel| &channel.times_secs));
+        times.filter_map(|times_secs| times_secs.last()).fold(0.0, |end, &time| end.max(time))
     }
 }
 
@@ -157,9 +167,10 @@ fn sample_weights(values: &[f32], count: usize, interpolation: Interpolation, sp
 }
 
 impl Scene {
-    /// Sets the animated properties of nodes to their values at a time; before the first keyframe and after the last
+    /// Sets all that is animated to its value at a time; before the first keyframe and after the last
     /// they stay as there. Call [`Scene::update_transforms`] afterwards. An animation that does not exist does nothing.
     pub fn pose(&mut self, animation: usize, time_secs: f32) {
+        self.pose_properties(animation, time_secs);
         let Self { nodes, animations, .. } = self;
         for channel in animations.get(animation).into_iter().flat_map(|animation| &animation.channels) {
             let Some(node) = nodes.get_mut(channel.node.0 as usize) else { continue };

@@ -237,7 +237,7 @@ fn skin_and_morph() -> Subject {
         channel(upper, Keyframes::Rotation(turns)),
         channel(ball, Keyframes::MorphWeights { count: 1, values: vec![0.0, 2.0] }),
     ];
-    scene.animations.push(Animation { name: String::new(), channels });
+    scene.animations.push(Animation { channels, ..Animation::default() });
     scene.pose(0, 1.0);
     subject("skin_and_morph", scene, (96, 80), Vec3::new(0.3, 0.6, 4.6), Vec3::new(0.1, 0.1, 0.0))
 }

@@ -126,7 +126,7 @@ fn an_animation_is_framed_over_all_of_its_time() {
     let keyframes = Keyframes::Translation(vec![Vec3::ZERO, Vec3::X * 20.0, Vec3::ZERO]);
     let times_secs = vec![1.0, 2.0, 3.0];
     let channel = Channel { node: crate::NodeId(0), times_secs, interpolation: Interpolation::Linear, keyframes };
-    scene.animations.push(Animation { name: "there and back".into(), channels: vec![channel] });
+    scene.animations.push(Animation { name: "there and back".into(), channels: vec![channel], ..Animation::default() });
     scene.node_mut(crate::NodeId(0)).translation = Vec3::new(0.0, 5.0, 0.0);
     scene.update_transforms();
     let before = scene.nodes.clone();

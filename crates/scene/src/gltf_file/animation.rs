@@ -1,23 +1,39 @@
 //! Animations: channels with their keyframes.
 
+mod pointer;
+
 use super::accessor::{Component, to_f32};
 use super::{Document, LoadError, json::Json};
+use crate::animation::{MaterialFactor, Property, PropertyChannel};
 use crate::{Animation, Channel, Interpolation, Keyframes, NodeId, Scene};
 use glam::{Quat, Vec3};
+
+/// What a channel of a node may change.
+const NODE_PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
 
 /// Every animation.
 pub(super) fn read_animations(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
     for json in document.root.objects("animations")? {
         let samplers = json.objects("samplers")?;
-        let mut animation = Animation { name: json.name()?, channels: Vec::new() };
+        let mut animation = Animation { name: json.name()?, ..Animation::default() };
         for channel in json.objects("channels")? {
             let sampler = channel.index("sampler", samplers.len(), "sampler")?.and_then(|i| samplers.get(i));
             let sampler = sampler.ok_or_else(|| channel.error("sampler", "expected the index of a sampler"))?;
-            animation.channels.extend(read_channel(document, scene, &channel, sampler)?);
+            match read_channel(document, scene, &channel, sampler)? {
+                Some(AnyChannel::Node(channel)) => animation.channels.push(channel),
+                Some(AnyChannel::Property(channel)) => animation.properties.push(channel),
+                None => {}
+            }
         }
         scene.animations.push(animation);
     }
     Ok(())
+}
+
+/// A channel of whatever kind.
+enum AnyChannel {
+    Node(Channel),
+    Property(PropertyChannel),
 }
 
 fn read_channel(
@@ -25,26 +41,44 @@ fn read_channel(
     scene: &Scene,
     channel: &Json,
     sampler: &Json,
-) -> Result<Option<Channel>, LoadError> {
+) -> Result<Option<AnyChannel>, LoadError> {
     let target = channel.require_object("target")?;
     let path = target.string("path")?.unwrap_or("nothing");
     let node = target.index("node", scene.nodes.len(), "node")?;
-    if !["translation", "rotation", "scale", "weights"].contains(&path) {
+    if let Some(extension) = target.extension("KHR_animation_pointer")? {
+        let pointer = extension.string("pointer")?.unwrap_or_default();
+        let read = match pointer::target(pointer, scene) {
+            Some(pointer::Target::Node(node, path)) => read_node(document, scene, &target, sampler, (node, path)),
+            Some(pointer::Target::EmissiveStrength(material)) => read_strength(document, sampler, material).map(Some),
+            Some(pointer::Target::Property(property)) => read_property(document, sampler, property).map(Some),
+            None => {
+                let message = format!("\"{pointer}\" cannot be animated; the channel is passed over");
+                document.warn(&extension.at("pointer"), &message);
+                return Ok(None);
+            }
+        };
+        // The model can be drawn without what is animated by pointers.
+        return Ok(read.unwrap_or_else(|error| {
+            document.warn(&channel.pointer, &format!("{}; the channel is passed over", error.into_message()));
+            None
+        }));
+    }
+    if !NODE_PATHS.contains(&path) {
         document.warn(&target.at("path"), &format!("{path} cannot be animated; the channel is passed over"));
         return Ok(None);
     }
     let Some(node) = node else { return Ok(None) };
-    let interpolation = match sampler.string("interpolation")?.unwrap_or("LINEAR") {
-        "STEP" => Interpolation::Step,
-        "LINEAR" => Interpolation::Linear,
-        "CUBICSPLINE" => Interpolation::CubicSpline,
-        other => {
-            return Err(sampler.error("interpolation", format!("expected STEP, LINEAR or CUBICSPLINE, found {other}")));
-        }
-    };
-    let times_secs = read_times(document, sampler)?;
-    let values_a_key = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-    let count = times_secs.len() * values_a_key;
+    read_node(document, scene, &target, sampler, (node, path))
+}
+
+fn read_node(
+    document: &mut Document,
+    scene: &Scene,
+    target: &Json,
+    sampler: &Json,
+    (node, path): (usize, &str),
+) -> Result<Option<AnyChannel>, LoadError> {
+    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler)?;
     let keyframes = match path {
         "rotation" => {
             let values = read_values::<4>(document, sampler, count)?;
@@ -65,7 +99,68 @@ fn read_channel(
             if path == "scale" { Keyframes::Scale(values) } else { Keyframes::Translation(values) }
         }
     };
-    Ok(Some(Channel { node: NodeId(node as u32), times_secs, interpolation, keyframes }))
+    Ok(Some(AnyChannel::Node(Channel { node: NodeId(node as u32), times_secs, interpolation, keyframes })))
+}
+
+/// When the keyframes of a sampler are, what is between them, and how many values they have.
+struct Keys {
+    times_secs: Vec<f32>,
+    interpolation: Interpolation,
+    count: usize,
+}
+
+impl Keys {
+    fn read(document: &mut Document, sampler: &Json) -> Result<Self, LoadError> {
+        let interpolation = match sampler.string("interpolation")?.unwrap_or("LINEAR") {
+            "STEP" => Interpolation::Step,
+            "LINEAR" => Interpolation::Linear,
+            "CUBICSPLINE" => Interpolation::CubicSpline,
+            other => {
+                let message = format!("expected STEP, LINEAR or CUBICSPLINE, found {other}");
+                return Err(sampler.error("interpolation", message));
+            }
+        };
+        let times_secs = read_times(document, sampler)?;
+        let values_a_key = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let count = times_secs.len() * values_a_key;
+        Ok(Self { times_secs, interpolation, count })
+    }
+}
+
+fn read_property(document: &mut Document, sampler: &Json, property: Property) -> Result<AnyChannel, LoadError> {
+    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler)?;
+    let values = match property.components() {
+        1 => read_values::<1>(document, sampler, count)?.into_flattened(),
+        2 => read_values::<2>(document, sampler, count)?.into_flattened(),
+        3 => read_values::<3>(document, sampler, count)?.into_flattened(),
+        _ => read_values::<4>(document, sampler, count)?.into_flattened(),
+    };
+    let mut channel = PropertyChannel { property, times_secs, interpolation, values };
+    if let Property::Material(material, MaterialFactor::Emissive) = property {
+        let (_, strength) = emission(document, material)?;
+        channel.values.iter_mut().for_each(|value| *value *= strength);
+    }
+    Ok(AnyChannel::Property(channel))
+}
+
+/// The emission of a material, and its strength.
+fn emission(document: &Document, material: usize) -> Result<(Vec3, f32), LoadError> {
+    let materials = document.root.objects("materials")?;
+    let Some(json) = materials.get(material) else { return Ok((Vec3::ZERO, 1.0)) };
+    let factor = Vec3::from(json.numbers("emissiveFactor")?.unwrap_or([0.0; 3]));
+    let extension = json.extension("KHR_materials_emissive_strength")?;
+    let strength = extension.map(|extension| extension.number("emissiveStrength")).transpose()?.flatten();
+    Ok((factor, strength.unwrap_or(1.0)))
+}
+
+/// The strength of a material's emission, times what it multiplies.
+fn read_strength(document: &mut Document, sampler: &Json, material: usize) -> Result<AnyChannel, LoadError> {
+    let property = Property::Material(material, MaterialFactor::Emissive);
+    let (factor, _) = emission(document, material)?;
+    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler)?;
+    let strengths = read_values::<1>(document, sampler, count)?;
+    let values = strengths.into_iter().flat_map(|[strength]| (factor * strength).to_array()).collect();
+    Ok(AnyChannel::Property(PropertyChannel { property, times_secs, interpolation, values }))
 }
 
 fn accessor(document: &Document, sampler: &Json, key: &str) -> Result<usize, LoadError> {

@@ -50,6 +50,12 @@ pub struct Clearcoat {
     pub normal_scale: f32,
 }
 
+impl Default for Clearcoat {
+    fn default() -> Self {
+        Self { weight: Mapped::new(0.0), roughness: Mapped::new(0.0), normal_texture: None, normal_scale: 1.0 }
+    }
+}
+
 /// The soft light of fibres (`KHR_materials_sheen`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sheen {
@@ -104,6 +110,12 @@ pub struct DiffuseTransmission {
     pub weight: Mapped<f32>,
     /// What it is multiplied by; sRGB texture.
     pub color: Mapped<Vec3>,
+}
+
+impl Default for DiffuseTransmission {
+    fn default() -> Self {
+        Self { weight: Mapped::new(0.0), color: Mapped::new(Vec3::ONE) }
+    }
 }
 
 /// What lies below a surface that light comes through (`KHR_materials_volume`).
