@@ -6,11 +6,12 @@ mod common;
 
 use common::{floats, plain_request, renderer};
 use glam::{Quat, Vec3};
-use manypass::{Aov, Averaging, Renderer};
+use manypass::{Aov, Averaging, Gpu, Renderer};
 use manypass_scene::{
     Camera, Image, ImageSource, Material, Mesh, Node, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel,
     Texture, TextureRef, TextureTransform, primitives,
 };
+use manypass_testkit::ktx2::solid_block;
 use std::sync::Arc;
 
 const SIZE: (u32, u32) = (96, 64);
@@ -239,4 +240,59 @@ fn infinite_emission_is_black_where_its_texture_is() {
     renderer.render(&scene, &request).unwrap();
     assert!(floats(renderer.read_aov(Aov::Emission).unwrap()).iter().all(|value| *value == 0.0));
     assert!(renderer.read_radiance().unwrap().chunks_exact(4).all(|pixel| pixel == [0.0, 0.0, 0.0, 1.0]));
+}
+
+/// A plane that fills the picture, with a picture of Basis Universal: two colours side by side.
+fn compressed_plane() -> Scene {
+    let [left, right] = [[200, 40, 60, 255], [20, 90, 230, 255]].map(solid_block);
+    let level = |blocks: usize| [[left].repeat(blocks), [right].repeat(blocks)].concat().repeat(2 * blocks).concat();
+    let levels = [level(2), level(1), left.to_vec(), left.to_vec(), left.to_vec()];
+    let levels: Vec<&[u8]> = levels.iter().map(Vec::as_slice).collect();
+    let bytes = manypass_testkit::ktx2::picture(0, [16, 16], 0, &levels);
+    let mut scene = Scene::default();
+    scene.images.push(Image { name: "basis".into(), source: ImageSource::Encoded(bytes.into()) });
+    scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
+    scene.materials.push(Material {
+        base_color_texture: Some(TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() }),
+        shading_model: ShadingModel::Unlit,
+        ..Material::default()
+    });
+    let mut plane = primitives::plane(2.0);
+    plane.material = Some(0);
+    scene.meshes.push(Mesh { primitives: vec![plane], ..Mesh::default() }.into());
+    scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
+    let projection = Projection::Orthographic { height_m: 1.8, near_m: 0.1, far_m: 9.0 };
+    scene.cameras.push(Camera { name: "above".into(), projection });
+    let rotation = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    scene.add_node(None, Node { camera: Some(0), translation: Vec3::Y, rotation, ..Node::default() });
+    scene.update_transforms();
+    scene
+}
+
+#[test]
+fn textures_that_stay_compressed_look_the_same_in_a_quarter_of_the_memory() {
+    let scene = compressed_plane();
+    let of = |compressed: bool| {
+        let mut gpu = Gpu::headless(None).unwrap();
+        assert_eq!(gpu.capabilities.block_format, None, "a software adapter unpacks blocks for every texel");
+        let blocks = manypass::gpu::block_format(gpu.device.features());
+        if compressed && blocks.is_none() {
+            return None;
+        }
+        gpu.capabilities.block_format = blocks.filter(|_| compressed);
+        let mut renderer = Renderer::new(gpu).unwrap();
+        renderer.load(&scene).unwrap();
+        let picture = picture(&mut renderer, &scene, (64, 64), 1);
+        Some((renderer.scene_bytes(), picture))
+    };
+    let plain = of(false).unwrap();
+    let Some(compressed) = of(true) else {
+        println!("skipped: the adapter has no compressed textures");
+        return;
+    };
+    // 16 blocks, 4, 1, 1 and 1; against 256 + 64 + 16 + 4 + 1 texels.
+    assert_eq!(plain.0 - compressed.0, 341 * 4 - 23 * 16);
+    let worst = compressed.1.iter().zip(&plain.1).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(worst < 0.01, "{worst}");
+    assert!(plain.1.iter().any(|red| *red > 0.5) && plain.1.iter().any(|red| *red < 0.05));
 }

@@ -23,6 +23,35 @@ pub enum PixelFormat {
     Rgba8,
 }
 
+/// Compressed blocks that devices sample: of 4 by 4 texels with alpha, in 16 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockFormat {
+    /// BC7.
+    Bc7,
+    /// ETC2 with EAC alpha.
+    Etc2,
+    /// ASTC, low dynamic range.
+    Astc,
+}
+
+impl BlockFormat {
+    /// Texels along the side of a block.
+    pub const SIDE: u32 = 4;
+    /// Bytes of a block.
+    pub const BYTES: u32 = 16;
+}
+
+/// A level of a compressed image: blocks, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Blocks {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// The bytes of all blocks; those at the right and lower edge may hold more than there are texels.
+    pub data: Vec<u8>,
+}
+
 /// Decoded texels, rows from the top, tightly packed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pixels {
@@ -150,6 +179,16 @@ impl Image {
             return Err(self.error(format!("it has {width} by {height} texels")));
         }
         Ok((width, height))
+    }
+
+    /// All levels as blocks of a format, the largest first, where the image can become such without loss of much: a Basis Universal
+    /// file that brings every level down to one texel, and whose sides are whole blocks; else none.
+    pub fn transcode(&self, format: BlockFormat) -> Option<Vec<Blocks>> {
+        let ImageSource::Encoded(bytes) = &self.source else { return None };
+        let (width, height) = self.dimensions().ok()?;
+        let is_whole = width.is_multiple_of(BlockFormat::SIDE) && height.is_multiple_of(BlockFormat::SIDE);
+        let fits = u64::from(width) * u64::from(height) * 4 <= MAX_DECODE_BYTES;
+        (is_ktx2(bytes) && is_whole && fits).then(|| ktx2::transcode(bytes, format)).flatten()
     }
 
     /// The texels with eight bits a channel. Takes at most 512 MiB while it decodes.

@@ -36,7 +36,7 @@ pub use environment::{EnvironmentError, EnvironmentLayout, EnvironmentLight, Env
 pub use formats::{load_bytes, load_path};
 pub use framing::{Framing, Interior};
 pub use gltf_file::{LoadError, Loaded};
-pub use image::{Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture, Wrap};
+pub use image::{BlockFormat, Blocks, Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture, Wrap};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, LayerMap, Mapped, Material, ShadingModel, TextureRef, TextureTransform};
 pub use mesh::{Mesh, MorphTarget, Primitive, Topology};

@@ -5,7 +5,8 @@
 mod common;
 
 use common::data_uri;
-use manypass_scene::{Image, ImageSource, load_bytes};
+use manypass_scene::{BlockFormat, Image, ImageSource, load_bytes};
+use manypass_testkit::ktx2::{picture, solid_block};
 use manypass_testkit::needs::assets;
 use proptest::prelude::*;
 use serde_json::json;
@@ -15,22 +16,7 @@ const R8G8B8_UNORM: u32 = 23;
 
 /// A container with one level.
 fn container(format: u32, width: u32, height: u32, supercompression: u32, level: &[u8]) -> Vec<u8> {
-    const DESCRIPTOR_OFFSET: u32 = 104;
-    let mut data = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
-    let mut words = |words: &[u32]| data.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-    words(&[format, 1, width, height, 0, 0, 1, 1, supercompression]);
-    words(&[DESCRIPTOR_OFFSET, 44, 0, 0, 0, 0, 0, 0]);
-    words(&[DESCRIPTOR_OFFSET + 44, 0, level.len() as u32, 0, level.len() as u32, 0]);
-    // The descriptor: UASTC (166), sRGB, blocks of 4 × 4 texels in 16 bytes, one sample with alpha.
-    words(&[44, 0, 2 | (40 << 16), 166 | (1 << 8) | (2 << 16), 0x0303, 16, 0, (127 << 16) | (3 << 24), 0, 0, u32::MAX]);
-    data.extend(level);
-    data
-}
-
-/// A block of UASTC of one colour: its mode, 8, is 10111 in binary, and the four bytes follow.
-fn solid_block([red, green, blue, alpha]: [u8; 4]) -> [u8; 16] {
-    let color = u128::from(u32::from_le_bytes([red, green, blue, alpha]));
-    (0b10111 | (color << 5)).to_le_bytes()
+    picture(format, [width, height], supercompression, &[level])
 }
 
 fn image(bytes: &[u8]) -> Image {
@@ -157,4 +143,22 @@ fn changed_files_end_without_a_panic() {
         Ok(())
     });
     result.unwrap();
+}
+
+#[test]
+fn pictures_with_all_levels_stay_compressed() {
+    let colors = [[200, 30, 60, 255], [1, 2, 3, 128], [7, 7, 7, 7], [9, 200, 90, 255]].map(solid_block);
+    let levels: [&[u8]; 4] = [&[colors[0]; 4].concat(), &colors[1], &colors[2], &colors[3]];
+    let whole = picture(UNDEFINED, [8, 8], 0, &levels);
+    for format in [BlockFormat::Bc7, BlockFormat::Etc2, BlockFormat::Astc] {
+        let blocks = image(&whole).transcode(format).unwrap();
+        let sizes: Vec<_> = blocks.iter().map(|level| (level.width, level.height, level.data.len())).collect();
+        assert_eq!(sizes, [(8, 8, 64), (4, 4, 16), (2, 2, 16), (1, 1, 16)], "{format:?}");
+    }
+    let none = |bytes: &[u8]| assert!(image(bytes).transcode(BlockFormat::Bc7).is_none());
+    // Without all levels, of no whole blocks, not of Basis, broken.
+    none(&picture(UNDEFINED, [8, 8], 0, &levels[..3]));
+    none(&picture(UNDEFINED, [6, 6], 0, &levels[..3]));
+    none(&picture(R8G8B8_UNORM, [4, 4], 0, &[&[0; 48], &[0; 12], &[0; 3]]));
+    (0..whole.len()).for_each(|length| none(&whole[..length]));
 }

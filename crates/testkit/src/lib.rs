@@ -4,7 +4,7 @@
 //! were not. [`needs`] says what a machine lacks for a test. [`raycast`] is an independent reference: a ray caster in `f64`
 //! whose BRDF is written from the papers and shares no code with the renderer; [`radiance_file`] keeps what took it long.
 //! [`shadow_edges`] knows where shadows of simple things end. [`scenes`] gives small scenes to both renderer and ray caster,
-//! [`build`] puts others together, and [`ktx2`] containers of cube maps. This crate knows no GPU.
+//! [`build`] puts others together, and [`ktx2`] containers. This crate knows no GPU.
 
 pub mod build;
 pub mod compare;

@@ -1,6 +1,17 @@
 //! What an adapter can do, asked once. No other code asks which platform it runs on.
 
 use super::GpuError;
+use manypass_scene::BlockFormat;
+
+/// The compressed blocks that a device with these features samples; of several those that keep most.
+pub fn block_format(features: wgpu::Features) -> Option<BlockFormat> {
+    let known = [
+        (wgpu::Features::TEXTURE_COMPRESSION_BC, BlockFormat::Bc7),
+        (wgpu::Features::TEXTURE_COMPRESSION_ASTC, BlockFormat::Astc),
+        (wgpu::Features::TEXTURE_COMPRESSION_ETC2, BlockFormat::Etc2),
+    ];
+    known.into_iter().find(|(feature, _)| features.contains(*feature)).map(|(_, format)| format)
+}
 
 /// What the device can do, as far as the frame cares.
 #[derive(Clone, Debug)]
@@ -20,6 +31,9 @@ pub struct Capabilities {
     /// Whether textures of layers may have any number of them; on OpenGL and WebGL 2, one layer is taken for a plain texture and
     /// square ones of six for a cube.
     pub arrays_of_any_length: bool,
+    /// The compressed blocks that textures may keep, if the device samples any at a bearable price: software adapters unpack
+    /// a block for every texel.
+    pub block_format: Option<BlockFormat>,
     /// Whether 32-bit floats can be blended, so that numbers add up exactly in a target.
     pub float32_blendable: bool,
     /// Whether passes can be timed on the GPU.
@@ -78,6 +92,7 @@ impl Capabilities {
                 .flags
                 .contains(wgpu::DownlevelFlags::BUFFER_BINDINGS_NOT_16_BYTE_ALIGNED),
             arrays_of_any_length: adapter.get_info().backend != wgpu::Backend::Gl,
+            block_format: block_format(device.features()).filter(|_| !is_software),
             float32_blendable: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
             timestamps: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
             limits,

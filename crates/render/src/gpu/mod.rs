@@ -7,7 +7,7 @@ pub mod data_texture;
 mod floor;
 pub mod readback;
 
-pub use capabilities::Capabilities;
+pub use capabilities::{Capabilities, block_format};
 #[cfg(not(target_arch = "wasm32"))]
 pub use floor::Floor;
 
@@ -146,8 +146,12 @@ impl Gpu {
     /// # Errors
     /// An adapter that lacks what the frame needs, or gives no device.
     pub async fn from_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
-        let wanted =
-            wgpu::Features::DEPTH32FLOAT_STENCIL8 | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::FLOAT32_BLENDABLE;
+        let wanted = wgpu::Features::DEPTH32FLOAT_STENCIL8
+            | wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::FLOAT32_BLENDABLE
+            | wgpu::Features::TEXTURE_COMPRESSION_BC
+            | wgpu::Features::TEXTURE_COMPRESSION_ASTC
+            | wgpu::Features::TEXTURE_COMPRESSION_ETC2;
         // The memory of a software adapter is the process's own, in which blocks of 256 MiB for a few small buffers are
         // too much.
         let is_software = adapter.get_info().device_type == wgpu::DeviceType::Cpu;

@@ -2,7 +2,7 @@
 
 use super::mips::{MipChain, half};
 use super::packing::{ImageSource, layer_size};
-use manypass_scene::{PixelFormat, Pixels, Scene};
+use manypass_scene::{BlockFormat, PixelFormat, Pixels, Scene};
 
 /// An image for the device, with what there is to say about it.
 pub(super) struct Decoded {
@@ -10,7 +10,29 @@ pub(super) struct Decoded {
     pub warnings: Vec<String>,
 }
 
-fn decode(scene: &Scene, source: ImageSource, limit: u32) -> Decoded {
+/// What the device takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// The largest side in texels.
+    pub side: u32,
+    /// Compressed blocks.
+    pub blocks: Option<BlockFormat>,
+}
+
+/// An image by itself that stays compressed, if it and the device can.
+fn transcode(scene: &Scene, source: ImageSource, limits: Limits) -> Option<MipChain> {
+    let ImageSource::Image { image, .. } = source else { return None };
+    let (image, format) = (scene.images.get(image)?, limits.blocks?);
+    let (width, height) = image.dimensions().ok()?;
+    let levels = if width.max(height) <= limits.side { image.transcode(format) } else { None };
+    levels.map(|levels| MipChain::of_blocks(levels, format))
+}
+
+fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
+    if let Some(chain) = transcode(scene, source, limits) {
+        return Decoded { chain: Some(chain), warnings: Vec::new() };
+    }
+    let limit = limits.side;
     let mut warnings = Vec::new();
     let (base, is_srgb) = match source {
         ImageSource::Layers { is_srgb, .. } => {
@@ -94,7 +116,7 @@ fn pack(occlusion: Option<Pixels>, rough_metal: Option<Pixels>) -> Option<Pixels
 pub(super) fn decode_all(
     scene: &Scene,
     wanted: &[ImageSource],
-    limit: u32,
+    limits: Limits,
     take: &mut dyn FnMut(ImageSource, Decoded),
 ) {
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -109,7 +131,7 @@ pub(super) fn decode_all(
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(key) = wanted.get(index) else { return };
-                    if sender.send((*key, decode(scene, *key, limit))).is_err() {
+                    if sender.send((*key, decode(scene, *key, limits))).is_err() {
                         return;
                     }
                 }
@@ -119,7 +141,7 @@ pub(super) fn decode_all(
         drop(sender);
         // A process that may have no more threads decodes on this one.
         for key in wanted.iter().filter(|_| !has_worker) {
-            take(*key, decode(scene, *key, limit));
+            take(*key, decode(scene, *key, limits));
         }
         for (key, result) in receiver {
             take(key, result);
@@ -131,10 +153,10 @@ pub(super) fn decode_all(
 pub(super) fn decode_all(
     scene: &Scene,
     wanted: &[ImageSource],
-    limit: u32,
+    limits: Limits,
     take: &mut dyn FnMut(ImageSource, Decoded),
 ) {
     for key in wanted {
-        take(*key, decode(scene, *key, limit));
+        take(*key, decode(scene, *key, limits));
     }
 }

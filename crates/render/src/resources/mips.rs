@@ -1,13 +1,15 @@
 //! Mips: every image is halved until one texel is left.
 
 use crate::colour::{linear_from_srgb, srgb_from_linear};
-use manypass_scene::Pixels;
+use manypass_scene::{BlockFormat, Blocks, PixelFormat, Pixels};
 
 /// An image with all its mips, the largest first; or several of one size, whose texels follow each other in every level.
 pub(super) struct MipChain {
     pub levels: Vec<Pixels>,
     /// How many images.
     pub layers: u32,
+    /// What the bytes of levels are, if they are compressed; none is four bytes a texel.
+    pub blocks: Option<BlockFormat>,
 }
 
 impl MipChain {
@@ -20,7 +22,27 @@ impl MipChain {
             let next = half(last, is_srgb);
             levels.push(next);
         }
-        Self { levels, layers: 1 }
+        Self { levels, layers: 1, blocks: None }
+    }
+
+    /// The levels of a compressed image.
+    pub fn of_blocks(levels: Vec<Blocks>, format: BlockFormat) -> Self {
+        let level = |Blocks { width, height, data }| Pixels { width, height, format: PixelFormat::Rgba8, data };
+        Self { levels: levels.into_iter().map(level).collect(), layers: 1, blocks: Some(format) }
+    }
+
+    /// Its format on the device.
+    pub fn format(&self, is_srgb: bool) -> wgpu::TextureFormat {
+        let (linear, srgb) = match self.blocks {
+            None => (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb),
+            Some(BlockFormat::Bc7) => (wgpu::TextureFormat::Bc7RgbaUnorm, wgpu::TextureFormat::Bc7RgbaUnormSrgb),
+            Some(BlockFormat::Etc2) => (wgpu::TextureFormat::Etc2Rgba8Unorm, wgpu::TextureFormat::Etc2Rgba8UnormSrgb),
+            Some(BlockFormat::Astc) => {
+                let astc = |channel| wgpu::TextureFormat::Astc { block: wgpu::AstcBlock::B4x4, channel };
+                (astc(wgpu::AstcChannel::Unorm), astc(wgpu::AstcChannel::UnormSrgb))
+            }
+        };
+        if is_srgb { srgb } else { linear }
     }
 
     /// Adds the images of another one of the same size.

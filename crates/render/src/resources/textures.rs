@@ -1,12 +1,12 @@
 //! Textures on the device: those that materials use, by the images that they are made from.
 
 use super::Followed;
-use super::decode::{Decoded, decode_all};
+use super::decode::{Decoded, Limits, decode_all};
 use super::filtering::Sampling;
 use super::mips::MipChain;
 use super::packing::{ImageSource, wanted};
 use crate::gpu::Gpu;
-use manypass_scene::{Pixels, Sampler, Scene, Wrap};
+use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Weak};
@@ -80,11 +80,11 @@ impl Textures {
         let is_new = |(_, content): &&(ImageSource, Content)| !self.uploaded.contains_key(content);
         let new: BTreeMap<Content, ImageSource> =
             all.iter().filter(is_new).map(|(source, content)| (content.clone(), *source)).collect();
-        let limit = gpu.capabilities.max_texture_size;
+        let limits = Limits { side: gpu.capabilities.max_texture_size, blocks: gpu.capabilities.block_format };
         let (mut upload_ms, mut written_bytes) = (0.0, 0);
         let mut sources: Vec<ImageSource> = new.into_values().collect();
         sources.sort();
-        decode_all(scene, &sources, limit, &mut |source, Decoded { chain, warnings }| {
+        decode_all(scene, &sources, limits, &mut |source, Decoded { chain, warnings }| {
             let Some(content) = content_of(scene, source) else { return };
             let started = web_time::Instant::now();
             let images = source.images(scene);
@@ -176,11 +176,16 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool, has_layers: b
         mip_level_count: chain.levels.len() as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: if is_srgb { wgpu::TextureFormat::Rgba8UnormSrgb } else { wgpu::TextureFormat::Rgba8Unorm },
+        format: chain.format(is_srgb),
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
+    let [unit_texels, unit_bytes] = match chain.blocks {
+        Some(_) => [BlockFormat::SIDE, BlockFormat::BYTES],
+        None => [1, 4],
+    };
     for (level, pixels) in chain.levels.iter().enumerate() {
+        let (across, down) = (pixels.width.div_ceil(unit_texels), pixels.height.div_ceil(unit_texels));
         gpu.queue.write_texture(
             wgpu::TexelCopyTextureInfo {
                 texture: &texture,
@@ -191,10 +196,11 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool, has_layers: b
             &pixels.data,
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(pixels.width * 4),
-                rows_per_image: Some(pixels.height),
+                bytes_per_row: Some(across * unit_bytes),
+                rows_per_image: Some(down),
             },
-            wgpu::Extent3d { width: pixels.width, height: pixels.height, depth_or_array_layers: layers },
+            // Of blocks that are not full, too, all is written.
+            wgpu::Extent3d { width: across * unit_texels, height: down * unit_texels, depth_or_array_layers: layers },
         );
     }
     // Staging memory is given back after every image, not after the last.

@@ -3,6 +3,7 @@
 //!
 //! Basis Universal is transcoded by the crate `basisu`.
 
+use super::{BlockFormat, Blocks};
 use crate::ktx2::{Header, check_ranges, header, level, unpacked_bytes};
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
@@ -52,6 +53,43 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<u8>, String> {
         return Err("its Basis Universal data are of another size than the container says".to_owned());
     }
     Ok(texels)
+}
+
+/// What the sides become in level `level`.
+fn sides(header: &Header, level: u32) -> (u32, u32) {
+    ((header.width >> level).max(1), (header.height >> level).max(1))
+}
+
+/// All levels of a Basis Universal picture as blocks; none if it is none, is broken, or lacks levels. Whoever calls has found the size to
+/// be acceptable.
+pub(super) fn transcode(bytes: &[u8], format: BlockFormat) -> Option<Vec<Blocks>> {
+    let header = flat(bytes).ok()?;
+    let is_whole = header.levels == header.width.max(header.height).max(1).ilog2() + 1;
+    if header.format != 0 || !is_whole || check_ranges(bytes).is_err() {
+        return None;
+    }
+    // As where eight bits a channel are made.
+    let is_honest = |level: u32| {
+        let (width, height) = sides(&header, level);
+        let most_bytes = 4 * u64::from(width.next_multiple_of(12)) * u64::from(height.next_multiple_of(12));
+        unpacked_bytes(bytes, level).is_ok_and(|said| said <= most_bytes)
+    };
+    if !(0..header.levels).all(is_honest) {
+        return None;
+    }
+    let target = match format {
+        BlockFormat::Bc7 => TargetFormat::Bc7Rgba,
+        BlockFormat::Etc2 => TargetFormat::Etc2Rgba,
+        BlockFormat::Astc => TargetFormat::Astc4x4Rgba,
+    };
+    let transcoder = Transcoder::new(bytes).ok()?;
+    let level = |level: u32| {
+        let (width, height) = sides(&header, level);
+        let data = transcoder.transcode(level, target, DecodeFlags::NONE).ok()?;
+        let blocks = width.div_ceil(BlockFormat::SIDE) as usize * height.div_ceil(BlockFormat::SIDE) as usize;
+        (data.len() == blocks * BlockFormat::BYTES as usize).then_some(Blocks { width, height, data })
+    };
+    (0..header.levels).map(level).collect()
 }
 
 /// Bytes that are not compressed, or by Zstandard alone.
