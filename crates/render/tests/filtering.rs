@@ -7,9 +7,10 @@ mod common;
 use common::{floats, plain_request, renderer};
 use glam::{Quat, Vec3};
 use manypass::{Aov, Averaging, Gpu, Renderer};
+use manypass_scene::material::{Clearcoat, Mapped};
 use manypass_scene::{
     Camera, Image, ImageSource, Material, Mesh, Node, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel,
-    Texture, TextureRef, TextureTransform, primitives,
+    Texture, TextureRef, TextureTransform, Wrap, primitives,
 };
 use manypass_testkit::ktx2::solid_block;
 use std::sync::Arc;
@@ -249,23 +250,11 @@ fn compressed_plane() -> Scene {
     let levels = [level(2), level(1), left.to_vec(), left.to_vec(), left.to_vec()];
     let levels: Vec<&[u8]> = levels.iter().map(Vec::as_slice).collect();
     let bytes = manypass_testkit::ktx2::picture(0, [16, 16], 0, &levels);
-    let mut scene = Scene::default();
+    let unlit =
+        Material { shading_model: ShadingModel::Unlit, base_color_texture: first_texture(), ..Material::default() };
+    let mut scene = square(unlit);
     scene.images.push(Image { name: "basis".into(), source: ImageSource::Encoded(bytes.into()) });
     scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
-    scene.materials.push(Material {
-        base_color_texture: Some(TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() }),
-        shading_model: ShadingModel::Unlit,
-        ..Material::default()
-    });
-    let mut plane = primitives::plane(2.0);
-    plane.material = Some(0);
-    scene.meshes.push(Mesh { primitives: vec![plane], ..Mesh::default() }.into());
-    scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
-    let projection = Projection::Orthographic { height_m: 1.8, near_m: 0.1, far_m: 9.0 };
-    scene.cameras.push(Camera { name: "above".into(), projection });
-    let rotation = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
-    scene.add_node(None, Node { camera: Some(0), translation: Vec3::Y, rotation, ..Node::default() });
-    scene.update_transforms();
     scene
 }
 
@@ -295,4 +284,29 @@ fn textures_that_stay_compressed_look_the_same_in_a_quarter_of_the_memory() {
     let worst = compressed.1.iter().zip(&plain.1).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst < 0.01, "{worst}");
     assert!(plain.1.iter().any(|red| *red > 0.5) && plain.1.iter().any(|red| *red < 0.05));
+}
+
+#[test]
+fn layers_that_ask_for_different_samplers_are_named() {
+    let mut scene = compressed_plane();
+    scene.images.push(image(4, |_, _| [255; 4]));
+    scene.textures.push(Texture { image: 1, sampler: Sampler::default() });
+    scene.textures.push(Texture { image: 1, sampler: Sampler { wrap_u: Wrap::ClampToEdge, ..Sampler::default() } });
+    let map = |texture| {
+        let texture = TextureRef { texture, uv_set: 0, transform: TextureTransform::default() };
+        Mapped { factor: 1.0, texture: Some(texture) }
+    };
+    let mut renderer = renderer();
+    for (texture, is_named) in [(1, false), (2, true)] {
+        scene.materials[0] = Material {
+            name: "lacquer".into(),
+            clearcoat: Some(Clearcoat { weight: map(1), roughness: map(texture), ..Clearcoat::default() }),
+            ..Material::default()
+        };
+        renderer.load(&scene).unwrap();
+        let warnings = renderer.warnings();
+        let names = |warning: &String| warning.contains("`lacquer`") && warning.contains("different samplers");
+        assert_eq!(warnings.iter().any(names), is_named, "{warnings:?}");
+        renderer.unload();
+    }
 }

@@ -1,7 +1,7 @@
 //! Images are decoded and given their mips on threads of their own, few at a time in memory.
 
 use super::mips::{MipChain, half};
-use super::packing::{ImageSource, layer_size};
+use super::packing::{ImageSource, layer_samplers_differ, layer_size};
 use manypass_scene::{BlockFormat, PixelFormat, Pixels, Scene};
 
 /// An image for the device, with what there is to say about it.
@@ -35,7 +35,14 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
     let limit = limits.side;
     let mut warnings = Vec::new();
     let (base, is_srgb) = match source {
-        ImageSource::Layers { is_srgb, .. } => {
+        ImageSource::Layers { material: index, is_srgb } => {
+            let material = scene.materials.get(index);
+            if let Some(material) = material.filter(|material| layer_samplers_differ(scene, material, is_srgb)) {
+                let (name, what) = (&material.name, if is_srgb { "colours" } else { "data" });
+                warnings.push(format!(
+                    "material {index} `{name}`: its layers' maps of {what} are one texture, and ask for different samplers; that of the first counts"
+                ));
+            }
             let decoded = source.images(scene).into_iter();
             let decoded = decoded.map(|image| decode_base(scene, image, is_srgb, limit, &mut warnings)).collect();
             return Decoded { chain: layers(decoded, is_srgb), warnings };

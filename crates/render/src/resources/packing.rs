@@ -68,6 +68,15 @@ pub(super) fn layer_images(scene: &Scene, material: &Material, is_srgb: bool) ->
     images
 }
 
+/// Whether the layers of a material, as colour or as data, ask for more than the one sampler that a texture has.
+pub(super) fn layer_samplers_differ(scene: &Scene, material: &Material, is_srgb: bool) -> bool {
+    let maps = LayerMap::ALL.into_iter().filter(|map| map.is_srgb() == is_srgb);
+    let textures = maps.filter_map(|map| scene.textures.get(material.layer_texture(map)?.texture));
+    let mut samplers = textures.map(|texture| texture.sampler);
+    let first = samplers.next();
+    samplers.any(|sampler| Some(sampler) != first)
+}
+
 /// The images of a material's occlusion and metallic-roughness if one sample gives both; they may be one image.
 pub(super) fn shared_texel(scene: &Scene, material: &Material) -> Option<(usize, usize)> {
     let (occlusion, rough_metal) = (material.occlusion_texture?, material.metallic_roughness_texture?);
