@@ -202,3 +202,24 @@ fn a_moving_camera_makes_no_shadow_shimmer() {
     assert!(in_shadow > 2000 && drawn > MOVES as u32 / 2, "nothing to look at: {in_shadow}, {drawn}");
     assert!(worst <= 1.0 / 255.0, "the same point changed by {worst}");
 }
+
+/// From sixteen samples on each compares once, and the places of the filter take turns.
+#[test]
+fn places_of_a_filter_that_take_turns_are_the_filter() {
+    let with =
+        |filter: ShadowFilter| move |scene: &Scene| request(scene).with(|settings| settings.shadows.filter = filter);
+    for kind in [LightKind::Point, SPOT, LightKind::Directional] {
+        let penumbra = Penumbra { kind, radius_m: 0.0, wall_m: 0.5, light_m: 1.0 };
+        let of = |filter, samples| penumbra.found(with(filter), samples);
+        let filtered = of(ShadowFilter::Pcf, 15);
+        let difference = |other: &[f64]| {
+            let all = filtered.iter().zip(other).map(|(a, b)| (a - b).abs());
+            (all.clone().sum::<f64>() / filtered.len() as f64, all.fold(0.0, f64::max))
+        };
+        let (mean, most) = difference(&of(ShadowFilter::Pcf, 16));
+        let (_, hard) = difference(&of(ShadowFilter::Hard, 16));
+        println!("{kind:?}: mean {mean:.5}, most {most:.4}; without a filter {hard:.4}");
+        assert!(mean < 0.001 && most < 0.02, "{kind:?}: {mean}, {most}");
+        assert!(hard > 2.0 * most, "{kind:?}: the test cannot tell a filter from none: {hard}");
+    }
+}
