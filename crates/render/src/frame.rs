@@ -12,7 +12,7 @@ use crate::passes::forward::LayeredDepth;
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground,
-    ids, indirect, linear_depth, motion, present, shadows, tile_depth, tone_map, volumes,
+    ids, indirect, linear_depth, motion, present, shadows, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -20,6 +20,7 @@ use crate::resources::environment::{EnvironmentTiles, Unfinished};
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
+use crate::transparency::{Blended, TransparencyMode};
 use crate::view::CameraStep;
 use manypass_graph::Handle;
 use std::sync::Arc;
@@ -107,23 +108,44 @@ pub fn view_passes(
     Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..outputs })
 }
 
-/// Surfaces that light comes through, before what lies behind them; then those that alpha covers.
+/// Surfaces that light comes through, before what lies behind them; then those that alpha covers, or before if each of their
+/// fragments is opaque.
 fn translucent_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     radiance: Handle,
     depth: Handle,
 ) -> Result<Handle, ProgramError> {
+    let is_opaque = settings.transparency.mode == TransparencyMode::Stochastic && !r.view.counts_pairs();
+    let (radiance, depth) = if is_opaque { blended_passes(r, settings, radiance, depth)? } else { (radiance, depth) };
     let (radiance, depth) = if r.view.has_transmissive() {
         let behind = if r.view.counts_pairs() { None } else { Some(behind::record(r, &radiance)?) };
         forward::record_transmissive(r, &settings.fog, behind.as_ref(), radiance, depth)?
     } else {
         (radiance, depth)
     };
-    match settings.render.path {
-        Path::Gouraud => gouraud::record_blended(r, &settings.fog, radiance, &depth),
-        _ => forward::record_blended(r, &settings.fog, radiance, &depth),
+    if is_opaque {
+        return Ok(radiance);
     }
+    Ok(blended_passes(r, settings, radiance, depth)?.0)
+}
+
+/// Surfaces that alpha covers, in the way that the settings name. Also gives depth.
+fn blended_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    radiance: Handle,
+    depth: Handle,
+) -> Result<(Handle, Handle), ProgramError> {
+    if !r.view.has_blended() {
+        return Ok((radiance, depth));
+    }
+    let blended = Blended::new(r, settings.transparency.mode, radiance, depth);
+    let blended = match settings.render.path {
+        Path::Gouraud => gouraud::record_blended(r, &settings.fog, blended)?,
+        _ => forward::record_blended(r, &settings.fog, blended)?,
+    };
+    transparency::record(r, blended)
 }
 
 /// All light that reaches opaque surfaces from lights, in the way that the settings name. Also gives depth.

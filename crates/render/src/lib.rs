@@ -49,6 +49,7 @@ mod shading_settings;
 mod shadows;
 mod stage;
 mod tone_curve;
+mod transparency;
 mod view;
 
 pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
@@ -79,4 +80,5 @@ pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsF
 pub use shading_settings::ReflectanceModel;
 pub use shadows::ShadowFilter;
 pub use stage::stage_schema;
+pub use transparency::{Masks, TransparencyMode};
 pub use view::View;

@@ -11,6 +11,7 @@ use crate::record::LegendEntry;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::shadows::Dealing;
+use crate::transparency::TransparencyMode;
 use crate::view::View;
 use glam::Vec4;
 use manypass_graph::PlanError;
@@ -96,7 +97,7 @@ impl SceneDefaults {
 impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
-        self.sample_count > 1 && self.averaging != Averaging::Radiance && !self.deals_lights()
+        self.sample_count > 1 && self.averaging != Averaging::Radiance && !self.deals_lights() && !self.is_stochastic()
     }
 
     /// Whether the part of samples that glows goes through the tone curve before it is averaged, and the rest afterwards: a
@@ -104,7 +105,14 @@ impl FrameRequest {
     /// effects leave of the parts nobody knows.
     pub(crate) fn averages_parts(&self) -> bool {
         let (_, samples) = self.sample();
-        samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights() && self.effects.is_empty()
+        let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
+        is_asked && self.effects.is_empty() && !self.is_stochastic()
+    }
+
+    /// Whether samples show one of several surfaces in place of their mixture, which goes through the tone curve afterwards,
+    /// what glows too.
+    fn is_stochastic(&self) -> bool {
+        self.settings.transparency.mode == TransparencyMode::Stochastic
     }
 
     fn deals_lights(&self) -> bool {

@@ -51,6 +51,7 @@ compose! {
     clusters: crate::lights::ClusterSettings,
     shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,
+    transparency: crate::transparency::TransparencySettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
     debug: crate::passes::debug::DebugSettings,
 }

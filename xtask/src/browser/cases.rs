@@ -61,9 +61,10 @@ const SHADOWLESS: &[(&str, &str)] = &[("shadows.enabled", "false")];
 const SPOTS: &str = "renderling/shadow_mapping_spots.glb";
 const SPHERES: &str =
     "khronos-sample-assets/Models/MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb";
+const PANES: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 30] = [
+pub(super) const CASES: [Case; 31] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -112,6 +113,8 @@ pub(super) const CASES: [Case; 30] = [
     case("AttenuationTest", "", SQUARE),
     Case { is_forward: true, ..case("SpecularTest", "", SQUARE) },
     case("IridescenceSuzanne", "", SQUARE),
+    // Two targets of one blend state: sums, and weights.
+    Case { settings: &[("transparency.mode", "weighted")], ..case("panes-weighted", PANES, SQUARE) },
 ];
 
 impl Case {

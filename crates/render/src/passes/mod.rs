@@ -22,4 +22,5 @@ pub mod present;
 pub mod shadows;
 pub mod tile_depth;
 pub mod tone_map;
+pub mod transparency;
 pub mod volumes;

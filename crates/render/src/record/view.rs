@@ -12,6 +12,7 @@ use crate::ground::ViewGround;
 use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, Rectangle, VolumeDraw, without_shadows};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
+use crate::shader::compose::has_constant;
 use crate::shader::program::Constant;
 use crate::view::ViewUniform;
 use manypass_graph::TextureDesc;
@@ -73,6 +74,11 @@ impl PreparedView {
     /// The shape of a texture of the view's size.
     pub fn desc(&self, format: wgpu::TextureFormat) -> TextureDesc {
         TextureDesc::new_2d(self.size.0, self.size.1, format)
+    }
+
+    /// The `override` constants of its passes that `program` declares.
+    pub(super) fn constants_of(&self, program: &str) -> Vec<Constant> {
+        self.constants.iter().filter(|(constant, _)| has_constant(program, constant)).copied().collect()
     }
 
     /// Whether its passes count pairs of a light and what it may reach, in place of light.

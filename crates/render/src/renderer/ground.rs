@@ -44,6 +44,7 @@ impl Renderer {
         stats: &mut FrameStats,
         is_plan: bool,
     ) -> Option<FrameGround> {
+        let version = self.shadows.version(asked);
         let has_ground = |(asked, _): &(&Asked, &ViewState)| asked.request.settings.ground.mode != Ground::None;
         let (asked, state) = asked.iter().zip(states).find(has_ground)?;
         let light = state.lists.as_ref().and_then(|lists| parallel_light(&lists.table)).map(|(mut light, _)| {
@@ -55,7 +56,7 @@ impl Renderer {
             return Some(FrameGround { map, texture: self.tables.no_environment.clone(), tiles: None });
         }
         let mut instances = Vec::new();
-        let (tiles, signature) = map.tiles(&world.draws, self.shadows.scene_version, &mut instances);
+        let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);
         let is_drawn = self.ground.drawn == Some((map, signature));
         let texture = self.ground.texture.get_or_insert_with(|| create(&self.gpu)).clone();
         if is_drawn {

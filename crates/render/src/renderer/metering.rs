@@ -6,6 +6,7 @@ use crate::environment::{Background, Environment};
 use crate::exposure::{Exposure, Metering};
 use crate::ground::Ground;
 use crate::request::{FrameRequest, RenderError};
+use crate::transparency::TransparencyMode;
 use manypass_scene::Scene;
 
 /// The longer side of the frame that is metered, whatever the size of the picture.
@@ -202,6 +203,8 @@ fn metered(request: &FrameRequest) -> FrameRequest {
     }
     settings.background.source = Background::Transparent;
     settings.ground.mode = Ground::None;
+    // Without noise.
+    settings.transparency.mode = TransparencyMode::Sorted;
     settings.exposure.stops = Exposure::Stops(0.0);
     settings.render.scale = 1.0;
     small

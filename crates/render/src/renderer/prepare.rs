@@ -282,7 +282,7 @@ impl Renderer {
             draws: Arc::default(),
             sampling: ready.view.sampling,
             light_count: 0,
-            constants: Vec::new(),
+            constants: asked.request.settings.transparency.masks.constants(),
             lit_rectangles: Arc::default(),
             volume_draws: Arc::default(),
             object_lights: Arc::default(),
@@ -359,6 +359,7 @@ impl Renderer {
 fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTiles>) -> Vec<Constant> {
     let settings = &asked.request.settings;
     let mut constants = settings.shading.model.constants();
+    constants.extend(settings.transparency.masks.constants());
     constants.push((lights::LIGHT_CLASSES, table.classes()));
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));

@@ -8,6 +8,7 @@ use crate::gpu::Gpu;
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::FrameStats;
 use crate::shadows::{FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
+use crate::transparency::Masks;
 use manypass_graph::TextureDesc;
 use manypass_scene::{NodeId, Scene};
 
@@ -53,6 +54,13 @@ impl ShadowState {
             beyond: Vec::new(),
             starved: Vec::new(),
         }
+    }
+
+    /// Another number whenever what casts shadows may be another: with the scene, and with the masks of the first view, whose
+    /// constants the views that draw maps have.
+    pub fn version(&self, asked: &[Asked]) -> u64 {
+        let masks = asked.first().map(|asked| asked.request.settings.transparency.masks);
+        self.scene_version * 2 + u64::from(masks == Some(Masks::Hashed))
     }
 }
 
@@ -126,6 +134,7 @@ impl Renderer {
             })
             .collect();
         let is_plan = purpose.is_plan();
+        let version = self.shadows.version(asked);
         let dealing = asked.first().map(|asked| asked.request.dealing())?;
         // A plan leaves no trace.
         let mut of_plan = is_plan.then(Shadows::default);
@@ -139,7 +148,7 @@ impl Renderer {
             // Whoever wants the pictures of all passes wants those of shadow maps, too.
             tiles.redraw();
         }
-        let mut frame = tiles.prepare(&world.draws, self.shadows.scene_version, &viewers, settings, dealing);
+        let mut frame = tiles.prepare(&world.draws, version, &viewers, settings, dealing);
         let mut of_viewers = std::mem::take(&mut frame.views).into_iter();
         let in_order = views.iter().map(|view| view.as_ref().and_then(|_| of_viewers.next()).unwrap_or_default());
         frame.views = in_order.collect();

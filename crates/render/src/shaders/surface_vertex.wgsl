@@ -40,6 +40,8 @@ struct SurfaceVarying {
     @if(points) @location(6) corner: vec2f,
     // From the middle of the disc to this corner; `motion` moves it along.
     @if(points) @location(7) disc_offset_world: vec3f,
+    // Before skins and morph targets move it; what masks are hashed by.
+    @if(masked && !points) @location(7) position_object: vec3f,
 }
 
 // The index of a node, plus 1.
@@ -174,6 +176,9 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     var out: SurfaceVarying;
     out.position_clip = view.clip_from_world * vec4f(position_world, 1.0);
     out.position_world = position_world;
+    @if(masked && !points) {
+        out.position_object = in.position;
+    }
     out.normal_world = normal_world * inverseSqrt(max(dot(normal_world, normal_world), 1e-30));
     @if(points) {
         out.normal_world = point_normal_world(out.normal_world);

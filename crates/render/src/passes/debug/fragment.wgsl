@@ -1,13 +1,15 @@
 // What the programs of `debug` share: which fragments the frame would draw.
 
 import package::shaders::surface_vertex::SurfaceVarying;
-import package::shaders::surface_material::{material_factors, surface_base_color, surface_mip_bias};
+@if(masked) import package::shaders::mask::is_masked_out;
+@if(masked) import package::shaders::surface_material::{surface_base_color, surface_mip_bias};
 
 // Whether the frame drops the fragment: by its mask, or because it lies outside the disc of a point.
 fn is_dropped(in: SurfaceVarying) -> bool {
     var is_outside = false;
     @if(masked) {
-        is_outside = surface_base_color(in, surface_mip_bias(in)).a < material_factors.alpha_cutoff;
+        let bias = surface_mip_bias(in);
+        is_outside = is_masked_out(in, surface_base_color(in, bias).a, bias);
     }
     @if(points) {
         is_outside = is_outside | (dot(in.corner, in.corner) > 1.0);

@@ -8,7 +8,9 @@
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id};
-import package::shaders::surface_material::{material_factors, surface_sample};
+@if(masked) import package::shaders::mask::is_masked_out;
+@if(masked) import package::shaders::surface_material::surface_mip_bias;
+import package::shaders::surface_material::surface_sample;
 import package::shaders::shading::shading_from_surface;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
@@ -21,6 +23,7 @@ import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
+import package::shaders::transparency::{ShadedTargets, is_let_through, shaded_targets};
 
 // Which lights: those of clusters, or a batch of the object's own; the first is drawn with emission and ambient light.
 const LIGHTS_OF_CLUSTERS: u32 = 0u;
@@ -43,7 +46,7 @@ fn vs_forward(in: SurfaceInput) -> SurfaceVarying {
 }
 
 @fragment
-fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> @location(0) vec4f {
+fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> ShadedTargets {
     @if(!layered) let sample = surface_sample(in, front_facing);
     @if(layered) var sample = surface_sample(in, front_facing);
     @if(layered) let layers = layer_sample(in, front_facing);
@@ -58,9 +61,12 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         }
     }
     @if(masked) {
-        if sample.alpha < material_factors.alpha_cutoff {
+        if is_masked_out(in, sample.alpha, surface_mip_bias(in)) {
             discard;
         }
+    }
+    if is_let_through(in, sample.alpha, front_facing) {
+        discard;
     }
     var radiance = vec3f(0.0);
     if lights_of != LIGHTS_OF_LATER_BATCH {
@@ -104,12 +110,12 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         radiance += sums.radiance;
     }
     if counts_pairs != 0u {
-        return pair_counts(sums);
+        return ShadedTargets(pair_counts(sums), vec4f(0.0));
     }
     if lights_of == LIGHTS_OF_LATER_BATCH {
         // Coverage and the light of fog are there already: what is left is what comes through.
         let added = fogged(radiance, in.position_world) - fogged(vec3f(0.0), in.position_world);
-        return vec4f(half_float_clamped(added), 0.0);
+        return ShadedTargets(vec4f(half_float_clamped(added), 0.0), vec4f(0.0));
     }
     radiance = fogged(radiance, in.position_world);
     if in_lit_fog != 0u {
@@ -117,6 +123,5 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
     }
     let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
     let opaque_alpha = coverage + glow * fog_transmittance(in.position_world);
-    let alpha = mix(opaque_alpha, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
-    return vec4f(half_float_clamped(radiance) * mix(1.0, min(alpha, 1.0), material_factors.blended), alpha);
+    return shaded_targets(radiance, opaque_alpha, sample.alpha, in.position_world);
 }

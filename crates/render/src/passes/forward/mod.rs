@@ -1,15 +1,16 @@
 //! forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them, with the same
 //! reflectance model, lights and lists as the deferred path.
 //!
-//! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front.
-//! Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque; or, for the report, the
-//! numbers of pairs of light and fragment.
+//! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or otherwise as
+//! `transparency.rs` says. Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque; or
+//! sums for a weighted mean; or, for the report, the numbers of pairs of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
+use crate::transparency::{Blended, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
 /// The uniform of `forward.wgsl`; a test compares the two layouts.
@@ -47,6 +48,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     pass.uniform("light_batch", &LightBatch::default());
+    pass.uniform("weighting", &Weighting::default());
     pass.draw_opaque(Which::All)?;
     let most = view.most_lights(world);
     for first in (LIGHTS_PER_BATCH..most).step_by(LIGHTS_PER_BATCH as usize) {
@@ -58,6 +60,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
         pass.blend(ADD);
         pass.constant(LIGHTS_OF, LATER_BATCH);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
+        pass.uniform("weighting", &Weighting::default());
         pass.draw_opaque_lit_by(first + 1)?;
     }
     Ok((radiance, depth))
@@ -74,6 +77,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
     pass.uniform("light_batch", &LightBatch::default());
+    pass.uniform("weighting", &Weighting::default());
     pass.axes(axes);
     let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
@@ -111,6 +115,7 @@ pub fn record_layered(
     let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
     let mut pass = r.surfaces("layered", "forward");
     pass.uniform("light_batch", &LightBatch::default());
+    pass.uniform("weighting", &Weighting::default());
     pass.axes(view.light_axes());
     let radiance = pass.color(radiance, ColorLoad::Keep);
     if view.counts_pairs() {
@@ -145,6 +150,7 @@ pub fn record_transmissive(
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
     let mut pass = r.surfaces("transmissive", "forward");
     pass.uniform("light_batch", &LightBatch::default());
+    pass.uniform("weighting", &Weighting::default());
     pass.axes(view.light_axes());
     // A view that counts pairs shows nothing behind.
     if let Some(behind) = behind {
@@ -162,34 +168,25 @@ pub fn record_transmissive(
     Ok((radiance, depth))
 }
 
-/// Blends the surfaces that alpha covers over `radiance`, behind what `depth` holds.
+/// Draws the surfaces that alpha covers, into what `blended` says. Returns what holds the result.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_blended(
-    r: &mut Recorder<'_, '_>,
-    fog: &FogSettings,
-    radiance: Handle,
-    depth: &Handle,
-) -> Result<Handle, ProgramError> {
-    if !r.view.has_blended() {
-        return Ok(radiance);
-    }
-    let (view, axes) = (r.view, r.view.light_axes());
+pub fn record_blended(r: &mut Recorder<'_, '_>, fog: &FogSettings, blended: Blended) -> Result<Blended, ProgramError> {
+    let (view, weighting) = (r.view, blended.weighting(r));
     let is_lit = fog.scatters();
-    let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
+    let fog = FogUniform::new(fog, view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward", "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.axes(axes);
-    let radiance = pass.color(radiance, ColorLoad::Keep);
-    pass.depth_read_only(depth);
-    pass.blend(LightTarget::blend_over(view));
+    pass.uniform("weighting", &weighting);
+    pass.axes(view.light_axes());
+    let blended = blended.begin(&mut pass, view);
     pass.uniform("fog", &fog);
     if is_lit {
         pass.constant(IN_LIT_FOG, 1);
     }
     pass.draw_blended()?;
-    Ok(radiance)
+    Ok(blended)
 }
 
 #[cfg(test)]

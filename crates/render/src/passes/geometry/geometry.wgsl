@@ -5,7 +5,8 @@
 import package::view::view;
 import package::gbuffer::gbuffer_pack;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
-import package::shaders::surface_material::{material_factors, surface_sample};
+@if(masked) import package::shaders::mask::is_masked_out;
+import package::shaders::surface_material::{surface_mip_bias, surface_sample};
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
 
@@ -30,7 +31,7 @@ fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) ->
         }
     }
     @if(masked) {
-        if sample.alpha < material_factors.alpha_cutoff {
+        if is_masked_out(in, sample.alpha, surface_mip_bias(in)) {
             discard;
         }
     }

@@ -8,6 +8,7 @@ import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id, is_without_normals};
 import package::shaders::surface_material::{material_factors, material_uv, surface_sample};
+@if(masked) import package::shaders::surface_material::surface_mip_bias;
 @if(textured) import package::shaders::surface_material::{
     base_color_texture, base_color_sampler, metallic_roughness_texture, metallic_roughness_sampler,
 };
@@ -21,6 +22,8 @@ import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
+@if(masked) import package::shaders::mask::is_masked_out;
+import package::shaders::transparency::{ShadedTargets, is_let_through, shaded_targets};
 
 // As many as there are.
 const ALL_LIGHTS: u32 = 0xffffffffu;
@@ -37,6 +40,7 @@ struct GouraudVarying {
     @location(5) specular: vec3f,
     @location(6) @interpolate(flat, either) object: u32,
     @if(points) @location(7) corner: vec2f,
+    @if(masked && !points) @location(7) position_object: vec3f,
 }
 
 // The material at a vertex: the finest texels, because a vertex has no footprint. Normal maps are left out.
@@ -107,6 +111,9 @@ fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     @if(points) {
         out.corner = vertex.corner;
     }
+    @if(masked && !points) {
+        out.position_object = vertex.position_object;
+    }
     if counts_pairs != 0u {
         out.position_clip = vec4f(pixel_of_vertex_ndc(in.vertex, vertex.object), 0.5, 1.0);
         out.color = pair_counts(sums);
@@ -115,9 +122,9 @@ fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
 }
 
 @fragment
-fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> @location(0) vec4f {
+fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> ShadedTargets {
     if counts_pairs != 0u {
-        return in.color;
+        return ShadedTargets(in.color, vec4f(0.0));
     }
     var vertex: SurfaceVarying;
     vertex.position_clip = in.position_clip;
@@ -126,6 +133,9 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
     vertex.uv = in.uv;
     vertex.color = in.color;
     vertex.object = in.object;
+    @if(masked && !points) {
+        vertex.position_object = in.position_object;
+    }
     let sample = surface_sample(vertex, front_facing);
     @if(points) {
         if dot(in.corner, in.corner) > 1.0 {
@@ -133,9 +143,12 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
         }
     }
     @if(masked) {
-        if sample.alpha < material_factors.alpha_cutoff {
+        if is_masked_out(vertex, sample.alpha, surface_mip_bias(vertex)) {
             discard;
         }
+    }
+    if is_let_through(vertex, sample.alpha, front_facing) {
+        discard;
     }
     let is_lit = select(1.0, 0.0, sample.surface.shading_model == SHADING_MODEL_UNLIT);
     let light = max(sample.surface.base_color * in.diffuse + in.specular, vec3f(0.0));
@@ -145,6 +158,5 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
     }
     let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
     let opaque_alpha = 1.0 + glow * fog_transmittance(in.position_world);
-    let alpha = mix(opaque_alpha, clamp(sample.alpha, 0.0, 1.0), material_factors.blended);
-    return vec4f(half_float_clamped(radiance) * min(alpha, 1.0), alpha);
+    return shaded_targets(radiance, opaque_alpha, sample.alpha, in.position_world);
 }

@@ -9,7 +9,8 @@ use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{Recorder, SurfacePass, Which};
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, DepthLoad, Handle};
+use crate::transparency::{Blended, Weighting};
+use manypass_graph::{DepthLoad, Handle};
 
 /// Radiance and depth of all opaque and masked surfaces.
 ///
@@ -23,39 +24,31 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let mut pass = r.surfaces("gouraud.opaque", "gouraud");
     begin(&mut pass, axes, counts);
     pass.uniform("fog", &fog);
+    pass.uniform("weighting", &Weighting::default());
     let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.draw_opaque(Which::Plain)?;
     Ok((radiance, depth))
 }
 
-/// Blends the surfaces that alpha covers over `radiance`, behind what `depth` holds.
+/// Draws the surfaces that alpha covers, into what `blended` says. Returns what holds the result.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_blended(
-    r: &mut Recorder<'_, '_>,
-    fog: &FogSettings,
-    radiance: Handle,
-    depth: &Handle,
-) -> Result<Handle, ProgramError> {
-    if !r.view.has_blended() {
-        return Ok(radiance);
-    }
+pub fn record_blended(r: &mut Recorder<'_, '_>, fog: &FogSettings, blended: Blended) -> Result<Blended, ProgramError> {
+    let (view, weighting) = (r.view, blended.weighting(r));
     let is_lit = fog.scatters();
-    let view = r.view;
     let (axes, fog) = (view.light_axes(), FogUniform::new(fog, view.uniform.pre_exposure));
     let mut pass = r.surfaces("gouraud", "gouraud");
     begin(&mut pass, axes, view.counts_pairs());
     pass.uniform("fog", &fog);
-    let radiance = pass.color(radiance, ColorLoad::Keep);
-    pass.depth_read_only(depth);
-    pass.blend(LightTarget::blend_over(view));
+    pass.uniform("weighting", &weighting);
+    let blended = blended.begin(&mut pass, view);
     if is_lit {
         pass.constant(IN_LIT_FOG, 1);
     }
     pass.draw_blended()?;
-    Ok(radiance)
+    Ok(blended)
 }
 
 /// What both passes begin with.

@@ -3,6 +3,7 @@
 // Program: ids, also for points. Axes: textured, masked, deformed.
 
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, object_id, surface_varying};
+@if(masked) import package::shaders::mask::is_masked_out;
 import package::shaders::surface_material::{material_factors, surface_base_color};
 
 @vertex
@@ -13,7 +14,7 @@ fn vs_ids(in: SurfaceInput) -> SurfaceVarying {
 @fragment
 fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
     @if(masked) {
-        if surface_base_color(in, 0.0).a < material_factors.alpha_cutoff {
+        if is_masked_out(in, surface_base_color(in, 0.0).a, 0.0) {
             discard;
         }
     }

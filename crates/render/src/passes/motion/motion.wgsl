@@ -5,7 +5,8 @@
 import package::passes::motion::spaces::{motion, motion_px};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};
 import package::shaders::surface_vertex::{data_texel, object_id, skinned_rows, morph_displacement};
-import package::shaders::surface_material::{material_factors, surface_base_color};
+@if(masked) import package::shaders::mask::is_masked_out;
+@if(masked) import package::shaders::surface_material::surface_base_color;
 
 // Four texels a node: three rows of its previous `world_from_object`; its previous first joint and morph weight, which
 // lie in the tables of this frame.
@@ -19,6 +20,7 @@ struct MotionVarying {
     @location(2) clip: vec4f,
     @location(3) previous_clip: vec4f,
     @if(points) @location(4) corner: vec2f,
+    @if(masked && !points) @location(5) position_object: vec3f,
 }
 
 fn previous_position_world(in: SurfaceInput) -> vec3f {
@@ -49,6 +51,9 @@ fn vs_motion(in: SurfaceInput) -> MotionVarying {
         out.corner = surface.corner;
     }
     out.color = surface.color;
+    @if(masked && !points) {
+        out.position_object = surface.position_object;
+    }
     out.clip = motion.clip_from_world * vec4f(surface.position_world, 1.0);
     // A disc keeps its size in metres and its direction from frame to frame.
     @if(points) let previous_world = previous_position_world(in) + surface.disc_offset_world;
@@ -63,7 +68,10 @@ fn fs_motion(in: MotionVarying) -> @location(0) vec2f {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;
-        if surface_base_color(surface, 0.0).a < material_factors.alpha_cutoff {
+        @if(!points) {
+            surface.position_object = in.position_object;
+        }
+        if is_masked_out(surface, surface_base_color(surface, 0.0).a, 0.0) {
             discard;
         }
     }

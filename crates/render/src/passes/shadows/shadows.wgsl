@@ -7,6 +7,8 @@ import package::view::view;
 import package::shaders::surface_vertex::{
     Rows, SurfaceInput, SurfaceVarying, morph_displacement, skinned_rows, transform_point,
 };
+import package::shaders::hash::mixed;
+@if(masked) import package::shaders::mask::mask_threshold;
 import package::shaders::surface_material::{material_factors, surface_base_color};
 
 struct ShadowVarying {
@@ -14,6 +16,7 @@ struct ShadowVarying {
     @location(0) uv: vec4f,
     @location(1) color: vec4f,
     @location(2) @interpolate(flat, either) object: u32,
+    @if(masked) @location(3) position_object: vec3f,
 }
 
 // The distance of a corner that is drawn, in units of the nearest: one in the light's own plane, or next to it, is moved forward
@@ -43,6 +46,9 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
     out.object = in.instance.x >> 1u;
+    @if(masked) {
+        out.position_object = in.position;
+    }
     return out;
 }
 
@@ -50,12 +56,8 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
 // of them in an order of its own for each object, so that two of them behind each other let through the product of what each does.
 fn threshold_at(position_px: vec2f, object: u32) -> f32 {
     let texel = vec2u(position_px);
-    // The finaliser of MurmurHash3.
-    var hash = (object * 0x1f1f1f1fu) ^ (texel.x * 0x8da6b343u) ^ (texel.y * 0xd8163841u);
-    hash = (hash + 1u) * 0x9e3779b9u;
-    hash = (hash ^ (hash >> 16u)) * 0x85ebca6bu;
-    hash = (hash ^ (hash >> 13u)) * 0xc2b2ae35u;
-    hash ^= hash >> 16u;
+    let place = (object * 0x1f1f1f1fu) ^ (texel.x * 0x8da6b343u) ^ (texel.y * 0xd8163841u);
+    let hash = mixed((place + 1u) * 0x9e3779b9u);
     // Each step is one to one on the numbers below 16.
     var order = (view.sample_index * (hash | 1u) + (hash >> 8u)) & 15u;
     order = ((order ^ (order >> 2u)) * ((hash >> 16u) | 1u)) & 15u;
@@ -69,9 +71,12 @@ fn fs_shadows(in: ShadowVarying) {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;
+        surface.position_object = in.position_object;
         let alpha = surface_base_color(surface, 0.0).a * material_factors.cast_alpha;
         // What alpha covers in part stops so many of the rays.
-        let threshold = mix(material_factors.alpha_cutoff, threshold_at(in.position_clip.xy, in.object), material_factors.casts_in_part);
+        let of_texel = threshold_at(in.position_clip.xy, in.object);
+        // Of masks the choice is one for all samples, for which their maps last.
+        let threshold = mix(mask_threshold(surface, 0.0, 0u), of_texel, material_factors.casts_in_part);
         if alpha < threshold || alpha <= 0.0 {
             discard;
         }

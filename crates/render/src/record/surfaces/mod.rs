@@ -13,7 +13,6 @@ use super::bind_groups::Resource;
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::draws::Draw;
-use crate::shader::compose::has_constant;
 use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
@@ -168,8 +167,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
         let Self { name, pass, frame, view, program, uniforms, reads, axes, .. } = self;
         let Self { colors, blend, depth, constants, vertices_alone, .. } = self;
-        let of_view = view.constants.iter().filter(|(constant, _)| has_constant(program, constant));
-        let constants = constants.into_iter().chain(of_view.copied()).collect();
+        let constants = constants.into_iter().chain(view.constants_of(program)).collect();
         let Some((depth, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });

@@ -40,7 +40,7 @@ impl<'r, 'f> TilePass<'r, 'f> {
             blend: None,
             depth: format,
             depth_write: true,
-            constants: Vec::new(),
+            constants: view.constants_of(program),
             vertices_alone: false,
         };
         let clear = if is_first { None } else { Some(frame.shaders.depth_clear(format)?) };

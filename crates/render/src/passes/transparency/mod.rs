@@ -1,0 +1,23 @@
+//! transparency: the weighted mean of blended surfaces, over what lies behind them all.
+//!
+//! Source: McGuire & Bavoil 2013, "Weighted Blended Order-Independent Transparency". Where it differs: weights fall with the fourth
+//! power of the distance within the range of the scene's blended surfaces, not with fixed distances; what is very bright has less
+//! weight, so that half floats hold the sums; and what comes through lies in alpha, so that one blend state does for both targets.
+//! Reads: the sums that blended surfaces left. Writes: radiance and coverage.
+
+use crate::record::Recorder;
+use crate::shader::program::ProgramError;
+use crate::transparency::Blended;
+use manypass_graph::{ColorLoad, Handle};
+
+/// Records the pass, if blended surfaces left sums. Returns radiance and depth.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record(r: &mut Recorder<'_, '_>, blended: Blended) -> Result<(Handle, Handle), ProgramError> {
+    let Blended { radiance, depth, sums, .. } = blended;
+    let Some([sums, weights]) = sums else { return Ok((radiance, depth)) };
+    let step = r.fullscreen("transparency", "transparency", &[]).read("sums", &sums).read("weights", &weights);
+    let over = wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING;
+    Ok((step.blend(over).draw_into(radiance, ColorLoad::Keep)?, depth))
+}

@@ -1,0 +1,45 @@
+// Numbers that look like chance and are the same on every run.
+
+// The finaliser of MurmurHash3.
+fn mixed(bits: u32) -> u32 {
+    var hash = (bits ^ (bits >> 16u)) * 0x85ebca6bu;
+    hash = (hash ^ (hash >> 13u)) * 0xc2b2ae35u;
+    return hash ^ (hash >> 16u);
+}
+
+// 0 ≤ x < 1.
+fn unit_from_bits(bits: u32) -> f32 {
+    return f32(bits >> 8u) / 16777216.0;
+}
+
+// Another number for every pixel and salt.
+fn seed_of_pixel(position_px: vec2f, salt: u32) -> u32 {
+    let pixel = vec2u(position_px);
+    return mixed((pixel.x * 0x8da6b343u) ^ (pixel.y * 0xd8163841u) ^ mixed(salt));
+}
+
+// `reverseBits`, which WebGL 2 has not.
+fn bits_reversed(bits: u32) -> u32 {
+    var out = ((bits >> 1u) & 0x55555555u) | ((bits & 0x55555555u) << 1u);
+    out = ((out >> 2u) & 0x33333333u) | ((out & 0x33333333u) << 2u);
+    out = ((out >> 4u) & 0x0f0f0f0fu) | ((out & 0x0f0f0f0fu) << 4u);
+    out = ((out >> 8u) & 0x00ff00ffu) | ((out & 0x00ff00ffu) << 8u);
+    return (out >> 16u) | (out << 16u);
+}
+
+// Flips every bit by a hash of the bits below it (Laine & Karras 2011): of reversed bits, Owen's scrambling.
+fn bits_scrambled(bits: u32, seed: u32) -> u32 {
+    var out = bits + seed;
+    out ^= out * 0x6c50b47cu;
+    out ^= out * 0xb82f1e52u;
+    out ^= out * 0xc7afe638u;
+    return out ^ (out * 0x8d22f6e6u);
+}
+
+// 0 ≤ x < 1. Of 2ⁿ samples one lies in each 2ⁿ-th part, in another order for every seed, so that what two seeds give is as good as
+// independent (Burley 2020, "Practical Hash-based Owen Scrambling": the first dimension of Sobol's sequence, scrambled, of a
+// shuffled index).
+fn stratified(sample_index: u32, seed: u32) -> f32 {
+    let shuffled = bits_reversed(bits_scrambled(bits_reversed(sample_index), seed));
+    return unit_from_bits(bits_reversed(bits_scrambled(shuffled, mixed(seed))));
+}

@@ -1,0 +1,75 @@
+// Which fragments a mask drops; whatever draws a surface asks here, so that all passes drop the same ones.
+// Source of the hash: Wyman & McGuire 2017, "Hashed Alpha Testing": a hash of the place on the object, in cells of about a pixel's
+// size, so that the pattern moves with the object. Where it differs: it takes over from the cutoff as texels become as small as
+// pixels; and it is that of a still's first sample, from which variables come, while the others divide the range of thresholds evenly
+// among them, pixel by pixel.
+
+import package::view::view;
+import package::shaders::hash::{mixed, seed_of_pixel, stratified, unit_from_bits};
+import package::shaders::surface_material::{material_factors, material_uv};
+@if(textured) import package::shaders::surface_material::base_color_texture;
+import package::shaders::surface_vertex::SurfaceVarying;
+
+// 1 if masks are hashed at a distance.
+override hashed_masks: u32 = 0u;
+
+// What has no alpha is dropped.
+const THRESHOLD_MIN: f32 = 1e-6;
+
+// How far the hash has taken over: not at all where a texel is two pixels wide, and wholly where it is one, or what is read of the
+// texture is coarser, and its alpha so much as of it is there.
+@if(masked && textured && !points)
+fn hashed_share(in: SurfaceVarying, bias: f32) -> f32 {
+    let texel = material_uv(in.uv, 0u) * vec2f(textureDimensions(base_color_texture));
+    let across = dpdx(texel);
+    let down = dpdy(texel);
+    let mip = 0.5 * log2(max(max(dot(across, across), dot(down, down)), 1e-30)) + bias;
+    return clamp(mip + 1.0, 0.0, 1.0);
+}
+
+@if(masked && textured && !points)
+fn cell_hash(cell: vec3f) -> u32 {
+    // What no whole number of 32 bits holds is one cell.
+    let corner = bitcast<vec3u>(vec3i(clamp(floor(cell), vec3f(-1e9), vec3f(1e9))));
+    return mixed(corner.x ^ mixed(corner.y ^ mixed(corner.z + 0x9e3779b9u)));
+}
+
+// Evenly spread over 0 to 1, and the same as long as the place on the object and the size of a pixel there stay what they are.
+@if(masked && textured && !points)
+fn hashed_threshold(in: SurfaceVarying) -> f32 {
+    let place = in.position_object;
+    let across = dpdx(place);
+    let down = dpdy(place);
+    let octave = -0.5 * log2(max(max(dot(across, across), dot(down, down)), 1e-30));
+    // Cells of the two nearest powers of two, mixed.
+    let coarse = cell_hash(place * exp2(floor(octave)));
+    let fine = cell_hash(place * exp2(floor(octave) + 1.0));
+    let share = fract(octave);
+    let x = mix(unit_from_bits(coarse), unit_from_bits(fine), share);
+    // The mean of two even distributions is none: its own makes it even again.
+    let a = min(share, 1.0 - share);
+    let slope = 0.5 / max(a * (1.0 - a), 1e-6);
+    let middle = (x - 0.5 * a) / (1.0 - a);
+    let even = select(select(1.0 - (1.0 - x) * (1.0 - x) * slope, middle, x < 1.0 - a), x * x * slope, x < a);
+    return clamp(even, THRESHOLD_MIN, 1.0);
+}
+
+// The alpha below which fragments are dropped in a sample of a still.
+@if(masked)
+fn mask_threshold(in: SurfaceVarying, bias: f32, sample_index: u32) -> f32 {
+    var threshold = material_factors.alpha_cutoff;
+    @if(textured && !points) {
+        if hashed_masks != 0u {
+            let of_pixel = stratified(sample_index, seed_of_pixel(in.position_clip.xy, in.object));
+            let hashed = select(hashed_threshold(in), max(of_pixel, THRESHOLD_MIN), sample_index > 0u);
+            threshold = mix(threshold, hashed, hashed_share(in, bias));
+        }
+    }
+    return threshold;
+}
+
+// Whether a fragment is dropped that has this alpha, of a texture with this bias of mips.
+@if(masked)
+fn is_masked_out(in: SurfaceVarying, alpha: f32, bias: f32) -> bool {
+    return alpha < mask_threshold(in, bias, view.sample_index);
+}

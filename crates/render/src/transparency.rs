@@ -1,0 +1,182 @@
+//! Surfaces that alpha covers: in which way they become one picture with what lies behind them. What the passes that draw them
+//! and the pass `transparency` have in common, with the uniform of `transparency.wgsl`.
+
+mod settings;
+
+pub use settings::TransparencySettings;
+
+use crate::draws::WorldDraws;
+use crate::gbuffer::{LightTarget, RADIANCE};
+use crate::record::{PreparedView, Recorder, SurfacePass};
+use crate::setting::choices;
+use crate::shader::program::Constant;
+use bytemuck::{Pod, Zeroable};
+use manypass_graph::{ColorLoad, DepthLoad, Handle};
+use manypass_scene::Aabb;
+
+choices! {
+    /// In which way surfaces that alpha covers become one picture.
+    pub enum TransparencyMode {
+        /// One over the other, farther objects first (Porter & Duff 1984).
+        #[default]
+        Sorted = "sorted",
+        /// Their weighted mean over what lies behind them all (McGuire & Bavoil 2013), whatever their order.
+        Weighted = "weighted",
+        /// Each opaque in so many of a still's samples as its alpha says (Enderton et al. 2010), whatever their order.
+        Stochastic = "stochastic",
+    }
+}
+
+choices! {
+    /// Which fragments masks drop.
+    pub enum Masks {
+        /// Those whose alpha is less than the cutoff.
+        #[default]
+        Cutoff = "cutoff",
+        /// Where texels are smaller than pixels those whose alpha is less than a hash of their place (Wyman & McGuire 2017).
+        Hashed = "hashed",
+    }
+}
+
+impl Masks {
+    /// The `override` constants that shaders take for it.
+    pub(crate) fn constants(self) -> Vec<Constant> {
+        match self {
+            Self::Cutoff => Vec::new(),
+            Self::Hashed => vec![("hashed_masks", 1)],
+        }
+    }
+}
+
+/// The constant of `transparency.wgsl` that says which way, and its values beside that of sorted surfaces.
+const BLENDING: &str = "blending";
+const WEIGHTED: u32 = 1;
+const STOCHASTIC: u32 = 2;
+
+/// Radiance times weight, and alpha times weight, are added up; what comes through all of them is multiplied into alpha: one blend
+/// state for all targets, because the floor has one.
+const SUM: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    },
+    alpha: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::Zero,
+        dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
+        operation: wgpu::BlendOperation::Add,
+    },
+};
+
+/// The format of the sum of weights: half floats add up on every backend.
+const WEIGHTS: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+
+/// A weight falls by so many octaves where the distance doubles: with the fourth power, two panes that let half through, of which
+/// one is 1.2 times as far away, have the shares that they have when they are sorted.
+const OCTAVES_PER_OCTAVE: f32 = 4.0;
+
+/// Weights span at most so many octaves, so that half floats hold the sums.
+const OCTAVES: f32 = 12.0;
+
+/// Distances below this share of the farthest have the weight of it.
+const NEAREST_SHARE: f32 = 1.0 / 4096.0;
+
+/// The uniform of `transparency.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Weighting {
+    /// The logarithm to the base 2 of a weight is that of the distance times the first, plus the second, within plus and minus the
+    /// third; zero.
+    exponent: [f32; 4],
+}
+
+impl Weighting {
+    /// For the blended surfaces of `world`, in view or not, so that the weights of one do not change when others leave the view.
+    fn new(view: &PreparedView, world: &WorldDraws) -> Self {
+        let row = view.uniform.view_from_world.row(2);
+        let blended = world.items[world.opaque_count..].iter().filter(|item| !item.transmissive);
+        let (mut nearest, mut farthest) = (f32::INFINITY, 0.0f32);
+        for Aabb { min, max } in blended.map(|item| &item.bounds_world) {
+            let (center, half) = (0.5 * (*min + *max), 0.5 * (*max - *min));
+            let distance = -(row.truncate().dot(center) + row.w);
+            let reach = row.truncate().abs().dot(half);
+            nearest = nearest.min(distance - reach);
+            farthest = farthest.max(distance + reach);
+        }
+        // Without any that has a place: no logarithm of what is not there.
+        let farthest = if farthest.is_finite() { farthest.max(f32::MIN_POSITIVE) } else { f32::MAX };
+        let nearest = nearest.clamp(farthest * NEAREST_SHARE, farthest);
+        let (first, last) = (nearest.log2(), farthest.log2());
+        let slope = OCTAVES_PER_OCTAVE.min(OCTAVES / (last - first).max(1e-3));
+        Self { exponent: [-slope, 0.5 * slope * (first + last), 0.5 * OCTAVES, 0.0] }
+    }
+}
+
+/// Blended surfaces that are to be drawn, or have been, with what they are drawn into.
+#[derive(Debug)]
+pub struct Blended {
+    /// Which way.
+    pub mode: TransparencyMode,
+    /// The picture, which sums leave as it is.
+    pub radiance: Handle,
+    /// What hides them.
+    pub depth: Handle,
+    /// Radiance times weight, with what comes through; and the weights.
+    pub sums: Option<[Handle; 2]>,
+}
+
+impl Blended {
+    /// Over `radiance`, behind what `depth` holds. Where pairs are counted, the way is none of it.
+    pub fn new(r: &mut Recorder<'_, '_>, mode: TransparencyMode, radiance: Handle, depth: Handle) -> Self {
+        let mode = if r.view.counts_pairs() { TransparencyMode::Sorted } else { mode };
+        let targets = (mode == TransparencyMode::Weighted)
+            .then(|| [r.texture("transparency.sums", RADIANCE), r.texture("transparency.weights", WEIGHTS)]);
+        Self { mode, radiance, depth, sums: targets }
+    }
+
+    /// What the pass that draws them finds in the uniform `weighting`.
+    pub fn weighting(&self, r: &Recorder<'_, '_>) -> Weighting {
+        match self.mode {
+            TransparencyMode::Weighted => Weighting::new(r.view, r.frame.world),
+            _ => Weighting::default(),
+        }
+    }
+
+    /// Makes that the targets of a pass. Returns the versions that hold the result.
+    pub fn begin(self, pass: &mut SurfacePass<'_, '_>, view: &PreparedView) -> Self {
+        let Self { mode, radiance, depth, sums } = self;
+        match (mode, sums) {
+            (TransparencyMode::Weighted, Some([sums, weights])) => {
+                pass.constant(BLENDING, WEIGHTED);
+                pass.blend(SUM);
+                pass.depth_read_only(&depth);
+                let everything = wgpu::Color { a: 1.0, ..wgpu::Color::TRANSPARENT };
+                let sums = [sums, weights].map(|target| pass.color(target, ColorLoad::Clear(everything)));
+                Self { mode, radiance, depth, sums: Some(sums) }
+            }
+            (TransparencyMode::Stochastic, _) => {
+                pass.constant(BLENDING, STOCHASTIC);
+                let radiance = pass.color(radiance, ColorLoad::Keep);
+                let depth = pass.depth(depth, DepthLoad::Keep);
+                Self { mode, radiance, depth, sums: None }
+            }
+            (_, sums) => {
+                pass.blend(LightTarget::blend_over(view));
+                pass.depth_read_only(&depth);
+                let radiance = pass.color(radiance, ColorLoad::Keep);
+                Self { mode, radiance, depth, sums }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("forward", "Weighting", Weighting, [exponent]);
+    }
+}

@@ -1,0 +1,147 @@
+//! Masks whose texels are smaller than pixels: hashed, as much of them stays as covers the pixels, in every pass alike.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{floats, ids, plain_request, renderer};
+use glam::{Vec2, Vec3};
+use manypass::{Aov, FrameRequest, Masks, Path, Pose, Renderer};
+use manypass_scene::{
+    AlphaMode, Image, ImageSource, Light, LightKind, Material, PixelFormat, Pixels, Projection, Sampler, Scene,
+    ShadingModel, Texture, TextureRef, TextureTransform, primitives,
+};
+use manypass_testkit::build::{SceneBuilder, at, grey};
+use std::sync::Arc;
+
+const SIZE: (u32, u32) = (64, 64);
+
+/// Of the texels of [`sieve`].
+const SHARE: f32 = 0.25;
+
+/// A sheet of 2 m at a height of 1 m, seen from above; of its texels, `tiles` times 32 a side, one of four is there.
+fn sieve(tiles: f32, shading_model: ShadingModel) -> SceneBuilder {
+    let parallel = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 20.0 };
+    let mut builder = SceneBuilder::new(Vec3::Y * 5.0, Vec3::ZERO, parallel);
+    let texel = |i: u32| [255, 255, 255, if i % 2 == 0 && (i / 32) % 2 == 0 { 255 } else { 0 }];
+    let data = (0..32 * 32).flat_map(texel).collect();
+    let pixels = Pixels { width: 32, height: 32, format: PixelFormat::Rgba8, data };
+    builder.scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
+    builder.scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
+    let transform = TextureTransform { scale: Vec2::splat(tiles), ..TextureTransform::default() };
+    let mask = Material {
+        shading_model,
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        base_color_texture: Some(TextureRef { texture: 0, uv_set: 0, transform }),
+        double_sided: true,
+        ..grey(1.0)
+    };
+    builder.put(primitives::plane(2.0), mask, at(Vec3::Y));
+    builder
+}
+
+fn request(scene: &Scene, masks: Masks) -> FrameRequest {
+    plain_request(scene, SIZE).with(|settings| settings.transparency.masks = masks)
+}
+
+fn radiance_of(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Vec<f32> {
+    for sample_index in 0..request.sample_count {
+        renderer.render(scene, &FrameRequest { sample_index, ..request.clone() }).unwrap();
+    }
+    renderer.read_radiance().unwrap().chunks_exact(4).map(|pixel| pixel[0]).collect()
+}
+
+fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len() as f32
+}
+
+#[test]
+fn as_much_of_a_distant_mask_stays_as_covers_its_pixels() {
+    // Eight texels a pixel.
+    let scene = sieve(16.0, ShadingModel::Unlit).finish();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let cut = radiance_of(&mut renderer, &scene, &request(&scene, Masks::Cutoff));
+    assert!(cut.iter().all(|value| *value == 0.0), "nothing is left of it");
+    let mut one = request(&scene, Masks::Hashed);
+    let first = radiance_of(&mut renderer, &scene, &one);
+    assert!(first.iter().all(|value| *value == 0.0 || *value > 0.99));
+    // Of 4,096 pixels, whose standard deviation is 0.007.
+    assert!((mean(&first) - SHARE).abs() < 0.03, "{}", mean(&first));
+    one.sample_count = 64;
+    let many = radiance_of(&mut renderer, &scene, &one);
+    let farthest = many.iter().map(|value| (value - SHARE).abs()).fold(0.0, f32::max);
+    // The samples are filtered less, so that alpha is no longer the same everywhere.
+    assert!((mean(&many) - SHARE).abs() < 0.01 && farthest < 0.2, "{} {farthest}", mean(&many));
+}
+
+#[test]
+fn masks_that_are_near_are_cut_as_ever() {
+    // Eight pixels a texel.
+    let scene = sieve(0.25, ShadingModel::Unlit).finish();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let [cut, hashed] =
+        [Masks::Cutoff, Masks::Hashed].map(|masks| radiance_of(&mut renderer, &scene, &request(&scene, masks)));
+    assert!(mean(&cut) > 0.1 && cut == hashed);
+}
+
+#[test]
+fn every_pass_drops_the_same_fragments_of_a_hashed_mask() {
+    let mut builder = sieve(5.0, ShadingModel::Standard);
+    builder.light(Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() }, Vec3::ZERO, Vec3::NEG_Y);
+    let scene = builder.finish();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let mut request = request(&scene, Masks::Hashed);
+    request.want_aovs = vec![Aov::Depth, Aov::ObjectId, Aov::Motion];
+    // The sheet stands still, and so does what is seen through it; but a camera that moved gives both a motion.
+    let mut before = request.camera;
+    before.world_from_view.w_axis.x += 0.25;
+    request.previous = Some(Arc::new(Pose::capture(&scene, before)));
+    let deferred = radiance_of(&mut renderer, &scene, &request);
+    let depth = floats(renderer.read_aov(Aov::Depth).unwrap());
+    let objects = ids(renderer.read_aov(Aov::ObjectId).unwrap());
+    let motion = floats(renderer.read_aov(Aov::Motion).unwrap());
+    let is_there: Vec<bool> = depth.iter().map(|depth| depth.is_finite()).collect();
+    let count = is_there.iter().filter(|there| **there).count();
+    assert!((500..2500).contains(&count), "{count} of 4,096 pixels");
+    assert!(is_there.iter().zip(&objects).all(|(there, id)| *there == (*id != 0)), "ids");
+    let moved: Vec<bool> = motion.chunks_exact(2).map(|motion| motion[0].abs() > 1.0).collect();
+    assert!(is_there == moved, "motion");
+    request.want_aovs.clear();
+    for path in [Path::Forward, Path::ForwardBatched, Path::Gouraud] {
+        let found = radiance_of(&mut renderer, &scene, &request.with(|settings| settings.render.path = path));
+        let differs = found.iter().zip(&deferred).filter(|(a, b)| (**a > 0.0) != (**b > 0.0)).count();
+        assert_eq!(differs, 0, "{path:?}");
+    }
+}
+
+#[test]
+fn a_distant_hashed_mask_keeps_its_share_of_light_from_what_lies_below() {
+    let mut builder = sieve(128.0, ShadingModel::Standard);
+    // Beside the sheet, which hides what lies straight below.
+    builder.put(primitives::plane(20.0), grey(0.5), at(Vec3::NEG_Y * 4.0));
+    let sun = Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() };
+    builder.light(sun, Vec3::ZERO, Vec3::new(1.0, -1.0, 0.0));
+    let mut scene = builder.finish();
+    // Over the middle of the shadow.
+    let camera = scene.nodes.iter().position(|node| node.camera.is_some()).unwrap();
+    scene.node_mut(manypass_scene::NodeId(camera as u32)).translation = Vec3::new(5.0, 5.0, 0.0);
+    scene.update_transforms();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let mut light = |masks, shadows| {
+        let request = request(&scene, masks).with(|settings| settings.shadows.enabled = shadows);
+        let found = radiance_of(&mut renderer, &scene, &request);
+        // Inside of the shadow.
+        let inner: Vec<f32> = (16..48).flat_map(|y| found[y * 64 + 16..y * 64 + 48].to_vec()).collect();
+        mean(&inner)
+    };
+    let lit = light(Masks::Cutoff, false);
+    let (cut, hashed) = (light(Masks::Cutoff, true) / lit, light(Masks::Hashed, true) / lit);
+    // In turn, so that a map that is kept is that of its own masks.
+    let again = light(Masks::Cutoff, true) / lit;
+    assert!(cut > 0.99 && again == cut, "of what is cut nothing is left: {cut} {again}");
+    assert!((hashed - (1.0 - SHARE)).abs() < 0.05, "{hashed}");
+}
