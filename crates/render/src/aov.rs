@@ -1,9 +1,10 @@
 //! Arbitrary output variables: what the frame knows of every pixel besides its colour. They belong to opaque and masked
-//! surfaces; blended ones are in none of them but `radiance`.
+//! surfaces; blended ones are in none of them but `radiance`, unless whatever the eye meets first is asked for.
 
 mod exports;
 mod info;
 mod pixels;
+mod settings;
 #[cfg(not(target_arch = "wasm32"))]
 mod tap;
 
@@ -11,6 +12,7 @@ pub(crate) use exports::{AovExports, AovTextures};
 pub use info::{AovInfo, PngEncoding};
 use pixels::GbufferPixels;
 pub(crate) use pixels::f32_from_half;
+pub use settings::AovSettings;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use tap::tap_picture;
 

@@ -52,6 +52,7 @@ compose! {
     shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,
     transparency: crate::transparency::TransparencySettings,
+    aov: crate::aov::AovSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
     debug: crate::passes::debug::DebugSettings,
 }

@@ -8,6 +8,7 @@ mod common;
 use common::{floats, ids, inner_pixels, plain_request, renderer};
 use glam::{DVec2, DVec3, Mat4, Quat, Vec3, Vec4};
 use manypass::{Aov, Averaging, Exposure, FrameRequest, Path, Pose, Renderer, View, WgslEffect};
+use manypass_scene::material::Mapped;
 use manypass_scene::{
     AlphaMode, Camera, Material, Mesh, MorphTarget, Node, NodeId, Primitive, Projection, Scene, ShadingModel, Skin,
     primitives,
@@ -358,4 +359,56 @@ fn a_pose_of_another_scene_does_no_harm() {
     request.previous = Some(Arc::new(Pose::capture(&flat_scene(), request.camera)));
     let motion = floats(rendered(&test.scene, &request).read_aov(Aov::Motion).unwrap());
     assert!(motion.iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn variables_show_what_is_met_first_where_that_is_asked_for() {
+    let mut scene = flat_scene();
+    let of = |alpha_mode| Material { alpha_mode, double_sided: true, ..Material::default() };
+    let transmission = Some(Mapped::new(1.0));
+    scene.materials =
+        vec![of(AlphaMode::Opaque), of(AlphaMode::Blend), Material { transmission, ..of(AlphaMode::Opaque) }];
+    let behind = add_square(&mut scene, |square| square.material = Some(0));
+    scene.node_mut(behind).translation = Vec3::NEG_Z;
+    scene.node_mut(behind).scale = Vec3::splat(3.0);
+    let pane = add_square(&mut scene, |square| {
+        square.material = Some(1);
+        // Alpha falls to 0 at three quarters, and is nothing further on the right.
+        square.colors = square.positions.iter().map(|p| [1.0, 1.0, 1.0, 0.25 - p[0]]).collect();
+    });
+    let glass = add_square(&mut scene, |square| square.material = Some(2));
+    scene.node_mut(glass).translation = Vec3::new(-1.0, 1.0, 1.0);
+    scene.update_transforms();
+    let mut radiance = Vec::new();
+    for first_surface in [false, true] {
+        let mut request = plain_request(&scene, SIZE);
+        request.settings.aov.first_surface = first_surface;
+        request.averaging = Averaging::Both;
+        request.want_aovs = vec![Aov::ObjectId, Aov::MaterialId, Aov::Depth, Aov::Normal, Aov::Radiance];
+        let mut renderer = rendered(&scene, &request);
+        let objects = ids(renderer.read_aov(Aov::ObjectId).unwrap());
+        let materials = ids(renderer.read_aov(Aov::MaterialId).unwrap());
+        let depth = floats(renderer.read_aov(Aov::Depth).unwrap());
+        let normals = floats(renderer.read_aov(Aov::Normal).unwrap());
+        radiance.push(floats(renderer.read_aov(Aov::Radiance).unwrap()));
+        let mut counts = [0; 4];
+        for at in 0..objects.len() {
+            let place = match objects[at] {
+                0 => 0,
+                id if id == behind.0 + 1 => 1,
+                id if id == pane.0 + 1 => 2,
+                id => 3 * usize::from(id == glass.0 + 1),
+            };
+            counts[place] += 1;
+            let depth_m = [f32::INFINITY, 6.0, 5.0, 4.0][place];
+            assert!(depth[at] == depth_m || (depth[at] - depth_m).abs() < 1e-3, "pixel {at}: {}", depth[at]);
+            assert_eq!(materials[at], [0, 1, 2, 3][place], "pixel {at}");
+            let normal = Vec3::from_slice(&normals[3 * at..]);
+            assert!((normal - if place == 0 { Vec3::ZERO } else { Vec3::Z }).length() < 0.01, "pixel {at}: {normal}");
+        }
+        // At 24 pixels a metre the pane is there on 0.75 m of its 1 m, less a texel of alpha below 1/255.
+        let expected = if first_surface { [428..=436, 570..=582] } else { [0..=0, 0..=0] };
+        assert!(expected[0].contains(&counts[2]) && expected[1].contains(&counts[3]), "{counts:?}");
+    }
+    assert_eq!(radiance[0], radiance[1]);
 }

@@ -68,6 +68,12 @@ impl DrawList {
         list
     }
 
+    /// All that the eye may meet first, as if it were opaque.
+    pub fn first_surfaces(&self) -> Self {
+        let opaque = [&self.opaque[..], &self.transmissive, &self.blended].concat();
+        Self { opaque, triangles: self.triangles, ..Self::default() }
+    }
+
     fn append_opaque(&mut self, index: u32, item: &Item, goes_on: bool) {
         let instances = item.instances();
         self.triangles += item.triangles();

@@ -58,6 +58,8 @@ pub struct PreparedView {
     /// Of how many samples the picture is the mean.
     pub sample_count: u32,
     pub(crate) draws: Arc<DrawList>,
+    /// Whether what is blended, or light comes through, is among its opaque surfaces, for variables.
+    pub(crate) shows_first_surface: bool,
     /// How samplers of textures filter.
     pub(crate) sampling: Sampling,
     /// Group 0 of all programs.
@@ -204,6 +206,7 @@ pub(crate) struct Viewed<'a> {
     pub sample_count: u32,
     pub uniform: ViewUniform,
     pub draws: Arc<DrawList>,
+    pub shows_first_surface: bool,
     pub sampling: Sampling,
     pub light_count: u32,
     pub cluster_grid: &'a ClusterUniform,
@@ -264,6 +267,7 @@ impl Viewed<'_> {
             goes_on: self.goes_on,
             sample_count: self.sample_count,
             draws: self.draws,
+            shows_first_surface: self.shows_first_surface,
             sampling: self.sampling,
             instances: self.instances,
             has_shadows: self.shadows.is_some(),

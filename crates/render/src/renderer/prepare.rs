@@ -211,14 +211,17 @@ impl Renderer {
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
             ViewGround::new(settings.ground.mode, map, texture, &lists.table)
         });
-        let prepare = |name: String, size: (u32, u32), uniform: ViewUniform| {
+        let shows_first_surface = settings.aov.first_surface;
+        let prepare = |name: String, size: (u32, u32), uniform: ViewUniform, is_of_variables: bool| {
+            let shows_first_surface = shows_first_surface && is_of_variables;
             let viewed = Viewed {
                 name: name.into(),
                 size,
                 goes_on: request.goes_on || request.sample_index > 0,
                 sample_count,
                 uniform,
-                draws: draws.clone(),
+                draws: if shows_first_surface { draws.first_surfaces().into() } else { draws.clone() },
+                shows_first_surface,
                 sampling: filtering.sampling,
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
@@ -235,13 +238,15 @@ impl Renderer {
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
         };
         let passes = if asked.wants_variables { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
-        let has_own_view = asked.wants_variables && size != output_size && settings.render.path == Path::Deferred;
+        let has_own_view = asked.wants_variables
+            && (size != output_size || shows_first_surface)
+            && settings.render.path == Path::Deferred;
         let previous = request.previous.as_ref().filter(|_| passes.motion && has_previous);
         let variables_uniform = uniform_at(*output_size);
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         Ok(Ready {
-            view: prepare(asked.name.clone(), *size, uniform),
-            variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform)),
+            view: prepare(asked.name.clone(), *size, uniform, false),
+            variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
             variables: Variables {
                 passes,
                 camera_step: previous.map(|previous| CameraStep {
@@ -280,6 +285,7 @@ impl Renderer {
             sample_count: 1,
             uniform: ViewUniform { sample_index: asked.request.dealing().pattern(), ..ready.view.uniform },
             draws: Arc::default(),
+            shows_first_surface: false,
             sampling: ready.view.sampling,
             light_count: 0,
             constants: asked.request.settings.transparency.masks.constants(),

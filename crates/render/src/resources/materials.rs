@@ -11,6 +11,9 @@ use glam::{Vec3, Vec4};
 use manypass_scene::{AlphaMode, Material, Sampler, Scene, ShadingModel, TextureRef};
 use std::cell::RefCell;
 
+/// The alpha from which on a blended surface is met.
+const BLENDED_ALPHA_MIN: f32 = 1.0 / 255.0;
+
 /// The uniform of `surface_material.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -276,7 +279,9 @@ impl Described {
             occlusion_strength: if is_there(3) { material.occlusion_strength } else { 0.0 },
             alpha_cutoff: match material.alpha_mode {
                 AlphaMode::Mask { cutoff } => cutoff,
-                _ => 0.0,
+                // Where variables show what is met first.
+                AlphaMode::Blend => BLENDED_ALPHA_MIN,
+                AlphaMode::Opaque => 0.0,
             },
             shading_model: match (material.shading_model, &layers) {
                 (ShadingModel::Unlit, _) => SHADING_MODEL_UNLIT,

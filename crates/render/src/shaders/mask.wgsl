@@ -62,7 +62,8 @@ fn mask_threshold(in: SurfaceVarying, bias: f32, sample_index: u32) -> f32 {
         if hashed_masks != 0u {
             let of_pixel = stratified(sample_index, seed_of_pixel(in.position_clip.xy, in.object));
             let hashed = select(hashed_threshold(in), max(of_pixel, THRESHOLD_MIN), sample_index > 0u);
-            threshold = mix(threshold, hashed, hashed_share(in, bias));
+            let share = hashed_share(in, bias) * (1.0 - material_factors.blended);
+            threshold = mix(threshold, hashed, share);
         }
     }
     return threshold;

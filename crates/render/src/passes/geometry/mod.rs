@@ -51,7 +51,9 @@ pub fn record(r: &mut Recorder<'_, '_>) -> Result<Outputs, ProgramError> {
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);
     let material = r.texture("geometry.material", MATERIAL);
-    let radiance = r.frame.world.glows.then(|| r.texture("radiance", RADIANCE));
+    // What is not opaque may glow, too.
+    let glows = r.frame.world.glows || r.view.shows_first_surface;
+    let radiance = glows.then(|| r.texture("radiance", RADIANCE));
     let mut pass = r.surfaces("geometry", "geometry");
     let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
     let outputs = Outputs {

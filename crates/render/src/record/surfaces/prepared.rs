@@ -72,11 +72,12 @@ impl Shape {
         Self { axes: tested | item.axes & DEFORMED, topology: item.topology, faces, mirrored: item.mirrored, layers: 0 }
     }
 
-    fn of(item: &Item, faces: Faces, is_reflected: bool, has_layers: bool) -> Self {
+    fn of(item: &Item, faces: Faces, is_reflected: bool, has_layers: bool, tests_alpha: bool) -> Self {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
         let layers = if has_layers { item.layers } else { 0 };
-        Self { axes: item.axes, topology: item.topology, faces, mirrored, layers }
+        let axes = item.axes | if tests_alpha { MASKED } else { 0 };
+        Self { axes, topology: item.topology, faces, mirrored, layers }
     }
 
     fn index(&self) -> usize {
@@ -146,9 +147,10 @@ impl Preparing<'_, '_> {
         let mut state = State::default();
         for draw in draws {
             let item = &world.items[draw.item as usize];
+            let is_blended = draw.item as usize >= world.opaque_count && !item.transmissive;
             let is_wanted = match which {
                 Which::All => true,
-                Which::Hiding => !item.masked && item.topology == Topology::Triangles,
+                Which::Hiding => !item.masked && !is_blended && item.topology == Topology::Triangles,
                 Which::Layered => item.layers != 0,
                 Which::Plain => item.layers == 0,
             };
@@ -158,7 +160,8 @@ impl Preparing<'_, '_> {
             let shape = if self.casts {
                 Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count)
             } else {
-                Shape::of(item, draw.faces, is_reflected, layered_program.is_some())
+                let tests_alpha = is_blended && self.view.shows_first_surface;
+                Shape::of(item, draw.faces, is_reflected, layered_program.is_some(), tests_alpha)
             };
             let (place, layers) = (shape.index(), shape.layers);
             let known = if layers == 0 { by_shape[place] } else { by_layers.get(&(place, layers)).copied() };
