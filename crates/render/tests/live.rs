@@ -137,7 +137,7 @@ fn edits() -> Vec<Edit> {
             "paints into a texture",
             |studio| match &mut studio.scene.images[0].source {
                 ImageSource::Pixels(pixels) => Arc::make_mut(pixels).data[..64].fill(200),
-                ImageSource::Encoded(_) => unreachable!(),
+                ImageSource::Encoded(_) | ImageSource::Loading(_) => unreachable!(),
             },
             4 * (64 + 16 + 4 + 1),
         ),
@@ -420,4 +420,28 @@ fn what_a_mesh_lacks_is_not_taken_from_another() {
     scene.meshes.remove(scene.node(torn).mesh.unwrap());
     renderer.load(&scene).unwrap();
     assert_eq!(renderer.warnings(), Vec::<String>::new());
+}
+
+/// Until an image is there its material is that without the texture, whose flat texel changes nothing.
+#[test]
+fn an_image_that_comes_later_is_shown_from_then_on() {
+    let scene = studio().scene;
+    let mut renderer = renderer();
+    for way in [(Path::Deferred, Ground::None), (Path::Forward, Ground::None)] {
+        let whole = picture(&mut renderer, &scene, way);
+        for (image, forget) in [
+            (0, (|material| material.base_color_texture = None) as fn(&mut Material)),
+            (1, |m| m.normal_texture = None),
+        ] {
+            let (mut waiting, mut without) = (scene.clone(), scene.clone());
+            waiting.images[image].source = ImageSource::Loading("later.png".into());
+            without.materials.iter_mut().for_each(forget);
+            let found = picture(&mut renderer, &waiting, way);
+            assert!(found == picture(&mut renderer, &without, way) && found != whole, "{way:?} without image {image}");
+            renderer.render(&waiting, &request(&waiting, way)).unwrap();
+            assert!(renderer.warnings().is_empty(), "{:?}", renderer.warnings());
+            waiting.images[image].source = scene.images[image].source.clone();
+            assert!(picture(&mut renderer, &waiting, way) == whole, "{way:?} with image {image}");
+        }
+    }
 }

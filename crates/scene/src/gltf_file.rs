@@ -10,6 +10,7 @@ mod draco;
 pub(crate) mod geometry;
 mod instances;
 mod json;
+mod levels;
 mod material;
 mod mesh;
 mod meshopt;
@@ -51,6 +52,7 @@ pub const SUPPORTED_EXTENSIONS: [&str; 25] = [
     "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
+    "MSFT_lod",
 ];
 
 /// The most extensions of a file that are named; there are not as many.
@@ -279,7 +281,9 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
 
     let mut images = material::read_images(&mut document, resolve)?;
     let textures = material::read_textures(&mut document, &mut images)?;
-    let materials = material::read_materials(&mut document, &textures, &images)?;
+    let mut materials = material::read_materials(&mut document, &textures, &images)?;
+    let levels = levels::of_materials(&mut document, materials.len())?;
+    materials.iter_mut().zip(levels).for_each(|(material, levels)| material.levels = levels);
     document.variants = read_variants(&document.root)?;
     let meshes = mesh::read_meshes(&mut document, &materials)?;
     let mut scene = Scene { images: images.images, textures, materials, meshes, ..Scene::default() };
@@ -289,6 +293,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;
+    levels::of_nodes(&mut document, &mut scene)?;
     node::read_skins(&mut document, &mut scene)?;
     animation::read_animations(&mut document, &mut scene)?;
     instances::place(&mut document, &mut scene)?;

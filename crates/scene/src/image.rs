@@ -14,6 +14,9 @@ pub enum ImageSource {
     Encoded(Arc<[u8]>),
     /// Texels made by code.
     Pixels(Arc<Pixels>),
+    /// The file at a decoded URI, whose bytes are on their way: until they are there, materials are drawn as without the texture.
+    /// [`crate::Scene::give_image`] puts them here.
+    Loading(Arc<str>),
 }
 
 /// The layout of decoded texels.
@@ -174,6 +177,7 @@ impl Image {
                 ktx2::dimensions(bytes).map_err(|message| self.error(message))?
             }
             ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
+            ImageSource::Loading(_) => return Err(self.error("it is still on its way")),
         };
         if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIZE_TEXELS {
             return Err(self.error(format!("it has {width} by {height} texels")));
@@ -196,6 +200,7 @@ impl Image {
         let bytes = match &self.source {
             ImageSource::Pixels(pixels) => return Ok(Pixels::clone(pixels)),
             ImageSource::Encoded(bytes) => bytes,
+            ImageSource::Loading(_) => return Err(self.error("it is still on its way")),
         };
         let (width, height) = self.dimensions()?;
         if u64::from(width) * u64::from(height) * 4 > MAX_DECODE_BYTES {

@@ -4,6 +4,7 @@ mod layers;
 
 pub use layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Mapped, Sheen, Specular, Volume};
 
+use crate::Levels;
 use glam::{Mat3, Vec2, Vec3, Vec4};
 
 /// The placement of a texture on its UV set (`KHR_texture_transform`).
@@ -125,6 +126,8 @@ pub struct Material {
     pub volume: Option<Volume>,
     /// How far colours are refracted apart: 20 divided by the Abbe number (`KHR_materials_dispersion`).
     pub dispersion: f32,
+    /// What takes its place where a surface is seen small: indices into [`crate::Scene::materials`].
+    pub levels: Option<Levels<usize>>,
 }
 
 impl Default for Material {
@@ -156,6 +159,7 @@ impl Default for Material {
             diffuse_transmission: None,
             volume: None,
             dispersion: 0.0,
+            levels: None,
         }
     }
 }

@@ -25,6 +25,16 @@ pub struct MorphTarget {
     pub tangents: Vec<[f32; 3]>,
 }
 
+/// Other triangles between the vertices of a primitive, which show it where it is seen small.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PrimitiveLevel {
+    /// Indices into the vertices of the primitive, three a triangle.
+    pub indices: Vec<u32>,
+    /// How far it is from the primitive, in metres of object space: of its shape, and of what normals and textures show as much
+    /// as a shift by so much would. A mean over what is near; single triangles may be twice as far.
+    pub error_m: f32,
+}
+
 /// One draw: vertices, indices and a material. Every attribute is empty or as long as `positions`, and every index
 /// is below that length; [`crate::gltf_file`] guarantees both.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,6 +65,8 @@ pub struct Primitive {
     pub variant_materials: Vec<(usize, usize)>,
     /// Morph targets.
     pub morph_targets: Vec<MorphTarget>,
+    /// Coarser forms of it, finer ones first; [`crate::Scene::simplify`] makes them.
+    pub levels: Vec<PrimitiveLevel>,
     /// The box around `positions`, before morphing and skinning.
     pub bounds: Aabb,
 }

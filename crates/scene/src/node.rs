@@ -1,7 +1,7 @@
 //! The arena of nodes.
 
 use crate::environment::EnvironmentMap;
-use crate::{Aabb, Animation, Camera, Image, Light, Material, Mesh, SceneRoots, Skin, Texture};
+use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
 use std::sync::{Arc, Weak};
 
@@ -40,6 +40,9 @@ pub struct Node {
     pub is_visible: bool,
     /// Whether its mesh keeps light from what lies behind it; not inherited.
     pub casts_shadow: bool,
+    /// What takes the place of this node, and of all below it, where it is seen small. Those nodes have the same parent, but are none
+    /// of its children, so that [`Scene::visible_nodes`] knows the finest alone; those within a level have none themselves.
+    pub levels: Option<Levels<NodeId>>,
     /// `world_from_object`, as of the last [`Scene::update_transforms`].
     pub world_from_object: Mat4,
     /// A box in world space around the node's mesh, posed by skin and morph targets, as of the last
@@ -87,6 +90,7 @@ impl Default for Node {
             morph_weights: Vec::new(),
             is_visible: true,
             casts_shadow: true,
+            levels: None,
             world_from_object: Mat4::IDENTITY,
             bounds_world: Aabb::EMPTY,
             placed: Placed::default(),
@@ -224,12 +228,7 @@ impl Scene {
 
     /// Every node reachable from the roots that is not hidden, nor any above it, parents before children.
     pub fn visible_nodes(&self) -> Vec<NodeId> {
-        self.reach(|node| node.is_visible)
-    }
-
-    /// Every node reachable from the roots through nodes that `are_passed`, parents before children.
-    fn reach(&self, are_passed: impl Fn(&Node) -> bool) -> Vec<NodeId> {
-        let is_passed = |id: &&NodeId| are_passed(self.node(**id));
+        let is_passed = |id: &&NodeId| self.node(**id).is_visible;
         let mut order: Vec<NodeId> = self.roots.iter().filter(is_passed).copied().collect();
         let mut next = 0;
         while next < order.len() {
@@ -239,11 +238,24 @@ impl Scene {
         order
     }
 
+    /// Every node reachable from the roots, hidden ones and coarser levels too, parents before children.
+    fn reachable_nodes(&self) -> Vec<NodeId> {
+        let mut order = self.roots.clone();
+        let mut next = 0;
+        while next < order.len() {
+            let node = self.node(order[next]);
+            order.extend(&node.children);
+            order.extend(node.levels.iter().flat_map(|levels| &levels.coarser));
+            next += 1;
+        }
+        order
+    }
+
     /// Brings `world_from_object` and `bounds_world` of the nodes below the roots up to date, hidden ones too, where anything
     /// has changed since the last time: the node itself, one above it, its mesh, a joint of its skin or a morph weight.
     /// Gives the number of nodes whose transform was computed anew.
     pub fn update_transforms(&mut self) -> usize {
-        let order = self.reach(|_| true);
+        let order = self.reachable_nodes();
         let mut has_moved = vec![false; self.nodes.len()];
         for id in &order {
             let node = self.node(*id);

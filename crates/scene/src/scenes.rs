@@ -1,6 +1,6 @@
 //! The scenes of a file, of which one is shown.
 
-use crate::{NodeId, Scene};
+use crate::{Levels, NodeId, Scene};
 
 /// The most primitives, counted once for every node that shows them, that a scene may draw: a million. A few bytes of
 /// JSON can ask for the product of two long lists.
@@ -66,14 +66,21 @@ impl Scene {
         self.drawn_primitives() > 0
     }
 
-    /// How many primitives are drawn, each counted once for every node that shows it.
+    /// How many primitives are drawn, each counted once for every node that shows it, at any level.
     pub(crate) fn drawn_primitives(&self) -> usize {
+        let forms = |material: Option<usize>| {
+            let levels = material.and_then(|material| self.materials.get(material)?.levels.as_ref());
+            levels.map_or(1, Levels::count)
+        };
         let drawn_by: Vec<usize> = self
             .meshes
             .iter()
-            .map(|mesh| mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty()).count())
+            .map(|mesh| {
+                let drawn = mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty());
+                drawn.map(|primitive| forms(primitive.material)).sum()
+            })
             .collect();
-        let nodes = self.visible_nodes().into_iter().map(|id| self.node(id));
+        let nodes = self.visible_levels().into_iter().map(|(id, _)| self.node(id));
         nodes.filter_map(|node| drawn_by.get(node.mesh?)).fold(0, |sum, &count| sum.saturating_add(count))
     }
 }

@@ -139,6 +139,7 @@ pub(super) fn address_of(image: &manypass_scene::Image) -> Address {
     match &image.source {
         Source::Encoded(bytes) => Arc::as_ptr(bytes).cast::<u8>() as Address,
         Source::Pixels(pixels) => Arc::as_ptr(pixels) as Address,
+        Source::Loading(_) => 0,
     }
 }
 
@@ -148,12 +149,16 @@ fn texels_of(scene: &Scene, image: usize) -> Option<(Address, Texels)> {
     let texels = match &image.source {
         Source::Encoded(bytes) => Texels::Encoded { _held: Arc::downgrade(bytes) },
         Source::Pixels(pixels) => Texels::Pixels { _held: Arc::downgrade(pixels) },
+        Source::Loading(_) => return None,
     };
     Some((address_of(image), texels))
 }
 
 fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
-    let address = |image: usize| scene.images.get(image).map(address_of);
+    use manypass_scene::image::ImageSource::Loading;
+    // What is still on its way makes no texture: materials do without it.
+    let is_there = |image: &&manypass_scene::Image| !matches!(image.source, Loading(_));
+    let address = |image: usize| scene.images.get(image).filter(is_there).map(address_of);
     Some(match source {
         ImageSource::Layers { is_srgb, .. } => {
             let images = source.images(scene).into_iter().map(address).collect::<Option<_>>()?;

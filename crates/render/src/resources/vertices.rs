@@ -143,6 +143,7 @@ fn gathered(primitive: &Primitive) -> Primitive {
         indices: Vec::new(),
         morph_targets: morph_targets.collect(),
         variant_materials: primitive.variant_materials.clone(),
+        levels: Vec::new(),
         ..*primitive
     }
 }

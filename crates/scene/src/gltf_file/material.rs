@@ -2,11 +2,11 @@
 
 mod layers;
 
-use super::container::{Resolve, fetch};
+use super::container::{Resolve, decoded_uri, fetch};
 use super::{Document, LoadError, json::Json};
 use crate::{
-    AlphaMode, Image, ImageSource, Material, PixelFormat, Pixels, Sampler, ShadingModel, Texture, TextureRef,
-    TextureTransform, Wrap,
+    AlphaMode, Image, ImageSource, Material, ON_ITS_WAY, PixelFormat, Pixels, Sampler, ShadingModel, Texture,
+    TextureRef, TextureTransform, Wrap,
 };
 use glam::{Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -52,7 +52,13 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
             uri.clone_into(&mut name);
         }
         let bytes = match (uri, view) {
-            (Some(uri), None) => fetch(uri, resolve),
+            (Some(uri), None) => match fetch(uri, resolve) {
+                Err(message) if message == ON_ITS_WAY => {
+                    images.push(name, Some(ImageSource::Loading(decoded_uri(uri).unwrap_or_default().into())));
+                    continue;
+                }
+                fetched => fetched,
+            },
             (None, Some(view)) => {
                 let bytes = document.view_bytes(view, &json.at("bufferView"));
                 bytes.map(|(bytes, _)| bytes.to_vec()).map_err(LoadError::into_message)

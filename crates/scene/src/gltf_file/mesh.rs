@@ -84,7 +84,11 @@ fn complete(
         geometry::add_flat_normals(primitive);
     }
     let all = primitive.material.into_iter().chain(primitive.variant_materials.iter().map(|(_, material)| *material));
-    if let Some(uv_set) = all.filter_map(|material| tangent_uv_set(materials.get(material)?)).next()
+    let with_levels = all.flat_map(|material| {
+        let coarser = materials.get(material).and_then(|material| material.levels.as_ref());
+        std::iter::once(material).chain(coarser.into_iter().flat_map(|levels| levels.coarser.iter().copied()))
+    });
+    if let Some(uv_set) = with_levels.filter_map(|material| tangent_uv_set(materials.get(material)?)).next()
         && primitive.tangents.is_empty()
     {
         document.spend(unwelded_bytes, &json.pointer)?;
