@@ -51,7 +51,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         None => settings,
         stage => chosen.settings(bare(), stage.as_ref(), &mut effect_files)?,
     };
-    warnings.extend(Surroundings::default().surround(&mut scene, &settings)?);
+    warnings.extend(Surroundings::default().prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();
@@ -112,6 +112,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "light_draws": stats.light_draws,
         "written_bytes": stats.written_bytes,
         "triangles": stats.triangles,
+        "levels": stats.levels,
         "culling_ms": first.culling_ms,
         "list_entries": stats.list_entries,
         "light_lists_made": stats.light_lists_made,

@@ -32,7 +32,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
         stage => chosen.settings(Settings::default(), stage.as_ref(), &mut files)?,
     };
     job::check_aovs(!aovs.is_empty(), &settings)?;
-    warnings.extend(Surroundings::default().surround(&mut scene, &settings)?);
+    warnings.extend(Surroundings::default().prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
     scene.variant = looks::variant(&scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);

@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 const CAMERA_SIZE_PX: (u32, u32) = (1280, 720);
 
 /// What `info` says, in the order in which people read it.
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 20] = [
     "input",
     "extensions",
     "scenes",
@@ -27,6 +27,7 @@ const KEYS: [&str; 19] = [
     "primitives",
     "triangles",
     "triangles_drawn",
+    "levels",
     "bounds_m",
     "materials",
     "textures",
@@ -119,6 +120,7 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
         "primitives": scene.meshes.iter().map(|mesh| mesh.primitives.len()).sum::<usize>(),
         "triangles": (0..scene.meshes.len()).map(of_mesh).sum::<u64>(),
         "triangles_drawn": drawn,
+        "levels": manifest::levels(scene),
         "materials": manifest::materials(scene),
         "textures": scene.textures.len(),
         "images": images,
@@ -170,6 +172,15 @@ fn shortened(key: &str, value: &Value) -> Value {
         })
         .unwrap_or_default(),
         "nodes" => value.as_array().map_or(0, Vec::len).into(),
+        "levels" => list(&|levels| {
+            format!(
+                "{}: {} coarser",
+                levels["name"].as_str().unwrap_or_default(),
+                levels["coarser"].as_array().map_or(0, Vec::len)
+            )
+            .into()
+        })
+        .unwrap_or_default(),
         "materials" => list(&|material| match material["layers"].as_array() {
             Some(layers) if !layers.is_empty() => {
                 let name = material["name"].as_str().filter(|name| !name.is_empty()).unwrap_or("(no name)");

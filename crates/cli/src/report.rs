@@ -198,6 +198,7 @@ impl Report {
             "light_draws": stats.light_draws,
             "written_bytes": stats.written_bytes,
             "triangles": stats.triangles,
+            "levels": stats.levels,
             "lights": stats.lights,
             "list_entries": stats.list_entries,
             "light_lists_made": stats.light_lists_made,

@@ -1,4 +1,4 @@
-//! The picture of the light around a scene that settings name.
+//! What settings add to a scene before it is drawn: the picture of the light around it, and coarser levels of its meshes.
 
 use crate::failure::{Failure, Kind};
 use manypass::{Environment, Settings};
@@ -20,11 +20,20 @@ pub fn file(settings: &Settings) -> Option<&Path> {
 }
 
 impl Surroundings {
-    /// Gives `scene` the picture that `settings` name, if they name one. Says what was changed of it.
+    /// Gives `scene` the picture that `settings` name, if they name one, and coarser levels of meshes where they ask for some. Says
+    /// what was changed, and what could not be done.
     ///
     /// # Errors
-    /// None is named where one is wanted, or it cannot be read.
-    pub fn surround(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
+    /// No picture is named where one is wanted, or it cannot be read.
+    pub fn prepare(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
+        let mut notes = self.surround(scene, settings)?;
+        if settings.lod.simplify {
+            notes.extend(scene.simplify());
+        }
+        Ok(notes)
+    }
+
+    fn surround(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
         let Some(path) = file(settings) else {
             if settings.environment.source == Environment::File && scene.environment.is_none() {
                 let hint = "write --environment FILE.hdr, or --set environment.file=FILE.hdr";

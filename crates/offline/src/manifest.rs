@@ -1,6 +1,6 @@
 //! The names behind ids: what `object_id` and `material_id` hold is an index plus 1.
 
-use manypass_scene::Scene;
+use manypass_scene::{Levels, NodeId, Scene};
 use serde_json::{Map, Value, json};
 
 /// The nodes of a scene by index: `{index, name, mesh, parent}`.
@@ -13,6 +13,35 @@ pub fn nodes(scene: &Scene) -> Vec<Value> {
 pub fn materials(scene: &Scene) -> Vec<Value> {
     let material = |(index, material): (usize, &manypass_scene::Material)| json!({ "index": index, "name": material.name, "layers": manypass::layer_names(material) });
     scene.materials.iter().enumerate().map(material).collect()
+}
+
+/// What has levels of detail: `{node or material, name, end_coverage, coarser}`, an index, the share of the picture's area down to
+/// which it is shown itself, and of each coarser level the index, the name and its own such share.
+pub fn levels(scene: &Scene) -> Vec<Value> {
+    fn described<T>(levels: &Levels<T>, named: impl Fn(&T) -> (usize, String)) -> Vec<Value> {
+        let coarser = levels.coarser.iter().zip(1..).map(|(coarser, level)| {
+            let (index, name) = named(coarser);
+            json!({ "index": index, "name": name, "end_coverage": levels.end_coverage(level) })
+        });
+        coarser.collect()
+    }
+    let of_node = |(index, node): (usize, &manypass_scene::Node)| {
+        let levels = node.levels.as_ref()?;
+        let named = |id: &NodeId| (id.0 as usize, scene.node(*id).name.clone());
+        let coarser = described(levels, named);
+        Some(json!({ "node": index, "name": node.name, "end_coverage": levels.end_coverage(0), "coarser": coarser }))
+    };
+    let of_material = |(index, material): (usize, &manypass_scene::Material)| {
+        let levels = material.levels.as_ref()?;
+        let name =
+            |index: &usize| scene.materials.get(*index).map(|material| material.name.clone()).unwrap_or_default();
+        let coarser = described(levels, |index| (*index, name(index)));
+        Some(
+            json!({ "material": index, "name": material.name, "end_coverage": levels.end_coverage(0), "coarser": coarser }),
+        )
+    };
+    let nodes = scene.nodes.iter().enumerate().filter_map(of_node);
+    nodes.chain(scene.materials.iter().enumerate().filter_map(of_material)).collect()
 }
 
 /// Those of [`materials`] that have layers.

@@ -87,6 +87,12 @@ shared_constants! {
     /// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of points
     /// and lines).
     WITHOUT_NORMALS: u32 = 0x8000_0000;
+    /// Of what fades into another level of detail, object ids are below 2 to the power of this; above them stands how far.
+    FADE_SHIFT: u32 = 23;
+    /// In so many steps.
+    FADE_STEPS: u32 = 64;
+    /// Set above the steps of the level that fades in.
+    FADE_COARSER: u32 = 64;
 
     /// Above this, rgba16float overflows on some drivers into infinity and from there into a NaN.
     HALF_FLOAT_MAX: f32 = 65000.0;

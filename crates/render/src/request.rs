@@ -6,6 +6,7 @@ use crate::environment::Environment;
 use crate::exposure::Exposure;
 use crate::exposure::Metering;
 use crate::gpu::GpuError;
+use crate::levels::LevelCount;
 use crate::pose::Pose;
 use crate::record::LegendEntry;
 use crate::settings::Settings;
@@ -270,6 +271,8 @@ pub struct FrameStats {
     pub written_bytes: u64,
     /// Triangles of all draws.
     pub triangles: u64,
+    /// What of them is of each level of detail, of all that has levels; those of the finest first.
+    pub levels: Vec<LevelCount>,
     /// Lights of the scene; that of an environment is none of them.
     pub lights: u32,
     /// Entries of all lists of lights.

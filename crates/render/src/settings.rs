@@ -48,6 +48,7 @@ compose! {
     exposure: crate::exposure::ExposureSettings,
     fog: crate::fog::FogSettings,
     lights: crate::lights::LightSettings,
+    lod: crate::levels::LodSettings,
     clusters: crate::lights::ClusterSettings,
     shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,

@@ -70,7 +70,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         let Opened { mut scene, mut warnings, stage } = input.load()?;
         let settings = chosen.settings(Settings::default(), stage.as_ref(), &mut files)?;
         job::check_aovs(true, &settings)?;
-        warnings.extend(surroundings.surround(&mut scene, &settings)?);
+        warnings.extend(surroundings.prepare(&mut scene, &settings)?);
         scenes::show(&mut scene, frame.scene.as_deref(), &mut warnings)?;
         scene.variant = looks::variant(&scene, frame.variant.as_deref())?;
         let name = input.name();

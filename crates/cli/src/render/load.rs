@@ -45,7 +45,7 @@ impl Batch<'_> {
         self.renderer.unload();
         let Opened { mut scene, mut warnings, stage } = ReadAhead::take(&mut self.ahead, &item.input)?;
         self.settings = self.settings_of(stage.as_ref())?;
-        warnings.extend(self.surroundings.surround(&mut scene, &self.settings)?);
+        warnings.extend(self.surroundings.prepare(&mut scene, &self.settings)?);
         interrupt::check()?;
         check_ids(self.job, &scene)?;
         let files = self

@@ -1,7 +1,10 @@
 //! What one view draws: those of the world's items that it may show.
 
 use super::Faces;
+use super::leveled::{Form, Shown};
 use super::world::{BLOCK_ITEMS, Item, WorldDraws};
+use crate::levels::{Chooser, LevelCount};
+use crate::resources::Instance;
 use crate::view::ViewUniform;
 use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
@@ -16,6 +19,10 @@ const HIDDEN_ELEMENTS_MAX: u64 = 1536;
 pub(crate) struct Draw {
     /// Index of an item: what is drawn, and with which material.
     pub item: u32,
+    /// In which form.
+    pub form: Form,
+    /// Whether it draws the pixels alone that its instance says, because two levels fade into each other.
+    pub fades: bool,
     /// Which sides of its triangles.
     pub faces: Faces,
     /// Which of the world's instances; of points, one for every corner of a disc.
@@ -33,11 +40,22 @@ pub(crate) struct DrawList {
     pub blended: Vec<Draw>,
     /// Triangles of all draws.
     pub triangles: u64,
+    /// What of them is of each level, of all that has levels.
+    pub levels: Vec<LevelCount>,
+    /// The instances of what fades, which this view alone has: they follow those of the world.
+    fading: Vec<Instance>,
 }
 
 impl DrawList {
-    /// Everything of `world` that `view` may show.
-    pub fn new(world: &WorldDraws, view: &ViewUniform) -> Self {
+    /// Everything of `world` that `view` may show, at the levels that are chosen. What fades has instances of its own, which are
+    /// added to the world's.
+    pub fn new(world: &mut WorldDraws, view: &ViewUniform, chooser: &Chooser) -> Self {
+        let mut list = Self::of(world, view, chooser);
+        world.instances.append(&mut list.fading);
+        list
+    }
+
+    fn of(world: &WorldDraws, view: &ViewUniform, chooser: &Chooser) -> Self {
         let frustum = Frustum::new(&view.clip_from_world);
         let mut list = Self::default();
         let (opaque, blended) = world.items.split_at(world.opaque_count);
@@ -52,8 +70,26 @@ impl DrawList {
                 if sight == Sight::Part && frustum.excludes(item) {
                     continue;
                 }
-                list.append_opaque((block * BLOCK_ITEMS + index) as u32, item, last_group == Some(item.group));
-                last_group = Some(item.group);
+                let index = (block * BLOCK_ITEMS + index) as u32;
+                if !world.is_chosen(item, chooser) {
+                    list.append_opaque((index, Form::default()), world, last_group == Some(item.group));
+                    last_group = Some(item.group);
+                    continue;
+                }
+                match world.shown(item, chooser) {
+                    Shown::Nothing => last_group = None,
+                    Shown::One(form) => {
+                        let is_alike = list.opaque.last().is_some_and(|last| last.form == form);
+                        list.append_opaque((index, form), world, is_alike && last_group == Some(item.group));
+                        last_group = Some(item.group);
+                    }
+                    Shown::Two(parts) => {
+                        let draws = parts.into_iter().flatten();
+                        let draws: Vec<Draw> = draws.map(|part| list.fading_draw(index, world, part)).collect();
+                        list.opaque.extend(draws);
+                        last_group = None;
+                    }
+                }
             }
         }
         let distance_m = |item: &Item| -view.view_from_world.transform_point3(item.center).z;
@@ -64,7 +100,23 @@ impl DrawList {
             .map(|(index, item)| (distance_m(item), (world.opaque_count + index) as u32))
             .collect();
         visible.sort_by(|a, b| b.0.total_cmp(&a.0));
-        visible.iter().for_each(|(_, index)| list.append_blended(*index, &world.items[*index as usize]));
+        for (_, index) in visible {
+            let item = &world.items[index as usize];
+            match world.shown(item, chooser) {
+                Shown::Nothing => {}
+                Shown::One(form) => {
+                    list.count(item, form.level, world);
+                    let instances = item.instances();
+                    list.append_blended(item, Draw { item: index, form, fades: false, faces: item.faces, instances });
+                }
+                Shown::Two(parts) => {
+                    for part in parts.into_iter().flatten() {
+                        let draw = list.fading_draw(index, world, part);
+                        list.append_blended(item, draw);
+                    }
+                }
+            }
+        }
         list
     }
 
@@ -74,23 +126,44 @@ impl DrawList {
         Self { opaque, triangles: self.triangles, ..Self::default() }
     }
 
-    fn append_opaque(&mut self, index: u32, item: &Item, goes_on: bool) {
-        let instances = item.instances();
-        self.triangles += item.triangles();
+    /// A draw of what fades, with an instance of its own.
+    fn fading_draw(&mut self, index: u32, world: &WorldDraws, (form, instance): (Form, Instance)) -> Draw {
+        let item = &world.items[index as usize];
+        self.count(item, form.level, world);
+        let at = (world.instances.len() + self.fading.len()) as u32;
+        self.fading.push(instance);
+        Draw { item: index, form, fades: true, faces: item.faces, instances: at..at + 1 }
+    }
+
+    /// Counts what is drawn.
+    fn count(&mut self, item: &Item, level: u32, world: &WorldDraws) {
+        let triangles = world.triangles(item, level);
+        self.triangles += triangles;
+        if item.has_levels() {
+            let at = (level + item.own_level()) as usize;
+            self.levels.resize(self.levels.len().max(at + 1), LevelCount::default());
+            self.levels[at].primitives += 1;
+            self.levels[at].triangles += triangles;
+        }
+    }
+
+    fn append_opaque(&mut self, (index, form): (u32, Form), world: &WorldDraws, goes_on: bool) {
+        let item = &world.items[index as usize];
+        let (instances, level) = (item.instances(), form.level);
+        self.count(item, level, world);
         if let Some(last) = self.opaque.last_mut().filter(|_| goes_on && item.topology != Topology::Points) {
             let between = u64::from(instances.start - last.instances.end);
-            if between * item.elements.len() as u64 <= HIDDEN_ELEMENTS_MAX {
-                self.triangles += between * item.triangles();
+            let elements = world.elements(item, level).0.len() as u64;
+            if between * elements <= HIDDEN_ELEMENTS_MAX {
+                self.triangles += between * world.triangles(item, level);
                 last.instances.end = instances.end;
                 return;
             }
         }
-        self.opaque.push(Draw { item: index, faces: item.faces, instances });
+        self.opaque.push(Draw { item: index, form, fades: false, faces: item.faces, instances });
     }
 
-    fn append_blended(&mut self, index: u32, item: &Item) {
-        self.triangles += item.triangles();
-        let draw = Draw { item: index, faces: item.faces, instances: item.instances() };
+    fn append_blended(&mut self, item: &Item, draw: Draw) {
         if item.transmissive {
             self.transmissive.push(draw);
             return;

@@ -1,10 +1,12 @@
 //! What a frame draws: the world's instances once, and for every view which of them it may show.
 
 mod deformation;
+mod leveled;
 mod list;
 mod world;
 
 pub(crate) use deformation::Deformation;
+pub(crate) use leveled::Form;
 pub(crate) use list::{Draw, DrawList};
 pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 
@@ -16,6 +18,8 @@ pub(crate) type Axes = u32;
 
 /// The axis of materials that are textured.
 pub(crate) const TEXTURED: Axes = 1;
+/// The axis of materials with a normal map.
+pub(crate) const NORMAL_MAP: Axes = 1 << 2;
 /// The axis of materials that drop fragments.
 pub(crate) const MASKED: Axes = 1 << 3;
 /// The axis of surfaces that skins or morph targets move.

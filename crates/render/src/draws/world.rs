@@ -1,8 +1,10 @@
 //! The instances of a frame: every primitive of every visible node, posed once, in the order in which they are drawn.
 
 use super::deformation::{Deformation, Joints};
+use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
 use super::{Axes, Faces};
 use crate::constants::{LAYER_TRANSMISSION, WITHOUT_NORMALS};
+use crate::levels::Group;
 use crate::lights::ObjectBounds;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
 use bytemuck::Zeroable;
@@ -58,17 +60,14 @@ pub(crate) struct Item {
     pub glows: bool,
     /// What tells its distance, in world space.
     pub center: Vec3,
+    /// Its levels of detail, and those that it is one of.
+    pub levels: ItemLevels,
 }
 
 impl Item {
     /// Its instances.
     pub fn instances(&self) -> Range<u32> {
         self.instance..self.instance + if self.topology == Topology::Points { DISC_CORNERS } else { 1 }
-    }
-
-    /// Triangles of one instance.
-    pub fn triangles(&self) -> u64 {
-        if self.topology == Topology::Triangles { self.elements.len() as u64 / 3 } else { 0 }
     }
 }
 
@@ -108,6 +107,10 @@ pub(crate) struct WorldDraws {
     pub bounds_world: Aabb,
     /// Whether any of those that do not blend glows, in view or not, so that a camera that moves changes no pass.
     pub glows: bool,
+    /// Coarser forms of items.
+    pub mesh_levels: MeshLevels,
+    /// What has levels of a file.
+    pub groups: Vec<Group>,
     posed: Vec<Posed>,
     /// Of all that is posed, for this frame and for the one that `order` is of.
     keys: [Vec<Key>; 2],
@@ -146,17 +149,22 @@ impl WorldDraws {
         self.deformation.joint_rows.clear();
         self.deformation.morph_weights.clear();
         self.keys[0].clear();
+        self.mesh_levels.clear();
+        self.groups.clear();
         self.bounds_world = Aabb::EMPTY;
-        for id in scene.visible_nodes() {
+        let mut groups = NodeGroups::default();
+        for (id, of) in scene.visible_levels() {
             let node = scene.node(id);
             self.bounds_world = self.bounds_world.union(&node.bounds_world);
             if node.light.is_some() {
                 self.lit.push(id);
             }
+            let level = of.map(|of| groups.add(scene, of, &node.bounds_world, &mut self.groups));
             if let Some(mesh) = node.mesh {
-                self.collect(scene, resources, id, mesh);
+                self.collect(scene, resources, (id, level), mesh);
             }
         }
+        groups.close(&mut self.groups);
         let [keys, sorted_keys] = &mut self.keys;
         if keys != sorted_keys {
             self.order = (0..keys.len() as u32).collect();
@@ -207,7 +215,13 @@ impl WorldDraws {
         }
     }
 
-    fn collect(&mut self, scene: &Scene, resources: &SceneResources, id: NodeId, mesh: usize) {
+    fn collect(
+        &mut self,
+        scene: &Scene,
+        resources: &SceneResources,
+        (id, node_level): (NodeId, Option<LevelTag>),
+        mesh: usize,
+    ) {
         let node = scene.node(id);
         let primitives = resources.geometry.primitives(mesh);
         let mut of_node = Deformed::default();
@@ -224,23 +238,52 @@ impl WorldDraws {
                 joints: of_node.joints.filter(|_| primitive.skin.is_some()),
                 first_weight: of_node.first_weight.filter(|_| primitive.morph_count > 0),
             };
-            let is_deformed = deformed.joints.is_some() || deformed.first_weight.is_some();
-            if !is_deformed && primitive.bounds.is_empty() {
+            if deformed.joints.is_none() && deformed.first_weight.is_none() && primitive.bounds.is_empty() {
                 continue;
             }
-            let material = resources.materials.index(primitive.material_in(scene.variant));
-            let properties = resources.materials.get(material);
-            let drawn = Drawn { node, primitive, properties, deformed };
-            let item = Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, ..drawn.item() };
-            self.keys[0].push(if properties.blended || item.transmissive {
-                (BLENDED, self.posed.len() as u64)
-            } else {
-                let program = u64::from(program_key(properties, is_deformed));
-                let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(item.mirrored);
-                (program << 32 | material as u64, mesh)
+            let own = primitive.material_in(scene.variant);
+            let mesh_levels = self.mesh_levels.append(primitive, node, deformed.joints.is_some());
+            let levels = ItemLevels { of_mesh: mesh_levels, of_node: node_level, of_material: None };
+            let place = (mesh, index);
+            let coarser = own.and_then(|own| scene.materials.get(own)).and_then(|material| material.levels.as_ref());
+            let Some(coarser) = coarser else {
+                let material = resources.materials.index(own);
+                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed };
+                self.push(drawn, (id, place, material), levels);
+                continue;
+            };
+            // The same surface once for each of its materials, of which views show one.
+            let group = self.groups.len() as u32;
+            let all = std::iter::once(own).chain(coarser.coarser.iter().copied().map(Some)).enumerate();
+            let bounds = all.fold(Aabb::EMPTY, |_, (level, material)| {
+                let material = resources.materials.index(material);
+                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed };
+                let of_material = Some(LevelTag { group, level: level as u32 });
+                self.push(drawn, (id, place, material), ItemLevels { of_material, ..levels.clone() })
             });
-            self.posed.push(Posed { item, instance: drawn.instance(id) });
+            self.groups.push(group_of(&bounds, coarser));
         }
+    }
+
+    /// Adds an item; gives the box around it.
+    fn push(
+        &mut self,
+        drawn: Drawn<'_>,
+        (id, (mesh, index), material): (NodeId, (usize, usize), usize),
+        levels: ItemLevels,
+    ) -> Aabb {
+        let item =
+            Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, levels, ..drawn.item() };
+        self.keys[0].push(if drawn.properties.blended || item.transmissive {
+            (BLENDED, self.posed.len() as u64)
+        } else {
+            let program = u64::from(program_key(drawn.properties, drawn.is_deformed()));
+            let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(item.mirrored);
+            (program << 32 | material as u64, mesh)
+        });
+        let bounds = item.bounds_world;
+        self.posed.push(Posed { item, instance: drawn.instance(id) });
+        bounds
     }
 }
 
@@ -258,6 +301,10 @@ struct Drawn<'d> {
 }
 
 impl Drawn<'_> {
+    fn is_deformed(&self) -> bool {
+        self.deformed.joints.is_some() || self.deformed.first_weight.is_some()
+    }
+
     fn instance(&self, id: NodeId) -> Instance {
         let (primitive, matrix) = (self.primitive, &self.node.world_from_object);
         let without_normals = if primitive.without_normals { WITHOUT_NORMALS } else { 0 };
@@ -312,11 +359,12 @@ impl Drawn<'_> {
             glows: properties.emits || properties.unlit || primitive.without_normals,
             extent,
             center,
+            levels: ItemLevels::default(),
         }
     }
 
     fn extent(&self) -> Option<Extent> {
-        if self.deformed.joints.is_some() || self.deformed.first_weight.is_some() {
+        if self.is_deformed() {
             return None;
         }
         let bounds = &self.primitive.bounds;

@@ -124,7 +124,10 @@ impl PreparedView {
 
     /// The lists of the objects that are drawn.
     fn lists_of<'w>(&'w self, draw: &Draw, world: &'w WorldDraws) -> impl Iterator<Item = ListRecord> + 'w {
-        let instances = world.instances.get(draw.instances.start as usize..draw.instances.end as usize).unwrap_or(&[]);
+        // What fades has an instance of its own, which says another thing beside the id.
+        let at = world.items.get(draw.item as usize).map_or(0, |item| item.instance);
+        let of_draw = if draw.fades { at..at + 1 } else { draw.instances.clone() };
+        let instances = world.instances.get(of_draw.start as usize..of_draw.end as usize).unwrap_or(&[]);
         let list =
             |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or(ListRecord::EMPTY);
         instances.iter().map(list)

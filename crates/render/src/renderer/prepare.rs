@@ -10,6 +10,7 @@ use crate::environment::{Environment, studio};
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
 use crate::ground::ViewGround;
+use crate::levels::{Chooser, LevelCount};
 use crate::lights::{
     self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
 };
@@ -136,6 +137,9 @@ impl<'s> World<'s> {
 /// A view whose lights are known.
 pub(super) struct Lit {
     pub range: DepthRange,
+    /// Chooses levels of detail.
+    pub chooser: Chooser,
+    draws: Arc<DrawList>,
     /// Its lists of lights, if they had to be made.
     made: Option<(ClusterLists, LightReaches)>,
 }
@@ -152,7 +156,7 @@ pub(super) struct Ready {
 }
 
 impl Renderer {
-    /// Finds the lights of a view, and their lists, which its state has from then on.
+    /// Finds what a view draws, its lights, and their lists, which its state has from then on.
     pub(super) fn light(
         &self,
         asked: &Asked,
@@ -163,14 +167,40 @@ impl Renderer {
         let range = asked.request.camera.depth_range(&world.draws.bounds_world);
         let (lists, made) = self.lists_of(asked, range, world, state.lists.take(), stats);
         state.lists = Some(lists);
-        Lit { range, made }
+        let Asked { request, size, output_size, .. } = asked;
+        let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
+        let uniform = self.view_uniform(asked, range, *size);
+        let draws = Arc::new(DrawList::new(&mut world.draws, &uniform, &chooser));
+        Lit { range, chooser, draws, made }
     }
 
-    /// Makes a view ready: culls its draws, and uploads what changed of its tables. Adds to the numbers of the frame.
+    fn filtering(&self, asked: &Asked) -> TextureFiltering {
+        let (sample_index, sample_count) = asked.request.sample();
+        TextureFiltering::new(sample_index, sample_count, &self.gpu.capabilities)
+    }
+
+    /// What shaders know of a view that is shaded at a size.
+    fn view_uniform(&self, asked: &Asked, range: DepthRange, size: (u32, u32)) -> ViewUniform {
+        let Asked { request, output_size, .. } = asked;
+        let (sample_index, sample_count) = request.sample();
+        let jitter = view::jitter_px(sample_index, sample_count);
+        let filtering = self.filtering(asked);
+        let pre_exposure = request.pre_exposure();
+        let uniform =
+            request.camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
+        let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
+        ViewUniform {
+            mip_gain: filtering.mip_gain,
+            anisotropy: filtering.sampling.anisotropy.into(),
+            glow_exposure: if request.averages_parts() { request.display_exposure() } else { 0.0 },
+            ..uniform
+        }
+    }
+
+    /// Makes a view ready: uploads what changed of its tables. Adds to the numbers of the frame.
     pub(super) fn ready(
         &self,
         asked: &Asked,
-        world: &World<'_>,
         (state, lit): (&mut ViewState, Lit),
         (shadows, ground): (Option<(&ViewShadows, &Atlas)>, Option<&FrameGround>),
         has_previous: bool,
@@ -178,29 +208,20 @@ impl Renderer {
     ) -> Result<Ready, RenderError> {
         let Asked { request, size, output_size, .. } = asked;
         let settings = &request.settings;
-        let pre_exposure = request.pre_exposure();
-        let Lit { range, made } = lit;
+        let Lit { range, made, draws, .. } = lit;
         let shadows = shadows.filter(|_| settings.shadows.enabled);
-        let (sample_index, sample_count) = request.sample();
-        let jitter = view::jitter_px(sample_index, sample_count);
-        let filtering = TextureFiltering::new(sample_index, sample_count, &self.gpu.capabilities);
-        let uniform_at = |size: (u32, u32)| {
-            let camera = &request.camera;
-            let uniform = camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
-            let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
-            ViewUniform {
-                mip_gain: filtering.mip_gain,
-                anisotropy: filtering.sampling.anisotropy.into(),
-                glow_exposure: if request.averages_parts() { request.display_exposure() } else { 0.0 },
-                ..uniform
-            }
-        };
-        let uniform = uniform_at(*size);
-        let draws = Arc::new(DrawList::new(&world.draws, &uniform));
+        let (_, sample_count) = request.sample();
+        let filtering = self.filtering(asked);
+        let uniform = self.view_uniform(asked, range, *size);
         let ViewState { tables, lists, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
         stats.draws += (draws.opaque.len() + draws.transmissive.len() + draws.blended.len()) as u32;
         stats.triangles += draws.triangles;
+        for (at, count) in draws.levels.iter().enumerate() {
+            stats.levels.resize(stats.levels.len().max(at + 1), LevelCount::default());
+            stats.levels[at].primitives += count.primitives;
+            stats.levels[at].triangles += count.triangles;
+        }
         let texels = shadows.map(|(shadows, _)| shadows.texels(&lists.table));
         let texels = texels.as_ref().unwrap_or(&lists.table.texels);
         stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
@@ -242,7 +263,7 @@ impl Renderer {
             && (size != output_size || shows_first_surface)
             && settings.render.path == Path::Deferred;
         let previous = request.previous.as_ref().filter(|_| passes.motion && has_previous);
-        let variables_uniform = uniform_at(*output_size);
+        let variables_uniform = self.view_uniform(asked, range, *output_size);
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         Ok(Ready {
             view: prepare(asked.name.clone(), *size, uniform, false),

@@ -129,6 +129,8 @@ impl Renderer {
             .zip(&mut *states)
             .map(|(asked, state)| self.light(asked, &mut world, state, &mut stats))
             .collect();
+        // What fades has instances that only now are known.
+        stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
         let shadows = self.prepare_shadows(asked, states, &lit, &world, &mut stats, purpose);
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
@@ -140,7 +142,7 @@ impl Renderer {
             .enumerate()
             .map(|(at, (asked, lit))| {
                 let of_view = shadows.as_ref().and_then(|(shadows, atlas)| Some((shadows.views.get(at)?, atlas)));
-                self.ready(asked, &world, lit, (of_view, ground.as_ref()), has_previous, &mut stats)
+                self.ready(asked, lit, (of_view, ground.as_ref()), has_previous, &mut stats)
             })
             .collect::<Result<_, _>>()?;
         // A plan leaves environments as they are.
@@ -244,7 +246,6 @@ impl Renderer {
         stats.uploaded_bytes += self.follow(scene);
         let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
         self.light_count = world.draws.lit.len();
-        stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
         let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
             let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
             asked.request.previous.as_deref().filter(|_| wants_motion)

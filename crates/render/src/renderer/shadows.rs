@@ -135,6 +135,8 @@ impl Renderer {
             .collect();
         let is_plan = purpose.is_plan();
         let version = self.shadows.version(asked);
+        // All views share the maps; the first, which is the innermost, says which levels cast.
+        let chooser = lit.first().map(|lit| &lit.chooser);
         let dealing = asked.first().map(|asked| asked.request.dealing())?;
         // A plan leaves no trace.
         let mut of_plan = is_plan.then(Shadows::default);
@@ -148,7 +150,7 @@ impl Renderer {
             // Whoever wants the pictures of all passes wants those of shadow maps, too.
             tiles.redraw();
         }
-        let mut frame = tiles.prepare(&world.draws, version, &viewers, settings, dealing);
+        let mut frame = tiles.prepare((&world.draws, chooser), version, &viewers, settings, dealing);
         let mut of_viewers = std::mem::take(&mut frame.views).into_iter();
         let in_order = views.iter().map(|view| view.as_ref().and_then(|_| of_viewers.next()).unwrap_or_default());
         frame.views = in_order.collect();

@@ -2,6 +2,7 @@
 
 use super::STRIDES;
 use super::environment::upload_bytes_of;
+use super::geometry::index_count;
 use super::packing::{layer_size, wanted};
 use manypass_scene::Scene;
 
@@ -31,7 +32,7 @@ pub fn upload_bytes(scene: &Scene) -> u64 {
             let per_vertex = vertex_bytes
                 + if is_deformed { skin_bytes } else { 0 }
                 + MORPH_BYTES * primitive.morph_targets.len() as u64;
-            vertices * per_vertex + 4 * primitive.indices.len() as u64
+            vertices * per_vertex + 4 * index_count(primitive)
         })
         .sum();
     // Lists are put together, staged and kept.

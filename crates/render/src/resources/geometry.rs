@@ -12,6 +12,15 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::{Arc, Weak};
 
+/// Other triangles between the vertices of a primitive.
+#[derive(Clone, Debug)]
+pub(crate) struct GpuLevel {
+    /// Where its indices lie.
+    pub(crate) indices: Place,
+    /// How far it is from the primitive, in metres of object space.
+    pub error_m: f32,
+}
+
 /// A primitive on the device.
 #[derive(Clone, Debug)]
 pub(crate) struct GpuPrimitive {
@@ -22,6 +31,8 @@ pub(crate) struct GpuPrimitive {
     pub(crate) skin: Option<Place>,
     /// Where its indices lie, if it is indexed.
     pub(crate) indices: Option<Place>,
+    /// Coarser forms of it, finer ones first.
+    pub levels: Vec<GpuLevel>,
     /// The number of vertices.
     pub vertex_count: u32,
     /// The number of indices, or of vertices if it is not indexed.
@@ -102,12 +113,18 @@ impl Expected {
             Self {
                 vertices: count,
                 skins: if is_deformed { count } else { 0 },
-                indices: primitive.indices.len() as u64,
+                indices: index_count(primitive),
                 displacements: 3 * count * targets,
             }
         };
         mesh.primitives.iter().map(of_primitive).sum()
     }
+}
+
+/// Indices of a primitive and of its levels.
+pub(super) fn index_count(primitive: &Primitive) -> u64 {
+    let of_levels = primitive.levels.iter().map(|level| level.indices.len() as u64);
+    primitive.indices.len() as u64 + of_levels.sum::<u64>()
 }
 
 impl std::iter::Sum for Expected {
@@ -238,6 +255,7 @@ impl Geometry {
             self.vertices.give_back(&primitive.vertices);
             primitive.skin.iter().for_each(|place| self.skins.give_back(place));
             primitive.indices.iter().for_each(|place| self.indices.give_back(place));
+            primitive.levels.iter().for_each(|level| self.indices.give_back(&level.indices));
             if !primitive.morph.is_empty() {
                 self.morphs.free.free_range(primitive.morph.clone());
             }
@@ -250,7 +268,8 @@ impl Geometry {
         let mut displacement_bytes = 0;
         for primitive in mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty()) {
             // They would be those of another mesh in the page.
-            if primitive.indices.iter().any(|index| *index as usize >= primitive.positions.len()) {
+            let of_levels = primitive.levels.iter().flat_map(|level| &level.indices);
+            if primitive.indices.iter().chain(of_levels).any(|index| *index as usize >= primitive.positions.len()) {
                 uploaded.warnings.push(format!(
                     "mesh {} has indices of vertices that it does not have; they are not drawn",
                     quoted(mesh)
@@ -278,6 +297,19 @@ impl Geometry {
         (uploaded, displacement_bytes)
     }
 
+    /// Uploads the coarser forms of a primitive, as far as there is room.
+    fn upload_levels(&mut self, gpu: &Gpu, primitive: &Primitive, placed: &mut GpuPrimitive, expected: &mut Expected) {
+        let first = if placed.is_bound_apart() { 0 } else { placed.vertices.units.start };
+        for level in &primitive.levels {
+            let count = level.indices.len() as u32;
+            let Some(place) = self.indices.take(&gpu.device, count, expected.indices) else { return };
+            expected.indices = expected.indices.saturating_sub(count.into());
+            let indices: Vec<u32> = level.indices.iter().map(|index| index + first).collect();
+            self.indices.write(&gpu.queue, &place, bytemuck::cast_slice(&indices));
+            placed.levels.push(GpuLevel { indices: place, error_m: level.error_m });
+        }
+    }
+
     /// None if no buffer is large enough.
     fn upload_primitive(&mut self, gpu: &Gpu, primitive: &Primitive, expected: &mut Expected) -> Option<GpuPrimitive> {
         let (device, queue) = (&gpu.device, &gpu.queue);
@@ -290,6 +322,7 @@ impl Geometry {
             vertices,
             skin: None,
             indices: None,
+            levels: Vec::new(),
             vertex_count,
             count: vertex_count,
             topology: primitive.topology,
@@ -332,6 +365,7 @@ impl Geometry {
             }
             self.indices.write(queue, place, bytemuck::cast_slice(&packed.indices));
         }
+        self.upload_levels(gpu, primitive, &mut placed, expected);
         Some(placed)
     }
 }

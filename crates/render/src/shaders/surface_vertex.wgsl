@@ -1,7 +1,8 @@
 // The vertex stage of everything that draws the scene's surfaces. Positions are computed by one expression, so that a
 // pass which draws a surface again gets the same depth.
 
-import package::constants::{DATA_WIDTH, WITHOUT_NORMALS};
+import package::constants::{DATA_WIDTH, FADE_SHIFT, WITHOUT_NORMALS};
+import package::shaders::level_fade::fades;
 import package::view::view;
 
 struct SurfaceInput {
@@ -14,7 +15,7 @@ struct SurfaceInput {
     @location(6) world_from_object_row0: vec4f,
     @location(7) world_from_object_row1: vec4f,
     @location(8) world_from_object_row2: vec4f,
-    // Object id and WITHOUT_NORMALS, first joint (all ones: not skinned), first morph weight, number of morph targets.
+    // Object id and WITHOUT_NORMALS (or what `level_fade.wgsl` puts there), first joint (all ones: not skinned), first morph weight, number of morph targets.
     @location(9) instance: vec4u,
     // First displacement texel of the primitive, number of vertices.
     @location(10) morph: vec2u,
@@ -46,7 +47,7 @@ struct SurfaceVarying {
 
 // The index of a node, plus 1.
 fn object_id(object: u32) -> u32 {
-    return object & ~WITHOUT_NORMALS;
+    return object & select(~WITHOUT_NORMALS, (1u << FADE_SHIFT) - 1u, fades != 0u);
 }
 
 fn is_without_normals(object: u32) -> bool {

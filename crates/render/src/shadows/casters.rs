@@ -2,7 +2,8 @@
 
 use super::projection::TileProjection;
 use crate::constants::WITHOUT_NORMALS;
-use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Faces, Item, WorldDraws};
+use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Faces, Form, Item, WorldDraws};
+use crate::levels::Chooser;
 use crate::resources::Instance;
 use glam::{Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
@@ -12,6 +13,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 /// What the frame offers to cast shadows.
 pub(super) struct Casters<'w> {
     world: &'w WorldDraws,
+    /// Chooses levels; without it the finest are taken.
+    chooser: Option<&'w Chooser>,
     /// Rises whenever a mesh or a material of the scene changes.
     version: u64,
     sample_index: u32,
@@ -22,6 +25,8 @@ pub(super) struct Casters<'w> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Caster {
     item: u32,
+    /// The level of its mesh.
+    level: u32,
     /// Whether the light lies within its bounds. Of others a side that the eye would not see casts no shadow either; but what
     /// encloses a light keeps it in, whichever side is within.
     encloses: bool,
@@ -36,8 +41,8 @@ pub(super) struct OfLight {
 }
 
 impl<'w> Casters<'w> {
-    pub fn new(world: &'w WorldDraws, version: u64, sample_index: u32) -> Self {
-        Self { world, version, sample_index, deformation: OnceCell::new() }
+    pub fn new(world: &'w WorldDraws, chooser: Option<&'w Chooser>, version: u64, sample_index: u32) -> Self {
+        Self { world, chooser, version, sample_index, deformation: OnceCell::new() }
     }
 
     /// Those around a light that reaches `range_m` from one of its points. What emits light and has the light's middle within
@@ -48,14 +53,14 @@ impl<'w> Casters<'w> {
             nearest.distance_squared(position) <= range_m * range_m
         };
         let mut of_light = OfLight::default();
-        self.each(is_near, |index, item| {
+        self.each(is_near, |index, level, item| {
             let bounds = &item.bounds_world;
             let holds = |place: Vec3| place.cmpge(bounds.min).all() && place.cmple(bounds.max).all();
             let encloses = holds(position);
             if item.emits && holds(middle) {
                 of_light.is_in_emitter = true;
             } else {
-                of_light.items.push(Caster { item: index, encloses });
+                of_light.items.push(Caster { item: index, level, encloses });
             }
         });
         of_light
@@ -64,11 +69,15 @@ impl<'w> Casters<'w> {
     /// All of them.
     pub fn everywhere(&self) -> OfLight {
         let mut of_light = OfLight::default();
-        self.each(|_| true, |index, _| of_light.items.push(Caster { item: index, encloses: false }));
+        self.each(|_| true, |index, level, _| of_light.items.push(Caster { item: index, level, encloses: false }));
         of_light
     }
 
-    fn each(&self, is_near: impl Fn(&Aabb) -> bool, mut give: impl FnMut(u32, &Item)) {
+    fn each(&self, is_near: impl Fn(&Aabb) -> bool, mut give: impl FnMut(u32, u32, &Item)) {
+        let mut give = |index: usize, item: &Item| {
+            let level = if item.has_levels() { self.world.shown_whole(item, self.chooser) } else { Some(0) };
+            level.into_iter().for_each(|level| give(index as u32, level, item));
+        };
         let (opaque, _) = self.world.items.split_at(self.world.opaque_count);
         let casts = |item: &Item| item.casts_shadow && item.topology != Topology::Points && is_near(&item.bounds_world);
         for (block, (items, bounds)) in opaque.chunks(BLOCK_ITEMS).zip(&self.world.blocks).enumerate() {
@@ -77,10 +86,10 @@ impl<'w> Casters<'w> {
             }
             let first = block * BLOCK_ITEMS;
             let near = items.iter().enumerate().filter(|(_, item)| casts(item));
-            near.for_each(|(index, item)| give((first + index) as u32, item));
+            near.for_each(|(index, item)| give(first + index, item));
         }
         let blended = self.world.items.iter().enumerate().skip(self.world.opaque_count);
-        blended.filter(|(_, item)| casts(item)).for_each(|(index, item)| give(index as u32, item));
+        blended.filter(|(_, item)| casts(item)).for_each(|(index, item)| give(index, item));
     }
 
     /// Those of `items` that the tile may show.
@@ -103,8 +112,9 @@ impl<'w> Casters<'w> {
         }
         for caster in items {
             let item = self.item(caster);
-            let (page, mesh) = ((item.index_page, item.vertex_page), (item.mesh, item.primitive, item.material));
-            (mesh, page, &item.elements, item.masked, caster.encloses).hash(&mut hasher);
+            let (elements, index_page) = self.world.elements(item, caster.level);
+            let (page, mesh) = ((index_page, item.vertex_page), (item.mesh, item.primitive, item.material));
+            (mesh, page, elements, item.masked, caster.encloses).hash(&mut hasher);
             hasher.write(bytemuck::bytes_of(&self.world.instances[item.instance as usize].world_from_object));
             if item.extent.is_none() {
                 self.deformation().hash(&mut hasher);
@@ -155,11 +165,18 @@ impl<'w> Casters<'w> {
             // The object has a part in which rays its alpha stops.
             let ids = [(object & !WITHOUT_NORMALS) << 1 | u32::from(projection.is_perspective), joint, weight, targets];
             instances.push(Instance { world_from_object: rows, ids, ..*instance });
-            match draws.last_mut().filter(|_| last_group == Some((item.group, faces))) {
+            let group = (item.group, faces, caster.level);
+            match draws.last_mut().filter(|_| last_group == Some(group)) {
                 Some(last) => last.instances.end = at + 1,
-                None => draws.push(Draw { item: caster.item, faces, instances: at..at + 1 }),
+                None => draws.push(Draw {
+                    item: caster.item,
+                    form: Form { level: caster.level, plain: false },
+                    fades: false,
+                    faces,
+                    instances: at..at + 1,
+                }),
             }
-            last_group = Some((item.group, faces));
+            last_group = Some(group);
         }
         draws
     }

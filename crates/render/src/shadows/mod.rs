@@ -21,6 +21,7 @@ pub use wanted::Viewer;
 
 use crate::constants::TEXELS_PER_LIGHT;
 use crate::draws::{Draw, Tile, WorldDraws};
+use crate::levels::Chooser;
 use crate::lights::{LightTable, TableLight};
 use crate::resources::Instance;
 use atlas::Allocator;
@@ -164,13 +165,13 @@ impl Shadows {
     /// Gives every light its tiles, and says which are to be drawn. `version` rises whenever a mesh or a material changed.
     pub(crate) fn prepare(
         &mut self,
-        world: &WorldDraws,
+        (world, chooser): (&WorldDraws, Option<&Chooser>),
         version: u64,
         views: &[(Viewer<'_>, &LightTable)],
         settings: &ShadowSettings,
         dealing: Dealing,
     ) -> FrameShadows {
-        let casters = Casters::new(world, version, dealing.pattern());
+        let casters = Casters::new(world, chooser, version, dealing.pattern());
         let mut wanting = self.wanting(&casters, world, views, settings, dealing);
         wanting.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));
         let mut frame = FrameShadows { is_first: self.tiles.is_empty(), ..FrameShadows::default() };
@@ -269,7 +270,7 @@ pub(crate) struct Casting<'w> {
 impl<'w> Casting<'w> {
     /// Of a world; `version` rises whenever a mesh or a material changed.
     pub fn new(world: &'w WorldDraws, version: u64) -> Self {
-        let casters = Casters::new(world, version, 0);
+        let casters = Casters::new(world, None, version, 0);
         Self { everywhere: casters.everywhere(), casters }
     }
 

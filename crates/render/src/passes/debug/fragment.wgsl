@@ -1,5 +1,6 @@
 // What the programs of `debug` share: which fragments the frame would draw.
 
+import package::shaders::level_fade::{fades, is_faded};
 import package::shaders::surface_vertex::SurfaceVarying;
 @if(masked) import package::shaders::mask::is_masked_out;
 @if(masked) import package::shaders::surface_material::{surface_base_color, surface_mip_bias};
@@ -13,6 +14,9 @@ fn is_dropped(in: SurfaceVarying) -> bool {
     }
     @if(points) {
         is_outside = is_outside | (dot(in.corner, in.corner) > 1.0);
+    }
+    if fades != 0u {
+        is_outside = is_outside | is_faded(in.position_clip.xy, in.object);
     }
     return is_outside;
 }

@@ -8,6 +8,7 @@
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id};
+import package::shaders::level_fade::{fades, is_faded};
 @if(masked) import package::shaders::mask::is_masked_out;
 @if(masked) import package::shaders::surface_material::surface_mip_bias;
 import package::shaders::surface_material::surface_sample;
@@ -55,6 +56,11 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
     }
     @if(shadowed) let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
     @if(shadowed) let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
+    if fades != 0u {
+        if is_faded(in.position_clip.xy, in.object) {
+            discard;
+        }
+    }
     @if(points) {
         if dot(in.corner, in.corner) > 1.0 {
             discard;

@@ -5,6 +5,7 @@
 import package::view::view;
 import package::gbuffer::gbuffer_pack;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
+import package::shaders::level_fade::{fades, is_faded};
 @if(masked) import package::shaders::mask::is_masked_out;
 import package::shaders::surface_material::{surface_mip_bias, surface_sample};
 import package::shaders::colour::half_float_clamped;
@@ -25,6 +26,11 @@ fn vs_geometry(in: SurfaceInput) -> SurfaceVarying {
 @fragment
 fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> GeometryTargets {
     let sample = surface_sample(in, front_facing);
+    if fades != 0u {
+        if is_faded(in.position_clip.xy, in.object) {
+            discard;
+        }
+    }
     @if(points) {
         if dot(in.corner, in.corner) > 1.0 {
             discard;

@@ -7,6 +7,7 @@
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id, is_without_normals};
+import package::shaders::level_fade::{fades, is_faded};
 import package::shaders::surface_material::{material_factors, material_uv, surface_sample};
 @if(masked) import package::shaders::surface_material::surface_mip_bias;
 @if(textured) import package::shaders::surface_material::{
@@ -137,6 +138,11 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
         vertex.position_object = in.position_object;
     }
     let sample = surface_sample(vertex, front_facing);
+    if fades != 0u {
+        if is_faded(in.position_clip.xy, in.object) {
+            discard;
+        }
+    }
     @if(points) {
         if dot(in.corner, in.corner) > 1.0 {
             discard;

@@ -3,6 +3,7 @@
 // Program: ids, also for points. Axes: textured, masked, deformed.
 
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, object_id, surface_varying};
+import package::shaders::level_fade::{fades, is_faded};
 @if(masked) import package::shaders::mask::is_masked_out;
 import package::shaders::surface_material::{material_factors, surface_base_color};
 
@@ -20,6 +21,11 @@ fn fs_ids(in: SurfaceVarying) -> @location(0) vec2u {
     }
     @if(points) {
         if dot(in.corner, in.corner) > 1.0 {
+            discard;
+        }
+    }
+    if fades != 0u {
+        if is_faded(in.position_clip.xy, in.object) {
             discard;
         }
     }

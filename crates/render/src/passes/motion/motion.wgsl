@@ -5,6 +5,7 @@
 import package::passes::motion::spaces::{motion, motion_px};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};
 import package::shaders::surface_vertex::{data_texel, object_id, skinned_rows, morph_displacement};
+import package::shaders::level_fade::{fades, is_faded};
 @if(masked) import package::shaders::mask::is_masked_out;
 @if(masked) import package::shaders::surface_material::surface_base_color;
 
@@ -20,7 +21,8 @@ struct MotionVarying {
     @location(2) clip: vec4f,
     @location(3) previous_clip: vec4f,
     @if(points) @location(4) corner: vec2f,
-    @if(masked && !points) @location(5) position_object: vec3f,
+    @location(5) @interpolate(flat, either) object: u32,
+    @if(masked && !points) @location(6) position_object: vec3f,
 }
 
 fn previous_position_world(in: SurfaceInput) -> vec3f {
@@ -51,6 +53,7 @@ fn vs_motion(in: SurfaceInput) -> MotionVarying {
         out.corner = surface.corner;
     }
     out.color = surface.color;
+    out.object = surface.object;
     @if(masked && !points) {
         out.position_object = surface.position_object;
     }
@@ -77,6 +80,11 @@ fn fs_motion(in: MotionVarying) -> @location(0) vec2f {
     }
     @if(points) {
         if dot(in.corner, in.corner) > 1.0 {
+            discard;
+        }
+    }
+    if fades != 0u {
+        if is_faded(in.position_clip.xy, in.object) {
             discard;
         }
     }

@@ -2,7 +2,9 @@
 
 use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
-use crate::draws::{AXES, Axes, BLOCK_ITEMS, DEFORMED, Draw, Faces, Item, MASKED, TEXTURED};
+use crate::constants::LAYER_CLEARCOAT;
+use crate::draws::{AXES, Axes, BLOCK_ITEMS, DEFORMED, Draw, Faces, Item, MASKED, NORMAL_MAP, TEXTURED, WorldDraws};
+use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
 use crate::resources::{Geometry, GpuMaterial, Place, Sampled};
@@ -60,24 +62,29 @@ struct Shape {
     mirrored: bool,
     /// The bits of layers, if the program is another one where a material has some.
     layers: u32,
+    /// Whether two levels fade into each other.
+    fades: bool,
 }
 
 impl Shape {
-    const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2;
+    const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2 * 2;
 
     /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A surface with
     /// one side is there for light as it is for the eye: where it shows its front.
     fn of_caster(item: &Item, faces: Faces, is_blended: bool) -> Self {
         let tested = if item.masked || is_blended { (item.axes & TEXTURED) | MASKED } else { 0 };
-        Self { axes: tested | item.axes & DEFORMED, topology: item.topology, faces, mirrored: item.mirrored, layers: 0 }
+        let axes = tested | item.axes & DEFORMED;
+        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers: 0, fades: false }
     }
 
-    fn of(item: &Item, faces: Faces, is_reflected: bool, has_layers: bool, tests_alpha: bool) -> Self {
+    fn of(item: &Item, draw: &Draw, is_reflected: bool, has_layers: bool, tests_alpha: bool) -> Self {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
         let layers = if has_layers { item.layers } else { 0 };
-        let axes = item.axes | if tests_alpha { MASKED } else { 0 };
-        Self { axes, topology: item.topology, faces, mirrored, layers }
+        let Draw { faces, fades, form, .. } = *draw;
+        let (left_out, coat) = if form.plain { (NORMAL_MAP, LAYER_CLEARCOAT) } else { (0, 0) };
+        let axes = item.axes & !left_out | if tests_alpha { MASKED } else { 0 };
+        Self { axes, topology: item.topology, faces, mirrored, layers: layers & !coat, fades }
     }
 
     fn index(&self) -> usize {
@@ -91,7 +98,8 @@ impl Shape {
             Faces::Front => 1,
             Faces::Back => 2,
         };
-        ((self.axes as usize * 3 + topology) * 3 + faces) * 2 + usize::from(self.mirrored)
+        (((self.axes as usize * 3 + topology) * 3 + faces) * 2 + usize::from(self.mirrored)) * 2
+            + usize::from(self.fades)
     }
 }
 
@@ -150,7 +158,9 @@ impl Preparing<'_, '_> {
             let is_blended = draw.item as usize >= world.opaque_count && !item.transmissive;
             let is_wanted = match which {
                 Which::All => true,
-                Which::Hiding => !item.masked && !is_blended && item.topology == Topology::Triangles,
+                Which::Hiding => {
+                    !item.masked && !is_blended && !draw.fades && item.topology == Topology::Triangles
+                }
                 Which::Layered => item.layers != 0,
                 Which::Plain => item.layers == 0,
             };
@@ -161,7 +171,7 @@ impl Preparing<'_, '_> {
                 Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count)
             } else {
                 let tests_alpha = is_blended && self.view.shows_first_surface;
-                Shape::of(item, draw.faces, is_reflected, layered_program.is_some(), tests_alpha)
+                Shape::of(item, draw, is_reflected, layered_program.is_some(), tests_alpha)
             };
             let (place, layers) = (shape.index(), shape.layers);
             let known = if layers == 0 { by_shape[place] } else { by_layers.get(&(place, layers)).copied() };
@@ -195,7 +205,7 @@ impl Preparing<'_, '_> {
                 commands.extend(group.map(Command::Material));
                 state.material = Some(item.material);
             }
-            push_draw(commands, &mut state, draw, item, &resources.geometry);
+            push_draw(commands, &mut state, draw, world, &resources.geometry);
             if self.targets.vertices_alone {
                 draw_vertices(commands.last_mut(), item, &resources.geometry);
             }
@@ -204,8 +214,11 @@ impl Preparing<'_, '_> {
     }
 
     fn bind(&self, shape: Shape, layered_program: Option<&'static str>) -> Result<Bound, ProgramError> {
-        let Shape { axes, topology, faces, mirrored, layers } = shape;
+        let Shape { axes, topology, faces, mirrored, layers, fades } = shape;
         let mut targets = self.targets.clone();
+        if fades {
+            targets.constants.push((FADES, 1));
+        }
         let program = match layered_program {
             _ if topology == Topology::Points => of_points(self.program)?,
             Some(layered) if layers != 0 => {
@@ -220,7 +233,8 @@ impl Preparing<'_, '_> {
     }
 }
 
-fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, item: &Item, geometry: &Geometry) {
+fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, world: &WorldDraws, geometry: &Geometry) {
+    let item = &world.items[draw.item as usize];
     let is_bound = matches!(state.vertices, Some(Vertices::Page(page)) if item.vertex_page == Some(page));
     if !is_bound {
         let vertices = item.vertex_page.map_or_else(
@@ -235,16 +249,17 @@ fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, item: 
             state.vertices = Some(vertices);
         }
     }
-    if item.index_page.is_some() && state.index_page != item.index_page {
-        commands.extend(item.index_page.map(Command::IndexPage));
-        state.index_page = item.index_page;
+    let (elements, index_page) = world.elements(item, draw.form.level);
+    if index_page.is_some() && state.index_page != index_page {
+        commands.extend(index_page.map(Command::IndexPage));
+        state.index_page = index_page;
     }
-    let (elements, instances) = (item.elements.clone(), draw.instances.clone());
+    let instances = draw.instances.clone();
     commands.push(if item.topology == Topology::Points {
         // Points are the instances of one disc, whose corners are what is drawn.
         Command::Draw { elements: instances, instances: elements, is_indexed: false }
     } else {
-        Command::Draw { elements, instances, is_indexed: item.index_page.is_some() }
+        Command::Draw { elements, instances, is_indexed: index_page.is_some() }
     });
 }
 

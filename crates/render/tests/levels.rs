@@ -1,0 +1,357 @@
+//! Levels of detail: each view shows the level that its size asks for, a switch is hardly seen, and fading levels share their pixels.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{floats, ids, renderer};
+use glam::{Mat4, Vec3, Vec4};
+use manypass::{Aov, Background, Environment, FrameRequest, Ground, Path, Renderer, View};
+use manypass_scene::material::Clearcoat;
+use manypass_scene::{
+    Image, ImageSource, Levels, Light, LightKind, Mapped, Material, Mesh, Node, NodeId, PixelFormat, Pixels, Primitive,
+    Projection, Scene, Texture, TextureRef, TextureTransform, primitives,
+};
+use manypass_testkit::compare::{Picture, assert_looks_same, flip};
+use std::sync::Arc;
+
+const SIDE: u32 = 256;
+
+/// A body with hills, whose normals are those of its triangles.
+fn hilly(segments: u32) -> Primitive {
+    let mut body = primitives::uv_sphere(1.0, 2 * segments, segments);
+    for position in &mut body.positions {
+        let [x, y, z] = *position;
+        let height = 1.0 + 0.06 * (7.0 * x + 1.0).sin() * (6.0 * y).cos() * (5.0 * z).cos();
+        *position = (Vec3::from(*position) * height).to_array();
+    }
+    let mut sums = vec![Vec3::ZERO; body.positions.len()];
+    for triangle in body.indices.chunks_exact(3) {
+        let [a, b, c] = [0, 1, 2].map(|corner| Vec3::from(body.positions[triangle[corner] as usize]));
+        triangle.iter().for_each(|index| sums[*index as usize] += (b - a).cross(c - a));
+    }
+    body.normals = sums.iter().map(|sum| sum.normalize_or(Vec3::Y).to_array()).collect();
+    body
+}
+
+fn put(scene: &mut Scene, primitive: Primitive, color: Vec3) -> Node {
+    scene.materials.push(Material {
+        base_color_factor: color.extend(1.0),
+        metallic_factor: 0.0,
+        roughness_factor: 0.4,
+        ..Material::default()
+    });
+    let material = Some(scene.materials.len() - 1);
+    scene.meshes.push(Mesh { primitives: vec![Primitive { material, ..primitive }], ..Mesh::default() }.into());
+    Node { mesh: Some(scene.meshes.len() - 1), ..Node::default() }
+}
+
+/// A sun, and nothing else.
+fn lit() -> Scene {
+    let mut scene = Scene::default();
+    let kind = LightKind::Directional;
+    scene.lights.push(Light { intensity: 3.0, kind, ..Light::default() });
+    let rotation = glam::Quat::from_rotation_y(0.6) * glam::Quat::from_rotation_x(-0.5);
+    scene.add_node(None, Node { rotation, light: Some(0), ..Node::default() });
+    scene
+}
+
+/// Seen from the front, with a field of view of 30 degrees, at a distance.
+fn request(distance_m: f32) -> FrameRequest {
+    let projection = Projection::Perspective { fov_y_rad: 0.523_6, near_m: 0.1, far_m: None };
+    let camera = View { world_from_view: Mat4::from_translation(Vec3::Z * distance_m), projection };
+    FrameRequest::new(SIDE, SIDE, camera).with(|settings| {
+        settings.environment.source = Environment::Studio;
+        settings.background.source = Background::Color([0.2; 3]);
+        settings.tone_map.dither = 0.0;
+        settings.lod.fade = 0.0;
+        settings.ground.mode = Ground::None;
+    })
+}
+
+fn picture(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Picture {
+    renderer.render(scene, request).unwrap();
+    Picture::from_rgba8(request.width as usize, request.height as usize, &renderer.read_display().unwrap())
+}
+
+/// A red ball, a green cube that takes its place below a twentieth of the picture, and nothing below 0.001.
+fn three_forms() -> (Scene, NodeId) {
+    let mut scene = lit();
+    let ball = put(&mut scene, primitives::uv_sphere(1.0, 48, 24), Vec3::X);
+    let ball = scene.add_node(None, ball);
+    let cube = put(&mut scene, primitives::cube(Vec3::splat(1.5)), Vec3::Y);
+    let id = NodeId(scene.nodes.len() as u32);
+    scene.nodes.push(cube);
+    let levels = Levels { coarser: vec![id], screen_coverage: vec![0.05, 0.001] };
+    scene.node_mut(ball).levels = Some(levels);
+    scene.update_transforms();
+    (scene, ball)
+}
+
+/// Where the ball around the ball of 1 m covers that share of the picture: its box has corners.
+fn distance_m(coverage: f32) -> f32 {
+    let radius_px = (coverage * (SIDE * SIDE) as f32 / std::f32::consts::PI).sqrt();
+    3f32.sqrt() * SIDE as f32 / (2.0 * 0.2618f32.tan()) / radius_px
+}
+
+#[test]
+fn each_size_shows_its_own_level() {
+    let (scene, ball) = three_forms();
+    let mut alone = scene.clone();
+    let cube = alone.node_mut(ball).levels.take().unwrap().coarser[0];
+    let mut other = alone.clone();
+    other.roots.retain(|root| *root != ball);
+    let empty = other.clone();
+    other.roots.push(cube);
+    let mut renderer = renderer();
+    for path in [Path::Deferred, Path::Forward, Path::Gouraud] {
+        let mut shown = Vec::new();
+        for (coverage, expected) in [(0.051, &alone), (0.049, &other), (0.00102, &other), (0.00098, &empty)] {
+            let request = request(distance_m(coverage)).with(|settings| settings.render.path = path);
+            // What is not drawn still counts for the range of distances, so that depth is rounded otherwise.
+            let (found, expected) =
+                (picture(&mut renderer, &scene, &request), picture(&mut renderer, expected, &request));
+            println!("{path:?}, coverage {coverage}");
+            assert_looks_same(&expected, &found, 1e-4);
+            shown.push(found);
+        }
+        assert!(flip(&shown[0], &shown[1]).mean() > 0.01 && flip(&shown[2], &shown[3]).mean() > 1e-3);
+    }
+    // The finest at every size, if levels are not wanted.
+    let request = request(distance_m(0.002)).with(|settings| settings.lod.enabled = false);
+    assert!(picture(&mut renderer, &scene, &request) == picture(&mut renderer, &alone, &request));
+}
+
+#[test]
+fn a_view_counts_what_it_shows_of_each_level() {
+    let (scene, _) = three_forms();
+    let mut renderer = renderer();
+    let mut counts = |coverage: f32| {
+        renderer.render(&scene, &request(distance_m(coverage))).unwrap();
+        let levels = renderer.stats().levels;
+        levels.iter().map(|level| (level.primitives, level.triangles)).collect::<Vec<_>>()
+    };
+    assert_eq!(counts(0.06), [(1, 48 * 23 * 2)]);
+    assert_eq!(counts(0.02), [(0, 0), (1, 12)]);
+    assert_eq!(counts(0.0005), []);
+}
+
+#[test]
+fn materials_change_with_size() {
+    let mut scene = lit();
+    let ball = put(&mut scene, primitives::uv_sphere(1.0, 48, 24), Vec3::X);
+    scene.add_node(None, ball);
+    let plain = Material { base_color_factor: Vec4::new(0.0, 0.0, 1.0, 1.0), ..Material::default() };
+    scene.materials.push(plain);
+    scene.materials[0].levels = Some(Levels { coarser: vec![1], screen_coverage: vec![0.05] });
+    scene.update_transforms();
+    let mut renderer = renderer();
+    for (coverage, material) in [(0.051, 0), (0.049, 1)] {
+        let mut alone = scene.clone();
+        alone.materials[0].levels = None;
+        Arc::make_mut(&mut alone.meshes[0]).primitives[0].material = Some(material);
+        let request = request(distance_m(coverage));
+        assert!(picture(&mut renderer, &scene, &request) == picture(&mut renderer, &alone, &request), "{coverage}");
+    }
+}
+
+/// A body with hills, and its levels.
+fn simplified() -> Scene {
+    let mut scene = lit();
+    let body = put(&mut scene, hilly(160), Vec3::new(0.8, 0.5, 0.2));
+    scene.add_node(None, body);
+    assert_eq!(scene.simplify(), [""; 0]);
+    assert!(scene.meshes[0].primitives[0].levels.len() >= 6);
+    scene.update_transforms();
+    scene
+}
+
+/// The level that is shown.
+fn level(renderer: &Renderer) -> usize {
+    renderer.stats().levels.len() - 1
+}
+
+/// The issue's own bound for a switch is 0.02.
+#[test]
+fn a_switch_is_hardly_seen() {
+    let scene = simplified();
+    let mut renderer = renderer();
+    let (mut switches, mut worst) = (0, 0.0f64);
+    // A picture that the body fills, in which a level's error is a pixel: so large is the picture.
+    for side in [64, 128, 256, 512] {
+        let mut at = |error_px: f32| {
+            let request = FrameRequest { width: side, height: side, ..request(5.0) };
+            let request = request.with(|settings| settings.lod.error_px = error_px);
+            let picture = picture(&mut renderer, &scene, &request);
+            (picture, level(&renderer))
+        };
+        let (mut low, mut high) = (0.5f32, 1.0f32);
+        let (mut before, mut after) = (at(low), at(high));
+        if before.1 == after.1 {
+            continue;
+        }
+        // Between them lies a switch at about a pixel.
+        while high / low > 1.01 {
+            let middle = at((low * high).sqrt());
+            if middle.1 == before.1 {
+                (low, before) = ((low * high).sqrt(), middle)
+            } else {
+                (high, after) = ((low * high).sqrt(), middle)
+            }
+        }
+        let error = flip(&before.0, &after.0).mean();
+        println!("{side} pixels, at {high:.2} px from level {} to {}: FLIP {error:.4}", before.1, after.1);
+        (switches, worst) = (switches + 1, worst.max(error));
+    }
+    assert!(switches >= 2 && (1e-4..=0.02).contains(&worst), "{switches} switches, the worst with a FLIP of {worst}");
+}
+
+/// From where a level begins to fade in to where it is there alone, and one share in between.
+fn fading(scene: &Scene, renderer: &mut Renderer, share: f32) -> (FrameRequest, [Picture; 2]) {
+    let mut begin = 3.0f32;
+    let finest = |renderer: &mut Renderer, distance_m: f32| {
+        renderer.render(scene, &request(distance_m)).unwrap();
+        level(renderer)
+    };
+    let first = finest(renderer, begin);
+    while finest(renderer, begin) == first {
+        begin *= 1.02;
+    }
+    let mut low = begin / 1.02;
+    while begin - low > 1e-4 {
+        let middle = 0.5 * (low + begin);
+        if finest(renderer, middle) == first { low = middle } else { begin = middle }
+    }
+    // The distance counts from the surface of the ball around.
+    let bounds = scene.node(NodeId(1)).bounds_world;
+    let surface_m = (Vec3::Z * begin).distance(bounds.center()) - 0.5 * (bounds.max - bounds.min).length();
+    let distance_m = begin + 0.25 * share * surface_m;
+    let fading = request(distance_m).with(|settings| settings.lod.fade = 0.25);
+    let ends = [0.8f32, 1.0].map(|error_px| {
+        // At the same place, either level alone.
+        let request = request(distance_m).with(|settings| settings.lod.error_px = error_px);
+        picture(renderer, scene, &request)
+    });
+    (fading, ends)
+}
+
+#[test]
+fn fading_levels_share_their_pixels() {
+    let scene = simplified();
+    let mut renderer = renderer();
+    let (mut request, [finer, coarser]) = fading(&scene, &mut renderer, 0.5);
+    request.want_aovs = vec![Aov::ObjectId, Aov::Depth, Aov::Motion];
+    let mixed = picture(&mut renderer, &scene, &request);
+    let levels = renderer.stats().levels;
+    assert_eq!(levels.iter().filter(|level| level.primitives == 1).count(), 2, "{levels:?}");
+    let depth = floats(renderer.read_aov(Aov::Depth).unwrap());
+    let objects = ids(renderer.read_aov(Aov::ObjectId).unwrap());
+    let motion = floats(renderer.read_aov(Aov::Motion).unwrap());
+    assert!(
+        depth.iter().zip(&objects).all(|(depth, id)| (depth.is_finite(), *id) == (*id != 0, 2 * u32::from(*id != 0)))
+    );
+    assert!(motion.iter().all(|motion| *motion == 0.0));
+    // Where both levels show the body, it has no hole.
+    let is_body = |picture: &Picture, at: usize| picture.pixels[at] != picture.pixels[0];
+    let holes =
+        (0..depth.len()).filter(|at| is_body(&finer, *at) && is_body(&coarser, *at) && objects[*at] == 0).count();
+    assert_eq!(holes, 0);
+    let near = |a: [u8; 4], b: [u8; 4]| a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 1);
+    let differ = (0..depth.len()).filter(|at| !near(finer.pixels[*at], coarser.pixels[*at]));
+    let (of_finer, of_coarser) = differ.fold((0, 0), |(finest, coarsest), at| {
+        let is = |picture: &Picture| usize::from(near(mixed.pixels[at], picture.pixels[at]));
+        (finest + is(&finer), coarsest + is(&coarser))
+    });
+    println!("{of_finer} pixels of the finer level, {of_coarser} of the coarser");
+    assert!(of_finer > 100 && of_coarser > 100 && of_finer.abs_diff(of_coarser) < (of_finer + of_coarser) / 4);
+    // On forward paths, too.
+    let forward = request.with(|settings| settings.render.path = Path::Forward);
+    let forward = FrameRequest { want_aovs: Vec::new(), ..forward };
+    let finer_forward =
+        picture(&mut renderer, &scene, &forward.with(|lod| (lod.lod.fade, lod.lod.error_px) = (0.0, 0.8)));
+    let apart = [(&finer, &finer_forward), (&mixed, &picture(&mut renderer, &scene, &forward))];
+    let apart = apart.map(|(deferred, forward)| flip(deferred, forward).mean());
+    println!("deferred and forward paths are apart by {apart:?}");
+    assert!(apart[1] < apart[0] + 0.001, "{apart:?}");
+    assert_looks_same(&finer, &mixed, 0.02);
+    assert_looks_same(&coarser, &mixed, 0.02);
+}
+
+/// Samples of a still take other pixels each, so that their mean has no pattern.
+#[test]
+fn a_still_of_fading_levels_is_their_mean() {
+    let scene = simplified();
+    let mut renderer = renderer();
+    let (request, _) = fading(&scene, &mut renderer, 0.25);
+    let still = |renderer: &mut Renderer, request: &FrameRequest| {
+        for sample_index in 0..16 {
+            let request = FrameRequest { sample_index, sample_count: 16, ..request.clone() };
+            renderer.render(&scene, &request).unwrap();
+        }
+        renderer.read_display().unwrap().iter().map(|byte| f64::from(*byte)).collect::<Vec<_>>()
+    };
+    let mixed = still(&mut renderer, &request);
+    let alone = |error_px: f32| request.with(|settings| (settings.lod.fade, settings.lod.error_px) = (0.0, error_px));
+    let (finer, coarser) = (still(&mut renderer, &alone(0.8)), still(&mut renderer, &alone(1.0)));
+    // The share of the coarser level that explains the picture best.
+    let (mut product, mut square) = (0.0, 0.0);
+    for ((mixed, finer), coarser) in mixed.iter().zip(&finer).zip(&coarser) {
+        product += (mixed - finer) * (coarser - finer);
+        square += (coarser - finer) * (coarser - finer);
+    }
+    let share = product / square;
+    println!("the share of the coarser level is {share:.3}");
+    assert!((share - 0.25).abs() < 0.05, "{share}");
+}
+
+/// A ball with bumps and a coat.
+fn coated() -> Scene {
+    let mut scene = lit();
+    let ball = put(&mut scene, primitives::uv_sphere(1.0, 48, 24), Vec3::new(0.7, 0.3, 0.2));
+    scene.add_node(None, ball);
+    let texel = |i: u32| [128 + (40.0 * (0.8 * (i % 64) as f32).sin()) as u8, 128, 240, 255];
+    let data = (0..64 * 64).flat_map(texel).collect();
+    let pixels = Pixels { width: 64, height: 64, format: PixelFormat::Rgba8, data };
+    scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
+    scene.textures.push(Texture { image: 0, sampler: Default::default() });
+    let reference = TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() };
+    let weight = Mapped::new(0.5);
+    let coat = Clearcoat { weight, roughness: Mapped::new(0.3), normal_texture: None, normal_scale: 1.0 };
+    scene.materials[0].normal_texture = Some(reference);
+    scene.materials[0].clearcoat = Some(coat);
+    scene.update_transforms();
+    scene
+}
+
+#[test]
+fn what_is_seen_small_does_without_normal_maps_and_coats() {
+    let scene = coated();
+    let mut without = scene.clone();
+    (without.materials[0].normal_texture, without.materials[0].clearcoat) = (None, None);
+    let mut renderer = renderer();
+    for path in [Path::Deferred, Path::Forward] {
+        let at = |distance_m: f32, materials: bool| {
+            request(distance_m).with(|settings| {
+                (settings.render.path, settings.lod.materials) = (path, materials);
+            })
+        };
+        // The ball around its box is 16 pixels wide, as the settings have it.
+        let distance_m = 3f32.sqrt() * 2.0 * SIDE as f32 / (2.0 * 0.2618f32.tan()) / 16.0;
+        let crop = |request: FrameRequest| FrameRequest { width: 32, height: 32, ..request };
+        let narrow = |mut request: FrameRequest| {
+            // The same pixels of the middle alone.
+            let fov_y_rad = 2.0 * (0.2618f32.tan() * 32.0 / SIDE as f32).atan();
+            request.camera.projection = Projection::Perspective { fov_y_rad, near_m: 0.1, far_m: None };
+            crop(request)
+        };
+        let mut shown = |scene: &Scene, times: f32, materials: bool| {
+            picture(&mut renderer, scene, &narrow(at(times * distance_m, materials)))
+        };
+        assert!(shown(&scene, 0.97, true) == shown(&scene, 0.97, false), "{path:?}");
+        let (plain, whole) = (shown(&scene, 1.03, true), shown(&scene, 1.03, false));
+        let error = flip(&whole, &plain).mean();
+        println!("{path:?}: a switch of materials has a FLIP of {error:.4}");
+        assert!(plain != whole && error < 0.02, "{error}");
+        assert_looks_same(&shown(&without, 1.03, false), &plain, 0.003);
+    }
+}
