@@ -11,6 +11,8 @@ let orbit;
 let isLoaded = false;
 /** Rises with every wish, so that older ones give way. */
 let latest = 0;
+/** Rises with every model, so that textures of former ones are left alone. */
+let opened = 0;
 /** With a fixed size, for tests and pictures, a frame is one sample a pixel, and nothing but the canvas is shown. */
 const bare = query.has("size");
 
@@ -32,21 +34,22 @@ function draw() {
   });
 }
 
-/** Relative addresses in a .gltf; nothing for other models, of which the viewer reads what is in the file itself. */
+/** Relative addresses of buffers and of images in a .gltf; none for other models, of which the viewer reads what is in the file itself. */
 function references(bytes) {
-  if (new TextDecoder().decode(bytes.subarray(0, 4)) === "glTF") return [];
+  const none = { buffers: [], images: [] };
+  if (new TextDecoder().decode(bytes.subarray(0, 4)) === "glTF") return none;
   let json;
-  try { json = JSON.parse(new TextDecoder().decode(bytes)); } catch { return []; }
-  const uris = [...(json.buffers ?? []), ...(json.images ?? [])].map((entry) => entry.uri);
-  return [...new Set(uris.filter((uri) => uri && !/^data:/i.test(uri)))];
+  try { json = JSON.parse(new TextDecoder().decode(bytes)); } catch { return none; }
+  const addresses = (entries) => [...new Set((entries ?? []).map((entry) => entry.uri).filter((uri) => uri && !/^data:/i.test(uri)))];
+  return { buffers: addresses(json.buffers), images: addresses(json.images) };
 }
 
 const isStage = (name) => /\.stage\.toml$/i.test(name);
 
 /** Shows a model or a stage; `get` fetches what they refer to, by a path (of a stage) or an address (of a model, from the model's place). */
 async function open(name, bytes, get) {
-  const parts = async (bytes, model) => {
-    const found = await Promise.all(references(bytes).map(async (uri) => [uri, await get(uri, model)]));
+  const parts = async (bytes, addresses, model) => {
+    const found = await Promise.all(addresses.map(async (uri) => [uri, await get(uri, model)]));
     // An OBJ names libraries of materials, and those name textures. What is not there is warned of by the viewer.
     const tried = new Set();
     for (;;) {
@@ -59,12 +62,19 @@ async function open(name, bytes, get) {
       }));
     }
   };
-  if (!isStage(name)) return show(await parts(bytes), (viewer, found) => viewer.load(bytes, found));
+  if (!isStage(name)) {
+    const { buffers, images } = references(bytes);
+    const late = images.map((uri) => [uri, get(uri)]);
+    // What fails is said when its turn comes.
+    for (const [, file] of late) file.catch(() => {});
+    await show(await parts(bytes, buffers), (viewer, found) => viewer.loadBeforeImages(bytes, found, images));
+    return dress(late);
+  }
   const model = stageModel(bytes);
   const isBuiltIn = model.startsWith("demo:");
   const path = model.split("/").map(encodeURIComponent).join("/");
   const modelBytes = isBuiltIn ? undefined : await get(path);
-  const found = isBuiltIn ? [] : [[model, modelBytes], ...await parts(modelBytes, path)];
+  const found = isBuiltIn ? [] : [[model, modelBytes], ...await parts(modelBytes, Object.values(references(modelBytes)).flat(), path)];
   const environment = stageEnvironment(bytes);
   if (environment) found.push([environment, await get(environment.split("/").map(encodeURIComponent).join("/"))]);
   return show(found, (viewer, found) => viewer.loadStage(bytes, found));
@@ -96,6 +106,7 @@ async function openFiles(files) {
 /** Loads with what was found of the files that are referred to. */
 async function show(found, load) {
   latest++;
+  opened++;
   await inTurn(() => {
     isLoaded = false;
     load(state.viewer, new Map(found));
@@ -104,6 +115,33 @@ async function show(found, load) {
     say(state.viewer.warnings().slice(0, 5).join("\n"));
   });
   await draw();
+}
+
+/** Gives the model its textures as they come, those in its own file first, and draws after each; with a fixed size once, after all. */
+async function dress(late) {
+  const mine = opened;
+  const step = (action) => inTurn(() => mine === opened && action(state.viewer));
+  const drawn = () => mine === opened && !bare && draw();
+  let came = late.length > 0;
+  /** The model stays without what cannot be had; the rest comes all the same. */
+  let failure;
+  while (await step((viewer) => viewer.nextImage())) {
+    came = true;
+    await drawn();
+  }
+  for (const [uri, file] of late) {
+    try {
+      const bytes = await file;
+      await step((viewer) => viewer.giveImage(decodeURIComponent(uri), bytes));
+      await drawn();
+    } catch (error) {
+      failure ??= error;
+    }
+  }
+  if (!came || mine !== opened) return;
+  say(state.viewer.warnings().slice(0, 5).join("\n"));
+  await draw();
+  if (failure) throw failure;
 }
 
 /** Leaves the file's camera as soon as the user turns or zooms. */

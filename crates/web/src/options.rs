@@ -29,6 +29,11 @@ impl Options {
         self.settings.exposure.stops.resolved(scene, self.settings.environment.source)
     }
 
+    /// Whether meshes are given coarser levels.
+    pub fn simplifies(&self) -> bool {
+        self.settings.lod.simplify
+    }
+
     /// Whether surfaces get the same light as with `other`.
     pub fn has_light_of(&self, other: &Self) -> bool {
         let light = |options: &Self| {
