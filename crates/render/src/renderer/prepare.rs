@@ -210,7 +210,7 @@ impl Renderer {
         let settings = &request.settings;
         let Lit { range, made, draws, .. } = lit;
         let shadows = shadows.filter(|_| settings.shadows.enabled);
-        let (_, sample_count) = request.sample();
+        let (sample_index, sample_count) = request.sample();
         let filtering = self.filtering(asked);
         let uniform = self.view_uniform(asked, range, *size);
         let ViewState { tables, lists, .. } = state;

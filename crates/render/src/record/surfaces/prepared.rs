@@ -158,9 +158,7 @@ impl Preparing<'_, '_> {
             let is_blended = draw.item as usize >= world.opaque_count && !item.transmissive;
             let is_wanted = match which {
                 Which::All => true,
-                Which::Hiding => {
-                    !item.masked && !is_blended && !draw.fades && item.topology == Topology::Triangles
-                }
+                Which::Hiding => !item.masked && !is_blended && !draw.fades && item.topology == Topology::Triangles,
                 Which::Layered => item.layers != 0,
                 Which::Plain => item.layers == 0,
             };
