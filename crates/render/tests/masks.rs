@@ -23,7 +23,8 @@ const SHARE: f32 = 0.25;
 fn sieve(tiles: f32, shading_model: ShadingModel) -> SceneBuilder {
     let parallel = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 20.0 };
     let mut builder = SceneBuilder::new(Vec3::Y * 5.0, Vec3::ZERO, parallel);
-    let texel = |i: u32| [255, 255, 255, if i % 2 == 0 && (i / 32) % 2 == 0 { 255 } else { 0 }];
+    let is_there = |i: u32| i.is_multiple_of(2) && (i / 32).is_multiple_of(2);
+    let texel = |i: u32| [255, 255, 255, if is_there(i) { 255 } else { 0 }];
     let data = (0..32 * 32).flat_map(texel).collect();
     let pixels = Pixels { width: 32, height: 32, format: PixelFormat::Rgba8, data };
     builder.scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });

@@ -61,7 +61,6 @@ const SHADOWLESS: &[(&str, &str)] = &[("shadows.enabled", "false")];
 const SPOTS: &str = "renderling/shadow_mapping_spots.glb";
 const SPHERES: &str =
     "khronos-sample-assets/Models/MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb";
-const PANES: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
 pub(super) const CASES: [Case; 31] = [
@@ -114,7 +113,10 @@ pub(super) const CASES: [Case; 31] = [
     Case { is_forward: true, ..case("SpecularTest", "", SQUARE) },
     case("IridescenceSuzanne", "", SQUARE),
     // Two targets of one blend state: sums, and weights.
-    Case { settings: &[("transparency.mode", "weighted")], ..case("panes-weighted", PANES, SQUARE) },
+    Case {
+        settings: &[("transparency.mode", "weighted")],
+        ..case("panes-weighted", "docs/examples/panes.gltf", SQUARE)
+    },
 ];
 
 impl Case {
