@@ -12,7 +12,7 @@ use crate::pattern::{Output, is_stdout};
 use manypass_offline::atomic;
 use manypass_scene::environment::files_of;
 use manypass_scene::formats;
-use manypass_scene::stage::{is_stage, named_environment, named_model};
+use manypass_scene::stage::{is_stage, named_environment, named_images, named_model};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
@@ -122,6 +122,9 @@ impl Places {
                 self.read(path, format!("the stage {}", path.display()));
                 named_model(path).into_iter().for_each(|model| self.read_input(&Input::File(model)));
                 named_environment(path).into_iter().for_each(|path| self.read_environment(&path));
+                for image in named_images(path) {
+                    self.read(&image, format!("an image that {} names", path.display()));
+                }
             }
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));

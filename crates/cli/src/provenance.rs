@@ -3,7 +3,7 @@
 use crate::input::Input;
 use manypass_scene::environment::files_of;
 use manypass_scene::formats;
-use manypass_scene::stage::{is_stage, named_model};
+use manypass_scene::stage::{is_stage, named_images, named_model};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -39,8 +39,8 @@ impl InputFile {
     }
 }
 
-/// The stage if there is one, the model's own file, then those that it names; those that cannot be read are left out. Standard input and
-/// built-in scenes have none. Last comes the picture of the environment.
+/// The stage if there is one, the model's own file, then those that it names, then images that the stage names; those that cannot be
+/// read are left out. Standard input and built-in scenes have none. Last comes the picture of the environment.
 pub fn input_files(input: &Input, environment: Option<&Path>) -> Vec<InputFile> {
     let mut files = model_files(input);
     files.extend(environment.into_iter().flat_map(files_of).filter_map(|path| InputFile::read(&path)));
@@ -54,6 +54,13 @@ fn model_files(input: &Input) -> Vec<InputFile> {
     for reference in paths.last().and_then(|model| formats::references(model).ok()).unwrap_or_default() {
         if !paths.contains(&reference) {
             paths.push(reference);
+        }
+    }
+    if is_stage(path) {
+        for image in named_images(path) {
+            if !paths.contains(&image) {
+                paths.push(image);
+            }
         }
     }
     paths.iter().filter_map(|path| InputFile::read(path)).collect()

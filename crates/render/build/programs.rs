@@ -11,11 +11,23 @@ const FOR_POINTS: &str = ", also for points";
 /// After the name, and after [`FOR_POINTS`]: there is one more program, for materials with layers.
 const WITH_LAYERS: &str = ", also with layers";
 
+/// After these: there is one more program, for materials with maps over others, or with baked light.
+const WITH_DETAIL: &str = ", also with detail";
+
+/// After these: there is one more program, for materials with relief. It has the layers of the program, if that has any.
+const WITH_RELIEF: &str = ", also with relief";
+
 /// Axes that only surfaces with layers have.
 const AXES_OF_LAYERS: [&str; 1] = ["transmissive"];
 
 /// An axis that they have not, because it is on: few are worth no variants.
 const ALWAYS_WITH_LAYERS: &str = "occlusion_apart";
+
+/// The same of programs with detail.
+const ALWAYS_WITH_DETAIL: [&str; 2] = ["textured", ALWAYS_WITH_LAYERS];
+
+/// The same of programs with relief.
+const ALWAYS_WITH_RELIEF: [&str; 3] = ["textured", ALWAYS_WITH_LAYERS, "masked"];
 
 /// Axes that surfaces have and points do not: their discs are cut out in any case, so that masks, whose cutoff is 0 where
 /// there is none, need no variants; and they have no tangents.
@@ -40,7 +52,7 @@ pub struct Declared {
 /// // Program: meter.
 /// // Program: direct. Axes: tiled, global.
 /// // Program: ids, also for points. Axes: textured, masked, deformed.
-/// // Program: forward, also for points, also with layers. Axes: textured, transmissive.
+/// // Program: forward, also for points, also with layers, also with relief. Axes: textured, transmissive.
 /// ```
 pub fn declared(source: &Path) -> Vec<Declared> {
     let mut programs = BTreeMap::new();
@@ -66,6 +78,8 @@ fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
     let is_word = |word: &str| {
         !word.is_empty() && word.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_')
     };
+    let (name, with_relief) = name.strip_suffix(WITH_RELIEF).map_or((name, false), |name| (name, true));
+    let (name, with_detail) = name.strip_suffix(WITH_DETAIL).map_or((name, false), |name| (name, true));
     let (name, with_layers) = name.strip_suffix(WITH_LAYERS).map_or((name, false), |name| (name, true));
     let (name, for_points) = name.strip_suffix(FOR_POINTS).map_or((name, false), |name| (name, true));
     if !is_word(name) || !axes.iter().all(|axis| is_word(axis)) {
@@ -84,8 +98,19 @@ fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
         programs.push(declared(format!("{name}_points"), &["points", "masked"], &is_of_points));
     }
     if with_layers {
-        let features = &["layered", ALWAYS_WITH_LAYERS];
+        let features = &["layered", "detailed", ALWAYS_WITH_LAYERS];
         programs.push(declared(format!("{name}_layered"), features, &|axis| axis != ALWAYS_WITH_LAYERS));
+    }
+    if with_detail {
+        let features = &["detailed", "textured", ALWAYS_WITH_LAYERS];
+        let has = |axis: &str| is_of_surfaces(axis) && !ALWAYS_WITH_DETAIL.contains(&axis);
+        programs.push(declared(format!("{name}_detailed"), features, &has));
+    }
+    if with_relief {
+        let all: &'static [&'static str] = &["relief", "detailed", "textured", ALWAYS_WITH_LAYERS, "masked", "layered"];
+        let features = if with_layers { all } else { &all[..all.len() - 1] };
+        let has = |axis: &str| is_of_surfaces(axis) && !ALWAYS_WITH_RELIEF.contains(&axis);
+        programs.push(declared(format!("{name}_relief"), features, &has));
     }
     Some(programs)
 }

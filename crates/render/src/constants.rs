@@ -84,6 +84,17 @@ shared_constants! {
     /// Colours are refracted apart.
     LAYER_DISPERSION: u32 = 33_554_432;
 
+    /// Light that was baked.
+    LAYER_LIGHT_MAP: u32 = 134_217_728;
+    /// Normals from heights.
+    LAYER_BUMP: u32 = 268_435_456;
+    /// Heights shadow each other.
+    LAYER_SELF_SHADOW: u32 = 536_870_912;
+    /// All maps are shifted along the line of sight: alone once, with [`LAYER_STEPS`] to where fine steps meet the heights.
+    LAYER_PARALLAX: u32 = 1_073_741_824;
+    /// To where steps meet the heights; coarse ones without [`LAYER_PARALLAX`].
+    LAYER_STEPS: u32 = 2_147_483_648;
+
     /// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of points
     /// and lines).
     WITHOUT_NORMALS: u32 = 0x8000_0000;

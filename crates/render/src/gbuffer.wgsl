@@ -10,6 +10,8 @@ const REFLECTANCE_SCALE: f32 = 0.2;
 const SHADING_MODEL_UNLIT: f32 = 0.0;
 // Shaded where it is drawn, because the material has more than this holds: light passes leave it alone.
 const SHADING_MODEL_FORWARD: f32 = 0.501960784;
+// Standard, but diffuse light of the environment is in what was baked.
+const SHADING_MODEL_BAKED: f32 = 0.8;
 const SHADING_MODEL_STANDARD: f32 = 1.0;
 
 struct Surface {
@@ -31,6 +33,11 @@ struct GbufferTexels {
 // Whether passes that read the G-buffer light a surface.
 fn is_lit_deferred(surface: Surface) -> bool {
     return surface.shading_model > 0.75;
+}
+
+// How much of the environment's diffuse light a surface takes.
+fn diffuse_environment_share(surface: Surface) -> f32 {
+    return select(1.0, 0.0, abs(surface.shading_model - SHADING_MODEL_BAKED) < 0.05);
 }
 
 fn gbuffer_pack(surface: Surface) -> GbufferTexels {

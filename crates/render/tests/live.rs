@@ -22,7 +22,7 @@ use std::sync::Arc;
 const INSTANCE_BYTES: u64 = 72;
 const MATERIAL_BYTES: u64 = 240;
 /// Bytes of the factors of a material's layers.
-const LAYER_BYTES: u64 = 576;
+const LAYER_BYTES: u64 = 720;
 /// All instances, where others come first in the table.
 const REORDERED: u64 = 40 * INSTANCE_BYTES;
 

@@ -117,10 +117,14 @@ fn programs_are_those_that_shaders_declare() {
     let of_layers = ["textured", "normal_map", "masked", "deformed", "shadowed", "transmissive"];
     assert_eq!(axes_of("forward_layered").unwrap(), of_layers);
     assert!(!axes_of("forward").unwrap().contains(&"transmissive"));
+    // What is rare has textures, masks and occlusion in any case.
+    assert_eq!(axes_of("geometry_detailed").unwrap(), ["normal_map", "masked", "deformed"]);
+    assert_eq!(axes_of("forward_relief").unwrap(), ["normal_map", "deformed", "shadowed"]);
+    const SECOND: [&str; 4] = ["_points", "_layered", "_detailed", "_relief"];
     let mut files = Vec::new();
     shader_files(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut files);
     let declared: usize = files.iter().map(|(_, text)| text.matches("\n// Program: ").count()).sum();
-    assert_eq!(declared, names.iter().filter(|name| !name.ends_with("_points") && !name.ends_with("_layered")).count());
+    assert_eq!(declared, names.iter().filter(|name| !SECOND.iter().any(|end| name.ends_with(end))).count());
 }
 
 #[test]

@@ -1,22 +1,25 @@
 //! The built-in demos. The hall is a colonnade at night under more than a thousand coloured lights, whose meshes and lights are shared
-//! by many nodes; the other shows what materials can be.
+//! by many nodes; the others show what materials can be, and what maps make of flat surfaces.
 
 mod materials;
+mod relief;
 
 pub use materials::materials;
+pub use relief::relief;
 
 use crate::{Aabb, AlphaMode, Camera, Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene};
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 2] = ["hall", "materials"];
+pub const NAMES: [&str; 3] = ["hall", "materials", "relief"];
 
 /// The demo of a name.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
         "hall" => Some(hall()),
         "materials" => Some(materials()),
+        "relief" => Some(relief()),
         _ => None,
     }
 }

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 26] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 27] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -53,6 +53,7 @@ pub const SUPPORTED_EXTENSIONS: [&str; 26] = [
     "KHR_texture_basisu",
     "KHR_texture_transform",
     "MSFT_lod",
+    "MOZ_lightmap",
 ];
 
 /// The most extensions of a file that are named; there are not as many.

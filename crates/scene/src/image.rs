@@ -83,6 +83,32 @@ impl Pixels {
     }
 }
 
+/// Heights of 16 bits, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heights {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// `width · height` of them, 65,535 the highest.
+    pub data: Vec<u16>,
+}
+
+impl Heights {
+    /// The same in another size, filtered linearly.
+    pub fn resized(self, width: u32, height: u32) -> Self {
+        if (self.width, self.height) == (width, height) {
+            return self;
+        }
+        let image = ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(self.width, self.height, self.data);
+        let Some(image) = image else {
+            return Self { width, height, data: vec![u16::MAX; width as usize * height as usize] };
+        };
+        let data = ::image::imageops::resize(&image, width, height, ::image::imageops::FilterType::Triangle).into_raw();
+        Self { width, height, data }
+    }
+}
+
 /// An image of the scene. Whether its colours are sRGB or linear depends on the material slot that uses it.
 #[derive(Clone, Debug)]
 pub struct Image {
@@ -193,6 +219,27 @@ impl Image {
         let is_whole = width.is_multiple_of(BlockFormat::SIDE) && height.is_multiple_of(BlockFormat::SIDE);
         let fits = u64::from(width) * u64::from(height) * 4 <= MAX_DECODE_BYTES;
         (is_ktx2(bytes) && is_whole && fits).then(|| ktx2::transcode(bytes, format)).flatten()
+    }
+
+    /// Red as heights: all bits of an image that has 16 a channel, and of others eight. Takes at most 512 MiB while it decodes.
+    pub fn decode_heights(&self) -> Result<Heights, ImageError> {
+        if let ImageSource::Encoded(bytes) = &self.source
+            && !is_ktx2(bytes)
+        {
+            let (width, height) = self.dimensions()?;
+            if u64::from(width) * u64::from(height) * 8 > MAX_DECODE_BYTES {
+                return Err(self.error("it takes more than 512 MiB"));
+            }
+            let decoded = self.reader(bytes)?.decode().map_err(|error| self.error(error))?;
+            let data = match decoded {
+                ::image::DynamicImage::ImageLuma16(image) => image.into_raw(),
+                other => other.into_rgba16().pixels().map(|texel| texel.0[0]).collect(),
+            };
+            return Ok(Heights { width, height, data });
+        }
+        let Pixels { width, height, data, .. } = self.decode()?;
+        let data = data.chunks_exact(4).map(|texel| u16::from(texel[0]) * 257).collect();
+        Ok(Heights { width, height, data })
     }
 
     /// The texels with eight bits a channel. Takes at most 512 MiB while it decodes.

@@ -1,7 +1,9 @@
 //! Materials: the metallic-roughness model of glTF 2.0, and the layers of its extensions.
 
+mod detail;
 mod layers;
 
+pub use detail::{DetailMaps, HeightMap, HeightMethod, LightMap};
 pub use layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Mapped, Sheen, Specular, Volume};
 
 use crate::Levels;
@@ -91,6 +93,8 @@ pub struct Material {
     pub normal_texture: Option<TextureRef>,
     /// Scales x and y of the normal texture.
     pub normal_scale: f32,
+    /// Whether green of all its normal maps points down, as DirectX has it; glTF and OpenGL have it up.
+    pub has_normals_down: bool,
     /// Occlusion in red, linear.
     pub occlusion_texture: Option<TextureRef>,
     /// 0: no occlusion; 1: the texture in full.
@@ -128,6 +132,12 @@ pub struct Material {
     pub dispersion: f32,
     /// What takes its place where a surface is seen small: indices into [`crate::Scene::materials`].
     pub levels: Option<Levels<usize>>,
+    /// Heights below the triangles.
+    pub height: Option<HeightMap>,
+    /// Finer maps over the others.
+    pub detail: Option<DetailMaps>,
+    /// Light that was computed beforehand (`MOZ_lightmap`).
+    pub light_map: Option<LightMap>,
 }
 
 impl Default for Material {
@@ -142,6 +152,7 @@ impl Default for Material {
             metallic_roughness_texture: None,
             normal_texture: None,
             normal_scale: 1.0,
+            has_normals_down: false,
             occlusion_texture: None,
             occlusion_strength: 1.0,
             emissive_factor: Vec3::ZERO,
@@ -160,6 +171,9 @@ impl Default for Material {
             volume: None,
             dispersion: 0.0,
             levels: None,
+            height: None,
+            detail: None,
+            light_map: None,
         }
     }
 }

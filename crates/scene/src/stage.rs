@@ -19,17 +19,20 @@
 pub mod keys;
 mod lights;
 mod load;
+mod materials;
 mod names;
 mod table;
 
 pub use load::{
-    LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_environment, named_model,
+    LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_environment, named_images,
+    named_model,
 };
 
 use crate::light::LIGHTS_MAX;
 use crate::{Diagnostic, Scene};
 use keys::{LIGHTS, MATERIALS, NODES, SETTINGS_TABLES, StageTable, TABLES};
 use lights::LightEntry;
+use materials::{MaterialChange, StageImages};
 use names::Pattern;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -45,7 +48,7 @@ pub struct Stage {
     environment: Option<Placed<String>>,
     lights: Vec<LightEntry>,
     nodes: Vec<CastChange>,
-    materials: Vec<CastChange>,
+    materials: Vec<MaterialChange>,
 }
 
 /// Whether what has a name keeps light from what lies behind it.
@@ -82,7 +85,7 @@ impl Stage {
         let environment = environment_file(root);
         let lights = list(&source, root, &LIGHTS, LightEntry::read)?;
         let nodes = list(&source, root, &NODES, CastChange::read)?;
-        let materials = list(&source, root, &MATERIALS, CastChange::read)?;
+        let materials = list(&source, root, &MATERIALS, MaterialChange::read)?;
         Ok(Self { model, environment, lights, nodes, materials, source })
     }
 
@@ -108,27 +111,55 @@ impl Stage {
 
     /// Where that picture lies, seen from where [`Self::file`] is.
     pub fn environment_path(&self) -> Option<PathBuf> {
-        self.environment().map(|name| Path::new(self.file()).parent().unwrap_or(Path::new("")).join(name))
+        self.environment().map(|name| self.path_of(name))
     }
 
-    /// Changes the model's scene: lights, then what casts shadows. Brings its transforms up to date.
+    /// The images that its materials name, as they are written: paths from the stage's folder. Each once.
+    pub fn images(&self) -> Vec<&str> {
+        let mut names: Vec<&str> =
+            self.materials.iter().flat_map(MaterialChange::images).map(|name| name.value.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// Where a file lies that the stage names, seen from where [`Self::file`] is.
+    fn path_of(&self, name: &str) -> PathBuf {
+        Path::new(self.file()).parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    /// Changes the model's scene as [`Self::apply_with`] does, where materials get no images.
     ///
     /// # Errors
-    /// The model has no light, node or material of a name; the scene may be changed in part.
+    /// As [`Self::apply_with`]; and if they do.
     pub fn apply(&self, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
+        let mut none = |name: &str| Err(format!("`{name}` was not given with the stage"));
+        self.apply_with(scene, &mut none).map(drop)
+    }
+
+    /// Changes the model's scene: what casts shadows, materials, lights. Brings its transforms up to date. `resolve` gives images by
+    /// the names of [`Self::images`]. Gives warnings.
+    ///
+    /// # Errors
+    /// The model has no light, node or material of a name, or an image cannot be read; the scene may be changed in part.
+    pub fn apply_with(
+        &self,
+        scene: &mut Scene,
+        resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    ) -> Result<Vec<String>, Box<Diagnostic>> {
+        let mut warnings = Vec::new();
         for change in &self.nodes {
             let nodes = scene.nodes.iter_mut().map(|node| (node.name.as_str(), &mut node.casts_shadow));
             change.apply(&self.source, "node", nodes)?;
         }
+        let images = StageImages::read(&self.source, self.materials.iter(), scene, resolve)?;
         for change in &self.materials {
-            let materials =
-                scene.materials.iter_mut().map(|material| (material.name.as_str(), &mut material.casts_shadow));
-            change.apply(&self.source, "material", materials)?;
+            change.apply(&self.source, scene, &images, &mut warnings)?;
         }
         // New lights come with nodes, which are none of the model's.
         lights::apply(&self.lights, &self.source, scene)?;
         scene.update_transforms();
-        Ok(())
+        Ok(warnings)
     }
 
     /// An error at the name of the picture of the environment.

@@ -57,7 +57,10 @@ fn every_layer_is_read_with_its_maps() {
             "diffuseTransmissionColorFactor": [0, 1, 0], "diffuseTransmissionColorTexture": map(1),
         },
     } }));
-    assert!(LayerMap::ALL.into_iter().all(|map| material.layer_texture(map).is_some()));
+    // No extension has these.
+    let of_stages = [LayerMap::Height, LayerMap::DetailNormal, LayerMap::DetailColor];
+    let is_there = |map: LayerMap| material.layer_texture(map).is_some();
+    assert!(LayerMap::ALL.into_iter().all(|map| is_there(map) != of_stages.contains(&map)));
     let specular = material.specular.unwrap();
     assert_eq!((material.ior, specular.weight.factor, specular.color.factor), (1.33, 0.5, Vec3::new(1.0, 2.0, 3.0)));
     assert_eq!(specular.color.texture.map(|map| (map.texture, map.uv_set)), Some((1, 1)));
@@ -100,6 +103,24 @@ fn layers_without_weight_are_none_and_wrong_numbers_are_said() {
     assert_eq!(coat.weight.factor, 1.0);
     let volume = json!({ "thicknessFactor": 1, "attenuationDistance": -1 });
     assert_eq!(warned("KHR_materials_volume", volume).volume.unwrap().attenuation_distance_m, f32::INFINITY);
+}
+
+#[test]
+fn light_maps_lie_on_the_second_uv_set_unless_they_say_another() {
+    let name = "MOZ_lightmap";
+    let (material, warnings) = read(extension(name, json!({ "index": 1, "intensity": 2.5 })));
+    let light_map = material.light_map.unwrap();
+    let texture = light_map.light.texture.unwrap();
+    assert_eq!((light_map.light.factor, light_map.is_srgb, texture.texture, texture.uv_set), (2.5, false, 1, 1));
+    assert!(!warnings.iter().any(|warning| warning.contains("materials")), "{warnings:?}");
+    let transform = json!({ "KHR_texture_transform": { "scale": [2, 3] } });
+    let (material, _) = read(extension(name, json!({ "index": 0, "texCoord": 0, "extensions": transform })));
+    let light_map = material.light_map.unwrap();
+    let texture = light_map.light.texture.unwrap();
+    assert_eq!((light_map.light.factor, texture.uv_set, texture.transform.scale.y), (1.0, 0, 3.0));
+    let (material, warnings) = read(extension(name, json!({ "index": 0, "intensity": -1 })));
+    assert_eq!(material.light_map.unwrap().light.factor, 0.0);
+    assert_eq!(warnings.iter().filter(|warning| warning.contains(name)).count(), 1, "{warnings:?}");
 }
 
 #[test]

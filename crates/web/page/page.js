@@ -1,5 +1,5 @@
 // ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)
-import init, { create, modelFiles, stageEnvironment, stageModel } from "./manypass_web.js";
+import init, { create, modelFiles, stageEnvironment, stageImages, stageModel } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
@@ -76,7 +76,9 @@ async function open(name, bytes, get) {
   const modelBytes = isBuiltIn ? undefined : await get(path);
   const found = isBuiltIn ? [] : [[model, modelBytes], ...await parts(modelBytes, Object.values(references(modelBytes)).flat(), path)];
   const environment = stageEnvironment(bytes);
-  if (environment) found.push([environment, await get(environment.split("/").map(encodeURIComponent).join("/"))]);
+  for (const file of [...environment ? [environment] : [], ...stageImages(bytes)]) {
+    found.push([file, await get(file.split("/").map(encodeURIComponent).join("/"))]);
+  }
   return show(found, (viewer, found) => viewer.loadStage(bytes, found));
 }
 

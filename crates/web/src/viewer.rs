@@ -98,6 +98,15 @@ pub fn stage_environment(bytes: &[u8]) -> Result<Option<String>, JsError> {
     Ok(parsed_stage(bytes)?.environment().map(str::to_owned))
 }
 
+/// The images that the materials of a stage name, paths from the stage's own place.
+///
+/// # Errors
+/// When the stage is wrong; the message names the place in it.
+#[wasm_bindgen(js_name = stageImages)]
+pub fn stage_images(bytes: &[u8]) -> Result<Vec<String>, JsError> {
+    Ok(parsed_stage(bytes)?.images().into_iter().map(str::to_owned).collect())
+}
+
 fn parsed_stage(bytes: &[u8]) -> Result<Stage, JsError> {
     let text = std::str::from_utf8(bytes).map_err(|_| JsError::new("the stage is no text in UTF-8"))?;
     Stage::parse("the stage", text).map_err(|error| JsError::new(&error.to_string()))
@@ -230,7 +239,7 @@ impl Viewer {
     }
 
     /// Takes a stage, `NAME.stage.toml`, with its model under the name that `stageModel` gives, the files that the model
-    /// refers to, and the picture that `stageEnvironment` names. Replaces the model before; options come after the stage's settings.
+    /// refers to, the picture that `stageEnvironment` names and the images of `stageImages`. Replaces the model before; options come after the stage's settings.
     ///
     /// # Errors
     /// When the stage or its model cannot be read; the message names the place in it.

@@ -3,9 +3,10 @@
 use super::deformation::{Deformation, Joints};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
 use super::{Axes, Faces};
-use crate::constants::{LAYER_TRANSMISSION, WITHOUT_NORMALS};
+use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION, WITHOUT_NORMALS};
 use crate::levels::Group;
 use crate::lights::ObjectBounds;
+use crate::resources::layers::SHADED_WHERE_DRAWN;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
 use bytemuck::Zeroable;
 use glam::Vec3;
@@ -50,7 +51,7 @@ pub(crate) struct Item {
     pub bounds_world: Aabb,
     /// Whether it keeps light from what lies behind it.
     pub casts_shadow: bool,
-    /// The bits of its material's layers; 0 if the G-buffer holds all that it is.
+    /// The bits of its material's layers and detail; 0 if it has neither.
     pub layers: u32,
     /// Whether what lies behind is seen through it.
     pub transmissive: bool,
@@ -93,8 +94,10 @@ pub(crate) struct WorldDraws {
     pub items: Vec<Item>,
     /// How many of them neither blend nor let light through.
     pub opaque_count: usize,
-    /// Whether any has layers, in view or not, so that a camera that moves changes no pass.
+    /// Whether any has layers or detail, in view or not, so that a camera that moves changes no pass.
     pub has_layers: bool,
+    /// Whether any is shaded where it is drawn, though it neither blends nor lets light through.
+    pub is_shaded_where_drawn: bool,
     /// The box around every [`BLOCK_ITEMS`] of them, in world space; none where one is deformed.
     pub blocks: Vec<Option<Aabb>>,
     /// What the items refer to.
@@ -189,6 +192,7 @@ impl WorldDraws {
         self.opaque_count = 0;
         self.glows = false;
         self.has_layers = false;
+        self.is_shaded_where_drawn = false;
         let mut last = None;
         let mut group = 0;
         for at in &self.order {
@@ -199,6 +203,7 @@ impl WorldDraws {
             self.opaque_count += usize::from(is_opaque);
             self.glows |= is_opaque && posed.item.glows;
             self.has_layers |= posed.item.layers != 0;
+            self.is_shaded_where_drawn |= posed.item.layers & SHADED_WHERE_DRAWN != 0;
             // The corners of a point's disc read the object as vertices do, from a multiple of their number.
             let copies = if posed.item.topology == Topology::Points { DISC_CORNERS } else { 1 };
             let instance = (self.instances.len() as u32).next_multiple_of(copies);
@@ -274,6 +279,7 @@ impl WorldDraws {
     ) -> Aabb {
         let item =
             Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, levels, ..drawn.item() };
+        self.bounds_world = self.bounds_world.union(&drawn.relief_bounds(&item));
         self.keys[0].push(if drawn.properties.blended || item.transmissive {
             (BLENDED, self.posed.len() as u64)
         } else {
@@ -356,11 +362,23 @@ impl Drawn<'_> {
             transmissive: layers & LAYER_TRANSMISSION != 0,
             casts_shadow: node.casts_shadow && properties.casts_shadow,
             emits: properties.emits,
-            glows: properties.emits || properties.unlit || primitive.without_normals,
+            glows: properties.emits || properties.is_baked || properties.unlit || primitive.without_normals,
             extent,
             center,
             levels: ItemLevels::default(),
         }
+    }
+
+    /// The box around its relief, which lies below its triangles; empty if it has none.
+    fn relief_bounds(&self, item: &Item) -> Aabb {
+        let Some(layers) = self.properties.layers.as_ref().filter(|_| item.layers & LAYER_STEPS != 0) else {
+            return Aabb::EMPTY;
+        };
+        let matrix = &self.node.world_from_object;
+        let scale =
+            [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length()).into_iter().fold(0.0, f32::max);
+        let reach = Vec3::splat(layers.factors.detail.x * scale);
+        Aabb { min: item.bounds_world.min - reach, max: item.bounds_world.max + reach }
     }
 
     fn extent(&self) -> Option<Extent> {

@@ -341,7 +341,7 @@ impl Renderer {
         let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
         let has_blended = world.draws.opaque_count < world.draws.items.len();
         let reads_lists = match settings.render.path {
-            Path::Deferred => !has_volumes || has_blended || world.draws.has_layers,
+            Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,
             Path::Forward => true,
             Path::ForwardBatched => has_blended,
             Path::Gouraud => world.draws.has_layers,

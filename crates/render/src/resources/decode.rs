@@ -1,8 +1,9 @@
 //! Images are decoded and given their mips on threads of their own, few at a time in memory.
 
+use super::heights;
 use super::mips::{MipChain, half};
-use super::packing::{ImageSource, layer_samplers_differ, layer_size};
-use manypass_scene::{BlockFormat, PixelFormat, Pixels, Scene};
+use super::packing::{ImageSource, LayerImage, layer_images, layer_samplers_differ, layer_size};
+use manypass_scene::{BlockFormat, Heights, PixelFormat, Pixels, Scene};
 
 /// An image for the device, with what there is to say about it.
 pub(super) struct Decoded {
@@ -43,8 +44,12 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
                     "material {index} `{name}`: its layers' maps of {what} are one texture, and ask for different samplers; that of the first counts"
                 ));
             }
-            let decoded = source.images(scene).into_iter();
-            let decoded = decoded.map(|image| decode_base(scene, image, is_srgb, limit, &mut warnings)).collect();
+            let images = material.map(|material| layer_images(scene, material, is_srgb));
+            let decode = |layer: LayerImage| match layer.is_height {
+                true => decode_heights(scene, layer.image, limit, &mut warnings).map(Layer::Heights),
+                false => decode_base(scene, layer.image, is_srgb, limit, &mut warnings).map(Layer::Pixels),
+            };
+            let decoded = images.unwrap_or_default().into_iter().map(decode).collect();
             return Decoded { chain: layers(decoded, is_srgb), warnings };
         }
         ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limit, &mut warnings), is_srgb),
@@ -78,9 +83,40 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
     Some(pixels)
 }
 
+/// Heights no larger than `limit` texels; none, with a warning, if they cannot be decoded.
+fn decode_heights(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<String>) -> Option<Heights> {
+    let source = &scene.images[image];
+    let name = &source.name;
+    let heights = match source.decode_heights() {
+        Ok(heights) => heights,
+        Err(error) => {
+            warnings.push(format!("image {image} `{name}` cannot be decoded, and surfaces stay flat: {error}"));
+            return None;
+        }
+    };
+    let most = heights.width.max(heights.height);
+    if most <= limit {
+        return Some(heights);
+    }
+    warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; made smaller"));
+    let scaled = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(most)).max(1) as u32;
+    let (width, height) = (scaled(heights.width), scaled(heights.height));
+    Some(heights.resized(width, height))
+}
+
+/// What becomes a layer of a texture.
+enum Layer {
+    Pixels(Pixels),
+    Heights(Heights),
+}
+
 /// Images as the layers of one texture, all of one size. What is missing is white.
-fn layers(images: Vec<Option<Pixels>>, is_srgb: bool) -> Option<MipChain> {
-    let sizes: Vec<_> = images.iter().flatten().map(|image| (image.width, image.height)).collect();
+fn layers(images: Vec<Option<Layer>>, is_srgb: bool) -> Option<MipChain> {
+    let size_of = |layer: &Layer| match layer {
+        Layer::Pixels(image) => (image.width, image.height),
+        Layer::Heights(heights) => (heights.width, heights.height),
+    };
+    let sizes: Vec<_> = images.iter().flatten().map(size_of).collect();
     let (width, height) = layer_size(&sizes)?;
     let white = || {
         let data = vec![255; width as usize * height as usize * 4];
@@ -88,7 +124,11 @@ fn layers(images: Vec<Option<Pixels>>, is_srgb: bool) -> Option<MipChain> {
     };
     let mut chain: Option<MipChain> = None;
     for image in images {
-        let next = MipChain::of(image.map_or_else(white, |image| image.resized(width, height)), is_srgb);
+        let next = match image {
+            Some(Layer::Heights(heights)) => heights::mip_chain(heights.resized(width, height)),
+            Some(Layer::Pixels(image)) => MipChain::of(image.resized(width, height), is_srgb),
+            None => MipChain::of(white(), is_srgb),
+        };
         match &mut chain {
             Some(chain) => chain.append(next),
             None => chain = Some(next),

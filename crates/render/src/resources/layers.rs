@@ -4,15 +4,49 @@ use super::materials::Sampled;
 use super::packing::{ImageSource, layer_image, layer_images};
 use super::textures::Textures;
 use crate::constants::{
-    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_DISPERSION, LAYER_GLOSSINESS,
-    LAYER_IRIDESCENCE, LAYER_SHEEN, LAYER_TRANSMISSION, LAYER_VOLUME,
+    LAYER_ANISOTROPY, LAYER_BUMP, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_DISPERSION, LAYER_GLOSSINESS,
+    LAYER_IRIDESCENCE, LAYER_LIGHT_MAP, LAYER_PARALLAX, LAYER_SELF_SHADOW, LAYER_SHEEN, LAYER_STEPS,
+    LAYER_TRANSMISSION, LAYER_VOLUME,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3, Vec4};
-use manypass_scene::{LayerMap, Material, Sampler, Scene, ShadingModel};
+use manypass_scene::material::HeightMethod;
+use manypass_scene::{LayerMap, Material, Sampler, Scene, ShadingModel, TextureRef};
 
 /// The bit of reflection that is not as a refractive index makes it, which costs no shader anything.
-const LAYER_SPECULAR: u32 = 1 << 16;
+const LAYER_SPECULAR: u32 = 1 << 26;
+
+/// The bits of a material for which the G-buffer has no room, so that it is shaded where it is drawn.
+pub(crate) const SHADED_WHERE_DRAWN: u32 = LAYER_SPECULAR
+    | LAYER_GLOSSINESS
+    | LAYER_CLEARCOAT
+    | LAYER_SHEEN
+    | LAYER_ANISOTROPY
+    | LAYER_IRIDESCENCE
+    | LAYER_TRANSMISSION
+    | LAYER_DIFFUSE_TRANSMISSION
+    | LAYER_VOLUME
+    | LAYER_DISPERSION
+    | LAYER_SELF_SHADOW;
+
+/// The bits of relief: what shifts maps.
+pub(crate) const RELIEF: u32 = LAYER_PARALLAX | LAYER_STEPS;
+
+/// The bit of a map.
+const fn bit_of(map: LayerMap) -> u32 {
+    1 << map as u32
+}
+
+/// The bits that change what a surface is before light reaches it, maps among them.
+pub(crate) const DETAIL: u32 = RELIEF
+    | LAYER_BUMP
+    | LAYER_LIGHT_MAP
+    | bit_of(LayerMap::Height)
+    | bit_of(LayerMap::DetailNormal)
+    | bit_of(LayerMap::DetailColor);
+
+/// The bits by which shadow maps hold relief.
+pub(crate) const CAST_RELIEF: u32 = RELIEF | bit_of(LayerMap::Height);
 
 /// The G-buffer holds reflectance up to this.
 const F0_DEFERRED_MAX: f32 = 0.2;
@@ -37,8 +71,13 @@ pub(crate) struct LayerFactors {
     pub diffuse_transmission: Vec4,
     /// What is absorbed in a metre, as an exponent; thickness in metres of the mesh's space.
     pub volume: Vec4,
+    /// How far below the triangles a height of 0 lies, in metres of the mesh's space; factor of baked light; scale of detail
+    /// normals; zero.
+    pub detail: Vec4,
     /// Two rows for each of [`LayerMap::ALL`]: as of `MaterialFactors::uv_rows`, with the layer of the texture in w of the second.
     pub maps: [Vec4; 2 * LayerMap::ALL.len()],
+    /// Those of baked light.
+    pub light_map_rows: [Vec4; 2],
 }
 
 /// Of a material that has layers.
@@ -50,6 +89,8 @@ pub(crate) struct Layers {
     pub factors: LayerFactors,
     /// Their maps that are data, and those that are colours.
     pub textures: [Sampled; 2],
+    /// Light that was baked.
+    pub light_map: Sampled,
 }
 
 /// Reflectance at normal incidence, seen from a vacuum (Fresnel).
@@ -58,7 +99,27 @@ pub(crate) fn f0_of_ior(ior: f32) -> f32 {
     ratio * ratio
 }
 
-/// The layers that a material needs, without the bits of maps; 0 if the G-buffer holds all that it is.
+/// Detail that a material needs, without the bits of maps. What is seen without light has no self-shadow.
+fn needed_detail(material: &Material) -> u32 {
+    let height = material.height;
+    let method = height.map(|height| height.method);
+    let is_lit = material.shading_model != ShadingModel::Unlit;
+    let has_steps = matches!(method, Some(HeightMethod::Steep | HeightMethod::Occlusion));
+    let all = [
+        (LAYER_LIGHT_MAP, material.light_map.is_some()),
+        // A normal map knows the normals better.
+        (
+            LAYER_BUMP,
+            height.is_some() && (method == Some(HeightMethod::Bump) || material.normal_texture.is_none()) && is_lit,
+        ),
+        (LAYER_PARALLAX, matches!(method, Some(HeightMethod::Parallax | HeightMethod::Occlusion))),
+        (LAYER_STEPS, has_steps),
+        (LAYER_SELF_SHADOW, has_steps && is_lit && height.is_some_and(|height| height.self_shadow)),
+    ];
+    all.iter().filter(|(_, is_there)| *is_there).fold(0, |bits, (bit, _)| bits | bit)
+}
+
+/// The layers that a material needs, without the bits of maps and of detail; 0 if the G-buffer holds all that it is.
 fn needed(material: &Material) -> u32 {
     if material.shading_model == ShadingModel::Unlit {
         return 0;
@@ -99,16 +160,17 @@ pub fn layer_names(material: &Material) -> Vec<&'static str> {
         (LAYER_DIFFUSE_TRANSMISSION, "diffuse_transmission"),
         (LAYER_VOLUME, "volume"),
         (LAYER_DISPERSION, "dispersion"),
+        (LAYER_SELF_SHADOW, "self_shadow"),
     ];
-    let bits = needed(material);
+    let bits = needed(material) | needed_detail(material);
     names.into_iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| name).collect()
 }
 
 impl Layers {
-    /// Those of a material; none if the G-buffer holds all that it is.
+    /// Those of a material; none if it has neither layers nor detail.
     pub fn of(scene: &Scene, (index, material): (usize, &Material), textures: &Textures) -> Option<Self> {
-        let mut bits = needed(material);
-        if bits == 0 {
+        let mut bits = needed(material) | needed_detail(material);
+        if bits == 0 && material.detail.is_none() {
             return None;
         }
         let mut factors = factors(material);
@@ -126,21 +188,44 @@ impl Layers {
                 continue;
             };
             let layer = images.iter().position(|known| *known == image).unwrap_or(0);
-            let matrix = reference.transform.matrix();
-            factors.maps[2 * at] = matrix.row(0).extend(reference.uv_set as f32);
-            factors.maps[2 * at + 1] = matrix.row(1).extend(layer as f32);
+            let [row0, row1] = rows(&reference);
+            factors.maps[2 * at] = row0;
+            factors.maps[2 * at + 1] = row1 + Vec4::W * layer as f32;
             // The sampler of the first, because the loop goes backwards.
             samplers[array] =
                 scene.textures.get(reference.texture).map_or_else(Sampler::default, |texture| texture.sampler);
             bits |= 1 << at;
         }
+        if bits & bit_of(LayerMap::Height) == 0 {
+            bits &= !(RELIEF | LAYER_BUMP | LAYER_SELF_SHADOW);
+        }
+        let baked = material.light_map.and_then(|baked| {
+            let reference = baked.light.texture?;
+            let texture = *scene.textures.get(reference.texture)?;
+            let source = ImageSource::Image { image: texture.image, is_srgb: baked.is_srgb };
+            Some((reference, (textures.view(scene, source)?.clone(), texture.sampler)))
+        });
+        match &baked {
+            Some((reference, _)) => factors.light_map_rows = rows(reference),
+            None => bits &= !LAYER_LIGHT_MAP,
+        }
+        if bits == 0 {
+            return None;
+        }
+        let light_map = baked.map_or_else(|| (textures.white().clone(), Sampler::default()), |(_, sampled)| sampled);
         let mut samplers = samplers.into_iter();
         let textures = arrays.map(|array| {
             let view = array.map_or_else(|| textures.white_layer().clone(), |(view, _)| view);
             (view, samplers.next().unwrap_or_default())
         });
-        Some(Self { bits, factors, textures })
+        Some(Self { bits, factors, textures, light_map })
     }
+}
+
+/// The rows of the matrix that places a texture, with its UV set.
+fn rows(reference: &TextureRef) -> [Vec4; 2] {
+    let matrix = reference.transform.matrix();
+    [matrix.row(0).extend(reference.uv_set as f32), matrix.row(1).extend(0.0)]
 }
 
 fn factors(material: &Material) -> LayerFactors {
@@ -181,6 +266,12 @@ fn factors(material: &Material) -> LayerFactors {
         let absorbed = left.map(|left| -left.ln() / volume.attenuation_distance_m);
         factors.volume = absorbed.min(Vec3::splat(1e9)).extend(volume.thickness.factor);
     }
+    factors.detail = Vec4::new(
+        material.height.map_or(0.0, |height| height.depth_m),
+        material.light_map.map_or(0.0, |baked| baked.light.factor),
+        material.detail.map_or(1.0, |detail| detail.normal_scale),
+        0.0,
+    );
     factors
 }
 
@@ -197,7 +288,19 @@ mod tests {
             "forward_layered",
             "LayerFactors",
             LayerFactors,
-            [specular, refraction, coat, sheen, anisotropy, film, diffuse_transmission, volume, maps]
+            [
+                specular,
+                refraction,
+                coat,
+                sheen,
+                anisotropy,
+                film,
+                diffuse_transmission,
+                volume,
+                detail,
+                maps,
+                light_map_rows,
+            ]
         );
     }
 

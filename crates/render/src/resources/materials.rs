@@ -1,10 +1,11 @@
 //! Materials on the device: their factors lie in pages, so that a change of one is one write.
 
 use super::filtering::Sampling;
-use super::layers::{LayerFactors, Layers, f0_of_ior};
+use super::layers::{LayerFactors, Layers, SHADED_WHERE_DRAWN, f0_of_ior};
 use super::packing::{ImageSource, shared_texel};
 use super::pages::{Pages, Place};
 use super::textures::Textures;
+use crate::constants::{LAYER_LIGHT_MAP, LAYER_TRANSMISSION};
 use crate::gpu::Gpu;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -46,8 +47,8 @@ pub(crate) struct MaterialFactors {
     pub cast_alpha: f32,
     /// 1 if it casts a shadow in part, as alpha says.
     pub casts_in_part: f32,
-    /// Zero.
-    pub padding: f32,
+    /// −1 if green of normal maps points down.
+    pub normal_y_sign: f32,
     /// Two rows for each of the five textures.
     pub uv_rows: [Vec4; 10],
 }
@@ -58,6 +59,7 @@ const UNIFORM_ALIGNMENT_BYTES: usize = 256;
 /// Shading models as `gbuffer.wgsl` numbers them.
 const SHADING_MODEL_UNLIT: f32 = 0.0;
 const SHADING_MODEL_STANDARD: f32 = 1.0;
+const SHADING_MODEL_BAKED: f32 = 204.0 / 255.0;
 const SHADING_MODEL_FORWARD: f32 = 128.0 / 255.0;
 
 /// A material on the device.
@@ -100,6 +102,8 @@ pub(crate) struct Described {
     pub unlit: bool,
     /// Whether its surfaces keep light from what lies behind them.
     pub casts_shadow: bool,
+    /// Whether it has light that was baked.
+    pub is_baked: bool,
 }
 
 impl std::ops::Deref for GpuMaterial {
@@ -148,7 +152,9 @@ impl Materials {
                     if bytemuck::bytes_of(&known.described.factors) != bytes {
                         self.pages.write(&gpu.queue, &known.place, bytes);
                     }
-                    let layer_textures = |described: &Described| described.layers.as_ref().map(|l| l.textures.clone());
+                    let layer_textures = |described: &Described| {
+                        described.layers.as_ref().map(|layers| (layers.textures.clone(), layers.light_map.clone()))
+                    };
                     if known.described.textures != described.textures
                         || layer_textures(&known.described) != layer_textures(&described)
                     {
@@ -267,7 +273,9 @@ impl Described {
         let is_dark = material.emissive_texture.is_some() && !is_there(4);
         let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
         let blended = material.alpha_mode == AlphaMode::Blend;
-        let transmission = material.transmission.filter(|_| layers.is_some()).map_or(0.0, |share| share.factor);
+        let has_layer = |bits: u32| layers.as_ref().is_some_and(|layers| layers.bits & bits != 0);
+        let transmission = material.transmission.filter(|_| has_layer(LAYER_TRANSMISSION));
+        let transmission = transmission.map_or(0.0, |share| share.factor);
         let factors = MaterialFactors {
             base_color: material.base_color_factor,
             // Without its texture, the factor alone would shine all over.
@@ -283,10 +291,11 @@ impl Described {
                 AlphaMode::Blend => BLENDED_ALPHA_MIN,
                 AlphaMode::Opaque => 0.0,
             },
-            shading_model: match (material.shading_model, &layers) {
-                (ShadingModel::Unlit, _) => SHADING_MODEL_UNLIT,
-                (ShadingModel::Standard, None) => SHADING_MODEL_STANDARD,
-                (ShadingModel::Standard, Some(_)) => SHADING_MODEL_FORWARD,
+            shading_model: match material.shading_model {
+                ShadingModel::Unlit => SHADING_MODEL_UNLIT,
+                ShadingModel::Standard if has_layer(SHADED_WHERE_DRAWN) => SHADING_MODEL_FORWARD,
+                ShadingModel::Standard if has_layer(LAYER_LIGHT_MAP) => SHADING_MODEL_BAKED,
+                ShadingModel::Standard => SHADING_MODEL_STANDARD,
             },
             material_id: index as u32,
             blended: if blended { 1.0 } else { 0.0 },
@@ -295,7 +304,7 @@ impl Described {
             // Light that comes through casts no shadow.
             cast_alpha: 1.0 - transmission * (1.0 - material.metallic_factor),
             casts_in_part: if blended || transmission > 0.0 { 1.0 } else { 0.0 },
-            padding: 0.0,
+            normal_y_sign: if material.has_normals_down { -1.0 } else { 1.0 },
             uv_rows,
         };
         let occlusion_apart = shared.is_none() && is_there(3);
@@ -310,6 +319,7 @@ impl Described {
         let emits = factors.emissive.max_element() > 0.0;
         let unlit = material.shading_model == ShadingModel::Unlit;
         let casts_shadow = material.casts_shadow;
+        let is_baked = has_layer(LAYER_LIGHT_MAP);
         Self {
             factors,
             textures,
@@ -323,6 +333,7 @@ impl Described {
             emits,
             unlit,
             casts_shadow,
+            is_baked,
         }
     }
 }
@@ -353,7 +364,7 @@ mod tests {
                 f0_dielectric,
                 cast_alpha,
                 casts_in_part,
-                padding,
+                normal_y_sign,
                 uv_rows,
             ]
         );

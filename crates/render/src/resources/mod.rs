@@ -6,6 +6,7 @@ pub(crate) mod environment;
 pub mod estimate;
 pub mod filtering;
 mod geometry;
+mod heights;
 pub(crate) mod layers;
 mod materials;
 mod mips;

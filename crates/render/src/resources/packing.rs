@@ -34,7 +34,9 @@ impl ImageSource {
     pub fn images(self, scene: &Scene) -> Vec<usize> {
         match self {
             Self::Layers { material, is_srgb } => {
-                scene.materials.get(material).map_or(Vec::new(), |material| layer_images(scene, material, is_srgb))
+                let layers = |material| layer_images(scene, material, is_srgb);
+                let layers = scene.materials.get(material).map_or(Vec::new(), layers);
+                layers.into_iter().map(|layer| layer.image).collect()
             }
             Self::Packed { occlusion, metallic_roughness } => vec![occlusion, metallic_roughness],
             Self::Image { image, .. } => vec![image],
@@ -52,14 +54,24 @@ impl ImageSource {
     }
 }
 
+/// An image as one layer of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LayerImage {
+    /// Its index.
+    pub image: usize,
+    /// Whether its red is taken for heights of 16 bits.
+    pub is_height: bool,
+}
+
 /// The image of a place in a material's layers.
-pub(super) fn layer_image(scene: &Scene, material: &Material, map: LayerMap) -> Option<usize> {
+pub(super) fn layer_image(scene: &Scene, material: &Material, map: LayerMap) -> Option<LayerImage> {
     let texture = scene.textures.get(material.layer_texture(map)?.texture)?;
-    Some(texture.image).filter(|image| *image < scene.images.len())
+    let image = Some(texture.image).filter(|image| *image < scene.images.len())?;
+    Some(LayerImage { image, is_height: map == LayerMap::Height })
 }
 
 /// The images that the layers of a material show, as colour or as data, each once. Their order is that of the texture's layers.
-pub(super) fn layer_images(scene: &Scene, material: &Material, is_srgb: bool) -> Vec<usize> {
+pub(super) fn layer_images(scene: &Scene, material: &Material, is_srgb: bool) -> Vec<LayerImage> {
     let mut images = Vec::new();
     for map in LayerMap::ALL.into_iter().filter(|map| map.is_srgb() == is_srgb) {
         let image = layer_image(scene, material, map);
@@ -125,6 +137,9 @@ pub(super) fn wanted(scene: &Scene) -> Vec<ImageSource> {
         want(material.base_color_texture, true);
         want(material.normal_texture, false);
         want(material.emissive_texture, true);
+        if let Some(baked) = material.light_map {
+            want(baked.light.texture, baked.is_srgb);
+        }
         match shared_texel(scene, material) {
             Some((occlusion, metallic_roughness)) if occlusion != metallic_roughness => {
                 wanted.insert(ImageSource::Packed { occlusion, metallic_roughness });

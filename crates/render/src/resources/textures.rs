@@ -4,7 +4,7 @@ use super::Followed;
 use super::decode::{Decoded, Limits, decode_all};
 use super::filtering::Sampling;
 use super::mips::MipChain;
-use super::packing::{ImageSource, wanted};
+use super::packing::{ImageSource, layer_images, wanted};
 use crate::gpu::Gpu;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
@@ -24,9 +24,19 @@ type Address = usize;
 /// What tells two textures apart.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Content {
-    Layers { images: Vec<Address>, is_srgb: bool },
-    Image { image: Address, is_srgb: bool },
-    Packed { occlusion: Address, metallic_roughness: Address },
+    /// Images, and whether they are heights.
+    Layers {
+        images: Vec<(Address, bool)>,
+        is_srgb: bool,
+    },
+    Image {
+        image: Address,
+        is_srgb: bool,
+    },
+    Packed {
+        occlusion: Address,
+        metallic_roughness: Address,
+    },
 }
 
 #[derive(Debug)]
@@ -160,9 +170,10 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
     let is_there = |image: &&manypass_scene::Image| !matches!(image.source, Loading(_));
     let address = |image: usize| scene.images.get(image).filter(is_there).map(address_of);
     Some(match source {
-        ImageSource::Layers { is_srgb, .. } => {
-            let images = source.images(scene).into_iter().map(address).collect::<Option<_>>()?;
-            Content::Layers { images, is_srgb }
+        ImageSource::Layers { material, is_srgb } => {
+            let layers = layer_images(scene, scene.materials.get(material)?, is_srgb).into_iter();
+            let images = layers.map(|layer| Some((address(layer.image)?, layer.is_height)));
+            Content::Layers { images: images.collect::<Option<_>>()?, is_srgb }
         }
         ImageSource::Image { image, is_srgb } => Content::Image { image: address(image)?, is_srgb },
         ImageSource::Packed { occlusion, metallic_roughness } => {

@@ -30,6 +30,16 @@ pub fn layered_of(program: &str) -> Option<&'static str> {
     PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_layered") == Some(program))
 }
 
+/// The program that draws materials with maps over others, or with baked light, where `program` draws others, if there is one.
+pub fn detailed_of(program: &str) -> Option<&'static str> {
+    PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_detailed") == Some(program))
+}
+
+/// The program that draws materials with relief where `program` draws others, if there is one.
+pub fn relief_of(program: &str) -> Option<&'static str> {
+    PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_relief") == Some(program))
+}
+
 /// Whether a program has variants with and without `axis`.
 pub fn has_axis(program: &str, axis: &str) -> bool {
     PROGRAMS.iter().any(|(name, axes, _)| *name == program && axes.contains(&axis))

@@ -1,28 +1,30 @@
 // Light from the environment on a surface: split-sum specular (Karis 2013) with multiple scattering, and Lambert. Suns of a picture are
 // lights without shadows.
 
-import package::gbuffer::Surface;
+import package::gbuffer::{Surface, diffuse_environment_share};
 import package::shaders::brdf::{Shading, PI, reflectance};
 @if(layered) import package::constants::LAYER_CLEARCOAT;
-@if(layered) import package::shaders::layers::{has_layer, layered_reflectance};
+@if(layered) import package::shaders::layer_maps::has_layer;
+@if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::environment::{
     environment, environment_irradiance, environment_reflection, lobe_direction, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
 
-// `shares` are what of the lobes, of the surface and of a clear coat, is not the mirror's, whose tile has the suns.
-fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec2f) -> vec3f {
+// `shares` are what of the lobes, of the surface and of a clear coat, is not the mirror's, whose tile has the suns; and what of
+// diffuse light.
+fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec3f) -> vec3f {
     @if(layered) {
         let layered = layered_reflectance(shading, direction.xyz);
-        return (layered.diffuse + layered.specular * shares.x + layered.coat * shares.y) * irradiance.rgb;
+        return (layered.diffuse * shares.z + layered.specular * shares.x + layered.coat * shares.y) * irradiance.rgb;
     }
     let n_dot_l = max(dot(shading.normal, direction.xyz), 0.0);
     let parts = reflectance(shading, direction.xyz, n_dot_l);
-    return (parts.diffuse + parts.specular * shares.x) * (irradiance.rgb * n_dot_l);
+    return (parts.diffuse * shares.z + parts.specular * shares.x) * (irradiance.rgb * n_dot_l);
 }
 
-fn suns_radiance(shading: Shading) -> vec3f {
-    var share = vec2f(min(environment_level(sqrt(shading.roughness_alpha)), 1.0), 1.0);
+fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {
+    var share = vec3f(min(environment_level(sqrt(shading.roughness_alpha)), 1.0), 1.0, diffuse_share);
     @if(layered) {
         if has_layer(LAYER_CLEARCOAT) {
             share.y = min(environment_level(sqrt(shading.layers.coat_alpha)), 1.0);
@@ -47,9 +49,10 @@ fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
     let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha);
     let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
     let diffuse = environment_irradiance(shading.normal) * (1.0 / PI) * shading.albedo * (1.0 - specular_albedo);
-    var radiance = diffuse + specular;
+    let diffuse_share = diffuse_environment_share(surface);
+    var radiance = diffuse * diffuse_share + specular;
     if sun_count > 0u {
-        radiance += suns_radiance(shading);
+        radiance += suns_radiance(shading, diffuse_share);
     }
     return radiance * surface.occlusion;
 }

@@ -2,12 +2,13 @@
 
 import package::gbuffer::Surface;
 import package::constants::{
-    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_SHEEN,
+    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_LIGHT_MAP, LAYER_SHEEN,
 };
 import package::shaders::brdf::{PI, Shading};
 import package::shaders::ambient::suns_radiance;
 import package::shaders::environment::{environment_irradiance, environment_reflection, lobe_direction, sun_count};
-import package::shaders::layers::{below_coat, has_layer};
+import package::shaders::layer_maps::has_layer;
+import package::shaders::layers::below_coat;
 
 // The normal about which stretched highlights are mirrored, in place of several samples along them (Revie 2012, GPU Pro 2, in the
 // form of KHR_materials_anisotropy).
@@ -51,6 +52,9 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
         let passed = terms.diffuse_transmission.rgb * exp(-terms.absorption * terms.thickness_m) * (1.0 - terms.metallic);
         diffuse = mix(diffuse, environment_irradiance(-shading.normal) * passed, terms.diffuse_transmission.a);
     }
+    // Baked light takes its place.
+    let diffuse_share = select(1.0, 0.0, has_layer(LAYER_LIGHT_MAP));
+    diffuse *= diffuse_share;
     var radiance = diffuse * (entering * (1.0 - terms.transmission) / PI) + specular;
     if has_layer(LAYER_SHEEN) {
         // The lobe of fibres is as wide as that of irradiance, and leans towards the eye: a fit of its mean direction.
@@ -65,7 +69,7 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
         radiance = radiance * below_coat(terms) + environment_reflection(of_coat, terms.coat_alpha) * terms.coat_albedo;
     }
     if sun_count > 0u {
-        radiance += suns_radiance(shading);
+        radiance += suns_radiance(shading, diffuse_share);
     }
     return radiance * surface.occlusion;
 }

@@ -10,90 +10,17 @@ import package::shaders::brdf::{PI, Shading};
 import package::shaders::layer_terms::LayerTerms;
 import package::shaders::film::film_fresnel;
 import package::shaders::shading::dfg_at;
+import package::shaders::layer_maps::{
+    MAP_ANISOTROPY, MAP_CLEARCOAT, MAP_CLEARCOAT_NORMAL, MAP_CLEARCOAT_ROUGHNESS, MAP_DIFFUSE_TRANSMISSION,
+    MAP_DIFFUSE_TRANSMISSION_COLOR, MAP_IRIDESCENCE, MAP_IRIDESCENCE_THICKNESS, MAP_SHEEN_COLOR, MAP_SHEEN_ROUGHNESS,
+    MAP_SPECULAR, MAP_SPECULAR_COLOR, MAP_THICKNESS, MAP_TRANSMISSION, color_map, data_map, has_layer, has_map, layer_factors,
+};
 import package::shaders::surface_material::{bent_normal, vertex_normal_of};
 import package::shaders::surface_vertex::SurfaceVarying;
-import package::view::view;
-
-struct LayerFactors {
-    // The colour of a dielectric's reflection at normal incidence; the weight of all of it.
-    specular: vec4f,
-    // Reflectance at normal incidence as the refractive index makes it; that index; glossiness; dispersion.
-    refraction: vec4f,
-    // Weight, perceptual roughness and normal scale of the clear coat; transmission.
-    coat: vec4f,
-    // Colour and perceptual roughness of the sheen.
-    sheen: vec4f,
-    // Strength; cosine and sine of the rotation; zero.
-    anisotropy: vec4f,
-    // Weight and refractive index of the film, its least and its greatest thickness in nanometres.
-    film: vec4f,
-    // Colour and weight of scattered transmission.
-    diffuse_transmission: vec4f,
-    // What is absorbed in a metre, as an exponent; thickness in metres of the mesh's space.
-    volume: vec4f,
-    // Rows of the matrices that place the maps, as of `MaterialFactors`; in w of the second row the layer of the texture.
-    maps: array<vec4f, 28>,
-}
-
-@group(2) @binding(11) var<uniform> layer_factors: LayerFactors;
-// The maps that are data, and those that are colours.
-@group(2) @binding(12) var layer_data: texture_2d_array<f32>;
-@group(2) @binding(13) var layer_data_sampler: sampler;
-@group(2) @binding(14) var layer_colors: texture_2d_array<f32>;
-@group(2) @binding(15) var layer_colors_sampler: sampler;
-
-// The layers that there are, by the bits of `constants.rs`, and below these the maps, by the order of `LayerMap`.
-override material_layers: u32 = 0u;
-
-const MAP_SPECULAR: u32 = 0u;
-const MAP_SPECULAR_COLOR: u32 = 1u;
-const MAP_CLEARCOAT: u32 = 2u;
-const MAP_CLEARCOAT_ROUGHNESS: u32 = 3u;
-const MAP_CLEARCOAT_NORMAL: u32 = 4u;
-const MAP_SHEEN_COLOR: u32 = 5u;
-const MAP_SHEEN_ROUGHNESS: u32 = 6u;
-const MAP_ANISOTROPY: u32 = 7u;
-const MAP_IRIDESCENCE: u32 = 8u;
-const MAP_IRIDESCENCE_THICKNESS: u32 = 9u;
-const MAP_TRANSMISSION: u32 = 10u;
-const MAP_THICKNESS: u32 = 11u;
-const MAP_DIFFUSE_TRANSMISSION: u32 = 12u;
-const MAP_DIFFUSE_TRANSMISSION_COLOR: u32 = 13u;
 
 // Below this the sheen of a fibre is narrower than half floats can hold.
 const SHEEN_ROUGHNESS_MIN: f32 = 0.07;
 const COAT_F0: f32 = 0.04;
-
-fn has_layer(bit: u32) -> bool {
-    return (material_layers & bit) != 0u;
-}
-
-fn has_map(map: u32) -> bool {
-    return (material_layers & (1u << map)) != 0u;
-}
-
-fn map_uv(uv: vec4f, map: u32) -> vec2f {
-    let row0 = layer_factors.maps[map * 2u];
-    let row1 = layer_factors.maps[map * 2u + 1u];
-    let source = vec3f(select(uv.xy, uv.zw, row0.w > 0.5), 1.0);
-    return vec2f(dot(row0.xyz, source), dot(row1.xyz, source));
-}
-
-fn data_map(in: SurfaceVarying, map: u32) -> vec4f {
-    if !has_map(map) {
-        return vec4f(1.0);
-    }
-    let layer = i32(layer_factors.maps[map * 2u + 1u].w);
-    return textureSampleBias(layer_data, layer_data_sampler, map_uv(in.uv, map), layer, -view.mip_gain);
-}
-
-fn color_map(in: SurfaceVarying, map: u32) -> vec4f {
-    if !has_map(map) {
-        return vec4f(1.0);
-    }
-    let layer = i32(layer_factors.maps[map * 2u + 1u].w);
-    return textureSampleBias(layer_colors, layer_colors_sampler, map_uv(in.uv, map), layer, -view.mip_gain);
-}
 
 // The layers of a material at a fragment, as its factors and maps have them.
 struct LayerSample {

@@ -10,6 +10,7 @@ import package::shaders::brdf::{Shading, reflectance};
 import package::shaders::light_table::{
     LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, TableRows, cluster_grid, light_part, light_place,
 };
+@if(relief) import package::shaders::relief::relief_visibility;
 @if(shadowed) import package::shaders::shadows::{directional_visibility, punctual_visibility};
 
 // The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at least.
@@ -113,6 +114,9 @@ fn add_light(
                     attenuation *= punctual_visibility(table_uv, place.xyz, position_world, facet_normal);
                 }
             }
+            @if(relief) {
+                attenuation *= relief_visibility(shading.relief, to_light);
+            }
             add_reflected(shading, to_light, normal_towards * inverse_distance, color.rgb * attenuation, sums);
         }
     }
@@ -140,6 +144,9 @@ fn directional_radiance(
             let facet_normal = lit_side(shading.facet_normal, to_light);
             irradiance *= directional_visibility(table_uv, position_world, facet_normal);
         }
+    }
+    @if(relief) {
+        irradiance *= relief_visibility(shading.relief, to_light);
     }
     add_reflected(shading, to_light, n_dot_l, irradiance, sums);
 }

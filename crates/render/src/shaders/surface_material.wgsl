@@ -3,6 +3,11 @@
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT};
 import package::shaders::surface_vertex::{SurfaceVarying, is_without_normals};
+@if(detailed) import package::constants::LAYER_LIGHT_MAP;
+@if(detailed) import package::shaders::facet::{Facet, facet_of};
+@if(detailed) import package::shaders::layer_maps::{MAP_DETAIL_COLOR, baked_light, color_map, has_layer, has_map};
+@if(detailed) import package::shaders::surface_detail::detailed_normal;
+@if(relief) import package::shaders::layer_maps::{drawn_uv_dx, drawn_uv_dy};
 
 struct MaterialFactors {
     base_color: vec4f,
@@ -26,7 +31,8 @@ struct MaterialFactors {
     // What alpha is multiplied by where the surface casts a shadow, and 1 if it casts one in part, as alpha says.
     cast_alpha: f32,
     casts_in_part: f32,
-    padding: f32,
+    // −1 if green of normal maps points down, as DirectX has it.
+    normal_y_sign: f32,
     // Rows of the matrices that place the textures: base colour, metallic-roughness, normal, occlusion, emissive.
     // xyz of the first row, and in w the UV set; xyz of the second.
     uv_rows: array<vec4f, 10>,
@@ -57,6 +63,20 @@ fn material_uv(uv: vec4f, slot: u32) -> vec2f {
     return vec2f(dot(row0.xyz, source), dot(row1.xyz, source));
 }
 
+// What is added to the UVs of a texture where `step` is added to those of the surface.
+@if(relief) fn material_uv_step(step: vec4f, slot: u32) -> vec2f {
+    return material_uv(step, slot) - material_uv(vec4f(0.0), slot);
+}
+
+// How UVs of a texture change from pixel to pixel on the triangle, for mips that are finer by `-bias` levels.
+@if(relief) fn material_uv_dx(slot: u32, bias: f32) -> vec2f {
+    return material_uv_step(drawn_uv_dx, slot) * exp2(bias);
+}
+
+@if(relief) fn material_uv_dy(slot: u32, bias: f32) -> vec2f {
+    return material_uv_step(drawn_uv_dy, slot) * exp2(bias);
+}
+
 // What is added to the mip level of textures. A pixel's footprint on a surface seen at a slant is 1 / n.v times as long as
 // wide, and what samplers do not make up for of that, they blur by its length. But n samples, which lie apart in every
 // direction, need no coarser texels than the n-th part of the footprint's area, nor finer ones than of its length.
@@ -80,7 +100,7 @@ fn bent_normal(in: SurfaceVarying, front_facing: bool, texel: vec3f, scale: f32)
     let vertex_normal = vertex_normal_of(in, front_facing);
     let facing = select(-1.0, 1.0, front_facing);
     let encoded = texel * 2.0 - 1.0;
-    let offset = vec3f(encoded.xy * scale, encoded.z);
+    let offset = vec3f(encoded.x * scale, encoded.y * scale * material_factors.normal_y_sign, encoded.z);
     let tangent = in.tangent_world.xyz;
     let bitangent = cross(in.normal_world, tangent) * in.tangent_world.w;
     let bent = (tangent * offset.x + bitangent * offset.y) * facing + vertex_normal * offset.z;
@@ -90,7 +110,9 @@ fn bent_normal(in: SurfaceVarying, front_facing: bool, texel: vec3f, scale: f32)
 
 fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
     @if(normal_map) {
-        let texel = textureSampleBias(normal_texture, normal_sampler, material_uv(in.uv, 2u), bias).xyz;
+        @if(!relief) let texel = textureSampleBias(normal_texture, normal_sampler, material_uv(in.uv, 2u), bias).xyz;
+        @if(relief) let texel = textureSampleGrad(normal_texture, normal_sampler, material_uv(in.uv, 2u),
+            material_uv_dx(2u, bias), material_uv_dy(2u, bias)).xyz;
         return bent_normal(in, front_facing, texel, material_factors.normal_scale);
     }
     @if(!normal_map) {
@@ -103,14 +125,46 @@ fn surface_base_color(in: SurfaceVarying, bias: f32) -> vec4f {
     let factors = material_factors.base_color * in.color;
     @if(textured) {
         let uv = material_uv(in.uv, 0u);
-        return factors * textureSampleBias(base_color_texture, base_color_sampler, uv, bias);
+        @if(!relief) let texel = textureSampleBias(base_color_texture, base_color_sampler, uv, bias);
+        @if(relief) let texel = textureSampleGrad(base_color_texture, base_color_sampler, uv,
+            material_uv_dx(0u, bias), material_uv_dy(0u, bias));
+        return factors * texel;
     }
     @if(!textured) {
         return factors;
     }
 }
 
-fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
+@if(!detailed) fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
+    return surface_sample_of(in, front_facing);
+}
+
+@if(detailed) fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
+    return detailed_sample(in, facet_of(in.position_world, in.uv), front_facing);
+}
+
+// With all that is laid over the maps; the triangle is that on which the surface was drawn.
+@if(detailed) fn detailed_sample(in: SurfaceVarying, facet: Facet, front_facing: bool) -> SurfaceSample {
+    var out = surface_sample_of(in, front_facing);
+    let facing = select(-1.0, 1.0, front_facing);
+    let vertex = vertex_normal_of(in, front_facing);
+    let y_sign = material_factors.normal_y_sign;
+    out.surface.normal_world = detailed_normal(in, facet, out.surface.normal_world, vertex, facing, y_sign);
+    let is_unlit = out.surface.shading_model == SHADING_MODEL_UNLIT;
+    if has_map(MAP_DETAIL_COLOR) {
+        let factor = 2.0 * color_map(in, MAP_DETAIL_COLOR).rgb;
+        out.surface.base_color = clamp(out.surface.base_color * factor, vec3f(0.0), vec3f(1.0));
+        out.emission = select(out.emission, out.emission * factor, is_unlit);
+    }
+    if has_layer(LAYER_LIGHT_MAP) {
+        let light = baked_light(in);
+        let reflected = out.surface.base_color * (1.0 - out.surface.metallic) * light;
+        out.emission = select(out.emission + reflected, out.emission * light, is_unlit);
+    }
+    return out;
+}
+
+fn surface_sample_of(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     var out: SurfaceSample;
     let bias = surface_mip_bias(in);
     let base_color = surface_base_color(in, bias);
@@ -120,16 +174,24 @@ fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     var emission = material_factors.emissive;
     @if(textured) {
         let rough_metal_uv = material_uv(in.uv, 1u);
-        let rough_metal =
+        @if(!relief) let rough_metal =
             textureSampleBias(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, -view.mip_gain);
+        @if(relief) let rough_metal = textureSampleGrad(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv,
+            material_uv_dx(1u, -view.mip_gain), material_uv_dy(1u, -view.mip_gain));
         roughness *= rough_metal.g;
         metallic *= rough_metal.b;
         var occluded = rough_metal.r;
         @if(occlusion_apart) {
-            occluded = textureSampleBias(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), -view.mip_gain).r;
+            let occlusion_uv = material_uv(in.uv, 3u);
+            @if(!relief) let texel = textureSampleBias(occlusion_texture, occlusion_sampler, occlusion_uv, -view.mip_gain);
+            @if(relief) let texel = textureSampleGrad(occlusion_texture, occlusion_sampler, occlusion_uv,
+                material_uv_dx(3u, -view.mip_gain), material_uv_dy(3u, -view.mip_gain));
+            occluded = texel.r;
         }
         occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
-        emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
+        @if(!relief) emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
+        @if(relief) emission *= textureSampleGrad(emissive_texture, emissive_sampler, material_uv(in.uv, 4u),
+            material_uv_dx(4u, bias), material_uv_dy(4u, bias)).rgb;
     }
     let is_unlit_material = material_factors.shading_model == SHADING_MODEL_UNLIT;
     // What only lacks normals glows as well.

@@ -36,7 +36,7 @@ struct SurfaceVarying {
     // Object id and WITHOUT_NORMALS.
     @location(5) @interpolate(flat, either) object: u32,
     // By how much the object is larger in the world: the cube root of its volume.
-    @if(layered) @location(6) @interpolate(flat, either) object_scale: f32,
+    @if(detailed) @location(6) @interpolate(flat, either) object_scale: f32,
     // From the middle of the disc, which ends at 1.
     @if(points) @location(6) corner: vec2f,
     // From the middle of the disc to this corner; `motion` moves it along.
@@ -191,7 +191,7 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
         tangent_world * inverseSqrt(max(dot(tangent_world, tangent_world), 1e-30)),
         in.tangent.w * handedness,
     );
-    @if(layered) {
+    @if(detailed) {
         out.object_scale = pow(abs(dot(row_x, cofactor_x)), 1.0 / 3.0);
     }
     out.uv = vec4f(in.uv0, in.uv1);

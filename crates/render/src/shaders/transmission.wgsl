@@ -6,7 +6,7 @@ import package::view::view;
 import package::constants::{LAYER_DISPERSION, LAYER_VOLUME};
 import package::shaders::brdf::Shading;
 import package::shaders::environment::environment_reflection;
-import package::shaders::layers::has_layer;
+import package::shaders::layer_maps::has_layer;
 import package::shaders::shading::linear_clamp;
 
 // Radiance and coverage of what lies behind, with its mips.

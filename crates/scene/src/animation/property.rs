@@ -200,6 +200,8 @@ impl TextureSlot {
                 LayerMap::Thickness => of(&mut material.volume.as_mut()?.thickness),
                 LayerMap::DiffuseTransmission => of(&mut material.diffuse_transmission.as_mut()?.weight),
                 LayerMap::DiffuseTransmissionColor => of(&mut material.diffuse_transmission.as_mut()?.color),
+                // No file has them.
+                LayerMap::Height | LayerMap::DetailNormal | LayerMap::DetailColor => None,
             },
         }
     }

@@ -154,9 +154,14 @@ struct Slots<'d, 'a> {
 impl Slots<'_, '_> {
     fn read(&mut self, json: &Json, key: &str) -> Result<Option<TextureRef>, LoadError> {
         let Some(info) = json.object(key)? else { return Ok(None) };
+        self.read_info(&info, 0)
+    }
+
+    /// A texture by its index, on the UV set `uv_set` unless it says another one.
+    fn read_info(&mut self, info: &Json, uv_set: usize) -> Result<Option<TextureRef>, LoadError> {
         let texture = info.index("index", self.has_image.len(), "texture")?;
         let texture = texture.ok_or_else(|| info.error("index", "expected the index of a texture"))?;
-        let mut uv_set = info.integer("texCoord")?.unwrap_or(0);
+        let mut uv_set = info.integer("texCoord")?.unwrap_or(uv_set);
         let mut transform = TextureTransform::default();
         if let Some(extension) = info.extension("KHR_texture_transform")? {
             uv_set = extension.integer("texCoord")?.unwrap_or(uv_set);

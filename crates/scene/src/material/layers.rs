@@ -167,11 +167,17 @@ pub enum LayerMap {
     DiffuseTransmission,
     /// Colour of [`DiffuseTransmission::color`].
     DiffuseTransmissionColor,
+    /// [`super::HeightMap::texture`].
+    Height,
+    /// [`super::DetailMaps::normal_texture`].
+    DetailNormal,
+    /// [`super::DetailMaps::base_color_texture`].
+    DetailColor,
 }
 
 impl LayerMap {
     /// All, in the order of `layers.wgsl`.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 17] = [
         Self::Specular,
         Self::SpecularColor,
         Self::Clearcoat,
@@ -186,11 +192,14 @@ impl LayerMap {
         Self::Thickness,
         Self::DiffuseTransmission,
         Self::DiffuseTransmissionColor,
+        Self::Height,
+        Self::DetailNormal,
+        Self::DetailColor,
     ];
 
     /// Whether its texels are sRGB colours.
     pub const fn is_srgb(self) -> bool {
-        matches!(self, Self::SpecularColor | Self::SheenColor | Self::DiffuseTransmissionColor)
+        matches!(self, Self::SpecularColor | Self::SheenColor | Self::DiffuseTransmissionColor | Self::DetailColor)
     }
 }
 
@@ -212,6 +221,9 @@ impl Material {
             LayerMap::Thickness => self.volume?.thickness.texture,
             LayerMap::DiffuseTransmission => self.diffuse_transmission?.weight.texture,
             LayerMap::DiffuseTransmissionColor => self.diffuse_transmission?.color.texture,
+            LayerMap::Height => Some(self.height?.texture),
+            LayerMap::DetailNormal => self.detail?.normal_texture,
+            LayerMap::DetailColor => self.detail?.base_color_texture,
         }
     }
 }

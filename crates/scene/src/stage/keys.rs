@@ -76,7 +76,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief.",
     )],
 };
 
@@ -157,8 +157,71 @@ pub(super) const MATERIALS: StageTable = StageTable {
     keys: &[
         required("name", StageType::Text, "The name of the materials, in which * stands for any letters."),
         key("cast_shadow", StageType::Boolean, "Whether their surfaces keep light from what lies behind them."),
+        key(
+            "normal_convention",
+            StageType::Word(super::materials::CONVENTIONS),
+            "Where green of their normal maps points: up, as in OpenGL and glTF, or down, as in DirectX; opengl.",
+        ),
+        key("light_map", StageType::Text, "Light that was baked: an image, its path from the folder of the stage."),
+        key("light_map_texcoord", UV_SET, "The UV set of the light map; 1."),
+        key(
+            "light_map_intensity",
+            from(0.0),
+            "What the light map is multiplied by. A texel of 1 lets a surface send back its base colour; 1.",
+        ),
+        key(
+            "light_map_encoding",
+            StageType::Word(super::materials::ENCODINGS),
+            "Whether its texels are linear or sRGB; linear.",
+        ),
+        key("occlusion_map", StageType::Text, "Baked occlusion, in red and linear: an image in place of the model's."),
+        key("occlusion_texcoord", UV_SET, "The UV set of `occlusion_map`; 1."),
+        key(
+            "emissive_map",
+            StageType::Text,
+            "Emission, in sRGB: an image in place of the model's. It is multiplied by the model's factor, or by 1 where that is 0.",
+        ),
+        key("emissive_texcoord", UV_SET, "The UV set of `emissive_map`; 1."),
+        key(
+            "height_map",
+            StageType::Text,
+            "Heights, in red and linear, of 8 or 16 bits: an image. White lies on the triangles, black `height_depth_m` below \
+             them. It is placed as the base colour is.",
+        ),
+        key(
+            "height_depth_m",
+            StageType::Number { min: 0.0, is_above: true, max: 1e6 },
+            "How far below the triangles black lies, in metres of the mesh's own space.",
+        ),
+        key(
+            "height_method",
+            StageType::Word(super::materials::METHODS),
+            "What is done with the heights: normals alone, one shift of all maps, coarse steps along the line of sight, or fine \
+             ones; occlusion.",
+        ),
+        key(
+            "self_shadow",
+            StageType::Boolean,
+            "Whether heights shadow each other as finely as they are seen, from lights without shadow maps, too; true with the \
+             method occlusion.",
+        ),
+        key("detail_normal_map", StageType::Text, "Normals that are laid over the others: an image."),
+        key("detail_normal_scale", from(0.0), "How strong these normals are; 1."),
+        key(
+            "detail_color_map",
+            StageType::Text,
+            "Colours in sRGB, of which twice the linear value multiplies the base colour: an image.",
+        ),
+        key(
+            "detail_scale",
+            StageType::Number { min: 0.0, is_above: true, max: 1e6 },
+            "How often detail maps repeat across the UV set of the base colour; 8.",
+        ),
     ],
 };
+
+/// A UV set.
+const UV_SET: StageType = StageType::Number { min: 0.0, is_above: false, max: 1.0 };
 
 /// All of them but the tables of settings.
 pub const TABLES: [StageTable; 4] = [FILE, LIGHTS, NODES, MATERIALS];

@@ -1,8 +1,9 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
-use super::{Stage, document, environment_file, table::Source, value};
+use super::keys::MATERIALS;
+use super::{Stage, document, environment_file, materials::MAPS, table::Source, value};
 use crate::formats;
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, Loaded, read_file};
 use crate::{Diagnostic, EnvironmentMap, Scene, demo};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -77,10 +78,12 @@ pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
         }
         None => None,
     };
-    with_model(stage, environment, |_| model.map(|model| formats::load_path(&model)))
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut read = |name: &str| read_file(&folder.join(name));
+    with_model(stage, environment, |_, _| model.map(|model| formats::load_path(&model)), &mut read)
 }
 
-/// Reads a stage from memory. `resolve` fetches the model, by the name that the stage gives it, and then the files that
+/// Reads a stage from memory. `resolve` fetches the model and images, by the names that the stage gives them, and the files that
 /// the model names; `name` appears in errors.
 ///
 /// # Errors
@@ -105,10 +108,11 @@ pub fn load_bytes(
         None => None,
     };
     if stage.model().starts_with(DEMO) {
-        return with_model(stage, environment, |_| None);
+        return with_model(stage, environment, |_, _| None, resolve);
     }
     let model = resolve(stage.model()).map_err(|message| stage.model_fault(message))?;
-    with_model(stage, environment, |stage| Some(formats::load_bytes(&model, resolve, stage.model())))
+    let load = |stage: &Stage, resolve: &mut Resolve<'_>| Some(formats::load_bytes(&model, resolve, stage.model()));
+    with_model(stage, environment, load, resolve)
 }
 
 /// The model of a stage, as far as its text says one, whatever else is wrong with it: for whoever must not draw it twice, nor
@@ -127,6 +131,20 @@ pub fn named_environment(path: &Path) -> Option<PathBuf> {
     let source = Source { file: String::new(), text: read_text(path).ok()? };
     let file = environment_file(document(&source).ok()?.get_ref())?;
     Some(path.parent().unwrap_or(Path::new("")).join(file.value))
+}
+
+/// The images that the materials of a stage name, as [`named_model`].
+pub fn named_images(path: &Path) -> Vec<PathBuf> {
+    let Ok(text) = read_text(path) else { return Vec::new() };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let source = Source { file: String::new(), text };
+    let Ok(document) = document(&source) else { return Vec::new() };
+    let Some(DeValue::Array(entries)) = value(document.get_ref(), MATERIALS.name).map(|list| list.get_ref()) else {
+        return Vec::new();
+    };
+    let tables = entries.iter().filter_map(|entry| entry.get_ref().as_table());
+    let named = tables.flat_map(|table| MAPS.into_iter().filter_map(|key| value(table, key)?.get_ref().as_str()));
+    named.filter(|name| !name.is_empty()).map(|name| folder.join(name)).collect()
 }
 
 const TOO_LARGE: &str = "it is larger than 16 MiB";
@@ -148,13 +166,17 @@ fn model_path(stage: &Path, model: &str) -> Option<PathBuf> {
     (!model.starts_with(DEMO)).then(|| stage.parent().unwrap_or(Path::new("")).join(model))
 }
 
+/// What fetches files by their names.
+type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
+
 /// The scene of the model that `load` gives, or of a built-in one, with the changes of the stage.
 fn with_model(
     stage: Stage,
     environment: Option<EnvironmentMap>,
-    load: impl FnOnce(&Stage) -> Option<Result<Loaded, LoadError>>,
+    load: impl FnOnce(&Stage, &mut Resolve<'_>) -> Option<Result<Loaded, LoadError>>,
+    resolve: &mut Resolve<'_>,
 ) -> Result<LoadedStage, StageError> {
-    let (mut scene, mut warnings) = match load(&stage) {
+    let (mut scene, mut warnings) = match load(&stage, resolve) {
         Some(loaded) => loaded.map(|loaded| (loaded.scene, loaded.warnings))?,
         None => match stage.model().strip_prefix(DEMO).and_then(demo::named) {
             Some(scene) => (scene, Vec::new()),
@@ -164,7 +186,7 @@ fn with_model(
             }
         },
     };
-    stage.apply(&mut scene)?;
+    warnings.extend(stage.apply_with(&mut scene, resolve)?);
     if let Some(map) = environment {
         warnings.extend(map.notes.iter().cloned());
         scene.environment = Some(map.into());

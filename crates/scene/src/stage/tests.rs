@@ -71,6 +71,50 @@ fn what_the_model_has_is_changed_by_name() {
     assert_eq!((casts, scene.materials[0].casts_shadow), (vec![true, true, false], false));
 }
 
+/// One white texel.
+const TEXEL: &[u8] = &[
+    137, 80, 78, 71, 13, 10, 26, 10, 0, 0, 0, 13, 73, 72, 68, 82, 0, 0, 0, 1, 0, 0, 0, 1, 8, 0, 0, 0, 0, 58, 126, 155,
+    85, 0, 0, 0, 10, 73, 68, 65, 84, 120, 156, 99, 248, 15, 0, 1, 1, 1, 0, 27, 182, 238, 86, 0, 0, 0, 0, 73, 69, 78,
+    68, 174, 66, 96, 130,
+];
+
+#[test]
+fn materials_get_maps_that_the_model_has_not() {
+    let text = "model = \"m.glb\"\n[[materials]]\nname = \"glass\"\nnormal_convention = \"directx\"\n\
+                light_map = \"a.png\"\nlight_map_intensity = 2\nlight_map_encoding = \"srgb\"\n\
+                occlusion_map = \"b.png\"\nocclusion_texcoord = 0\nemissive_map = \"a.png\"\n\
+                height_map = \"c.png\"\nheight_depth_m = 0.25\nheight_method = \"steep\"\n\
+                detail_normal_map = \"d.png\"\ndetail_color_map = \"a.png\"\ndetail_scale = 4\n";
+    let stage = Stage::parse("a.stage.toml", text).unwrap();
+    assert_eq!(stage.images(), ["a.png", "b.png", "c.png", "d.png"]);
+    let (mut scene, mut asked) = (model(), Vec::new());
+    let mut resolve = |name: &str| {
+        asked.push(name.to_owned());
+        Ok(TEXEL.to_vec())
+    };
+    stage.apply_with(&mut scene, &mut resolve).unwrap();
+    // Each is read once, whatever it is for.
+    asked.sort();
+    assert_eq!(asked, stage.images());
+    let material = &scene.materials[0];
+    let image = |texture: Option<crate::TextureRef>| {
+        let texture = texture.unwrap();
+        (scene.images[scene.textures[texture.texture].image].name.as_str(), texture.uv_set)
+    };
+    let baked = material.light_map.unwrap();
+    assert_eq!((image(baked.light.texture), baked.light.factor, baked.is_srgb), (("a.png", 1), 2.0, true));
+    assert_eq!((image(material.occlusion_texture), image(material.emissive_texture)), (("b.png", 0), ("a.png", 1)));
+    assert_eq!((material.emissive_factor, material.has_normals_down), (Vec3::ONE, true));
+    let height = material.height.unwrap();
+    assert_eq!((image(Some(height.texture)), height.depth_m, height.self_shadow), (("c.png", 0), 0.25, false));
+    assert_eq!(height.method, crate::material::HeightMethod::Steep);
+    let detail = material.detail.unwrap();
+    assert_eq!((image(detail.normal_texture), image(detail.base_color_texture)), (("d.png", 0), ("a.png", 0)));
+    assert_eq!(detail.normal_texture.unwrap().transform.scale.x, 4.0);
+    let error = stage.apply_with(&mut model(), &mut |_| Ok(b"no image".to_vec())).unwrap_err().to_string();
+    assert!(error.starts_with("a.stage.toml:5:13: error: image \"a.png\"") || error.contains("b.png"), "{error}");
+}
+
 /// Texts below `model`, and what the error begins with and contains.
 const WRONG: &[(&str, &str, &str)] = &[
     ("[[light]]", "2:3: error: no key of a stage is called `light`; did you mean `lights`?", ""),
@@ -99,6 +143,35 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("[[nodes]]\ncast_shadow = true", "2:1: error: `name` is missing", ""),
     ("[[nodes]]\nname = \"floor\"\ncast_shadow = true", "3:8: error: the model has no node called `floor`", "`Floor`"),
     ("[[materials]]\nname = \"x\"\ncast_shadow = 1", "4:15: error: `1` is no value of `cast_shadow`", "true or false"),
+    (
+        "[[materials]]\nname = \"glas\"",
+        "3:8: error: the model has no material called `glas`; did you mean `glass`?",
+        "",
+    ),
+    ("[[materials]]\nname = \"glass\"\nlight_map = \"a.png\"", "4:13: error:", "`a.png` was not given"),
+    ("[[materials]]\nname = \"glass\"\nlight_map = \"\"", "4:13: error: the name of `light_map` is empty", ""),
+    ("[[materials]]\nname = \"glass\"\nlight_map_intensity = 2", "4:23: error: `light_map_intensity` needs", ""),
+    (
+        "[[materials]]\nname = \"glass\"\nlight_map = \"a.png\"\nlight_map_texcoord = 0.5",
+        "5:22: error: there are the UV sets 0 and 1, and not 0.5",
+        "",
+    ),
+    ("[[materials]]\nname = \"glass\"\nheight_map = \"a.png\"", "4:14: error:", "needs `height_depth_m`"),
+    (
+        "[[materials]]\nname = \"glass\"\nheight_map = \"a.png\"\nheight_depth_m = 0",
+        "5:18: error: `0` is no value of `height_depth_m`",
+        "above 0",
+    ),
+    (
+        "[[materials]]\nname = \"glass\"\nheight_map = \"a.png\"\nheight_depth_m = 1\nheight_method = \"relief\"",
+        "6:17: error: `\"relief\"` is no value of `height_method`",
+        "\"steep\" or \"occlusion\"",
+    ),
+    (
+        "[[materials]]\nname = \"glass\"\nheight_map = \"a.png\"\nheight_depth_m = 1\nheight_method = \"bump\"\nself_shadow = true",
+        "7:15: error: `self_shadow` needs the method",
+        "",
+    ),
     ("[[lights]]\nname = \"Lamp\"\ncolor = \"red\"", "4:9: error:", "a colour such as"),
     ("[[lights]]\nname = \"Lamp\"\ncolor = [1, -1, 0]", "4:9: error:", "a colour such as"),
     (

@@ -3,7 +3,7 @@
 // With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
 // Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque; with
 // `counts_pairs` the numbers of pairs in place of radiance.
-// Program: forward, also for points, also with layers. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed, transmissive.
+// Program: forward, also for points, also with layers, also with relief. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed, transmissive.
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
@@ -25,6 +25,8 @@ import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
 import package::shaders::transparency::{ShadedTargets, is_let_through, shaded_targets};
+@if(relief) import package::shaders::relief::{Sunk, depth_again, sunk};
+@if(relief) import package::shaders::surface_material::detailed_sample;
 
 // Which lights: those of clusters, or a batch of the object's own; the first is drawn with emission and ambient light.
 const LIGHTS_OF_CLUSTERS: u32 = 0u;
@@ -33,6 +35,8 @@ const LIGHTS_OF_LATER_BATCH: u32 = 2u;
 override lights_of: u32 = LIGHTS_OF_CLUSTERS;
 // 1 if the light that fog scatters before the surface is added, which blended surfaces alone do for themselves.
 override in_lit_fog: u32 = 0u;
+// 1 if the depth of what is drawn is there already.
+@if(relief) override draws_again: u32 = 0u;
 
 struct LightBatch {
     // The first light of the batch; the others are padding.
@@ -46,10 +50,29 @@ fn vs_forward(in: SurfaceInput) -> SurfaceVarying {
     return surface_varying(in);
 }
 
-@fragment
+@if(!relief) @fragment
 fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> ShadedTargets {
+    return forward_targets(in, front_facing);
+}
+
+@if(relief) struct ReliefTargets {
+    @location(0) radiance: vec4f,
+    @location(1) weight: vec4f,
+    @builtin(frag_depth) depth: f32,
+}
+
+@if(relief) @fragment
+fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> ReliefTargets {
+    let seen = sunk(in);
+    let depth = select(seen.depth_ndc, depth_again(seen.depth_ndc), draws_again != 0u);
+    let targets = forward_targets(seen.surface, front_facing, seen);
+    return ReliefTargets(targets.radiance, targets.weight, depth);
+}
+
+fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sunk) -> ShadedTargets {
     @if(!layered) let sample = surface_sample(in, front_facing);
-    @if(layered) var sample = surface_sample(in, front_facing);
+    @if(layered && !relief) var sample = surface_sample(in, front_facing);
+    @if(relief) var sample = detailed_sample(in, seen.facet, front_facing);
     @if(layered) let layers = layer_sample(in, front_facing);
     @if(layered) {
         sample.surface.roughness_perceptual = layered_roughness(sample.surface, layers);
@@ -85,6 +108,9 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
         var shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
         @if(shadowed) {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
+        }
+        @if(relief) {
+            shading.relief = seen.shadows;
         }
         @if(layered) {
             set_layers(&shading, sample.surface, layers);

@@ -23,6 +23,8 @@ struct LightBatch {
 
 /// The constant of `forward.wgsl` that says which lights, and its values beside that of clusters.
 const LIGHTS_OF: &str = "lights_of";
+/// Where the depth of what is drawn is there already.
+const DRAWS_AGAIN: &str = "draws_again";
 const FIRST_BATCH: u32 = 1;
 const LATER_BATCH: u32 = 2;
 
@@ -59,6 +61,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
         pass.depth_read_only(&depth);
         pass.blend(ADD);
         pass.constant(LIGHTS_OF, LATER_BATCH);
+        pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
         pass.uniform("weighting", &Weighting::default());
         pass.draw_opaque_lit_by(first + 1)?;
@@ -95,7 +98,7 @@ pub enum LayeredDepth {
     Missing(Handle),
 }
 
-/// Shades opaque and masked surfaces whose materials have layers, over what is there of `radiance`; with `fog`, if no pass adds it
+/// Shades opaque and masked surfaces that other passes leave alone, which are those with layers, over what is there of `radiance`; with `fog`, if no pass adds it
 /// later. Also gives depth.
 ///
 /// # Errors
@@ -106,7 +109,12 @@ pub fn record_layered(
     radiance: Handle,
     depth: LayeredDepth,
 ) -> Result<(Handle, Handle), ProgramError> {
-    if !r.frame.world.has_layers {
+    let world = r.frame.world;
+    let (which, is_there) = match depth {
+        LayeredDepth::There(_) => (Which::ShadedWhereDrawn, world.is_shaded_where_drawn),
+        LayeredDepth::Missing(_) => (Which::Layered, world.has_layers),
+    };
+    if !is_there {
         let (LayeredDepth::There(depth) | LayeredDepth::Missing(depth)) = depth;
         return Ok((radiance, depth));
     }
@@ -125,11 +133,12 @@ pub fn record_layered(
     let depth = match depth {
         LayeredDepth::There(depth) => {
             pass.depth_read_only(&depth);
+            pass.constant(DRAWS_AGAIN, 1);
             depth
         }
         LayeredDepth::Missing(depth) => pass.depth(depth, DepthLoad::Keep),
     };
-    pass.draw_opaque(Which::Layered)?;
+    pass.draw_opaque(which)?;
     Ok((radiance, depth))
 }
 

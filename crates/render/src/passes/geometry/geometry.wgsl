@@ -1,6 +1,6 @@
 // geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`, if any surface glows.
 // Writes: base_color, normal, material, radiance (alpha = coverage, with the mark of `glow.wgsl`), depth.
-// Program: geometry, also for points. Axes: textured, occlusion_apart, normal_map, masked, deformed.
+// Program: geometry, also for points, also with detail, also with relief. Axes: textured, occlusion_apart, normal_map, masked, deformed.
 
 import package::view::view;
 import package::gbuffer::gbuffer_pack;
@@ -10,12 +10,15 @@ import package::shaders::level_fade::{fades, is_faded};
 import package::shaders::surface_material::{surface_mip_bias, surface_sample};
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
+@if(relief) import package::shaders::relief::sunk;
+@if(relief) import package::shaders::surface_material::detailed_sample;
 
 struct GeometryTargets {
     @location(0) base_color: vec4f,
     @location(1) normal: vec2u,
     @location(2) material: vec4f,
     @location(3) radiance: vec4f,
+    @if(relief) @builtin(frag_depth) depth: f32,
 }
 
 @vertex
@@ -25,7 +28,9 @@ fn vs_geometry(in: SurfaceInput) -> SurfaceVarying {
 
 @fragment
 fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> GeometryTargets {
-    let sample = surface_sample(in, front_facing);
+    @if(!relief) let sample = surface_sample(in, front_facing);
+    @if(relief) let seen = sunk(in);
+    @if(relief) let sample = detailed_sample(seen.surface, seen.facet, front_facing);
     if fades != 0u {
         if is_faded(in.position_clip.xy, in.object) {
             discard;
@@ -47,6 +52,9 @@ fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) ->
     targets.normal = texels.normal;
     targets.material = texels.material;
     let emission = half_float_clamped(sample.emission * view.pre_exposure);
+    @if(relief) {
+        targets.depth = seen.depth_ndc;
+    }
     targets.radiance = vec4f(emission, 1.0 + glow_share(emission));
     return targets;
 }

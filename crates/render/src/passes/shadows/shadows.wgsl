@@ -1,7 +1,7 @@
 // shadows: the depth of what casts shadows, seen from a light.
 // The rows of an instance take its object into the space of a tile (see `shadows/projection.rs`), or, where joints take it
 // into the world, the world. Reads: materials, where fragments are dropped. Writes: depth.
-// Program: shadows. Axes: textured, masked, deformed.
+// Program: shadows, also with relief. Axes: textured, masked, deformed.
 
 import package::view::view;
 import package::shaders::surface_vertex::{
@@ -10,13 +10,23 @@ import package::shaders::surface_vertex::{
 import package::shaders::hash::mixed;
 @if(masked) import package::shaders::mask::mask_threshold;
 import package::shaders::surface_material::{material_factors, surface_base_color};
+@if(relief) import package::shaders::facet::facet_of;
+@if(relief) import package::shaders::height::height_level;
+@if(relief) import package::shaders::layer_maps::{
+    MAP_HEIGHT, drawn_uv_dx, drawn_uv_dy, layer_factors, map_uv, map_uv_step,
+};
+@if(relief) import package::shaders::relief::{depth_met, descent};
 
 struct ShadowVarying {
     @builtin(position) position_clip: vec4f,
     @location(0) uv: vec4f,
     @location(1) color: vec4f,
     @location(2) @interpolate(flat, either) object: u32,
-    @if(masked) @location(3) position_object: vec3f,
+    // The place in the tile, before a division, and what leads from there to the lowest height.
+    @if(relief) @location(3) position_tile: vec3f,
+    @if(relief) @location(4) down_tile: vec3f,
+    @if(relief) @location(5) @interpolate(flat, either) is_perspective: f32,
+    @if(masked) @location(6) position_object: vec3f,
 }
 
 // The distance of a corner that is drawn, in units of the nearest: one in the light's own plane, or next to it, is moved forward
@@ -29,10 +39,19 @@ fn divisible(distance: f32) -> f32 {
 @vertex
 fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     var position = in.position;
+    @if(relief) var down = in.normal;
     @if(deformed) {
-        position += morph_displacement(in, in.instance.z).position;
+        let displacement = morph_displacement(in, in.instance.z);
+        position += displacement.position;
+        @if(relief) {
+            down += displacement.normal;
+        }
         if in.instance.y != 0xffffffffu {
-            position = transform_point(skinned_rows(in, in.instance.y), position);
+            let skin = skinned_rows(in, in.instance.y);
+            position = transform_point(skin, position);
+            @if(relief) {
+                down = vec3f(dot(skin.row0.xyz, down), dot(skin.row1.xyz, down), dot(skin.row2.xyz, down));
+            }
         }
     }
     let rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
@@ -48,6 +67,12 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     out.object = in.instance.x >> 1u;
     @if(masked) {
         out.position_object = in.position;
+    }
+    @if(relief) {
+        down *= -layer_factors.detail.x;
+        out.position_tile = at;
+        out.down_tile = vec3f(dot(rows.row0.xyz, down), dot(rows.row1.xyz, down), dot(rows.row2.xyz, down));
+        out.is_perspective = select(0.0, 1.0, is_perspective);
     }
     return out;
 }
@@ -65,14 +90,49 @@ fn threshold_at(position_px: vec2f, object: u32) -> f32 {
     return fract(f32(hash >> 8u) / 16777216.0 + f32(sample_index) * 0.61803398875);
 }
 
-@fragment
+// The depth of heights, and UVs where light meets them.
+@if(relief) struct Met {
+    depth: f32,
+    uv: vec4f,
+}
+
+@if(relief) fn met_by_light(in: ShadowVarying) -> Met {
+    let facet = facet_of(in.position_tile, in.uv);
+    drawn_uv_dx = facet.uv_dx;
+    drawn_uv_dy = facet.uv_dy;
+    let direction = mix(vec3f(0.0, 0.0, -1.0), in.position_tile, in.is_perspective);
+    let ray = descent(facet, direction, in.down_tile);
+    let level = height_level(map_uv_step(facet.uv_dx, MAP_HEIGHT), map_uv_step(facet.uv_dy, MAP_HEIGHT));
+    let depth = depth_met(map_uv(in.uv, MAP_HEIGHT), map_uv_step(ray.uv, MAP_HEIGHT), level, ray.cosine);
+    let z = in.position_tile.z + direction.z * (ray.along * depth);
+    return Met(clamp(mix(z, 1.0 / max(z, 1e-6), in.is_perspective), 0.0, 1.0), in.uv + ray.uv * depth);
+}
+
+@if(relief) @fragment
+fn fs_shadows(in: ShadowVarying) -> @builtin(frag_depth) f32 {
+    let met = met_by_light(in);
+    var at = in;
+    at.uv = met.uv;
+    drop_what_lets_through(at);
+    return met.depth;
+}
+
+@if(!relief) @fragment
 fn fs_shadows(in: ShadowVarying) {
+    drop_what_lets_through(in);
+}
+
+fn drop_what_lets_through(in: ShadowVarying) {
     @if(masked) {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;
         surface.position_object = in.position_object;
-        let alpha = surface_base_color(surface, 0.0).a * material_factors.cast_alpha;
+        var alpha = surface_base_color(surface, 0.0).a * material_factors.cast_alpha;
+        @if(relief) {
+            // Those of opaque materials mean nothing.
+            alpha = select(1.0, alpha, max(material_factors.alpha_cutoff, material_factors.casts_in_part) > 0.0);
+        }
         // What alpha covers in part stops so many of the rays.
         let of_texel = threshold_at(in.position_clip.xy, in.object);
         // Of masks the choice is one for all samples, for which their maps last.

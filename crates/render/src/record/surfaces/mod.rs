@@ -26,11 +26,13 @@ use std::borrow::Cow;
 pub enum Which {
     /// Every one.
     All,
-    /// Those whose fragments are never dropped: triangles without a mask.
+    /// Those whose fragments are never dropped and lie where their triangles do: triangles without a mask and without relief.
     Hiding,
-    /// Those whose materials have layers.
+    /// Those whose materials have more than the G-buffer holds.
+    ShadedWhereDrawn,
+    /// Those whose materials have layers or detail.
     Layered,
-    /// Those whose materials have none.
+    /// Those whose materials have neither.
     Plain,
 }
 

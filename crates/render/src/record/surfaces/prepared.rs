@@ -2,11 +2,12 @@
 
 use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
-use crate::constants::LAYER_CLEARCOAT;
+use crate::constants::{LAYER_CLEARCOAT, LAYER_STEPS, LAYER_TRANSMISSION};
 use crate::draws::{AXES, Axes, BLOCK_ITEMS, DEFORMED, Draw, Faces, Item, MASKED, NORMAL_MAP, TEXTURED, WorldDraws};
 use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
+use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF, SHADED_WHERE_DRAWN};
 use crate::resources::{Geometry, GpuMaterial, Place, Sampled};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
@@ -15,7 +16,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The constant of `layers.wgsl` that says which layers a material has.
+/// The constant of `layer_maps.wgsl` that says which layers and details a material has.
 const MATERIAL_LAYERS: &str = "material_layers";
 
 /// So many of the world's items make a chunk: those that are culled together.
@@ -66,21 +67,58 @@ struct Shape {
     fades: bool,
 }
 
+/// The programs that draw special materials in place of a pass's own.
+#[derive(Clone, Copy)]
+struct Special {
+    layered: Option<&'static str>,
+    detailed: Option<&'static str>,
+    relief: Option<&'static str>,
+}
+
+impl Special {
+    fn of(program: &str) -> Self {
+        let (layered, detailed) = (compose::layered_of(program), compose::detailed_of(program));
+        Self { layered, detailed, relief: compose::relief_of(program) }
+    }
+
+    /// The bits of `layers` that matter to a pass: none if its own program draws the material.
+    fn bits(self, layers: u32, casts: bool) -> u32 {
+        let has_relief = self.relief.is_some() && layers & RELIEF != 0;
+        if casts {
+            // A single shift moves nothing.
+            return if has_relief && layers & LAYER_STEPS != 0 { layers & CAST_RELIEF } else { 0 };
+        }
+        match self {
+            Self { layered: Some(_), .. } => layers,
+            Self { detailed: Some(_), .. } => layers & DETAIL,
+            _ if has_relief => layers & DETAIL,
+            _ => 0,
+        }
+    }
+
+    /// The program for a material with the bits that [`Self::bits`] gave. What light comes through has no relief.
+    fn program(self, bits: u32) -> Option<&'static str> {
+        let with_relief = self.relief.filter(|_| bits & RELIEF != 0 && bits & LAYER_TRANSMISSION == 0);
+        with_relief.or(self.layered).or(self.detailed).filter(|_| bits != 0)
+    }
+}
+
 impl Shape {
     const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2 * 2;
 
     /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A surface with
     /// one side is there for light as it is for the eye: where it shows its front.
-    fn of_caster(item: &Item, faces: Faces, is_blended: bool) -> Self {
-        let tested = if item.masked || is_blended { (item.axes & TEXTURED) | MASKED } else { 0 };
+    fn of_caster(item: &Item, faces: Faces, is_blended: bool, layers: u32) -> Self {
+        // Fragments of relief are shaded for their depth.
+        let is_tested = item.masked || is_blended || layers != 0;
+        let tested = if is_tested { (item.axes & TEXTURED) | MASKED } else { 0 };
         let axes = tested | item.axes & DEFORMED;
-        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers: 0, fades: false }
+        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers, fades: false }
     }
 
-    fn of(item: &Item, draw: &Draw, is_reflected: bool, has_layers: bool, tests_alpha: bool) -> Self {
+    fn of(item: &Item, draw: &Draw, is_reflected: bool, layers: u32, tests_alpha: bool) -> Self {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
-        let layers = if has_layers { item.layers } else { 0 };
         let Draw { faces, fades, form, .. } = *draw;
         let (left_out, coat) = if form.plain { (NORMAL_MAP, LAYER_CLEARCOAT) } else { (0, 0) };
         let axes = item.axes & !left_out | if tests_alpha { MASKED } else { 0 };
@@ -149,7 +187,7 @@ impl Preparing<'_, '_> {
     pub fn prepare(&self, draws: &[Draw], which: Which, shapes: &mut BoundShapes) -> Result<Vec<Chunk>, ProgramError> {
         let Frame { resources, world, .. } = *self.frame;
         let is_reflected = self.view.is_reflected();
-        let layered_program = compose::layered_of(self.program);
+        let special = Special::of(self.program);
         let BoundShapes { by_shape, by_layers, all: all_bound } = shapes;
         let mut chunks: Vec<Chunk> = Vec::new();
         let mut state = State::default();
@@ -158,18 +196,23 @@ impl Preparing<'_, '_> {
             let is_blended = draw.item as usize >= world.opaque_count && !item.transmissive;
             let is_wanted = match which {
                 Which::All => true,
-                Which::Hiding => !item.masked && !is_blended && !draw.fades && item.topology == Topology::Triangles,
+                Which::Hiding => {
+                    let is_whole = !item.masked && !is_blended && !draw.fades && item.layers & RELIEF == 0;
+                    is_whole && item.topology == Topology::Triangles
+                }
+                Which::ShadedWhereDrawn => item.layers & SHADED_WHERE_DRAWN != 0,
                 Which::Layered => item.layers != 0,
                 Which::Plain => item.layers == 0,
             };
             if !is_wanted {
                 continue;
             }
+            let layers = special.bits(item.layers, self.casts);
             let shape = if self.casts {
-                Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count)
+                Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count, layers)
             } else {
                 let tests_alpha = is_blended && self.view.shows_first_surface;
-                Shape::of(item, draw, is_reflected, layered_program.is_some(), tests_alpha)
+                Shape::of(item, draw, is_reflected, layers, tests_alpha)
             };
             let (place, layers) = (shape.index(), shape.layers);
             let known = if layers == 0 { by_shape[place] } else { by_layers.get(&(place, layers)).copied() };
@@ -182,7 +225,7 @@ impl Preparing<'_, '_> {
                     } else {
                         by_layers.insert((place, layers), bound);
                     }
-                    all_bound.push(self.bind(shape, layered_program)?.into());
+                    all_bound.push(self.bind(shape, special)?.into());
                     bound
                 }
             };
@@ -211,19 +254,19 @@ impl Preparing<'_, '_> {
         Ok(chunks)
     }
 
-    fn bind(&self, shape: Shape, layered_program: Option<&'static str>) -> Result<Bound, ProgramError> {
+    fn bind(&self, shape: Shape, special: Special) -> Result<Bound, ProgramError> {
         let Shape { axes, topology, faces, mirrored, layers, fades } = shape;
         let mut targets = self.targets.clone();
         if fades {
             targets.constants.push((FADES, 1));
         }
-        let program = match layered_program {
+        let program = match special.program(layers) {
             _ if topology == Topology::Points => of_points(self.program)?,
-            Some(layered) if layers != 0 => {
+            Some(special) => {
                 targets.constants.push((MATERIAL_LAYERS, layers));
-                layered
+                special
             }
-            _ => self.program,
+            None => self.program,
         };
         let pass_axes = self.pass_axes.to_vec();
         let key = Key { program, axes, pass_axes, targets, topology, faces, mirrored };
@@ -440,13 +483,18 @@ fn material_bind_group(
     ]);
     let layers = material.layers.as_ref().zip(resources.materials.layer_factors(material));
     let layer_samplers = layers.as_ref().map(|(layers, _)| layers.textures.each_ref().map(of_scene));
-    if let (Some((layers, factors)), Some([of_data, of_colors])) = (layers, &layer_samplers) {
+    let light_map_sampler = layers.as_ref().map(|(layers, _)| of_scene(&layers.light_map));
+    if let (Some((layers, factors)), Some([of_data, of_colors]), Some(of_light_map)) =
+        (layers, &layer_samplers, &light_map_sampler)
+    {
         known.extend([
             ("layer_factors", factors),
             ("layer_data", wgpu::BindingResource::TextureView(&layers.textures[0].0)),
             ("layer_data_sampler", wgpu::BindingResource::Sampler(of_data)),
             ("layer_colors", wgpu::BindingResource::TextureView(&layers.textures[1].0)),
             ("layer_colors_sampler", wgpu::BindingResource::Sampler(of_colors)),
+            ("light_map_texture", wgpu::BindingResource::TextureView(&layers.light_map.0)),
+            ("light_map_sampler", wgpu::BindingResource::Sampler(of_light_map)),
         ]);
     }
     let group = program.bind(&frame.gpu.device, 2, &known)?;

@@ -3,7 +3,7 @@
 use super::super::{LoadError, json::Json};
 use super::Slots;
 use crate::material::{
-    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Mapped, Material, Sheen, Specular, Volume,
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LightMap, Mapped, Material, Sheen, Specular, Volume,
 };
 use glam::{Vec3, Vec4};
 
@@ -72,6 +72,13 @@ pub(super) fn read(json: &Json, slots: &mut Slots, material: &mut Material) -> R
         material.iridescence = (weight.factor > 0.0).then_some(film);
     }
     read_transmission(json, slots, material)?;
+    if let Some(baked) = json.extension("MOZ_lightmap")? {
+        // Hubs, whose extension it is, samples it as it is and on the second UV set.
+        let factor = slots.document.clamped_number(&baked, "intensity", 1.0, f32::MAX)?;
+        let texture = slots.read_info(&baked, 1)?;
+        material.light_map =
+            texture.map(|texture| LightMap { light: Mapped { factor, texture: Some(texture) }, is_srgb: false });
+    }
     if let Some(gloss) = json.extension("KHR_materials_pbrSpecularGlossiness")? {
         read_specular_glossiness(&gloss, slots, material)?;
     }

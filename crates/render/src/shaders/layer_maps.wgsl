@@ -1,0 +1,136 @@
+// The factors and maps of what a material has beyond metallic-roughness: layers (`layers.wgsl`), detail (`surface_detail.wgsl`) and
+// relief (`relief.wgsl`). Which there are is constant when a shader runs, so that others cost nothing.
+
+import package::shaders::surface_vertex::SurfaceVarying;
+import package::view::view;
+
+struct LayerFactors {
+    // The colour of a dielectric's reflection at normal incidence; the weight of all of it.
+    specular: vec4f,
+    // Reflectance at normal incidence as the refractive index makes it; that index; glossiness; dispersion.
+    refraction: vec4f,
+    // Weight, perceptual roughness and normal scale of the clear coat; transmission.
+    coat: vec4f,
+    // Colour and perceptual roughness of the sheen.
+    sheen: vec4f,
+    // Strength; cosine and sine of the rotation; zero.
+    anisotropy: vec4f,
+    // Weight and refractive index of the film, its least and its greatest thickness in nanometres.
+    film: vec4f,
+    // Colour and weight of scattered transmission.
+    diffuse_transmission: vec4f,
+    // What is absorbed in a metre, as an exponent; thickness in metres of the mesh's space.
+    volume: vec4f,
+    // How far below the triangles a height of 0 lies, in metres of the mesh's space; factor of baked light; scale of detail
+    // normals; zero.
+    detail: vec4f,
+    // Rows of the matrices that place the maps, as of `MaterialFactors`; in w of the second row the layer of the texture.
+    maps: array<vec4f, 34>,
+    // Those of baked light.
+    light_map_rows: array<vec4f, 2>,
+}
+
+@group(2) @binding(11) var<uniform> layer_factors: LayerFactors;
+// The maps that are data, and those that are colours.
+@group(2) @binding(12) var layer_data: texture_2d_array<f32>;
+@group(2) @binding(13) var layer_data_sampler: sampler;
+@group(2) @binding(14) var layer_colors: texture_2d_array<f32>;
+@group(2) @binding(15) var layer_colors_sampler: sampler;
+@group(2) @binding(16) var light_map_texture: texture_2d<f32>;
+@group(2) @binding(17) var light_map_sampler: sampler;
+
+// The layers that there are, by the bits of `constants.rs`, and below these the maps, by the order of `LayerMap`.
+override material_layers: u32 = 0u;
+
+const MAP_SPECULAR: u32 = 0u;
+const MAP_SPECULAR_COLOR: u32 = 1u;
+const MAP_CLEARCOAT: u32 = 2u;
+const MAP_CLEARCOAT_ROUGHNESS: u32 = 3u;
+const MAP_CLEARCOAT_NORMAL: u32 = 4u;
+const MAP_SHEEN_COLOR: u32 = 5u;
+const MAP_SHEEN_ROUGHNESS: u32 = 6u;
+const MAP_ANISOTROPY: u32 = 7u;
+const MAP_IRIDESCENCE: u32 = 8u;
+const MAP_IRIDESCENCE_THICKNESS: u32 = 9u;
+const MAP_TRANSMISSION: u32 = 10u;
+const MAP_THICKNESS: u32 = 11u;
+const MAP_DIFFUSE_TRANSMISSION: u32 = 12u;
+const MAP_DIFFUSE_TRANSMISSION_COLOR: u32 = 13u;
+const MAP_HEIGHT: u32 = 14u;
+const MAP_DETAIL_NORMAL: u32 = 15u;
+const MAP_DETAIL_COLOR: u32 = 16u;
+
+// How UVs change from pixel to pixel on the triangle: those of a relief jump where one height hides another.
+@if(relief) var<private> drawn_uv_dx: vec4f;
+@if(relief) var<private> drawn_uv_dy: vec4f;
+
+fn has_layer(bit: u32) -> bool {
+    return (material_layers & bit) != 0u;
+}
+
+fn has_map(map: u32) -> bool {
+    return (material_layers & (1u << map)) != 0u;
+}
+
+// The UVs that two rows make of the surface's; `w` is 1 for UVs, and 0 for what is added to them.
+fn placed_uv(uv: vec4f, w: f32, row0: vec4f, row1: vec4f) -> vec2f {
+    let source = vec3f(select(uv.xy, uv.zw, row0.w > 0.5), w);
+    return vec2f(dot(row0.xyz, source), dot(row1.xyz, source));
+}
+
+fn map_uv(uv: vec4f, map: u32) -> vec2f {
+    return placed_uv(uv, 1.0, layer_factors.maps[map * 2u], layer_factors.maps[map * 2u + 1u]);
+}
+
+// What is added to the UVs of a map where `step` is added to those of the surface.
+fn map_uv_step(step: vec4f, map: u32) -> vec2f {
+    return placed_uv(step, 0.0, layer_factors.maps[map * 2u], layer_factors.maps[map * 2u + 1u]);
+}
+
+fn map_layer(map: u32) -> i32 {
+    return i32(layer_factors.maps[map * 2u + 1u].w);
+}
+
+fn data_map(in: SurfaceVarying, map: u32) -> vec4f {
+    if !has_map(map) {
+        return vec4f(1.0);
+    }
+    @if(relief) {
+        let sharper = exp2(-view.mip_gain);
+        return textureSampleGrad(layer_data, layer_data_sampler, map_uv(in.uv, map), map_layer(map),
+            map_uv_step(drawn_uv_dx, map) * sharper, map_uv_step(drawn_uv_dy, map) * sharper);
+    }
+    @if(!relief) {
+        return textureSampleBias(layer_data, layer_data_sampler, map_uv(in.uv, map), map_layer(map), -view.mip_gain);
+    }
+}
+
+fn color_map(in: SurfaceVarying, map: u32) -> vec4f {
+    if !has_map(map) {
+        return vec4f(1.0);
+    }
+    @if(relief) {
+        let sharper = exp2(-view.mip_gain);
+        return textureSampleGrad(layer_colors, layer_colors_sampler, map_uv(in.uv, map), map_layer(map),
+            map_uv_step(drawn_uv_dx, map) * sharper, map_uv_step(drawn_uv_dy, map) * sharper);
+    }
+    @if(!relief) {
+        return textureSampleBias(layer_colors, layer_colors_sampler, map_uv(in.uv, map), map_layer(map), -view.mip_gain);
+    }
+}
+
+// What a white surface sends back of light that was baked.
+fn baked_light(in: SurfaceVarying) -> vec3f {
+    let row0 = layer_factors.light_map_rows[0];
+    let row1 = layer_factors.light_map_rows[1];
+    let uv = placed_uv(in.uv, 1.0, row0, row1);
+    @if(relief) {
+        let sharper = exp2(-view.mip_gain);
+        let texel = textureSampleGrad(light_map_texture, light_map_sampler, uv,
+            placed_uv(drawn_uv_dx, 0.0, row0, row1) * sharper, placed_uv(drawn_uv_dy, 0.0, row0, row1) * sharper);
+        return texel.rgb * layer_factors.detail.y;
+    }
+    @if(!relief) {
+        return textureSampleBias(light_map_texture, light_map_sampler, uv, -view.mip_gain).rgb * layer_factors.detail.y;
+    }
+}

@@ -1,0 +1,53 @@
+//! What a surface has that its triangles have not: relief from heights, detail that repeats, and light that was baked.
+
+use super::{Mapped, TextureRef};
+
+/// What a height map does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeightMethod {
+    /// Bends normals alone (Blinn 1978, "Simulation of Wrinkled Surfaces").
+    Bump,
+    /// Moves every map once along the line of sight, no farther than the surface is deep (Kaneko et al. 2001, "Detailed Shape
+    /// Representation with Parallax Mapping"; Welsh 2004, with limited offsets).
+    Parallax,
+    /// Goes along the line of sight in steps, to the first that lies below the surface (McGuire & McGuire 2005).
+    Steep,
+    /// The same in finer steps, and from the last two to where the heights cross the line of sight (Brawley & Tatarchuk 2004,
+    /// "Parallax Occlusion Mapping").
+    Occlusion,
+}
+
+/// Heights of a surface: the texture's red, 1 on the triangles and less below them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightMap {
+    /// Linear; images of 16 bits a channel keep them.
+    pub texture: TextureRef,
+    /// How far below the triangles a height of 0 lies, in metres of the mesh's own space.
+    pub depth_m: f32,
+    /// What is done with it.
+    pub method: HeightMethod,
+    /// Whether its heights are searched for what stands between a point and each light, beside what shadow maps hold. Only of
+    /// [`HeightMethod::Steep`] and [`HeightMethod::Occlusion`].
+    pub self_shadow: bool,
+}
+
+/// Maps that are laid over others and mostly repeat more often.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetailMaps {
+    /// Tangent-space normals, which turn with those below them (Barré-Brisebois & Hill 2012, "Blending in Detail").
+    pub normal_texture: Option<TextureRef>,
+    /// Scales x and y of these normals.
+    pub normal_scale: f32,
+    /// sRGB colour; twice its linear value multiplies the base colour, so that 0.5 leaves it as it is.
+    pub base_color_texture: Option<TextureRef>,
+}
+
+/// Light that was computed beforehand: what a white surface sends back of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightMap {
+    /// The factor, and the colour that it multiplies: together the irradiance divided by π, which is multiplied by the base colour
+    /// of what is not metal. It takes the place of the environment's diffuse light; lights and reflections are added.
+    pub light: Mapped<f32>,
+    /// Whether texels are sRGB; else linear.
+    pub is_srgb: bool,
+}

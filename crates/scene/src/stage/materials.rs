@@ -1,0 +1,287 @@
+//! Materials that a stage changes: what casts shadows, and maps that the model has not.
+
+use super::names::Pattern;
+use super::table::{Placed, Source, Table};
+use crate::gltf_file::{MAX_FILE_BYTES, texel_budget_bytes};
+use crate::material::{DetailMaps, HeightMap, HeightMethod, LightMap, Mapped};
+use crate::{Diagnostic, Image, ImageSource, Material, Sampler, Scene, Texture, TextureRef, TextureTransform, Wrap};
+use glam::{Vec2, Vec3};
+use std::collections::HashMap;
+
+/// The words of `height_method`.
+pub(super) const METHODS: &[&str] = &["bump", "parallax", "steep", "occlusion"];
+/// The words of `light_map_encoding`.
+pub(super) const ENCODINGS: &[&str] = &["linear", "srgb"];
+/// The words of `normal_convention`.
+pub(super) const CONVENTIONS: &[&str] = &["opengl", "directx"];
+
+/// Keys that say how a map is used, and the key of that map.
+const OF_MAPS: [(&str, &[&str]); 10] = [
+    ("occlusion_texcoord", &["occlusion_map"]),
+    ("emissive_texcoord", &["emissive_map"]),
+    ("height_depth_m", &["height_map"]),
+    ("height_method", &["height_map"]),
+    ("self_shadow", &["height_map"]),
+    ("detail_normal_scale", &["detail_normal_map"]),
+    ("detail_scale", &["detail_normal_map", "detail_color_map"]),
+    ("light_map_texcoord", &["light_map"]),
+    ("light_map_intensity", &["light_map"]),
+    ("light_map_encoding", &["light_map"]),
+];
+
+/// Keys that name an image.
+pub(super) const MAPS: [&str; 6] =
+    ["occlusion_map", "emissive_map", "height_map", "detail_normal_map", "detail_color_map", "light_map"];
+
+/// What changes of the materials that have a name.
+#[derive(Clone, Debug)]
+pub(super) struct MaterialChange {
+    pub(super) names: Placed<Pattern>,
+    pub(super) casts_shadow: Option<bool>,
+    has_normals_down: Option<bool>,
+    occlusion: Option<(Placed<String>, u32)>,
+    emissive: Option<(Placed<String>, u32)>,
+    height: Option<(Placed<String>, HeightMap)>,
+    detail: Option<Detail>,
+    light_map: Option<(Placed<String>, LightMap, u32)>,
+}
+
+#[derive(Clone, Debug)]
+struct Detail {
+    normal: Option<Placed<String>>,
+    normal_scale: f32,
+    color: Option<Placed<String>>,
+    repeats: f32,
+}
+
+/// A texture whose place in the scene is not known yet.
+fn unplaced(uv_set: u32) -> TextureRef {
+    TextureRef { texture: 0, uv_set, transform: TextureTransform::default() }
+}
+
+impl MaterialChange {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
+        let name = table.text("name").ok_or_else(|| table.fault("name", "`name` is missing"))?;
+        for (key, maps) in OF_MAPS {
+            if table.place(key).is_some() && !maps.iter().any(|map| table.place(map).is_some()) {
+                return Err(table.fault(key, format!("`{key}` needs `{}`", maps.join("` or `"))));
+            }
+        }
+        for key in MAPS {
+            if table.text(key).is_some_and(|name| name.value.trim().is_empty()) {
+                return Err(table.fault(key, format!("the name of `{key}` is empty; name a file such as bricks.png")));
+            }
+        }
+        let height = match table.text("height_map") {
+            Some(map) => Some((map, read_height(table)?)),
+            None => None,
+        };
+        let on_set = |map: &str, set: &str| -> Result<Option<(Placed<String>, u32)>, Box<Diagnostic>> {
+            match table.text(map) {
+                Some(image) => Ok(Some((image, uv_set(table, set, 1)?))),
+                None => Ok(None),
+            }
+        };
+        let light_map = on_set("light_map", "light_map_texcoord")?.map(|(image, set)| {
+            let is_srgb = table.text("light_map_encoding").is_some_and(|word| word.value == "srgb");
+            let factor = table.number("light_map_intensity").unwrap_or(1.0);
+            (image, LightMap { light: Mapped { factor, texture: Some(unplaced(set)) }, is_srgb }, set)
+        });
+        let (normal, color) = (table.text("detail_normal_map"), table.text("detail_color_map"));
+        let detail = (normal.is_some() || color.is_some()).then(|| Detail {
+            normal,
+            normal_scale: table.number("detail_normal_scale").unwrap_or(1.0),
+            color,
+            repeats: table.number("detail_scale").unwrap_or(8.0),
+        });
+        Ok(Self {
+            names: Placed { value: Pattern::new(&name.value), range: name.range },
+            casts_shadow: table.boolean("cast_shadow"),
+            has_normals_down: table.text("normal_convention").map(|word| word.value == "directx"),
+            occlusion: on_set("occlusion_map", "occlusion_texcoord")?,
+            emissive: on_set("emissive_map", "emissive_texcoord")?,
+            height,
+            detail,
+            light_map,
+        })
+    }
+
+    /// The images that it names.
+    pub(super) fn images(&self) -> impl Iterator<Item = &Placed<String>> {
+        let of_detail = self.detail.iter().flat_map(|detail| detail.normal.iter().chain(&detail.color));
+        let others = self.occlusion.iter().chain(&self.emissive).map(|(image, _)| image);
+        let of_height = self.height.iter().map(|(image, _)| image);
+        let of_light = self.light_map.iter().map(|(image, ..)| image);
+        others.chain(of_height).chain(of_detail).chain(of_light)
+    }
+
+    /// Changes all that have the name, with maps that `images` has read. What is odd but does not hinder is told in `warnings`.
+    pub(super) fn apply(
+        &self,
+        source: &Source,
+        scene: &mut Scene,
+        images: &StageImages,
+        warnings: &mut Vec<String>,
+    ) -> Result<(), Box<Diagnostic>> {
+        let pattern = &self.names.value;
+        let found: Vec<usize> = (0..scene.materials.len())
+            .filter(|index| scene.materials.get(*index).is_some_and(|material| pattern.matches(&material.name)))
+            .collect();
+        if found.is_empty() {
+            let message = format!("the model has no material called `{}`", pattern.text());
+            let known = scene.materials.iter().map(|material| material.name.as_str());
+            return Err(source.unknown(self.names.range.clone(), message, pattern.text(), known));
+        }
+        for index in &found {
+            let Some(mut material) = scene.materials.get(*index).cloned() else { continue };
+            self.change(&mut material, &mut |image, wrap| images.texture(scene, image, wrap));
+            if let Some(material_place) = scene.materials.get_mut(*index) {
+                *material_place = material;
+            }
+        }
+        warnings.extend(self.missing_sets(scene, &found));
+        Ok(())
+    }
+
+    fn change(&self, material: &mut Material, texture: &mut dyn FnMut(&Placed<String>, Wrap) -> usize) {
+        material.casts_shadow = self.casts_shadow.unwrap_or(material.casts_shadow);
+        material.has_normals_down = self.has_normals_down.unwrap_or(material.has_normals_down);
+        if let Some((image, uv_set)) = &self.occlusion {
+            material.occlusion_texture =
+                Some(TextureRef { texture: texture(image, Wrap::Repeat), ..unplaced(*uv_set) });
+        }
+        if let Some((image, uv_set)) = &self.emissive {
+            material.emissive_texture = Some(TextureRef { texture: texture(image, Wrap::Repeat), ..unplaced(*uv_set) });
+            if material.emissive_factor == Vec3::ZERO {
+                material.emissive_factor = Vec3::ONE;
+            }
+        }
+        // Heights lie as what they belong to.
+        let placed = material.base_color_texture.or(material.normal_texture).unwrap_or(unplaced(0));
+        if let Some((image, height)) = &self.height {
+            let texture = TextureRef { texture: texture(image, Wrap::Repeat), ..placed };
+            material.height = Some(HeightMap { texture, ..*height });
+        }
+        if let Some(detail) = &self.detail {
+            let transform = TextureTransform { scale: Vec2::splat(detail.repeats), ..TextureTransform::default() };
+            let mut placed = |image: &Placed<String>| {
+                Some(TextureRef { texture: texture(image, Wrap::Repeat), uv_set: placed.uv_set, transform })
+            };
+            material.detail = Some(DetailMaps {
+                normal_texture: detail.normal.as_ref().and_then(&mut placed),
+                normal_scale: detail.normal_scale,
+                base_color_texture: detail.color.as_ref().and_then(&mut placed),
+            });
+        }
+        if let Some((image, light_map, uv_set)) = &self.light_map {
+            let texture = TextureRef { texture: texture(image, Wrap::ClampToEdge), ..unplaced(*uv_set) };
+            let light = Mapped { texture: Some(texture), ..light_map.light };
+            material.light_map = Some(LightMap { light, ..*light_map });
+        }
+    }
+
+    /// What there is to say where surfaces lack the second UV set that a map lies on.
+    fn missing_sets(&self, scene: &Scene, materials: &[usize]) -> Vec<String> {
+        let on_second = [
+            self.light_map.as_ref().map(|(image, _, set)| (image, *set)),
+            self.occlusion.as_ref().map(|(image, set)| (image, *set)),
+            self.emissive.as_ref().map(|(image, set)| (image, *set)),
+        ];
+        let is_without = |primitive: &crate::Primitive| {
+            primitive.uv1.is_empty() && primitive.material.is_some_and(|material| materials.contains(&material))
+        };
+        if !scene.meshes.iter().flat_map(|mesh| &mesh.primitives).any(is_without) {
+            return Vec::new();
+        }
+        let of_image = |image: &str| {
+            format!(
+                "`{image}` lies on UV set 1 of `{}`, which some of its surfaces lack: they show the map's first texel; \
+                 give it `…_texcoord = 0`, or a second UV set to the model",
+                self.names.value.text()
+            )
+        };
+        on_second.iter().flatten().filter(|(_, set)| *set == 1).map(|(image, _)| of_image(&image.value)).collect()
+    }
+}
+
+fn read_height(table: &Table<'_>) -> Result<HeightMap, Box<Diagnostic>> {
+    let depth_m = table.number("height_depth_m").ok_or_else(|| {
+        table.fault("height_map", "`height_map` needs `height_depth_m`: how deep below the surface a height of 0 lies")
+    })?;
+    let word = table.text("height_method").map_or_else(|| "occlusion".to_owned(), |word| word.value);
+    let method = match word.as_str() {
+        "bump" => HeightMethod::Bump,
+        "parallax" => HeightMethod::Parallax,
+        "steep" => HeightMethod::Steep,
+        _ => HeightMethod::Occlusion,
+    };
+    let has_steps = matches!(method, HeightMethod::Steep | HeightMethod::Occlusion);
+    if table.boolean("self_shadow") == Some(true) && !has_steps {
+        let message = format!("`self_shadow` needs the method \"steep\" or \"occlusion\", not \"{word}\"");
+        return Err(table.fault("self_shadow", message));
+    }
+    let self_shadow = table.boolean("self_shadow").unwrap_or(method == HeightMethod::Occlusion);
+    Ok(HeightMap { texture: unplaced(0), depth_m, method, self_shadow })
+}
+
+/// A UV set: 0 or 1.
+fn uv_set(table: &Table<'_>, key: &str, default: u32) -> Result<u32, Box<Diagnostic>> {
+    match table.number(key) {
+        None => Ok(default),
+        Some(0.0) => Ok(0),
+        Some(1.0) => Ok(1),
+        Some(other) => Err(table.fault(key, format!("there are the UV sets 0 and 1, and not {other}"))),
+    }
+}
+
+/// The images of a stage by their names, each read once.
+#[derive(Debug, Default)]
+pub(super) struct StageImages {
+    images: HashMap<String, usize>,
+}
+
+impl StageImages {
+    /// Reads all images that `changes` name, and adds them to the scene.
+    ///
+    /// # Errors
+    /// One cannot be read, or all of them take too much memory together.
+    pub(super) fn read<'c>(
+        source: &Source,
+        changes: impl Iterator<Item = &'c MaterialChange>,
+        scene: &mut Scene,
+        resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    ) -> Result<Self, Box<Diagnostic>> {
+        let mut read = Self::default();
+        let (mut encoded_bytes, mut texel_bytes) = (0_u64, 0_u64);
+        for name in changes.flat_map(MaterialChange::images) {
+            if read.images.contains_key(&name.value) {
+                continue;
+            }
+            let fault = |message: String| source.fault(name.range.clone(), message);
+            let bytes = resolve(&name.value).map_err(fault)?;
+            encoded_bytes += bytes.len() as u64;
+            let image = Image { name: name.value.clone(), source: ImageSource::Encoded(bytes.into()) };
+            let (width, height) = image.dimensions().map_err(|error| fault(error.to_string()))?;
+            texel_bytes += u64::from(width) * u64::from(height) * 4;
+            let budget_bytes = texel_budget_bytes(encoded_bytes);
+            if texel_bytes > budget_bytes || encoded_bytes > MAX_FILE_BYTES {
+                let most = budget_bytes >> 20;
+                return Err(fault(format!("the images of the stage take more than {most} MiB; make them smaller")));
+            }
+            read.images.insert(name.value.clone(), scene.images.len());
+            scene.images.push(image);
+        }
+        Ok(read)
+    }
+
+    /// The texture that shows an image, which goes on beyond its edges as `wrap` says.
+    fn texture(&self, scene: &mut Scene, name: &Placed<String>, wrap: Wrap) -> usize {
+        let image = self.images.get(&name.value).copied().unwrap_or(usize::MAX);
+        let texture = Texture { image, sampler: Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() } };
+        let known = scene.textures.iter().position(|known| *known == texture);
+        known.unwrap_or_else(|| {
+            scene.textures.push(texture);
+            scene.textures.len() - 1
+        })
+    }
+}
