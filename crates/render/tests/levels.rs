@@ -58,7 +58,7 @@ fn lit() -> Scene {
 
 /// Seen from the front, with a field of view of 30 degrees, at a distance.
 fn request(distance_m: f32) -> FrameRequest {
-    let projection = Projection::Perspective { fov_y_rad: 0.523_6, near_m: 0.1, far_m: None };
+    let projection = Projection::Perspective { fov_y_rad: std::f32::consts::FRAC_PI_6, near_m: 0.1, far_m: None };
     let camera = View { world_from_view: Mat4::from_translation(Vec3::Z * distance_m), projection };
     FrameRequest::new(SIDE, SIDE, camera).with(|settings| {
         settings.environment.source = Environment::Studio;
