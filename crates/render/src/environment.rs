@@ -141,7 +141,7 @@ pub struct EnvironmentUniform {
 
 /// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials, so
 /// that white and black ones stand out alike.
-const STUDIO_BACKDROP: [Vec3; 2] = [Vec3::splat(0.28), Vec3::splat(0.46)];
+const STUDIO_BACKDROP: [Vec3; 2] = [Vec3::splat(0.42), Vec3::splat(0.60)];
 
 /// The same where it is a fill, before a scene at night.
 const FILL_BACKDROP: [Vec3; 2] = [Vec3::new(0.06, 0.061, 0.064), Vec3::new(0.34, 0.35, 0.37)];

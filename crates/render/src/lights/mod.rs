@@ -169,6 +169,8 @@ impl LightTable {
                 }
                 LightKind::Directional | LightKind::Point => (0.0, 1.0),
             };
+            // Highlights of a source that takes an angle are wider by half of it, as half vectors turn by half of what light does.
+            let scale = if light.kind == LightKind::Directional { 0.5 * light.radius_m } else { scale };
             let range = light.range_m.filter(|range| *range > 0.0 && range.is_finite());
             let texels = [
                 position.extend(range.map_or(0.0, |range| 1.0 / (range * range))).to_array(),

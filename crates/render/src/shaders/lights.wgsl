@@ -122,6 +122,24 @@ fn add_light(
     }
 }
 
+// As a surface looks whose lobes are wider by `blur`, of the same light.
+fn widened(shading: Shading, blur: f32) -> Shading {
+    var wide = shading;
+    let alpha = min(shading.roughness_alpha + blur, 1.0);
+    let square = alpha * alpha;
+    // Exactly 1 where nothing is widened.
+    let share = square / max(shading.roughness_alpha * shading.roughness_alpha, 1e-12);
+    wide.roughness_alpha = alpha;
+    wide.alpha_squared = square;
+    wide.specular *= share;
+    wide.specular_grazing *= share;
+    @if(layered) {
+        wide.layers.alpha_along = min(shading.layers.alpha_along + blur, 1.0);
+        wide.layers.coat_alpha = min(shading.layers.coat_alpha + blur, 1.0);
+    }
+    return wide;
+}
+
 fn directional_radiance(
     index: u32,
     position_world: vec3f,
@@ -148,7 +166,8 @@ fn directional_radiance(
     @if(relief) {
         irradiance *= relief_visibility(shading.relief, to_light);
     }
-    add_reflected(shading, to_light, n_dot_l, irradiance, sums);
+    // Of parallel light this is half the tangent of half the angle that its source takes.
+    add_reflected(widened(shading, color.w), to_light, n_dot_l, irradiance, sums);
 }
 
 // Adds the lights that are in no list, from the number `first` on: directional ones up to one number, and others up to another.
