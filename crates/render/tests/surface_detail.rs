@@ -1,0 +1,417 @@
+//! Surface detail: light that was baked, normals by both conventions and from heights, and relief against the mesh that it stands for.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{plain_request, radiance};
+use glam::{Vec2, Vec3, Vec4};
+use image::{ImageBuffer, ImageFormat, Luma, Rgba};
+use manypass::{Environment, FrameRequest, Path};
+use manypass_scene::material::{DetailMaps, HeightMap, HeightMethod, LightMap, Mapped, Material};
+use manypass_scene::{
+    Aabb, Image, ImageSource, Light, LightKind, Node, Primitive, Projection, Sampler, Scene, ShadingModel, Texture,
+    TextureRef, TextureTransform, Wrap, primitives,
+};
+use manypass_testkit::build::{SceneBuilder, at, grey};
+use std::f32::consts::TAU;
+use std::io::Cursor;
+
+const SIZE: (u32, u32) = (256, 192);
+
+fn png<P: image::PixelWithColorType>(image: &ImageBuffer<P, Vec<P::Subpixel>>) -> ImageSource
+where
+    [P::Subpixel]: image::EncodableLayout,
+{
+    let mut bytes = Vec::new();
+    image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).unwrap();
+    ImageSource::Encoded(bytes.into())
+}
+
+/// Adds an image and a texture that shows it.
+fn texture(scene: &mut Scene, source: ImageSource, sampler: Sampler) -> TextureRef {
+    scene.images.push(Image { name: String::new(), source });
+    scene.textures.push(Texture { image: scene.images.len() - 1, sampler });
+    TextureRef { texture: scene.textures.len() - 1, uv_set: 0, transform: TextureTransform::default() }
+}
+
+fn nearest() -> Sampler {
+    let wrap = Wrap::ClampToEdge;
+    Sampler { wrap_u: wrap, wrap_v: wrap, mag_linear: false, min_linear: false, mip_linear: None }
+}
+
+/// A square of `side_m` on the ground with `steps` × `steps` cells, u along +x and v along +z; heights and their slopes by `height` at
+/// UVs. The second UV set is the first one mirrored.
+fn grid(side_m: f32, steps: u32, height: impl Fn(Vec2) -> (f32, Vec2)) -> Primitive {
+    let mut primitive = Primitive::default();
+    for z in 0..=steps {
+        for x in 0..=steps {
+            let uv = Vec2::new(x as f32, z as f32) / steps as f32;
+            let (y, slope) = height(uv);
+            let place = (uv - 0.5) * side_m;
+            primitive.positions.push([place.x, y, place.y]);
+            primitive.normals.push(Vec3::new(-slope.x / side_m, 1.0, -slope.y / side_m).normalize().to_array());
+            primitive.tangents.push([1.0, 0.0, 0.0, 1.0]);
+            primitive.uv0.push(uv.to_array());
+            primitive.uv1.push([1.0 - uv.x, uv.y]);
+        }
+    }
+    let row = steps + 1;
+    for z in 0..steps {
+        for x in 0..steps {
+            let first = z * row + x;
+            primitive.indices.extend([first, first + row, first + 1, first + 1, first + row, first + row + 1]);
+        }
+    }
+    let bounds = |all: Aabb, at: &[f32; 3]| all.union(&Aabb { min: Vec3::from(*at), max: Vec3::from(*at) });
+    primitive.bounds = primitive.positions.iter().fold(Aabb::EMPTY, bounds);
+    primitive
+}
+
+fn perspective() -> Projection {
+    Projection::Perspective { fov_y_rad: 0.7, near_m: 0.1, far_m: None }
+}
+
+/// A camera that sees a square of 2 m on the ground from straight above, edge to edge in height.
+fn above() -> SceneBuilder {
+    let projection = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 10.0 };
+    SceneBuilder::new(Vec3::new(0.0, 5.0, 0.0), Vec3::ZERO, projection)
+}
+
+fn linear(encoded: u8) -> f32 {
+    let value = f32::from(encoded) / 255.0;
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+#[test]
+fn baked_light_times_base_colour_is_what_is_seen() {
+    const FACTOR: Vec4 = Vec4::new(0.25, 0.5, 0.75, 1.0);
+    let color = |x: u32, y: u32| Rgba([40 * x as u8 + 60, 200 - 30 * y as u8, 128, 255]);
+    let baked = |x: u32, y: u32| Rgba([255 - 50 * x as u8, 20 + 60 * y as u8, 90 + 10 * x as u8, 255]);
+    // Software adapters decode sRGB to about 1/150; half floats have 11 bits, the last of which may be cut off.
+    const SRGB_SHARE: f32 = 1.0 / 100.0;
+    const EXACT: f32 = 1.0 / 1000.0;
+    for (has_texture, is_srgb, metallic, model) in [
+        (false, false, 0.0, ShadingModel::Standard),
+        (true, false, 0.0, ShadingModel::Standard),
+        (false, true, 0.0, ShadingModel::Standard),
+        (false, false, 0.25, ShadingModel::Standard),
+        (false, false, 0.0, ShadingModel::Unlit),
+    ] {
+        let mut builder = above();
+        let base = texture(&mut builder.scene, png(&ImageBuffer::from_fn(4, 4, color)), nearest());
+        let light = texture(&mut builder.scene, png(&ImageBuffer::from_fn(4, 4, baked)), nearest());
+        let light = TextureRef { uv_set: 1, ..light };
+        let material = Material {
+            base_color_factor: if has_texture { Vec4::ONE } else { FACTOR },
+            base_color_texture: has_texture.then_some(base),
+            metallic_factor: metallic,
+            shading_model: model,
+            light_map: Some(LightMap { light: Mapped { factor: 1.5, texture: Some(light) }, is_srgb }),
+            ..Material::default()
+        };
+        builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
+        let scene = builder.finish();
+        for path in [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud] {
+            let request = plain_request(&scene, (64, 64)).with(|settings| settings.render.path = path);
+            let pixels = radiance(&scene, &request);
+            for (x, y) in (0..4).flat_map(|y| (0..4).map(move |x| (x, y))) {
+                let found = pixels[((y * 16 + 8) * 64 + x * 16 + 8) as usize];
+                // The second UV set is mirrored.
+                let (base, light) = (color(x, y), baked(3 - x, y));
+                for channel in 0..3 {
+                    let texel = light[channel];
+                    let light = 1.5 * if is_srgb { linear(texel) } else { f32::from(texel) / 255.0 };
+                    let base = if has_texture { linear(base[channel]) } else { FACTOR[channel] };
+                    let expected = base * (1.0 - metallic) * light;
+                    let off = (found[channel] - expected).abs();
+                    let most = expected * if has_texture || is_srgb { SRGB_SHARE } else { EXACT };
+                    assert!(off <= most, "{path:?}, {has_texture} {is_srgb}, {x} {y}: {found:?}, {expected}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn baked_light_takes_the_place_of_the_environments_diffuse_light_alone() {
+    let mut builder = above();
+    let black = texture(&mut builder.scene, png(&ImageBuffer::from_pixel(2, 2, Rgba([0u8, 0, 0, 255]))), nearest());
+    let light_map = LightMap { light: Mapped { factor: 1.0, texture: Some(black) }, is_srgb: false };
+    builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), grey(0.8), at(Vec3::ZERO));
+    let plain = builder.finish();
+    let mut baked = plain.clone();
+    baked.materials[0].light_map = Some(light_map);
+    let mut lit = baked.clone();
+    lit.lights.push(Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() });
+    let down = manypass_testkit::build::rotation_along(Vec3::NEG_Y);
+    lit.add_node(None, Node { light: Some(0), rotation: down, ..Node::default() });
+    lit.update_transforms();
+    for path in [Path::Deferred, Path::Forward] {
+        let seen = |scene: &Scene| {
+            let request = plain_request(scene, (32, 32)).with(|settings| {
+                settings.render.path = path;
+                settings.environment.source = Environment::Color([1.0; 3]);
+            });
+            radiance(scene, &request)[16 * 32 + 16][1]
+        };
+        let (plain, baked, lit) = (seen(&plain), seen(&baked), seen(&lit));
+        // A rough dielectric reflects one or two per cent, and sends back 0.8 of the rest.
+        assert!((plain - 0.8).abs() < 0.02 && (0.005..0.03).contains(&baked), "{path:?}: {plain} {baked}");
+        assert!(lit > baked + 0.6, "{path:?}: {lit}");
+    }
+}
+
+/// Round bumps: heights of waves, as deep as `depth_m` at most.
+fn waves(depth_m: f32, uv: Vec2) -> (f32, Vec2) {
+    const WAVES: f32 = 7.0;
+    let (a, b) = (uv * WAVES * TAU).into();
+    let height = 0.5 + 0.5 * a.cos() * b.cos();
+    let slope = Vec2::new(-a.sin() * b.cos(), -a.cos() * b.sin()) * (0.5 * WAVES * TAU * depth_m);
+    (-depth_m * (1.0 - height), slope)
+}
+
+/// The same as an image of 16 bits.
+fn wave_image(side: u32) -> ImageSource {
+    png(&ImageBuffer::from_fn(side, side, |x, y| {
+        let uv = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / side as f32;
+        Luma([((waves(1.0, uv).0 + 1.0) * 65535.0).round().clamp(0.0, 65535.0) as u16])
+    }))
+}
+
+/// As large as to fill the picture, so that its ends are not seen.
+const WAVY_SIDE_M: f32 = 4.2;
+
+/// A wavy square, by its mesh, or by heights on a flat one; a post stands on it.
+fn wavy(height: Option<HeightMap>, depth_m: f32, light: (Light, Vec3, Vec3)) -> Scene {
+    let mut builder = SceneBuilder::new(Vec3::new(0.2, 1.35, 1.45), Vec3::new(0.0, -0.06, 0.02), perspective());
+    let texture = texture(&mut builder.scene, wave_image(1024), Sampler::default());
+    let height = height.map(|height| HeightMap { texture, ..height });
+    let material = Material { roughness_factor: 0.6, height, ..grey(0.6) };
+    let primitive = match height {
+        Some(_) => grid(WAVY_SIDE_M, 1, |_| (0.0, Vec2::ZERO)),
+        None => grid(WAVY_SIDE_M, 560, |uv| waves(depth_m, uv)),
+    };
+    builder.put(primitive, material, at(Vec3::ZERO));
+    builder.put(primitives::cube(Vec3::new(0.12, 0.5, 0.12)), grey(0.5), at(Vec3::new(-0.25, 0.15, -0.2)));
+    builder.light(light.0, light.1, light.2);
+    builder.finish()
+}
+
+fn occlusion(depth_m: f32) -> HeightMap {
+    let texture = TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() };
+    HeightMap { texture, depth_m, method: HeightMethod::Occlusion, self_shadow: false }
+}
+
+/// How two pictures of one scene agree away from edges: the share of pixels there are, of those the share that differ by more than 3 %
+/// of the picture's mean, and how much the means of both pictures differ.
+fn agreement(expected: &[[f32; 3]], found: &[[f32; 3]], (width, height): (u32, u32)) -> (f64, f64, f64) {
+    let value = |pixels: &[[f32; 3]], x: u32, y: u32| f64::from(pixels[(y * width + x) as usize][1]);
+    let mean = |pixels: &[[f32; 3]]| pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64;
+    let scale = mean(expected);
+    let (mut smooth, mut wrong, mut all) = (0u32, 0u32, 0u32);
+    for y in 2..height - 2 {
+        for x in 2..width - 2 {
+            all += 1;
+            let around = (y - 2..=y + 2).flat_map(|y| (x - 2..=x + 2).map(move |x| value(expected, x, y)));
+            let (low, high) = around.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
+            if high - low > 0.35 * scale {
+                continue;
+            }
+            smooth += 1;
+            wrong += u32::from((value(found, x, y) - value(expected, x, y)).abs() > 0.03 * scale);
+        }
+    }
+    let off = mean(found) / scale - 1.0;
+    (f64::from(smooth) / f64::from(all), f64::from(wrong) / f64::from(smooth.max(1)), off)
+}
+
+fn shadowed(scene: &Scene, path: Path) -> FrameRequest {
+    plain_request(scene, SIZE).with(|settings| {
+        settings.shadows.enabled = true;
+        settings.render.path = path;
+    })
+}
+
+/// Writes pictures side by side where `MANYPASS_LOOK` names a folder.
+fn look(name: &str, pictures: &[&[[f32; 3]]], (width, height): (u32, u32)) {
+    let Some(folder) = std::env::var_os("MANYPASS_LOOK") else { return };
+    let encode = |value: f32| (value.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
+    let count = pictures.len() as u32;
+    let sheet = ImageBuffer::from_fn(width * count, height, |x, y| {
+        let pixel = pictures[(x / width) as usize][(y * width + x % width) as usize];
+        Rgba([encode(pixel[0]), encode(pixel[1]), encode(pixel[2]), 255])
+    });
+    sheet.save(std::path::Path::new(&folder).join(format!("{name}.png"))).unwrap();
+}
+
+#[test]
+fn relief_is_the_picture_and_the_shadow_of_the_mesh_that_it_stands_for() {
+    const DEPTH_M: f32 = 0.12;
+    let sun = Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() };
+    let lamp = Light { kind: LightKind::Point, intensity: 6.0, ..Light::default() };
+    let lights = [
+        ("sun", (sun, Vec3::ZERO, Vec3::new(1.0, -0.55, -0.4))),
+        ("lamp", (lamp, Vec3::new(-0.7, 0.5, 0.5), Vec3::NEG_Y)),
+    ];
+    let mut wrong_cases = Vec::new();
+    for (name, light) in lights {
+        let mesh = wavy(None, DEPTH_M, light.clone());
+        for (method, path) in [("deferred", Path::Deferred), ("forward", Path::Forward)] {
+            let expected = radiance(&mesh, &shadowed(&mesh, path));
+            for self_shadow in [false, true] {
+                let height = HeightMap { self_shadow, ..occlusion(DEPTH_M) };
+                let relief = wavy(Some(height), DEPTH_M, light.clone());
+                let found = radiance(&relief, &shadowed(&relief, path));
+                look(&format!("relief_{name}_{method}_{self_shadow}"), &[&expected, &found], SIZE);
+                let (smooth, wrong, off) = agreement(&expected, &found, SIZE);
+                println!(
+                    "{name} {method} self-shadow {self_shadow}: smooth {smooth:.3} wrong {wrong:.4} mean {off:+.4}"
+                );
+                let is_right = smooth > 0.4 && wrong < 0.03 && off.abs() < 0.01;
+                if !is_right {
+                    wrong_cases.push(format!("{name}, {method}, self-shadow {self_shadow}: {smooth} {wrong} {off}"));
+                }
+            }
+        }
+        // A flat square is another picture, and so is one whose normals alone are bent.
+        let expected = radiance(&mesh, &shadowed(&mesh, Path::Deferred));
+        for method in [HeightMethod::Bump, HeightMethod::Parallax] {
+            let other = wavy(Some(HeightMap { method, ..occlusion(DEPTH_M) }), DEPTH_M, light.clone());
+            let found = radiance(&other, &shadowed(&other, Path::Deferred));
+            look(&format!("relief_{name}_{method:?}"), &[&expected, &found], SIZE);
+            let (_, wrong, _) = agreement(&expected, &found, SIZE);
+            println!("{name} {method:?}: wrong {wrong:.4}");
+            assert!(wrong > 0.2, "{name}, {method:?}: {wrong}");
+        }
+    }
+    assert!(wrong_cases.is_empty(), "{wrong_cases:#?}");
+}
+
+#[test]
+fn heights_shadow_each_other_without_shadow_maps() {
+    const DEPTH_M: f32 = 0.12;
+    let sun = Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() };
+    let light = (sun, Vec3::ZERO, Vec3::new(1.0, -0.35, -0.4));
+    let without_post = |mut scene: Scene| {
+        scene.nodes[2].mesh = None;
+        scene.update_transforms();
+        scene
+    };
+    let mesh = without_post(wavy(None, DEPTH_M, light.clone()));
+    let expected = radiance(&mesh, &shadowed(&mesh, Path::Deferred));
+    let mut shares = Vec::new();
+    for self_shadow in [true, false] {
+        let height = HeightMap { self_shadow, ..occlusion(DEPTH_M) };
+        let relief = without_post(wavy(Some(height), DEPTH_M, light.clone()));
+        let found = radiance(&relief, &plain_request(&relief, SIZE));
+        look(&format!("self_shadow_{self_shadow}"), &[&expected, &found], SIZE);
+        let (smooth, wrong, off) = agreement(&expected, &found, SIZE);
+        println!("self-shadow {self_shadow}: smooth {smooth:.3} wrong {wrong:.4} mean {off:+.4}");
+        assert!(smooth > 0.3, "{smooth}");
+        shares.push(wrong);
+    }
+    // Where nothing shadows, both are alike.
+    assert!(shares[0] < 0.03 && shares[1] > 2.0 * shares[0], "{shares:?}");
+}
+
+#[test]
+fn heights_bend_normals_as_a_mesh_of_such_normals_has_them() {
+    const DEPTH_M: f32 = 0.12;
+    let sun = Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() };
+    let light = (sun, Vec3::ZERO, Vec3::new(1.0, -0.8, -0.4));
+    let bumped = wavy(Some(HeightMap { method: HeightMethod::Bump, ..occlusion(DEPTH_M) }), DEPTH_M, light);
+    let mut smooth = bumped.clone();
+    smooth.materials[0].height = None;
+    let mesh = std::sync::Arc::make_mut(&mut smooth.meshes[0]);
+    let material = mesh.primitives[0].material;
+    mesh.primitives[0] = Primitive { material, ..grid(WAVY_SIDE_M, 320, |uv| (0.0, waves(DEPTH_M, uv).1)) };
+    for path in [Path::Deferred, Path::Forward] {
+        let expected = radiance(&smooth, &plain_request(&smooth, SIZE).with(|settings| settings.render.path = path));
+        let found = radiance(&bumped, &plain_request(&bumped, SIZE).with(|settings| settings.render.path = path));
+        let (share, wrong, off) = agreement(&expected, &found, SIZE);
+        println!("{path:?}: smooth {share:.3} wrong {wrong:.4} mean {off:+.4}");
+        assert!(share > 0.4 && wrong < 0.03 && off.abs() < 0.005, "{path:?}: {share} {wrong} {off}");
+    }
+}
+
+/// A texel of a normal map.
+fn normal_texel(normal: Vec3) -> Rgba<u8> {
+    let [x, y, z] = ((normal.normalize() * 0.5 + 0.5) * 255.0).round().to_array().map(|value| value as u8);
+    Rgba([x, y, z, 255])
+}
+
+#[test]
+fn normals_whose_green_points_down_are_those_whose_green_points_up() {
+    let normals = |x: u32, y: u32| Vec3::new(0.5 * (x as f32).sin(), 0.5 * (y as f32 * 1.3).cos(), 1.0);
+    let scene = |is_down: bool, says_down: bool| {
+        let mut builder = above();
+        let flipped = if is_down { Vec3::new(1.0, -1.0, 1.0) } else { Vec3::ONE };
+        let image = ImageBuffer::from_fn(16, 16, |x, y| normal_texel(normals(x, y) * flipped));
+        let normal_texture = Some(texture(&mut builder.scene, png(&image), Sampler::default()));
+        let material = Material { normal_texture, has_normals_down: says_down, ..grey(0.7) };
+        builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
+        let sun = Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() };
+        builder.light(sun, Vec3::ZERO, Vec3::new(0.3, -0.6, 0.7));
+        builder.finish()
+    };
+    let seen = |scene: Scene| radiance(&scene, &plain_request(&scene, (64, 64)));
+    let (up, down, wrong) = (seen(scene(false, false)), seen(scene(true, true)), seen(scene(true, false)));
+    // 127.5 has no byte: green of 128 turned around is 127.
+    let worst = |other: &[[f32; 3]]| up.iter().zip(other).map(|(a, b)| (a[1] - b[1]).abs()).fold(0.0, f32::max);
+    assert!(worst(&down) < 0.02, "{}", worst(&down));
+    assert!(worst(&wrong) > 0.3, "{}", worst(&wrong));
+}
+
+#[test]
+fn detail_is_laid_over_what_is_below() {
+    let tilt = Vec3::new(0.3, -0.2, 1.0);
+    let scene = |base: Option<Vec3>, detail: Option<Vec3>, color: Option<u8>| {
+        let mut builder = above();
+        let mut map = |normal: Vec3| {
+            let image = ImageBuffer::from_pixel(4, 4, normal_texel(normal));
+            texture(&mut builder.scene, png(&image), Sampler::default())
+        };
+        let normal_texture = base.map(&mut map);
+        let detail_texture = detail.map(&mut map);
+        let color = color.map(|grey| {
+            let image = ImageBuffer::from_pixel(4, 4, Rgba([grey, grey, grey, 255u8]));
+            texture(&mut builder.scene, png(&image), Sampler::default())
+        });
+        let detail = (detail.is_some() || color.is_some()).then_some(DetailMaps {
+            normal_texture: detail_texture,
+            normal_scale: 1.0,
+            base_color_texture: color,
+        });
+        let material =
+            Material { normal_texture, detail, base_color_factor: Vec4::new(0.3, 0.4, 0.2, 1.0), ..grey(0.7) };
+        builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
+        let sun = Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() };
+        builder.light(sun, Vec3::ZERO, Vec3::new(0.3, -0.6, 0.7));
+        builder.finish()
+    };
+    for path in [Path::Deferred, Path::Forward] {
+        let seen = |base, detail, color| {
+            let scene = scene(base, detail, color);
+            radiance(&scene, &plain_request(&scene, (16, 16)).with(|settings| settings.render.path = path))[136]
+        };
+        let near = |a: [f32; 3], b: [f32; 3], what: &str| {
+            let off = (Vec3::from(a) - Vec3::from(b)).abs().max_element();
+            assert!(off < 0.01 * Vec3::from(b).max_element(), "{path:?}, {what}: {a:?} {b:?}");
+        };
+        let (flat, tilted) = (seen(None, None, None), seen(Some(tilt), None, None));
+        assert!((tilted[1] / flat[1] - 1.0).abs() > 0.1, "{flat:?} {tilted:?}");
+        // One over a flat one, or under it, is as it is alone; without any below it, too.
+        near(seen(Some(tilt), Some(Vec3::Z), None), tilted, "flat detail");
+        near(seen(Some(Vec3::Z), Some(tilt), None), tilted, "detail over flat");
+        near(seen(None, Some(tilt), None), tilted, "detail alone");
+        // Turned by the same angle twice.
+        let half = Vec3::new(0.0, 0.2f32.sin(), 0.2f32.cos());
+        let whole = Vec3::new(0.0, 0.4f32.sin(), 0.4f32.cos());
+        near(seen(Some(half), Some(half), None), seen(Some(whole), None, None), "two turns");
+        // 188 is 0.5 in linear light.
+        near(seen(None, None, Some(188)), flat, "grey detail");
+        let (dark, diffuse) = (seen(None, None, Some(137)), flat);
+        assert!(dark[1] < 0.6 * diffuse[1] && dark[1] > 0.4 * diffuse[1], "{dark:?} {diffuse:?}");
+    }
+}
