@@ -70,6 +70,7 @@ pub(super) const CASES: [Case; 31] = [
     Case { has_variables: true, settings: SHADOWLESS, ..case("hall", variables::MODEL, WIDE) },
     // Lights and fog that a stage adds to the hall, on top of surfaces, behind blended ones, and over the environment.
     case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
+    case("relief", "docs/examples/relief.stage.toml", SQUARE),
     // A picture of the environment, with a sun; the page is given its bytes.
     Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
     // The sky is computed in the page, too, and metered.
