@@ -8,7 +8,7 @@ use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
-use crate::passes::forward::LayeredDepth;
+use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground,
@@ -118,16 +118,36 @@ fn translucent_passes(
 ) -> Result<Handle, ProgramError> {
     let is_opaque = settings.transparency.mode == TransparencyMode::Stochastic && !r.view.counts_pairs();
     let (radiance, depth) = if is_opaque { blended_passes(r, settings, radiance, depth)? } else { (radiance, depth) };
-    let (radiance, depth) = if r.view.has_transmissive() {
-        let behind = if r.view.counts_pairs() { None } else { Some(behind::record(r, &radiance)?) };
-        forward::record_transmissive(r, &settings.fog, behind.as_ref(), radiance, depth)?
-    } else {
-        (radiance, depth)
-    };
+    let (radiance, depth) =
+        if r.view.has_transmissive() { transmissive_passes(r, settings, radiance, depth)? } else { (radiance, depth) };
     if is_opaque {
         return Ok(radiance);
     }
     Ok(blended_passes(r, settings, radiance, depth)?.0)
+}
+
+/// Surfaces that light comes through, before what lies behind them: that of others, too, if two layers are asked for. Also gives depth.
+fn transmissive_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    radiance: Handle,
+    depth: Handle,
+) -> Result<(Handle, Handle), ProgramError> {
+    if r.view.counts_pairs() {
+        return forward::record_transmissive(r, &settings.fog, None, radiance, depth);
+    }
+    let (radiance, depth) = if settings.transparency.refractive_layers > 1 {
+        let nearest = forward::record_nearest_transmissive(r)?;
+        let nearest = linear_depth::record(r, &nearest)?;
+        let behind = behind::record(r, &radiance)?;
+        let seen = SeenThrough { behind: &behind, beyond: Some(&nearest) };
+        forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)?
+    } else {
+        (radiance, depth)
+    };
+    let behind = behind::record(r, &radiance)?;
+    let seen = SeenThrough { behind: &behind, beyond: None };
+    forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)
 }
 
 /// Surfaces that alpha covers, in the way that the settings name. Also gives depth.

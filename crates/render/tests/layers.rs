@@ -10,7 +10,8 @@ use manypass::{Background, Environment, FrameRequest, Path};
 use manypass_scene::material::{
     Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Mapped, Material, Sheen, Specular, Volume,
 };
-use manypass_scene::{AlphaMode, Scene};
+use manypass_scene::{AlphaMode, Projection, Scene, ShadingModel, primitives};
+use manypass_testkit::build::{SceneBuilder, at};
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes::{self, FURNACE_ROUGHNESS};
 
@@ -220,5 +221,54 @@ fn what_is_masked_and_layered_has_holes() {
             settings.background.source = Background::Transparent;
         });
         assert!(radiance(&scene, &request).iter().flatten().all(|value| *value == 0.0), "{path:?}");
+    }
+}
+
+/// A white card under a green pane and, above that and beside it, a red one, seen from above.
+fn panes() -> Scene {
+    let projection = Projection::Perspective { fov_y_rad: 0.4, near_m: 0.1, far_m: None };
+    let mut builder = SceneBuilder::new(Vec3::Y * 5.0, Vec3::ZERO, projection);
+    let card = Material { shading_model: ShadingModel::Unlit, ..white() };
+    builder.put(primitives::plane(8.0), card, at(Vec3::NEG_Y));
+    let pane = |color: Vec3| Material {
+        base_color_factor: color.extend(1.0),
+        roughness_factor: 0.0,
+        transmission: Some(Mapped::new(1.0)),
+        ..white()
+    };
+    builder.put(primitives::plane(1.0), pane(Vec3::new(0.2, 0.9, 0.3)), at(Vec3::new(0.25, 0.0, 0.0)));
+    builder.put(primitives::plane(1.0), pane(Vec3::new(0.8, 0.3, 0.2)), at(Vec3::new(-0.25, 0.5, 0.0)));
+    builder.finish()
+}
+
+#[test]
+fn glass_is_seen_through_glass_where_that_is_asked_for() {
+    let scene = panes();
+    let (red, green) = (Vec3::new(0.8, 0.3, 0.2), Vec3::new(0.2, 0.9, 0.3));
+    for path in [Path::Deferred, Path::Forward] {
+        for layers in [1, 2] {
+            let request = plain_request(&scene, SIZE).with(|settings| {
+                settings.render.path = path;
+                settings.transparency.refractive_layers = layers;
+            });
+            let found = radiance(&scene, &request);
+            // Where rays of the middle row meet the panes' heights.
+            let pixel = |x_m: f32, height_m: f32| {
+                let half_m = 0.2f32.tan() * (5.0 - height_m);
+                let column = (0.5 * SIZE.0 as f32 + x_m / half_m * 0.5 * SIZE.1 as f32) as usize;
+                Vec3::from(found[SIZE.1 as usize / 2 * SIZE.0 as usize + column])
+            };
+            let behind = if layers == 1 { red } else { red * green };
+            for (name, found, expected) in [
+                ("red", pixel(-0.6, 0.5), red),
+                ("green", pixel(0.6, 0.0), green),
+                ("both", pixel(0.0, 0.25), behind),
+                ("none", pixel(-1.4, 0.0), Vec3::ONE),
+            ] {
+                // What is reflected of either side is missing: at most 4 % of each pane.
+                let ratio = found / expected;
+                assert!(ratio.min_element() > 0.9 && ratio.max_element() < 1.001, "{path:?} {layers} {name}: {found}");
+            }
+        }
     }
 }

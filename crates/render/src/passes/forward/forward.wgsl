@@ -38,6 +38,13 @@ override in_lit_fog: u32 = 0u;
 // 1 if the depth of what is drawn is there already.
 @if(relief) override draws_again: u32 = 0u;
 
+// Distances that differ by a smaller share are the same.
+@if(transmissive) const PEEL_SHARE: f32 = 1e-4;
+// 1 if those surfaces alone are drawn that lie beyond the nearest.
+@if(transmissive) override peels: u32 = 0u;
+// The distances of the nearest surfaces that light comes through.
+@if(transmissive) @group(1) @binding(4) var nearest_m: texture_2d<f32>;
+
 struct LightBatch {
     // The first light of the batch; the others are padding.
     first: vec4u,
@@ -79,6 +86,15 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     }
     @if(shadowed) let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
     @if(shadowed) let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
+    @if(transmissive) {
+        if peels != 0u {
+            let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
+            let texel = vec2i(in.position_clip.xy);
+            if distance_m <= textureLoad(nearest_m, texel, 0).r * (1.0 + PEEL_SHARE) {
+                discard;
+            }
+        }
+    }
     if fades != 0u {
         if is_faded(in.position_clip.xy, in.object) {
             discard;

@@ -142,15 +142,37 @@ pub fn record_layered(
     Ok((radiance, depth))
 }
 
-/// Draws the surfaces that light comes through before what is `behind` them, the picture so far with its mips. Also gives depth, which
-/// they hide other surfaces with.
+/// What is seen through surfaces that light comes through.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenThrough<'h> {
+    /// The picture so far with its mips.
+    pub behind: &'h Handle,
+    /// The distances of the nearest of them, if those alone are drawn that lie beyond (Everitt 2001, "Interactive Order-Independent
+    /// Transparency", depth peeling).
+    pub beyond: Option<&'h Handle>,
+}
+
+/// The depth of the surfaces that light comes through, and of nothing else.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
+    let depth = r.texture("transmissive.depth", r.frame.gpu.capabilities.depth_format);
+    let mut pass = r.surfaces("transmissive.depth", "geometry");
+    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    pass.draw_transmissive()?;
+    Ok(depth)
+}
+
+/// Draws the surfaces that light comes through before what is `seen` through them. Also gives depth, which they hide other surfaces
+/// with.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record_transmissive(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    behind: Option<&Handle>,
+    seen: Option<SeenThrough<'_>>,
     radiance: Handle,
     depth: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
@@ -162,9 +184,12 @@ pub fn record_transmissive(
     pass.uniform("weighting", &Weighting::default());
     pass.axes(view.light_axes());
     // A view that counts pairs shows nothing behind.
-    if let Some(behind) = behind {
+    if let Some(SeenThrough { behind, beyond }) = seen {
         pass.axes(&["transmissive"]);
         pass.read("behind", behind);
+        // Without a nearest distance that texture is not looked at.
+        pass.read("nearest_m", beyond.unwrap_or(behind));
+        pass.constant("peels", u32::from(beyond.is_some()));
     }
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
