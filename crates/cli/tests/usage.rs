@@ -44,7 +44,10 @@ fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
         (&["render", "a.glb", "--turntable", "1", "-o", "one.png"], "one.png"),
         (&["render", "a.glb", "--frames", "3..3", "--contact-sheet", "one.png"], "one.png"),
         (&["render", "a.glb", "--frames", "0..1", "-o", "-", "--format", "png"], "one picture"),
-        (&["render", "a.glb", "-o", "{foo}.png"], "{parent}, {stem}, {frame}, {frame:04} and {aov}"),
+        (
+            &["render", "a.glb", "-o", "{foo}.png"],
+            "{parent}, {stem}, {variant}, {camera}, {frame}, {frame:04} and {aov}",
+        ),
         (&["render", "a.glb", "--dump-passes", "{stam}"], "unknown placeholder `{stam}`"),
         (&["render", "a.glb", "-o", "-", "--format", "png", "--report", "-"], "standard output"),
         (&["render", "a.glb", "-o", "-", "--format", "png", "--report", "/dev/stdout"], "standard output"),

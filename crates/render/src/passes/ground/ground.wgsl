@@ -45,7 +45,9 @@ fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let share = 1.0 - smoothstep(ground.plane.y, ground.plane.z, length(from_middle));
     let light = textureSampleLevel(ground_light, linear_clamp, from_middle * ground.place.zw + 0.5, 0.0).rg;
     let from_everywhere = environment_irradiance(vec3f(0.0, 1.0, 0.0));
-    let irradiance = from_everywhere * reflected_between(light.g) + ground.light.rgb * light.r;
+    // Of a floor it is what a single reflection leaves, as of all surfaces.
+    let visible = mix(reflected_between(light.g), light.g, ground.color.w);
+    let irradiance = from_everywhere * visible + ground.light.rgb * light.r;
     let whole = dot(from_everywhere + ground.light.rgb, LUMINANCE);
     // Where no light comes from, there is no shadow.
     let lit = min(dot(irradiance, LUMINANCE) / max(whole, 1e-20), 1.0);
