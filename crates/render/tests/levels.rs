@@ -7,7 +7,7 @@ mod common;
 use common::{floats, ids, renderer};
 use glam::{Mat4, Vec3, Vec4};
 use manypass::{Aov, Background, Environment, FrameRequest, Ground, Path, Renderer, View};
-use manypass_scene::material::Clearcoat;
+use manypass_scene::material::{Clearcoat, HeightMap, HeightMethod};
 use manypass_scene::{
     Image, ImageSource, Levels, Light, LightKind, Mapped, Material, Mesh, Node, NodeId, PixelFormat, Pixels, Primitive,
     Projection, Scene, Texture, TextureRef, TextureTransform, primitives,
@@ -323,11 +323,30 @@ fn coated() -> Scene {
     scene
 }
 
+/// A ball with grooves.
+fn carved() -> Scene {
+    let mut scene = coated();
+    let texture = scene.materials[0].normal_texture.take().unwrap();
+    scene.materials[0].clearcoat = None;
+    let method = HeightMethod::Occlusion;
+    scene.materials[0].height = Some(HeightMap { texture, depth_m: 0.03, method, self_shadow: true });
+    scene
+}
+
 #[test]
 fn what_is_seen_small_does_without_normal_maps_and_coats() {
-    let scene = coated();
+    do_without_when_small(&coated());
+}
+
+#[test]
+fn what_is_seen_small_does_without_relief() {
+    do_without_when_small(&carved());
+}
+
+fn do_without_when_small(scene: &Scene) {
     let mut without = scene.clone();
-    (without.materials[0].normal_texture, without.materials[0].clearcoat) = (None, None);
+    let material = &mut without.materials[0];
+    (material.normal_texture, material.clearcoat, material.height) = (None, None, None);
     let mut renderer = renderer();
     for path in [Path::Deferred, Path::Forward] {
         let at = |distance_m: f32, materials: bool| {
@@ -347,8 +366,8 @@ fn what_is_seen_small_does_without_normal_maps_and_coats() {
         let mut shown = |scene: &Scene, times: f32, materials: bool| {
             picture(&mut renderer, scene, &narrow(at(times * distance_m, materials)))
         };
-        assert!(shown(&scene, 0.97, true) == shown(&scene, 0.97, false), "{path:?}");
-        let (plain, whole) = (shown(&scene, 1.03, true), shown(&scene, 1.03, false));
+        assert!(shown(scene, 0.97, true) == shown(scene, 0.97, false), "{path:?}");
+        let (plain, whole) = (shown(scene, 1.03, true), shown(scene, 1.03, false));
         let error = flip(&whole, &plain).mean();
         println!("{path:?}: a switch of materials has a FLIP of {error:.4}");
         assert!(plain != whole && error < 0.02, "{error}");

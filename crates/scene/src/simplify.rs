@@ -13,7 +13,7 @@ use meshoptimizer_rs::{
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Meshes of fewer triangles have no levels, and no level has fewer.
+/// No level has fewer triangles, and meshes below twice as many have no levels.
 const TRIANGLES_MIN: usize = 32;
 /// Each level has so much of the triangles of the one before, if that is possible.
 const SHARE: f32 = 0.5;

@@ -81,6 +81,34 @@ fn factors_of_materials_follow_their_keys() {
 }
 
 #[test]
+fn layers_that_grow_from_nothing_are_the_files_own() {
+    let mut growing = model("/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor", "SCALAR", &[0.0, 1.0]);
+    let coat = json!({ "clearcoatFactor": 0.0, "clearcoatRoughnessFactor": 0.5, "clearcoatTexture": { "index": 0 } });
+    growing.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] = coat;
+    let mut scene = growing.load().scene;
+    scene.pose(0, 2.0);
+    let grown = scene.materials[0].clearcoat.unwrap();
+    assert!(grown.weight.factor == 0.5 && grown.weight.texture.is_some() && grown.roughness.factor == 0.5);
+}
+
+#[test]
+fn splines_that_leave_the_numbers_change_nothing() {
+    let huge = 3e38;
+    let mut spline = model(
+        "/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle",
+        "SCALAR",
+        &[0.0, 0.5, huge, huge, 0.5, 0.0],
+    );
+    spline.json["animations"][0]["samplers"][0]["interpolation"] = json!("CUBICSPLINE");
+    let mut scene = spline.load().scene;
+    for step in 0..40u8 {
+        scene.pose(0, f32::from(step) / 10.0);
+        let LightKind::Spot { inner_cone_rad, outer_cone_rad } = scene.lights[0].kind else { panic!("no spot") };
+        assert!((0.0..=outer_cone_rad).contains(&inner_cone_rad), "{inner_cone_rad} {outer_cone_rad}");
+    }
+}
+
+#[test]
 fn textures_move_over_surfaces() {
     for slot in ["pbrMetallicRoughness/baseColorTexture", "extensions/KHR_materials_clearcoat/clearcoatTexture"] {
         let moved = |part: &str, kind: &str, values: &[f32]| {

@@ -63,6 +63,7 @@ fn what_cannot_be_a_level_is_none() {
         (json!([3]), "node 3 stands elsewhere in the scene, and not beside node 0"),
         (json!([1, 4]), "node 4 is above node 0"),
         (json!([]), "there are no coarser levels"),
+        (json!([1, 1]), "a level is named twice"),
     ] {
         let warnings = warned(model(ids, Value::Null));
         assert!(warnings.starts_with(&format!("{place}{why}")), "{warnings}");

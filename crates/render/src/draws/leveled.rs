@@ -2,8 +2,8 @@
 
 use super::NORMAL_MAP;
 use super::world::{Item, WorldDraws};
-use crate::constants::LAYER_CLEARCOAT;
 use crate::levels::{Choice, Chooser, Group, Side, faded};
+use crate::resources::layers::SEEN_LARGE;
 use crate::resources::{GpuPrimitive, Instance};
 use glam::Vec3;
 use manypass_scene::{Aabb, LevelOf, Levels, Node, NodeId, Scene, Topology};
@@ -139,7 +139,7 @@ impl Item {
 
     /// Whether its surface has anything that is only seen large.
     fn can_be_plain(&self) -> bool {
-        (self.axes & NORMAL_MAP != 0 || self.layers & LAYER_CLEARCOAT != 0) && !self.transmissive
+        (self.axes & NORMAL_MAP != 0 || self.layers & SEEN_LARGE != 0) && !self.transmissive
     }
 
     /// The level of its node or its material.

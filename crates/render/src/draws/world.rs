@@ -159,7 +159,8 @@ impl WorldDraws {
         for (id, of) in scene.visible_levels() {
             let node = scene.node(id);
             self.bounds_world = self.bounds_world.union(&node.bounds_world);
-            if node.light.is_some() {
+            // Light is that of the finest level, whichever is seen.
+            if node.light.is_some() && of.is_none_or(|of| of.level == 0) {
                 self.lit.push(id);
             }
             let level = of.map(|of| groups.add(scene, of, &node.bounds_world, &mut self.groups));

@@ -12,7 +12,7 @@ settings! {
         simplify: bool = false;
         /// Of meshes that were simplified, a level is shown from where it differs by so much in the picture.
         error_px: f32 = 1.0, in 0.05..=100.0, unit "px", needs "lod.enabled=true";
-        /// Whether surfaces that are seen small do without their normal maps and clear coats.
+        /// Whether surfaces that are seen small do without their normal maps, their relief and clear coats.
         materials: bool = false;
         /// So wide is the ball around such a surface in the picture where it does without them.
         material_px: f32 = 16.0, in 1.0..=10000.0, unit "px", needs "lod.enabled=true", needs "lod.materials=true";

@@ -78,10 +78,11 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
     Some((settings, Shadows::side(settings, limit, longest_px, lights)))
 }
 
-/// Whether each of so many samples of a still compares but once with a map, by turns at the four places of a filter: in their mean that
-/// is the filter. With fewer, each place would meet too few parts of a pixel.
-pub(super) fn takes_one_tap(settings: &ShadowSettings, sample_count: u32) -> bool {
-    settings.enabled && settings.filter == ShadowFilter::Pcf && sample_count >= 16
+/// Whether this one of so many samples of a still compares but once with a map, by turns at the four places of a filter: in their mean
+/// that is the filter. With fewer, each place would meet too few parts of a pixel; and the first, which may be shown before the others
+/// are there, is filtered like a picture of its own.
+pub(super) fn takes_one_tap(settings: &ShadowSettings, (sample_index, sample_count): (u32, u32)) -> bool {
+    settings.enabled && settings.filter == ShadowFilter::Pcf && sample_index > 0 && sample_count >= 16
 }
 
 /// The uniform's part that says how shadows are filtered in a sample: see `light_table.wgsl`.

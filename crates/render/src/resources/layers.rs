@@ -32,6 +32,9 @@ pub(crate) const SHADED_WHERE_DRAWN: u32 = LAYER_SPECULAR
 /// The bits of relief: what shifts maps.
 pub(crate) const RELIEF: u32 = LAYER_PARALLAX | LAYER_STEPS;
 
+/// What surfaces do without that are seen small.
+pub(crate) const SEEN_LARGE: u32 = LAYER_CLEARCOAT | RELIEF | LAYER_BUMP | LAYER_SELF_SHADOW;
+
 /// The bit of a map.
 const fn bit_of(map: LayerMap) -> u32 {
     1 << map as u32

@@ -131,6 +131,7 @@ fn widened(shading: Shading, blur: f32) -> Shading {
     let share = square / max(shading.roughness_alpha * shading.roughness_alpha, 1e-12);
     wide.roughness_alpha = alpha;
     wide.alpha_squared = square;
+    wide.eye_masking = sqrt(shading.n_dot_v * shading.n_dot_v * (1.0 - square) + square);
     wide.specular *= share;
     wide.specular_grazing *= share;
     @if(layered) {

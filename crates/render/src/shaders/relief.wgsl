@@ -139,9 +139,9 @@ fn sunk(drawn: SurfaceVarying) -> Sunk {
 }
 
 // The depth of a surface that is drawn again where its depth lies already: a little nearer, because it is not computed by the
-// very same instructions.
+// very same instructions, and depth may have 24 bits.
 fn depth_again(depth_ndc: f32) -> f32 {
-    return min(depth_ndc * 1.0001 + 1e-6, 1.0);
+    return min(depth_ndc * 1.0001 + 1.2e-7, 1.0);
 }
 
 // 0 where heights stand between a point and a light, and 1 where they do not.

@@ -114,7 +114,7 @@ impl<'w> Casters<'w> {
             let item = self.item(caster);
             let (elements, index_page) = self.world.elements(item, caster.level);
             let (page, mesh) = ((index_page, item.vertex_page), (item.mesh, item.primitive, item.material));
-            (mesh, page, elements, item.masked, caster.encloses).hash(&mut hasher);
+            (mesh, page, elements, item.masked, item.layers, caster.encloses).hash(&mut hasher);
             hasher.write(bytemuck::bytes_of(&self.world.instances[item.instance as usize].world_from_object));
             if item.extent.is_none() {
                 self.deformation().hash(&mut hasher);

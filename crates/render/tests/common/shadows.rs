@@ -45,6 +45,8 @@ pub fn radiance(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, 
 /// Of each pixel, the share of light that its shadows leave; none where there is no light at all.
 pub fn shares(scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<Option<f32>> {
     let mut renderer = shared();
+    // Maps keep their sizes while lights change little, whichever scene they are of.
+    renderer.unload();
     renderer.load(scene).unwrap();
     let lit = radiance(&mut renderer, scene, &unshadowed(request), samples);
     let shadowed = radiance(&mut renderer, scene, request, samples);

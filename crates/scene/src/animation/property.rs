@@ -299,6 +299,10 @@ impl Scene {
                 let span = span(&channel.times_secs, time_secs)?;
                 let count = channel.property.components();
                 let sampled = sample_weights(&channel.values, count, channel.interpolation, &span)?;
+                // Splines of huge numbers may be none.
+                if !sampled.iter().all(|value| value.is_finite()) {
+                    return None;
+                }
                 let mut values = [0.0; 4];
                 values.iter_mut().zip(sampled).for_each(|(value, sampled)| *value = sampled);
                 Some((channel.property, Vec4::from(values)))

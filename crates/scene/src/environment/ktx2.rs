@@ -141,10 +141,13 @@ pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<EnvironmentMap, Environ
     let failed = |message: String| EnvironmentError { name: name.into(), message };
     let header = header(bytes).map_err(failed)?;
     check(&header).map_err(failed)?;
-    let mut map = EnvironmentMap::of_cube(name, &faces(bytes, &header, 0).map_err(failed)?);
+    let first = faces(bytes, &header, 0).map_err(failed)?;
+    let mut map = EnvironmentMap::of_cube(name, &first);
     if header.levels > 1 {
         let mut levels = Vec::with_capacity(header.levels as usize);
-        for index in 0..header.levels {
+        levels.push(Cube::made_smaller(&first, KEPT_SIDE_MAX).0);
+        drop(first);
+        for index in 1..header.levels {
             let faces = faces(bytes, &header, index).map_err(failed)?;
             levels.push(Cube::made_smaller(&faces, KEPT_SIDE_MAX).0);
         }

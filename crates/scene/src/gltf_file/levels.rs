@@ -75,7 +75,10 @@ pub(super) fn of_nodes(document: &mut Document, scene: &mut Scene) -> Result<(),
     let mut all_coarser: BTreeSet<NodeId> = BTreeSet::new();
     for (index, json) in nodes.iter().enumerate() {
         let Some(levels) = read(document, json, (nodes.len(), "node"))? else { continue };
-        let why = levels.coarser.iter().find_map(|coarser| fault(scene, (index, *coarser), &taken, &mut trees));
+        let is_repeated = levels.coarser.iter().collect::<BTreeSet<_>>().len() < levels.coarser.len();
+        let why = if is_repeated { Some("a level is named twice".to_owned()) } else { None };
+        let mut faults = levels.coarser.iter().map(|coarser| fault(scene, (index, *coarser), &taken, &mut trees));
+        let why = why.or_else(|| faults.find_map(|fault| fault));
         if let Some(why) = why {
             let place = json.at("extensions/MSFT_lod/ids");
             document.warn(&place, &format!("{why}; the node itself is drawn at every size"));

@@ -9,6 +9,7 @@ use crate::{
     TextureRef, TextureTransform, Wrap,
 };
 use glam::{Vec2, Vec3, Vec4};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 fn white() -> ImageSource {
@@ -149,9 +150,31 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Res
 struct Slots<'d, 'a> {
     document: &'d mut Document<'a>,
     has_image: Vec<bool>,
+    /// Whether the layers of the material that is read may be animated: then those count that have no weight yet.
+    is_animated: bool,
+}
+
+/// The materials whose extensions pointers of animations name.
+fn animated_materials(document: &Document) -> Result<BTreeSet<usize>, LoadError> {
+    let mut found = BTreeSet::new();
+    for animation in document.root.objects("animations")? {
+        for channel in animation.objects("channels")? {
+            let Some(target) = channel.object("target")? else { continue };
+            let Some(extension) = target.extension("KHR_animation_pointer")? else { continue };
+            let below = extension.string("pointer")?.and_then(|pointer| pointer.strip_prefix("/materials/"));
+            let index = below.and_then(|below| below.split_once("/extensions/")?.0.parse::<usize>().ok());
+            found.extend(index);
+        }
+    }
+    Ok(found)
 }
 
 impl Slots<'_, '_> {
+    /// Whether a layer is read that counts as it stands, or does not.
+    fn keeps(&self, counts: bool) -> bool {
+        counts || self.is_animated
+    }
+
     fn read(&mut self, json: &Json, key: &str) -> Result<Option<TextureRef>, LoadError> {
         let Some(info) = json.object(key)? else { return Ok(None) };
         self.read_info(&info, 0)
@@ -189,8 +212,13 @@ pub(super) fn read_materials(
     let is_there = |texture: &Texture| images.is_there.get(texture.image).copied().unwrap_or(false);
     let has_image = textures.iter().map(is_there).collect();
     let materials = document.root.objects("materials")?;
-    let mut slots = Slots { document, has_image };
-    materials.iter().map(|json| read_material(json, &mut slots)).collect()
+    let animated = animated_materials(document)?;
+    let mut slots = Slots { document, has_image, is_animated: false };
+    let read = |(index, json)| {
+        slots.is_animated = animated.contains(&index);
+        read_material(json, &mut slots)
+    };
+    materials.iter().enumerate().map(read).collect()
 }
 
 fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> {

@@ -1,6 +1,7 @@
 //! The pipelines of programs that draw surfaces.
 
 use crate::draws::{AXES, Axes, Faces, MASKED};
+use crate::levels::FADES;
 use crate::resources::{ATTRIBUTES, STRIDES};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, Shaders, compose};
@@ -115,7 +116,8 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
     let constants = program.constants(&key.targets.constants);
     let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     // Without a colour target fragments are shaded to be dropped, if at all.
-    let drops_fragments = key.axes & MASKED != 0;
+    let fades = key.targets.constants.contains(&(FADES, 1));
+    let drops_fragments = key.axes & MASKED != 0 || fades || key.topology == Topology::Points;
     Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(key.program),
         layout: Some(&program.layout),

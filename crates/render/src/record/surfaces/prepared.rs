@@ -2,12 +2,12 @@
 
 use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
-use crate::constants::{LAYER_CLEARCOAT, LAYER_STEPS, LAYER_TRANSMISSION};
+use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION};
 use crate::draws::{AXES, Axes, BLOCK_ITEMS, DEFORMED, Draw, Faces, Item, MASKED, NORMAL_MAP, TEXTURED, WorldDraws};
 use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
-use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF, SHADED_WHERE_DRAWN};
+use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF, SEEN_LARGE, SHADED_WHERE_DRAWN};
 use crate::resources::{Geometry, GpuMaterial, Place, Sampled};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
@@ -83,6 +83,8 @@ impl Special {
 
     /// The bits of `layers` that matter to a pass: none if its own program draws the material.
     fn bits(self, layers: u32, casts: bool) -> u32 {
+        // What light comes through has no relief.
+        let layers = if layers & LAYER_TRANSMISSION != 0 { layers & !RELIEF } else { layers };
         let has_relief = self.relief.is_some() && layers & RELIEF != 0;
         if casts {
             // A single shift moves nothing.
@@ -96,9 +98,9 @@ impl Special {
         }
     }
 
-    /// The program for a material with the bits that [`Self::bits`] gave. What light comes through has no relief.
+    /// The program for a material with the bits that [`Self::bits`] gave.
     fn program(self, bits: u32) -> Option<&'static str> {
-        let with_relief = self.relief.filter(|_| bits & RELIEF != 0 && bits & LAYER_TRANSMISSION == 0);
+        let with_relief = self.relief.filter(|_| bits & RELIEF != 0);
         with_relief.or(self.layered).or(self.detailed).filter(|_| bits != 0)
     }
 }
@@ -120,7 +122,7 @@ impl Shape {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
         let Draw { faces, fades, form, .. } = *draw;
-        let (left_out, coat) = if form.plain { (NORMAL_MAP, LAYER_CLEARCOAT) } else { (0, 0) };
+        let (left_out, coat) = if form.plain { (NORMAL_MAP, SEEN_LARGE) } else { (0, 0) };
         let axes = item.axes & !left_out | if tests_alpha { MASKED } else { 0 };
         Self { axes, topology: item.topology, faces, mirrored, layers: layers & !coat, fades }
     }

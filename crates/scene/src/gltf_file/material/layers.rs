@@ -47,18 +47,18 @@ pub(super) fn read(json: &Json, slots: &mut Slots, material: &mut Material) -> R
         };
         let normal_texture = slots.read(&coat, "clearcoatNormalTexture")?;
         let coat = Clearcoat { weight, roughness, normal_texture, normal_scale };
-        material.clearcoat = (weight.factor > 0.0).then_some(coat);
+        material.clearcoat = slots.keeps(weight.factor > 0.0).then_some(coat);
     }
     if let Some(sheen) = json.extension("KHR_materials_sheen")? {
         let color = slots.color(&sheen, "sheenColorFactor", "sheenColorTexture", (0.0, 1.0))?;
         let roughness = slots.share(&sheen, "sheenRoughnessFactor", "sheenRoughnessTexture", 0.0)?;
-        material.sheen = (color.factor != Vec3::ZERO).then_some(Sheen { color, roughness });
+        material.sheen = slots.keeps(color.factor != Vec3::ZERO).then_some(Sheen { color, roughness });
     }
     if let Some(anisotropy) = json.extension("KHR_materials_anisotropy")? {
         let strength = slots.document.clamped_number(&anisotropy, "anisotropyStrength", 0.0, 1.0)?;
         let rotation_rad = anisotropy.number("anisotropyRotation")?.unwrap_or(0.0);
         let texture = slots.read(&anisotropy, "anisotropyTexture")?;
-        material.anisotropy = (strength > 0.0).then_some(Anisotropy { strength, rotation_rad, texture });
+        material.anisotropy = slots.keeps(strength > 0.0).then_some(Anisotropy { strength, rotation_rad, texture });
     }
     if let Some(film) = json.extension("KHR_materials_iridescence")? {
         let defaults = Iridescence::default();
@@ -69,7 +69,7 @@ pub(super) fn read(json: &Json, slots: &mut Slots, material: &mut Material) -> R
         let ior = read_ior(&film, "iridescenceIor", defaults.ior, slots)?.max(1.0);
         let thickness_texture = slots.read(&film, "iridescenceThicknessTexture")?;
         let film = Iridescence { weight, ior, thickness_min_nm, thickness_max_nm, thickness_texture };
-        material.iridescence = (weight.factor > 0.0).then_some(film);
+        material.iridescence = slots.keeps(weight.factor > 0.0).then_some(film);
     }
     read_transmission(json, slots, material)?;
     if let Some(baked) = json.extension("MOZ_lightmap")? {
@@ -88,13 +88,14 @@ pub(super) fn read(json: &Json, slots: &mut Slots, material: &mut Material) -> R
 fn read_transmission(json: &Json, slots: &mut Slots, material: &mut Material) -> Result<(), LoadError> {
     if let Some(transmission) = json.extension("KHR_materials_transmission")? {
         let share = slots.share(&transmission, "transmissionFactor", "transmissionTexture", 0.0)?;
-        material.transmission = (share.factor > 0.0).then_some(share);
+        material.transmission = slots.keeps(share.factor > 0.0).then_some(share);
     }
     if let Some(diffuse) = json.extension("KHR_materials_diffuse_transmission")? {
         let weight = slots.share(&diffuse, "diffuseTransmissionFactor", "diffuseTransmissionTexture", 0.0)?;
         let (factor, texture) = ("diffuseTransmissionColorFactor", "diffuseTransmissionColorTexture");
         let color = slots.color(&diffuse, factor, texture, (1.0, 1.0))?;
-        material.diffuse_transmission = (weight.factor > 0.0).then_some(DiffuseTransmission { weight, color });
+        material.diffuse_transmission =
+            slots.keeps(weight.factor > 0.0).then_some(DiffuseTransmission { weight, color });
     }
     if let Some(volume) = json.extension("KHR_materials_volume")? {
         let thickness = slots.document.clamped_number(&volume, "thicknessFactor", 0.0, f32::MAX)?;
@@ -106,7 +107,7 @@ fn read_transmission(json: &Json, slots: &mut Slots, material: &mut Material) ->
         }
         let attenuation_distance_m = if distance > 0.0 { distance } else { f32::INFINITY };
         let attenuation_color = Vec3::from(slots.document.clamped(&volume, "attenuationColor", [1.0; 3], 1.0)?);
-        let is_there = thickness.factor > 0.0;
+        let is_there = slots.keeps(thickness.factor > 0.0);
         material.volume = is_there.then_some(Volume { thickness, attenuation_distance_m, attenuation_color });
     }
     if let Some(dispersion) = json.extension("KHR_materials_dispersion")? {
