@@ -36,14 +36,14 @@ pub(super) fn judge(case: &Case) -> Result<()> {
     let native = open_picture(&picture(case, "native"))?;
     for (name, spoilt) in compare::mutations(&native) {
         let found = difference(&native, &spoilt)?;
-        ensure!(!found.is_within(case.tolerance()), "the comparison would accept the picture {name}: {found}");
+        ensure!(!found.is_within(case.tolerance), "the comparison would accept the picture {name}: {found}");
     }
     let mut refused = Vec::new();
     for backend in BACKENDS {
         let drawn = open_picture(&picture(case, backend))?;
         let found = difference(&native, &drawn)?;
         println!("    {:24} {backend:6} against native: {found}", case.name);
-        if !found.is_within(case.tolerance()) {
+        if !found.is_within(case.tolerance) {
             refused.push(format!("{backend} differs from native: {found}"));
         }
         // A screenshot is composited by the browser, but without scaling and in sRGB.
