@@ -99,6 +99,12 @@ impl Default for Node {
 }
 
 impl Node {
+    /// How much longer, at most, an axis of the node's mesh is in world space.
+    pub fn scale_max(&self) -> f32 {
+        let matrix = &self.world_from_object;
+        [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length()).into_iter().fold(0.0, f32::max)
+    }
+
     fn place(&self, mesh: Option<&Arc<Mesh>>) -> Place {
         Place {
             parent: self.parent,

@@ -56,8 +56,7 @@ impl MeshLevels {
             let diagonal_m = |bounds: &Aabb| (bounds.max - bounds.min).length();
             diagonal_m(&node.bounds_world) / diagonal_m(&primitive.bounds).max(f32::MIN_POSITIVE)
         } else {
-            let matrix = &node.world_from_object;
-            [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length()).into_iter().fold(0.0, f32::max)
+            node.scale_max()
         };
         for level in &primitive.levels {
             self.elements.push((level.indices.units.clone(), level.indices.page as u32));
@@ -70,14 +69,14 @@ impl MeshLevels {
 /// The group of something in a box.
 pub(super) fn group_of<T>(bounds: &Aabb, levels: &Levels<T>) -> Group {
     let ends = (0..levels.count()).map(|level| levels.end_coverage(level)).collect();
-    let radius_m = 0.5 * (bounds.max - bounds.min).length();
+    let radius_m = bounds.radius_m();
     Group { center: bounds.center(), radius_m, ends }
 }
 
 /// The ball around an item.
 fn ball_of(item: &Item) -> (Vec3, f32) {
     let bounds = &item.bounds_world;
-    (bounds.center(), 0.5 * (bounds.max - bounds.min).length())
+    (bounds.center(), bounds.radius_m())
 }
 
 /// The groups of nodes with levels, while the boxes around them grow.
@@ -105,7 +104,7 @@ impl NodeGroups {
     pub fn close(self, groups: &mut [Group]) {
         for (group, bounds) in self.bounds.iter().filter(|(_, bounds)| !bounds.is_empty()) {
             let group = &mut groups[*group as usize];
-            (group.center, group.radius_m) = (bounds.center(), 0.5 * (bounds.max - bounds.min).length());
+            (group.center, group.radius_m) = (bounds.center(), bounds.radius_m());
         }
     }
 }

@@ -375,10 +375,7 @@ impl Drawn<'_> {
         let Some(layers) = self.properties.layers.as_ref().filter(|_| item.layers & LAYER_STEPS != 0) else {
             return Aabb::EMPTY;
         };
-        let matrix = &self.node.world_from_object;
-        let scale =
-            [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length()).into_iter().fold(0.0, f32::max);
-        let reach = Vec3::splat(layers.factors.detail.x * scale);
+        let reach = Vec3::splat(layers.factors.detail.x * self.node.scale_max());
         Aabb { min: item.bounds_world.min - reach, max: item.bounds_world.max + reach }
     }
 

@@ -3,8 +3,9 @@
 //! A list of draws is cut into chunks of the world's items, so that what comes into sight or leaves it changes its own chunk
 //! alone. A chunk that was drawn alike in the last frame becomes a bundle; any other is drawn command by command.
 
+use super::encode::encode;
 use super::pipelines::Targets;
-use super::prepared::{Chunk, encode};
+use super::prepared::Chunk;
 use crate::record::bind_groups::KEPT_FRAMES;
 use crate::record::{Frame, PreparedView};
 use std::borrow::Cow;

@@ -1,8 +1,10 @@
 //! Passes that draw the scene's surfaces.
 
 mod bundles;
+mod encode;
 mod pipelines;
 mod prepared;
+mod shape;
 mod tiles;
 
 pub(crate) use bundles::Bundles;
@@ -16,9 +18,10 @@ use crate::draws::Draw;
 use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
+use encode::encode;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, Read};
 use pipelines::Targets;
-use prepared::{BoundShapes, Preparing, encode};
+use prepared::{BoundShapes, Preparing};
 use std::borrow::Cow;
 
 /// Which of the draws of a list.

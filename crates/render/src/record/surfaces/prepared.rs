@@ -2,12 +2,12 @@
 
 use super::Which;
 use super::pipelines::{Key, SurfacePipeline, Targets};
-use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION};
-use crate::draws::{AXES, Axes, BLOCK_ITEMS, DEFORMED, Draw, Faces, Item, MASKED, NORMAL_MAP, TEXTURED, WorldDraws};
+use super::shape::{Shape, Special};
+use crate::draws::{BLOCK_ITEMS, Draw, Item, WorldDraws};
 use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
-use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF, SEEN_LARGE, SHADED_WHERE_DRAWN};
+use crate::resources::layers::{RELIEF, SHADED_WHERE_DRAWN};
 use crate::resources::{Geometry, GpuMaterial, Place, Sampled};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
@@ -25,9 +25,9 @@ const CHUNK_ITEMS: u32 = BLOCK_ITEMS as u32;
 /// A pipeline with the groups that are the same for all of its draws.
 #[derive(Debug, PartialEq)]
 pub(super) struct Bound {
-    pipeline: Arc<SurfacePipeline>,
-    pass: Option<wgpu::BindGroup>,
-    object: Option<wgpu::BindGroup>,
+    pub pipeline: Arc<SurfacePipeline>,
+    pub pass: Option<wgpu::BindGroup>,
+    pub object: Option<wgpu::BindGroup>,
 }
 
 /// Which vertices are bound: those of a whole page, or those of one primitive with its skin.
@@ -53,94 +53,6 @@ pub(super) struct Chunk {
     /// Which part of the list it is.
     pub index: u32,
     pub commands: Vec<Command>,
-}
-
-/// What tells the pipelines of one pass apart, as a number below [`Shape::COUNT`].
-struct Shape {
-    axes: Axes,
-    topology: Topology,
-    faces: Faces,
-    mirrored: bool,
-    /// The bits of layers, if the program is another one where a material has some.
-    layers: u32,
-    /// Whether two levels fade into each other.
-    fades: bool,
-}
-
-/// The programs that draw special materials in place of a pass's own.
-#[derive(Clone, Copy)]
-struct Special {
-    layered: Option<&'static str>,
-    detailed: Option<&'static str>,
-    relief: Option<&'static str>,
-}
-
-impl Special {
-    fn of(program: &str) -> Self {
-        let (layered, detailed) = (compose::layered_of(program), compose::detailed_of(program));
-        Self { layered, detailed, relief: compose::relief_of(program) }
-    }
-
-    /// The bits of `layers` that matter to a pass: none if its own program draws the material.
-    fn bits(self, layers: u32, casts: bool) -> u32 {
-        // What light comes through has no relief.
-        let layers = if layers & LAYER_TRANSMISSION != 0 { layers & !RELIEF } else { layers };
-        let has_relief = self.relief.is_some() && layers & RELIEF != 0;
-        if casts {
-            // A single shift moves nothing.
-            return if has_relief && layers & LAYER_STEPS != 0 { layers & CAST_RELIEF } else { 0 };
-        }
-        match self {
-            Self { layered: Some(_), .. } => layers,
-            Self { detailed: Some(_), .. } => layers & DETAIL,
-            _ if has_relief => layers & DETAIL,
-            _ => 0,
-        }
-    }
-
-    /// The program for a material with the bits that [`Self::bits`] gave.
-    fn program(self, bits: u32) -> Option<&'static str> {
-        let with_relief = self.relief.filter(|_| bits & RELIEF != 0);
-        with_relief.or(self.layered).or(self.detailed).filter(|_| bits != 0)
-    }
-}
-
-impl Shape {
-    const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2 * 2;
-
-    /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A surface with
-    /// one side is there for light as it is for the eye: where it shows its front.
-    fn of_caster(item: &Item, faces: Faces, is_blended: bool, layers: u32) -> Self {
-        // Fragments of relief are shaded for their depth.
-        let is_tested = item.masked || is_blended || layers != 0;
-        let tested = if is_tested { (item.axes & TEXTURED) | MASKED } else { 0 };
-        let axes = tested | item.axes & DEFORMED;
-        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers, fades: false }
-    }
-
-    fn of(item: &Item, draw: &Draw, is_reflected: bool, layers: u32, tests_alpha: bool) -> Self {
-        // Discs face the eye however their object is mirrored.
-        let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
-        let Draw { faces, fades, form, .. } = *draw;
-        let (left_out, coat) = if form.plain { (NORMAL_MAP, SEEN_LARGE) } else { (0, 0) };
-        let axes = item.axes & !left_out | if tests_alpha { MASKED } else { 0 };
-        Self { axes, topology: item.topology, faces, mirrored, layers: layers & !coat, fades }
-    }
-
-    fn index(&self) -> usize {
-        let topology = match self.topology {
-            Topology::Points => 0,
-            Topology::Lines => 1,
-            Topology::Triangles => 2,
-        };
-        let faces = match self.faces {
-            Faces::Both => 0,
-            Faces::Front => 1,
-            Faces::Back => 2,
-        };
-        (((self.axes as usize * 3 + topology) * 3 + faces) * 2 + usize::from(self.mirrored)) * 2
-            + usize::from(self.fades)
-    }
 }
 
 /// What is bound after the commands so far.
@@ -314,101 +226,6 @@ fn draw_vertices(draw: Option<&mut Command>, item: &Item, geometry: &Geometry) {
         *elements = if item.vertex_page.is_some() { of_page() } else { 0..primitive.vertex_count };
         *is_indexed = false;
     }
-}
-
-/// What commands are encoded into: a pass, or a bundle.
-pub(super) trait Encoder<'e> {
-    fn pipeline(&mut self, pipeline: &'e wgpu::RenderPipeline);
-    fn group(&mut self, index: u32, group: &'e wgpu::BindGroup);
-    fn vertices(&mut self, slot: u32, buffer: wgpu::BufferSlice<'e>);
-    fn indices(&mut self, buffer: wgpu::BufferSlice<'e>);
-    fn draw(&mut self, elements: Range<u32>, instances: Range<u32>, is_indexed: bool);
-}
-
-macro_rules! encoders {
-    ($life:lifetime: $($encoder:ty),*) => {
-        $(impl<$life> Encoder<$life> for $encoder {
-            fn pipeline(&mut self, pipeline: &$life wgpu::RenderPipeline) {
-                self.set_pipeline(pipeline);
-            }
-
-            fn group(&mut self, index: u32, group: &$life wgpu::BindGroup) {
-                self.set_bind_group(index, group, &[]);
-            }
-
-            fn vertices(&mut self, slot: u32, buffer: wgpu::BufferSlice<$life>) {
-                self.set_vertex_buffer(slot, buffer);
-            }
-
-            fn indices(&mut self, buffer: wgpu::BufferSlice<$life>) {
-                self.set_index_buffer(buffer, wgpu::IndexFormat::Uint32);
-            }
-
-            fn draw(&mut self, elements: Range<u32>, instances: Range<u32>, is_indexed: bool) {
-                if is_indexed {
-                    self.draw_indexed(elements, 0, instances);
-                } else {
-                    <$encoder>::draw(self, elements, instances);
-                }
-            }
-        })*
-    };
-}
-
-encoders!('e: wgpu::RenderPass<'_>, wgpu::RenderBundleEncoder<'e>);
-
-/// Encodes a chunk, whatever was bound before.
-pub(super) fn encode<'e>(
-    chunk: &'e Chunk,
-    encoder: &mut impl Encoder<'e>,
-    frame: &'e Frame<'_>,
-    view: &'e PreparedView,
-) {
-    let geometry = &frame.resources.geometry;
-    encoder.group(0, &view.group);
-    for command in &chunk.commands {
-        match command {
-            Command::Bound(bound) => {
-                encoder.pipeline(&bound.pipeline.pipeline);
-                bound.pass.iter().for_each(|group| encoder.group(1, group));
-                bound.object.iter().for_each(|group| encoder.group(3, group));
-            }
-            Command::Material(group) => encoder.group(2, group),
-            Command::Vertices(vertices) => bind_vertices(encoder, geometry, vertices, &view.instances),
-            Command::IndexPage(page) => {
-                if let Some(buffer) = geometry.indices.buffer(*page as usize) {
-                    encoder.indices(buffer.slice(..));
-                }
-            }
-            Command::Draw { elements, instances, is_indexed } => {
-                encoder.draw(elements.clone(), instances.clone(), *is_indexed);
-            }
-        }
-    }
-}
-
-/// Binds vertices, then skins if there are some, then instances: as the buffers of pipelines follow each other.
-fn bind_vertices<'e>(
-    encoder: &mut impl Encoder<'e>,
-    geometry: &'e Geometry,
-    vertices: &Vertices,
-    instances: &'e wgpu::Buffer,
-) {
-    let mut slot = 0;
-    let mut bind = |buffer: Option<wgpu::BufferSlice<'e>>| {
-        if let Some(buffer) = buffer {
-            encoder.vertices(slot, buffer);
-            slot += 1;
-        }
-    };
-    match vertices {
-        Vertices::Page(page) => bind(geometry.vertices.buffer(*page as usize).map(|buffer| buffer.slice(..))),
-        Vertices::Apart(places) => {
-            bind(geometry.vertices.slice(&places.0));
-            bind(places.1.as_ref().and_then(|skin| geometry.skins.slice(skin)));
-        }
-    }
-    bind(Some(instances.slice(..)));
 }
 
 fn bind(frame: &Frame<'_>, key: Key, of_pass: &[(&'static str, Resource)]) -> Result<Bound, ProgramError> {

@@ -1,8 +1,9 @@
 //! Passes that draw the world many times over, each time into another part of one depth texture.
 
 use super::Which;
+use super::encode::encode;
 use super::pipelines::Targets;
-use super::prepared::{BoundShapes, Chunk, Preparing, encode};
+use super::prepared::{BoundShapes, Chunk, Preparing};
 use crate::draws::Tile;
 use crate::record::{Frame, PreparedView};
 use crate::shader::program::ProgramError;

@@ -1,0 +1,95 @@
+//! What tells the pipelines of one pass apart: the shape of a draw, and the programs that draw special materials.
+
+use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION};
+use crate::draws::{AXES, Axes, DEFORMED, Draw, Faces, Item, MASKED, NORMAL_MAP, TEXTURED};
+use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF, SEEN_LARGE};
+use crate::shader::compose;
+use manypass_scene::Topology;
+
+/// What tells the pipelines of one pass apart, as a number below [`Shape::COUNT`].
+pub(super) struct Shape {
+    pub axes: Axes,
+    pub topology: Topology,
+    pub faces: Faces,
+    pub mirrored: bool,
+    /// The bits of layers, if the program is another one where a material has some.
+    pub layers: u32,
+    /// Whether two levels fade into each other.
+    pub fades: bool,
+}
+
+/// The programs that draw special materials in place of a pass's own.
+#[derive(Clone, Copy)]
+pub(super) struct Special {
+    layered: Option<&'static str>,
+    detailed: Option<&'static str>,
+    relief: Option<&'static str>,
+}
+
+impl Special {
+    pub fn of(program: &str) -> Self {
+        let (layered, detailed) = (compose::layered_of(program), compose::detailed_of(program));
+        Self { layered, detailed, relief: compose::relief_of(program) }
+    }
+
+    /// The bits of `layers` that matter to a pass: none if its own program draws the material.
+    pub fn bits(self, layers: u32, casts: bool) -> u32 {
+        // What light comes through has no relief.
+        let layers = if layers & LAYER_TRANSMISSION != 0 { layers & !RELIEF } else { layers };
+        let has_relief = self.relief.is_some() && layers & RELIEF != 0;
+        if casts {
+            // A single shift moves nothing.
+            return if has_relief && layers & LAYER_STEPS != 0 { layers & CAST_RELIEF } else { 0 };
+        }
+        match self {
+            Self { layered: Some(_), .. } => layers,
+            Self { detailed: Some(_), .. } => layers & DETAIL,
+            _ if has_relief => layers & DETAIL,
+            _ => 0,
+        }
+    }
+
+    /// The program for a material with the bits that [`Self::bits`] gave.
+    pub fn program(self, bits: u32) -> Option<&'static str> {
+        let with_relief = self.relief.filter(|_| bits & RELIEF != 0);
+        with_relief.or(self.layered).or(self.detailed).filter(|_| bits != 0)
+    }
+}
+
+impl Shape {
+    pub const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2 * 2;
+
+    /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A surface with
+    /// one side is there for light as it is for the eye: where it shows its front.
+    pub fn of_caster(item: &Item, faces: Faces, is_blended: bool, layers: u32) -> Self {
+        // Fragments of relief are shaded for their depth.
+        let is_tested = item.masked || is_blended || layers != 0;
+        let tested = if is_tested { (item.axes & TEXTURED) | MASKED } else { 0 };
+        let axes = tested | item.axes & DEFORMED;
+        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers, fades: false }
+    }
+
+    pub fn of(item: &Item, draw: &Draw, is_reflected: bool, layers: u32, tests_alpha: bool) -> Self {
+        // Discs face the eye however their object is mirrored.
+        let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
+        let Draw { faces, fades, form, .. } = *draw;
+        let (left_out, coat) = if form.plain { (NORMAL_MAP, SEEN_LARGE) } else { (0, 0) };
+        let axes = item.axes & !left_out | if tests_alpha { MASKED } else { 0 };
+        Self { axes, topology: item.topology, faces, mirrored, layers: layers & !coat, fades }
+    }
+
+    pub fn index(&self) -> usize {
+        let topology = match self.topology {
+            Topology::Points => 0,
+            Topology::Lines => 1,
+            Topology::Triangles => 2,
+        };
+        let faces = match self.faces {
+            Faces::Both => 0,
+            Faces::Front => 1,
+            Faces::Back => 2,
+        };
+        (((self.axes as usize * 3 + topology) * 3 + faces) * 2 + usize::from(self.mirrored)) * 2
+            + usize::from(self.fades)
+    }
+}
