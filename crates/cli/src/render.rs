@@ -24,6 +24,7 @@ use load::Loaded;
 use manypass::{Effect, EffectFile, RenderError, Renderer, Settings};
 use manypass_offline::still::aov_names;
 use std::io::IsTerminal;
+use std::mem::ManuallyDrop;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -36,7 +37,8 @@ struct Batch<'a> {
     plain_settings: &'a Settings,
     /// Of the input that was read last.
     settings: Settings,
-    renderer: Renderer,
+    /// Never dropped: the process ends with it, and the system takes back at once what would be given back piece by piece.
+    renderer: ManuallyDrop<Renderer>,
     surroundings: Surroundings,
     /// The first input, if it is being read already.
     ahead: Option<ReadAhead>,
@@ -87,7 +89,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         chosen: &chosen,
         plain_settings: &settings,
         settings: settings.clone(),
-        renderer,
+        renderer: ManuallyDrop::new(renderer),
         surroundings: Surroundings::default(),
         ahead,
         effects,

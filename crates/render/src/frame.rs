@@ -12,7 +12,7 @@ use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground,
-    ids, indirect, linear_depth, motion, present, shadows, tile_depth, tone_map, transparency, volumes,
+    ids, linear_depth, motion, present, shadows, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -96,8 +96,7 @@ pub fn view_passes(
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let (outputs, gbuffer, depth) = surface_passes(r, variables)?;
-    let radiance = indirect::record(r, &gbuffer, &depth, outputs.radiance)?;
-    let (radiance, depth) = light_passes(r, settings, &gbuffer, depth, radiance)?;
+    let (radiance, depth) = light_passes(r, settings, &gbuffer, depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
@@ -168,7 +167,7 @@ fn blended_passes(
     transparency::record(r, blended)
 }
 
-/// All light that reaches opaque surfaces from lights, in the way that the settings name. Also gives depth.
+/// All light that reaches opaque surfaces from the environment, and from lights in the way that the settings name. Also gives depth.
 fn light_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,

@@ -132,10 +132,14 @@ impl Program {
     pub(super) fn built_in(frame: &FrameLayout, name: &str, source: &'static str) -> Result<Self, ProgramError> {
         let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
+        // What has been parsed need not be parsed again; browsers have a parser of their own.
+        #[cfg(not(target_arch = "wasm32"))]
+        let code = wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone()));
+        #[cfg(target_arch = "wasm32")]
+        let code = wgpu::ShaderSource::Wgsl(source.into());
         #[allow(unsafe_code, reason = "modules whose loops are not bounded are made by an unsafe call")]
         Self::compiled(frame, name, &module, slots, |device| {
-            let descriptor =
-                wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(source.into()) };
+            let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: code };
             let checks =
                 wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
             // SAFETY: what is asked of the caller is that no loop is infinite. Every loop of a built-in module is a `for` whose

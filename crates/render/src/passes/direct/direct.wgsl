@@ -1,4 +1,4 @@
-// direct: every light that reaches a pixel, added to `radiance`.
+// direct: every light that reaches a pixel, added to `radiance`; with `adds_ambient` that of the environment, too.
 // Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of tiles, and
 // what lies before or behind all of the tile's surfaces is passed over; with `global` only lights that are in no list. Reads:
 // G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, too. Writes: radiance; with `counts_pairs`
@@ -10,11 +10,15 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
+import package::shaders::ambient::ambient_radiance;
 import package::shaders::light_lists::light_sums;
 @if(global) import package::shaders::light_table::table_rows;
 import package::shaders::lights::{counts_pairs, pair_counts};
 @if(global) import package::shaders::lights::global_light_sums;
 import package::shaders::colour::half_float_clamped;
+
+// 1 if light of the environment is added here, where no pass of its own does it.
+override adds_ambient: u32 = 0u;
 
 @fragment
 fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
@@ -34,5 +38,9 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if counts_pairs != 0u {
         return pair_counts(sums);
     }
-    return vec4f(half_float_clamped(sums.radiance), 0.0);
+    var radiance = sums.radiance;
+    if adds_ambient != 0u {
+        radiance += ambient_radiance(surface, shading);
+    }
+    return vec4f(half_float_clamped(radiance), 0.0);
 }

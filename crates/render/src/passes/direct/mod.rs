@@ -1,4 +1,5 @@
-//! direct: every light that reaches a pixel, added to `radiance`.
+//! direct: every light that reaches a pixel, added to `radiance`; and that of the environment where one of the lights reaches every
+//! pixel, so that the G-buffer is read once for both.
 //!
 //! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures. Reads:
 //! G-buffer, depth, lists of lights. Writes: radiance, in the rectangles of the picture that lights reach; or, for the report,
@@ -6,6 +7,7 @@
 
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;
+use crate::passes::indirect;
 use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
@@ -22,7 +24,7 @@ pub enum Lights<'t> {
     Global,
 }
 
-/// Records the pass.
+/// Records the pass; that of the environment's light before it if that is not within it.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -34,10 +36,15 @@ pub fn record(
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     let (width, height) = r.view.size;
+    let all = [0, 0, width, height];
     let lit: Arc<[Rectangle]> = match lights {
         Lights::Clusters | Lights::Tiles(_) => r.view.lit_rectangles.clone(),
-        Lights::Global => (r.view.global_light_count > 0).then_some([0, 0, width, height]).into_iter().collect(),
+        Lights::Global => (r.view.global_light_count > 0).then_some(all).into_iter().collect(),
     };
+    let is_all_lit = lit[..] == [all];
+    let adds_ambient = is_all_lit && !r.view.is_environment_dark && !r.view.counts_pairs();
+    let is_apart = !adds_ambient && !r.view.counts_pairs();
+    let radiance = if is_apart { indirect::record(r, gbuffer, depth, radiance)? } else { radiance };
     if lit.is_empty() {
         return Ok(radiance);
     }
@@ -52,6 +59,10 @@ pub fn record(
         Lights::Tiles(tile_depth) => step.read("tile_depth", tile_depth).table("light_reaches", &reaches),
         Lights::Clusters | Lights::Global => step,
     };
-    let step = step.within_each(&lit).over(PicturePart::Surfaces, depth).blend(ADD);
+    let step = step
+        .constant("adds_ambient", u32::from(adds_ambient))
+        .within_each(&lit)
+        .over(PicturePart::Surfaces, depth)
+        .blend(ADD);
     step.draw_into(radiance, ColorLoad::Keep)
 }
