@@ -85,6 +85,7 @@ impl Checker<'_, '_> {
         let mut first: Option<&Use> = None;
         for (position, used) in uses.iter().enumerate() {
             self.format(pass, used)?;
+            self.samples(pass, used, &uses[..position])?;
             self.layers(pass, used)?;
             if used.kind.is_attachment() {
                 self.attachment(pass, used, first)?;
@@ -113,7 +114,7 @@ impl Checker<'_, '_> {
         let format = self.graph.textures[used.texture as usize].desc.format;
         let depth_stencil = format.is_depth_stencil_format();
         let (good, role, remedy) = match used.kind {
-            UseKind::Color(_) => (
+            UseKind::Color(_) | UseKind::Resolve => (
                 !depth_stencil && format.target_pixel_byte_cost().is_some(),
                 "a colour target",
                 "a renderable colour format, or `depth_stencil`",
@@ -138,6 +139,28 @@ impl Checker<'_, '_> {
             role,
             remedy,
         })
+    }
+
+    /// Samples of a texel are drawn to, and become one by [`UseKind::Resolve`]; nothing else knows them.
+    fn samples(&self, pass: &PassNode<'_>, used: &Use, before: &[Use]) -> Result<(), PlanError> {
+        let desc = desc_of(self.graph, used);
+        let (name, texture, writer) = (|| pass.name.to_string(), self.name(used), self.writer(used));
+        match used.kind {
+            UseKind::Sampled { .. } if desc.samples > 1 => {
+                Err(PlanError::SampledSamples { pass: name(), texture, writer, samples: desc.samples })
+            }
+            UseKind::Resolve => {
+                let last = before.last().filter(|last| matches!(last.kind, UseKind::Color(_)));
+                let color = last.map(|last| desc_of(self.graph, last));
+                let fits = color.is_some_and(|color| color.samples > 1 && color.format == desc.format);
+                if fits && desc.samples == 1 {
+                    return Ok(());
+                }
+                let color = last.map_or_else(|| "no colour target".to_owned(), |last| format!("`{}`", self.name(last)));
+                Err(PlanError::ResolveMismatch { pass: name(), texture, writer, color })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// What OpenGL shows wrong without an error: it has no views, so that a texture is sampled as what it was made, and
@@ -190,7 +213,7 @@ impl Checker<'_, '_> {
                 other_height: other.height,
             });
         }
-        if desc.samples != other.samples {
+        if desc.samples != other.samples && used.kind != UseKind::Resolve {
             return Err(PlanError::SampleMismatch {
                 pass: pass.name.to_string(),
                 texture: self.name(used),

@@ -38,6 +38,18 @@ pub enum PlanError {
         other_writer: String,
         other_samples: u32,
     },
+    /// What holds the mean of samples does not fit the colour target that has them.
+    #[error(
+        "pass `{pass}`: `{texture}` ({writer}) cannot hold the mean of the samples of {color}; declare it after a colour target of \
+         several samples, with the same format and one sample"
+    )]
+    ResolveMismatch { pass: String, texture: String, writer: String, color: String },
+    /// A texture of several samples is sampled.
+    #[error(
+        "pass `{pass}` samples `{texture}` ({writer}), which has {samples} samples a texel, and WebGL 2 cannot do that; read \
+         what `Pass::resolve` made of it"
+    )]
+    SampledSamples { pass: String, texture: String, writer: String, samples: u32 },
     /// A colour format used as depth, or the other way round.
     #[error(
         "pass `{pass}`: `{texture}` ({writer}) has format {format:?}, which cannot be used as {role}; \

@@ -90,6 +90,10 @@ fn slot_shapes(plan: &Plan, options: &RunOptions<'_>) -> Vec<(TextureDesc, wgpu:
         if texture.sampled || texture.exported {
             *usage |= wgpu::TextureUsages::TEXTURE_BINDING;
         }
+        // WebGL 2 has no textures of several samples, but what is only drawn to.
+        if texture.desc.samples > 1 {
+            continue;
+        }
         if texture.exported || options.taps.may_copy(&texture.name) {
             *usage |= wgpu::TextureUsages::COPY_SRC;
         }
@@ -296,7 +300,7 @@ impl Recorder<'_> {
             return;
         };
         let begun = web_time::Instant::now();
-        let mut colors = Vec::with_capacity(first.attachments.len());
+        let mut colors: Vec<Option<wgpu::RenderPassColorAttachment<'_>>> = Vec::with_capacity(first.attachments.len());
         let mut depth = None;
         for (attachment, end) in first.attachments.iter().zip(&last.attachments) {
             let Some(view) = self.view(attachment.use_index) else {
@@ -311,6 +315,11 @@ impl Recorder<'_> {
                     resolve_target: None,
                     ops: wgpu::Operations { load: self.color_load(attachment), store },
                 })),
+                Target::Resolve(slot) => {
+                    if let Some(Some(color)) = colors.get_mut(slot as usize) {
+                        color.resolve_target = Some(view);
+                    }
+                }
                 _ => depth = Some(self.depth_attachment(attachment, view, store)),
             }
         }

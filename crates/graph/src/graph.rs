@@ -93,12 +93,17 @@ pub(crate) enum UseKind {
     Color(ColorLoad),
     DepthStencil(DepthLoad),
     DepthReadOnly,
-    Sampled { dimension: Option<wgpu::TextureViewDimension>, depth_only: bool },
+    /// What the samples of the colour target before it become.
+    Resolve,
+    Sampled {
+        dimension: Option<wgpu::TextureViewDimension>,
+        depth_only: bool,
+    },
 }
 
 impl UseKind {
     pub(crate) fn is_write(self) -> bool {
-        matches!(self, Self::Color(_) | Self::DepthStencil(_))
+        matches!(self, Self::Color(_) | Self::DepthStencil(_) | Self::Resolve)
     }
 
     pub(crate) fn is_attachment(self) -> bool {
@@ -341,6 +346,13 @@ impl<'frame> Pass<'_, 'frame> {
     /// version that holds the result.
     pub fn color(&mut self, handle: Handle, load: ColorLoad) -> Handle {
         self.add_use(&handle, UseKind::Color(load));
+        handle
+    }
+
+    /// Writes the mean of the samples of the colour target that was declared last, which has several a texel, to `handle`, which
+    /// has the same shape and one. Returns the version that holds the mean.
+    pub fn resolve(&mut self, handle: Handle) -> Handle {
+        self.add_use(&handle, UseKind::Resolve);
         handle
     }
 

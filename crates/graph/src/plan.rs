@@ -54,6 +54,8 @@ pub enum Target {
     DepthStencil,
     /// Depth-stencil target, tested only.
     DepthReadOnly,
+    /// The mean of the samples of the colour target at this slot.
+    Resolve(u32),
 }
 
 /// What happens to an attachment when its pass begins.
@@ -154,7 +156,10 @@ impl Plan {
             let written = pass.attachments.iter().filter(|attachment| attachment.target != Target::DepthReadOnly);
             let bytes = written.filter_map(|attachment| {
                 let desc = self.textures.get(attachment.texture as usize)?.desc;
-                Some(TextureDesc::new_2d(pass.size.0, pass.size.1, desc.format).bytes())
+                Some(
+                    TextureDesc { samples: desc.samples, ..TextureDesc::new_2d(pass.size.0, pass.size.1, desc.format) }
+                        .bytes(),
+                )
             });
             bytes.sum::<u64>()
         };
@@ -301,6 +306,8 @@ fn plan_pass(
             UseKind::DepthStencil(DepthLoad::Clear { .. }) => (Target::DepthStencil, Load::Clear),
             UseKind::DepthStencil(DepthLoad::Keep) => (Target::DepthStencil, Load::Keep),
             UseKind::DepthReadOnly => (Target::DepthReadOnly, Load::Keep),
+            // The check has found a colour target before it.
+            UseKind::Resolve => (Target::Resolve(color_slot.max(1) - 1), Load::Discard),
         };
         let desc = desc_of(graph, used);
         result.size = (desc.width, desc.height);

@@ -25,6 +25,7 @@ impl Plan {
                     Target::Color(slot) => format!("color {slot}"),
                     Target::DepthStencil => "depth".to_owned(),
                     Target::DepthReadOnly => "depth read-only".to_owned(),
+                    Target::Resolve(slot) => format!("mean of color {slot}"),
                 };
                 write!(text, "    {target}: {}", self.attachment_name(attachment))?;
                 if attachment.target == Target::DepthReadOnly {

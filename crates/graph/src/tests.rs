@@ -160,6 +160,58 @@ fn contradicting_attachments() {
     assert!(matches!(error, PlanError::ColorBytesExceeded { bytes: 48, .. }));
 }
 
+/// Two passes that draw to `color`, of which the second leaves the mean of its samples in `mean`.
+fn resolving(color: TextureDesc, mean: TextureDesc, read: bool) -> Result<Plan, PlanError> {
+    let mut graph = graph();
+    let (color, mean) = (graph.texture("color", color), graph.texture("mean", mean));
+    let depth = graph.texture("depth", TextureDesc { samples: color.desc().samples, ..desc(8, F::Depth32Float) });
+    let mut pass = graph.pass("opaque");
+    let color = pass.color(color, CLEAR);
+    pass.depth_stencil(depth, CLEAR_DEPTH);
+    let mut pass = graph.pass("resolve");
+    let color = pass.color(color, ColorLoad::Keep);
+    let mean = pass.resolve(mean);
+    let shown = step(&mut graph, "shown", &[if read { &color } else { &mean }]);
+    graph.export(shown);
+    graph.plan()
+}
+
+#[test]
+fn samples_become_one() {
+    let (one, four) = (desc(8, F::Rgba16Float), TextureDesc { samples: 4, ..desc(8, F::Rgba16Float) });
+    let plan = resolving(four, one, false).expect("plans");
+    assert_eq!(
+        plan.to_text(),
+        "3 passes in 3 render passes
+  opaque  8x8
+    color 0: color, clear, store
+    depth: depth, clear, drop
+  resolve  8x8
+    color 0: color, keep, drop
+    mean of color 0: mean, discard, store
+  shown  8x8
+    color 0: shown, clear, store
+    read: mean
+4 textures
+  color  8x8 Rgba16Float 4 samples, slot 0, 0..=1
+  depth  8x8 Depth32Float 4 samples, slot 1, 0..=0
+  mean  8x8 Rgba16Float, slot 2, 1..=2
+  shown  8x8 R32Float, slot 3, 2..=2, exported
+bytes: 3840 aliased of 3840, 0 imported
+"
+    );
+    // Four samples of 8 bytes and of depth, the same again with the mean, and 4 bytes.
+    assert_eq!(plan.written_bytes(), 64 * (4 * (8 + 4) + (4 * 8 + 8) + 4));
+    let error = resolving(four, one, true).expect_err("WebGL 2 reads no samples");
+    assert!(matches!(error, PlanError::SampledSamples { samples: 4, .. }), "{error}");
+    for (color, mean) in [(one, one), (four, four), (four, desc(8, F::Rgba8Unorm))] {
+        let error = resolving(color, mean, false).expect_err("no mean");
+        assert!(matches!(error, PlanError::ResolveMismatch { .. }), "{error}");
+        assert!(error.to_string().contains("of `color`"), "{error}");
+    }
+    assert!(matches!(resolving(four, desc(4, F::Rgba16Float), false), Err(PlanError::SizeMismatch { .. })));
+}
+
 #[test]
 fn too_many_targets() {
     let mut graph = graph();
