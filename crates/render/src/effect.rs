@@ -12,7 +12,7 @@ use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::gpu::Gpu;
 use crate::record::Recorder;
 use crate::settings::{SettingInfo, SettingValue, Settings, SettingsError, Written};
-use crate::shader::cache::FullscreenPipeline;
+use crate::shader::cache::{FullscreenPipeline, FullscreenTarget};
 use crate::shader::program::{FrameLayout, Program, ProgramError};
 use crate::shader::{compose, locate};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
@@ -116,7 +116,8 @@ impl WgslEffect {
         let triangle = Program::new(&frame, "fullscreen", triangle)?;
         let composed = locate::composed(&text);
         let program = Arc::new(Program::from_parsed(&frame, &name, &composed, &module, slots)?);
-        let pipeline = FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, RADIANCE, None, None, &[]);
+        let pipeline =
+            FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, FullscreenTarget::of(RADIANCE), &[]);
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(invalid(format!("{file}: {error}")));

@@ -4,10 +4,10 @@ use super::bind_groups::Resource;
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::shader::Program;
-use crate::shader::cache::{DepthTest, FullscreenPipeline};
+use crate::shader::cache::{DepthTest, FullscreenPipeline, FullscreenTarget};
 use crate::shader::program::{Constant, ProgramError};
 use bytemuck::Pod;
-use manypass_graph::{ColorLoad, Handle, Pass, PassContext, Read};
+use manypass_graph::{ColorLoad, Handle, Pass, PassContext, Read, TextureDesc};
 use std::sync::Arc;
 
 /// Adds colour to the target and leaves its alpha, the coverage, alone (the source's alpha is 0).
@@ -147,9 +147,10 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     pub fn draw_into(self, target: Handle, load: ColorLoad) -> Result<Handle, ProgramError> {
         let (pipeline, own) = match &self.shading {
             Shading::Program(name, axes) => {
-                let format = target.desc().format;
+                let TextureDesc { format, samples, .. } = target.desc();
+                let target = FullscreenTarget { format, samples, blend: self.blend, depth: self.depth };
                 let constants = [&self.constants[..], &self.view.constants].concat();
-                (self.frame.shaders.fullscreen(name, axes, format, self.blend, self.depth, &constants)?, None)
+                (self.frame.shaders.fullscreen(name, axes, target, &constants)?, None)
             }
             Shading::Own(pipeline, own) => (pipeline.clone(), own.clone()),
         };

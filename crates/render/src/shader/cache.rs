@@ -20,11 +20,10 @@ impl FullscreenPipeline {
         device: &wgpu::Device,
         program: Arc<Program>,
         triangle: &Program,
-        format: wgpu::TextureFormat,
-        blend: Option<wgpu::BlendState>,
-        depth: Option<DepthTest>,
+        target: FullscreenTarget,
         constants: &[Constant],
     ) -> Self {
+        let FullscreenTarget { format, samples, blend, depth } = target;
         let constants = program.constants(constants);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&program.name),
@@ -43,7 +42,7 @@ impl FullscreenPipeline {
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
-            multisample: Default::default(),
+            multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
                 module: &program.module,
                 entry_point: None,
@@ -58,7 +57,27 @@ impl FullscreenPipeline {
 }
 
 type ProgramKey = (&'static str, Vec<&'static str>);
-type FullscreenKey = (ProgramKey, wgpu::TextureFormat, Option<wgpu::BlendState>, Option<DepthTest>, Vec<Constant>);
+type FullscreenKey = (ProgramKey, FullscreenTarget, Vec<Constant>);
+
+/// What a pipeline draws into, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FullscreenTarget {
+    /// The format of the colour target.
+    pub format: wgpu::TextureFormat,
+    /// Its samples a texel, and those of the depth buffer.
+    pub samples: u32,
+    /// How what is drawn and what is there become one; without it what is drawn replaces it.
+    pub blend: Option<wgpu::BlendState>,
+    /// Where is drawn; without it everywhere.
+    pub depth: Option<DepthTest>,
+}
+
+impl FullscreenTarget {
+    /// All of a target of one sample a texel, whose contents are replaced.
+    pub const fn of(format: wgpu::TextureFormat) -> Self {
+        Self { format, samples: 1, blend: None, depth: None }
+    }
+}
 
 /// The format of the depth buffer, and how depth 0, where the triangle lies, compares with what is there.
 pub type DepthTest = (wgpu::TextureFormat, wgpu::CompareFunction);
@@ -164,7 +183,7 @@ impl Shaders {
         Ok(pipeline)
     }
 
-    /// The pipeline that draws the program `name` over a whole target of `format`, where depth passes the test.
+    /// The pipeline that draws the program `name` over a whole target, where depth passes the test.
     ///
     /// # Errors
     /// The program does not compile or does not exist.
@@ -172,20 +191,17 @@ impl Shaders {
         &self,
         name: &'static str,
         axes_on: &[&'static str],
-        format: wgpu::TextureFormat,
-        blend: Option<wgpu::BlendState>,
-        depth: Option<DepthTest>,
+        target: FullscreenTarget,
         constants: &[Constant],
     ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
         let declared = constants.iter().filter(|(constant, _)| super::compose::has_constant(name, constant));
-        let key = ((name, axes_on.to_vec()), format, blend, depth, declared.copied().collect());
+        let key = ((name, axes_on.to_vec()), target, declared.copied().collect());
         if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
             return Ok(pipeline.clone());
         }
         let program = self.program(name, axes_on)?;
         let triangle = self.program("fullscreen", &[])?;
-        let create =
-            || FullscreenPipeline::new(&self.frame.device, program, &triangle, format, blend, depth, constants);
+        let create = || FullscreenPipeline::new(&self.frame.device, program, &triangle, target, constants);
         let pipeline = Arc::new(self.compiling(create));
         self.fullscreen.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)

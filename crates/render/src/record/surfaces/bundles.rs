@@ -110,7 +110,7 @@ impl Bundles {
 }
 
 fn bundle(chunk: &Chunk, common: &Common, frame: &Frame<'_>, view: &PreparedView) -> wgpu::RenderBundle {
-    let Targets { colors, depth, depth_write, .. } = &common.targets;
+    let Targets { colors, depth, samples, depth_write, .. } = &common.targets;
     let color_formats: Vec<_> = colors.iter().copied().map(Some).collect();
     let mut encoder = frame.gpu.device.create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {
         label: Some("surfaces"),
@@ -120,7 +120,7 @@ fn bundle(chunk: &Chunk, common: &Common, frame: &Frame<'_>, view: &PreparedView
             depth_read_only: !depth_write,
             stencil_read_only: true,
         }),
-        sample_count: 1,
+        sample_count: *samples,
         multiview: None,
     });
     encode(chunk, &mut encoder, frame, view);

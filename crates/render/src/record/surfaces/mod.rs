@@ -19,7 +19,7 @@ use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
 use encode::encode;
-use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, Read};
+use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, Read, TextureDesc};
 use pipelines::Targets;
 use prepared::{BoundShapes, Preparing};
 use std::borrow::Cow;
@@ -52,7 +52,7 @@ pub struct SurfacePass<'r, 'f> {
     axes: Vec<&'static str>,
     colors: Vec<wgpu::TextureFormat>,
     blend: Option<wgpu::BlendState>,
-    depth: Option<(wgpu::TextureFormat, bool)>,
+    depth: Option<(TextureDesc, bool)>,
     constants: Vec<(&'static str, u32)>,
     vertices_alone: bool,
 }
@@ -89,13 +89,13 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
 
     /// Writes depth and tests against it. Returns the version that holds the result.
     pub fn depth(&mut self, target: Handle, load: DepthLoad) -> Handle {
-        self.depth = Some((target.desc().format, true));
+        self.depth = Some((target.desc(), true));
         self.pass.depth_stencil(target, load)
     }
 
     /// Tests against depth; what lies at the same depth passes.
     pub fn depth_read_only(&mut self, depth: &Handle) {
-        self.depth = Some((depth.desc().format, false));
+        self.depth = Some((depth.desc(), false));
         self.pass.depth_stencil_read_only(depth);
     }
 
@@ -173,11 +173,11 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         let Self { name, pass, frame, view, program, uniforms, reads, axes, .. } = self;
         let Self { colors, blend, depth, constants, vertices_alone, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();
-        let Some((depth, depth_write)) = depth else {
+        let Some((TextureDesc { format: depth, samples, .. }, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
-        let targets = Targets { colors, blend, depth, depth_write, constants, vertices_alone };
+        let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone };
         let mut of_pass: Vec<_> =
             uniforms.into_iter().map(|(name, uniform)| (name, Resource::Uniform(uniform))).collect();
         let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {

@@ -19,6 +19,8 @@ pub(crate) struct Targets {
     pub blend: Option<wgpu::BlendState>,
     /// The format of depth.
     pub depth: wgpu::TextureFormat,
+    /// Samples a texel, of all of them.
+    pub samples: u32,
     /// Whether depth is written.
     pub depth_write: bool,
     /// The `override` constants of the shader that are not as declared.
@@ -150,7 +152,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             stencil: Default::default(),
             bias: Default::default(),
         }),
-        multisample: Default::default(),
+        multisample: wgpu::MultisampleState { count: key.targets.samples, ..Default::default() },
         fragment: (!targets.is_empty() || drops_fragments).then(|| wgpu::FragmentState {
             module: &program.module,
             entry_point: None,

@@ -40,6 +40,7 @@ impl<'r, 'f> TilePass<'r, 'f> {
             colors: Vec::new(),
             blend: None,
             depth: format,
+            samples: 1,
             depth_write: true,
             constants: view.constants_of(program),
             vertices_alone: false,
