@@ -32,6 +32,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
         stage => chosen.settings(Settings::default(), stage.as_ref(), &mut files)?,
     };
     job::check_aovs(!aovs.is_empty(), &settings)?;
+    job::check_settings(&settings)?;
     warnings.extend(Surroundings::default().prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
     scene.variant = looks::variant(&scene, args.frame.variant.as_deref())?;

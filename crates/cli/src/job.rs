@@ -102,6 +102,14 @@ impl Job {
     }
 }
 
+/// Checks that settings go together, once those of a stage are among them.
+///
+/// # Errors
+/// Wrong usage.
+pub fn check_settings(settings: &Settings) -> Result<(), Failure> {
+    settings.check().map_err(|error| Failure::usage(error, "set both, or leave the first one out"))
+}
+
 /// Checks that there are AOVs where any are wanted.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground,
-    ids, linear_depth, motion, present, shadows, tile_depth, tone_map, transparency, volumes,
+    ids, linear_depth, motion, present, resolve, shadows, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -83,16 +83,19 @@ pub fn view_passes(
         }
     };
     if let Some((radiance, depth)) = forward {
+        let radiance = coverage::record_masks(r, &depth, radiance)?;
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
         let radiance = ground::record(r, &depth, radiance)?;
         let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
         let radiance = if settings.fog.scatters() {
-            let linear_depth = linear_depth::record(r, &depth)?;
+            let of_middles = if r.view.pixel_samples > 1 { Some(forward::record_depth(r)?) } else { None };
+            let linear_depth = linear_depth::record(r, of_middles.as_ref().unwrap_or(&depth))?;
             fog::record_light(r, &settings.fog, &linear_depth, radiance)?
         } else {
             radiance
         };
         let radiance = translucent_passes(r, settings, radiance, depth)?;
+        let radiance = resolve::record(r, radiance);
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let (outputs, gbuffer, depth) = surface_passes(r, variables)?;
@@ -138,15 +141,22 @@ fn transmissive_passes(
     let (radiance, depth) = if settings.transparency.refractive_layers > 1 {
         let nearest = forward::record_nearest_transmissive(r)?;
         let nearest = linear_depth::record(r, &nearest)?;
-        let behind = behind::record(r, &radiance)?;
+        let (radiance, behind) = behind_passes(r, radiance)?;
         let seen = SeenThrough { behind: &behind, beyond: Some(&nearest) };
         forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)?
     } else {
         (radiance, depth)
     };
-    let behind = behind::record(r, &radiance)?;
+    let (radiance, behind) = behind_passes(r, radiance)?;
     let seen = SeenThrough { behind: &behind, beyond: None };
     forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)
+}
+
+/// The picture so far with mips, after radiance itself.
+fn behind_passes(r: &mut Recorder<'_, '_>, radiance: Handle) -> Result<(Handle, Handle), ProgramError> {
+    let (radiance, mean) = resolve::record_between(r, radiance);
+    let behind = behind::record(r, mean.as_ref().unwrap_or(&radiance))?;
+    Ok((radiance, behind))
 }
 
 /// Surfaces that alpha covers, in the way that the settings name. Also gives depth.
@@ -164,6 +174,7 @@ fn blended_passes(
         Path::Gouraud => gouraud::record_blended(r, &settings.fog, blended)?,
         _ => forward::record_blended(r, &settings.fog, blended)?,
     };
+    let blended = resolve::record_blended(r, blended);
     transparency::record(r, blended)
 }
 

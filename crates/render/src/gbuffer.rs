@@ -52,7 +52,7 @@ impl LightTarget {
             let format = r.frame.gpu.capabilities.sum_format();
             return Self { texture: r.texture("pairs", format), blend: Some(ADD) };
         }
-        Self { texture: r.texture("radiance", RADIANCE), blend: None }
+        Self { texture: r.multisampled("radiance", RADIANCE), blend: None }
     }
 
     /// Makes it the target of a pass that draws opaque surfaces. Returns the version that holds the result.

@@ -70,6 +70,7 @@ pub use manypass_graph::Plan;
 pub use manypass_scene as scene;
 pub use passes::debug::DebugView;
 pub use passes::present::Target;
+pub use passes::resolve::PixelSamples;
 pub use passes::tone_map::Tonemap;
 pub use pose::Pose;
 pub use record::{LegendEntry, PreparedView, Recorder};

@@ -9,7 +9,7 @@ use crate::gpu::GpuError;
 use crate::levels::LevelCount;
 use crate::pose::Pose;
 use crate::record::LegendEntry;
-use crate::settings::Settings;
+use crate::settings::{Settings, SettingsError};
 use crate::shader::program::ProgramError;
 use crate::shadows::Dealing;
 use crate::transparency::TransparencyMode;
@@ -107,7 +107,9 @@ impl FrameRequest {
     pub(crate) fn averages_parts(&self) -> bool {
         let (_, samples) = self.sample();
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
-        is_asked && self.effects.is_empty() && !self.is_stochastic()
+        // A mean over a pixel of marks of what glows is none.
+        let is_marked = self.effects.is_empty() && self.settings.msaa.samples.count() == 1;
+        is_asked && is_marked && !self.is_stochastic()
     }
 
     /// Whether samples show one of several surfaces in place of their mixture, which goes through the tone curve afterwards,
@@ -207,6 +209,9 @@ pub enum RenderError {
     /// The frame graph is contradictory.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The settings do not go together.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// The picture does not fit the adapter.
     #[error("a picture of {width} × {height} pixels is not possible: each side must be 1 to {limit} on this adapter")]
     Size {

@@ -49,6 +49,16 @@ pub enum SettingsError {
         /// The type and the range, in words.
         expected: String,
     },
+    /// A setting that does not go with the value of another.
+    #[error("`{key}` needs `{needs}`, which is `{found}`")]
+    Needs {
+        /// The key with its value.
+        key: String,
+        /// The key and value of the other.
+        needs: &'static str,
+        /// The value that the other has.
+        found: &'static str,
+    },
     /// A file of settings is wrong.
     #[error(transparent)]
     File(#[from] Box<Diagnostic>),

@@ -5,6 +5,7 @@ pub use crate::setting::{
     SettingsFile, Written, schema,
 };
 
+use crate::render_settings::Path;
 use crate::setting::unknown_key;
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
@@ -49,6 +50,7 @@ compose! {
     fog: crate::fog::FogSettings,
     lights: crate::lights::LightSettings,
     lod: crate::levels::LodSettings,
+    msaa: crate::passes::resolve::MultisamplingSettings,
     clusters: crate::lights::ClusterSettings,
     shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,
@@ -84,6 +86,19 @@ impl Settings {
             (Some(info), Some((group, field))) => group.give(field, info, written),
             _ => Err(unknown_key(key, Self::declared().iter().map(|info| &*info.key))),
         }
+    }
+
+    /// Checks what no setting knows alone: whether they go together.
+    ///
+    /// # Errors
+    /// Several samples a pixel on a path that has none.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let path = self.render.path;
+        if self.msaa.samples.count() > 1 && path != Path::Forward {
+            let key = format!("msaa.samples={}", self.msaa.samples.count());
+            return Err(SettingsError::Needs { key, needs: "render.path=forward", found: path.name() });
+        }
+        Ok(())
     }
 
     /// Reads settings from TOML; what it does not name keeps its default. `file` appears in errors.
@@ -147,6 +162,28 @@ mod tests {
         assert!(error.contains("takes deferred, forward, forward-batched or gouraud"), "{error}");
         let error = settings.set("environment.source", "12345").unwrap_err().to_string();
         assert!(error.contains("studio") && error.contains("a colour such as ff8800"), "{error}");
+    }
+
+    #[test]
+    fn samples_of_pixels_are_one_or_four_and_of_one_path() {
+        let mut settings = Settings::default();
+        for number in ["3", "2", "0", "8", "1.5", "four"] {
+            let error = settings.set("msaa.samples", number).unwrap_err().to_string();
+            assert_eq!(error, format!("`{number}` is no value of `msaa.samples`, which takes 1 or 4"));
+        }
+        settings.set("msaa.samples", "4").unwrap();
+        for path in Path::NAMES {
+            settings.set("render.path", path).unwrap();
+            let error = settings.check().err().map(|error| error.to_string());
+            let expected = format!("`msaa.samples=4` needs `render.path=forward`, which is `{path}`");
+            assert_eq!(error, (*path != "forward").then_some(expected));
+        }
+        settings.set("msaa.samples", "1").unwrap();
+        assert_eq!(settings.check(), Ok(()));
+        let read = |text| Settings::from_toml("my.toml", text).map_err(|error| error.to_string());
+        assert_eq!(read("[msaa]\nsamples = 4").unwrap().msaa.samples.count(), 4);
+        let error = read("[msaa]\nsamples = \"4\"").unwrap_err();
+        assert!(error.contains("which takes 1 or 4; write it without quotes"), "{error}");
     }
 
     #[test]

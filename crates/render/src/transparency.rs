@@ -130,7 +130,7 @@ impl Blended {
     pub fn new(r: &mut Recorder<'_, '_>, mode: TransparencyMode, radiance: Handle, depth: Handle) -> Self {
         let mode = if r.view.counts_pairs() { TransparencyMode::Sorted } else { mode };
         let targets = (mode == TransparencyMode::Weighted)
-            .then(|| [r.texture("transparency.sums", RADIANCE), r.texture("transparency.weights", WEIGHTS)]);
+            .then(|| [r.multisampled("transparency.sums", RADIANCE), r.multisampled("transparency.weights", WEIGHTS)]);
         Self { mode, radiance, depth, sums: targets }
     }
 

@@ -6,7 +6,7 @@ mod common;
 
 use common::{floats, ids, plain_request, renderer};
 use glam::{Vec2, Vec3};
-use manypass::{Aov, FrameRequest, Masks, Path, Pose, Renderer};
+use manypass::{Aov, Background, FrameRequest, Masks, Path, PixelSamples, Pose, Renderer};
 use manypass_scene::{
     AlphaMode, Image, ImageSource, Light, LightKind, Material, PixelFormat, Pixels, Projection, Sampler, Scene,
     ShadingModel, Texture, TextureRef, TextureTransform, primitives,
@@ -85,6 +85,100 @@ fn masks_that_are_near_are_cut_as_ever() {
     let [cut, hashed] =
         [Masks::Cutoff, Masks::Hashed].map(|masks| radiance_of(&mut renderer, &scene, &request(&scene, masks)));
     assert!(mean(&cut) > 0.1 && cut == hashed);
+}
+
+/// Alpha that says how many of four samples of a pixel are covered.
+fn to_coverage(request: &FrameRequest) -> FrameRequest {
+    request.with(|settings| (settings.render.path, settings.msaa.samples) = (Path::Forward, PixelSamples::Four))
+}
+
+#[test]
+fn edges_of_near_masks_are_smooth_where_pixels_have_samples() {
+    // Five pixels a texel or so, none of whose edges lie between pixels.
+    let scene = sieve(0.41, ShadingModel::Unlit).finish();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let one = request(&scene, Masks::Cutoff);
+    let cut = radiance_of(&mut renderer, &scene, &one);
+    // Textures are filtered as those of one sample are.
+    let truth = FrameRequest { sample_count: 64, ..one.clone() };
+    let truth = radiance_of(&mut renderer, &scene, &truth);
+    let error = |found: &[f32]| found.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum::<f32>() / 4096.0;
+    for masks in [Masks::Cutoff, Masks::Hashed] {
+        let found = radiance_of(&mut renderer, &scene, &to_coverage(&request(&scene, masks)));
+        println!(
+            "{} {} {} of {}: {} {}",
+            masks.name(),
+            mean(&found),
+            mean(&cut),
+            mean(&truth),
+            error(&found),
+            error(&cut)
+        );
+        assert!((mean(&found) - mean(&truth)).abs() < 0.01, "{} {}", mean(&found), mean(&truth));
+        assert!(error(&found) < 0.5 * error(&cut), "{} {}", error(&found), error(&cut));
+    }
+}
+
+#[test]
+fn alpha_says_how_many_samples_of_a_distant_mask_are_covered() {
+    // Eight texels a pixel, of which a part is there of one in four.
+    let mut builder = sieve(16.0, ShadingModel::Unlit);
+    builder.scene.materials[0].base_color_factor.w = 0.6;
+    let share = 0.6 * SHARE;
+    let scene = builder.finish();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let cut = radiance_of(&mut renderer, &scene, &to_coverage(&request(&scene, Masks::Cutoff)));
+    assert!(cut.iter().all(|value| *value == 0.0), "all of it is below the cutoff");
+    let mut hashed = request(&scene, Masks::Hashed);
+    let single = radiance_of(&mut renderer, &scene, &hashed);
+    let found = radiance_of(&mut renderer, &scene, &to_coverage(&hashed));
+    println!("{} {} of {share}", mean(&found), mean(&single));
+    // One sample of four is covered in 0.6 of 4,096 pixels, whose standard deviation is 0.002.
+    assert!(found.iter().all(|value| *value == 0.0 || (value - 0.25).abs() < 1e-3));
+    assert!((mean(&found) - share).abs() < 0.01, "{}", mean(&found));
+    assert!((mean(&single) - share).abs() < 0.03, "{}", mean(&single));
+    // By chance again in every sample of a still.
+    hashed.sample_count = 16;
+    let many = radiance_of(&mut renderer, &scene, &to_coverage(&hashed));
+    assert!((mean(&many) - share).abs() < 0.01, "{}", mean(&many));
+}
+
+/// Alpha is what says how many samples are covered, and what lies in them; what a picture holds is whether they are.
+#[test]
+fn what_alpha_covers_is_opaque() {
+    for tiles in [0.41, 2.3, 16.0] {
+        let scene = sieve(tiles, ShadingModel::Unlit).finish();
+        let mut renderer = renderer();
+        renderer.load(&scene).unwrap();
+        let request = to_coverage(&request(&scene, Masks::Hashed));
+        let request = request.with(|settings| settings.background.source = Background::Transparent);
+        renderer.render(&scene, &request).unwrap();
+        let radiance = renderer.read_radiance().unwrap();
+        let partly = radiance.chunks_exact(4).filter(|texel| texel[3] > 0.0 && texel[3] < 1.0).count();
+        assert!(partly > 500, "{partly} of 4,096 pixels are covered in part");
+        for texel in radiance.chunks_exact(4) {
+            assert!((texel[0] - texel[3]).abs() < 1e-3, "white of {} in a pixel covered by {}", texel[0], texel[3]);
+        }
+    }
+}
+
+#[test]
+fn a_mask_whose_alpha_is_the_cutoff_is_there() {
+    for (cutoff, alpha) in [(1.0, 1.0), (0.5, 0.5), (0.0, 0.0)] {
+        let parallel = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 20.0 };
+        let mut builder = SceneBuilder::new(Vec3::Y * 5.0, Vec3::ZERO, parallel);
+        let mut even = Material { shading_model: ShadingModel::Unlit, ..grey(1.0) };
+        even.alpha_mode = AlphaMode::Mask { cutoff };
+        even.base_color_factor.w = alpha;
+        builder.put(primitives::plane(3.0), even, at(Vec3::Y));
+        let scene = builder.finish();
+        let mut renderer = renderer();
+        renderer.load(&scene).unwrap();
+        let found = radiance_of(&mut renderer, &scene, &to_coverage(&request(&scene, Masks::Cutoff)));
+        assert!(found.iter().all(|value| (value - 1.0).abs() < 1e-3), "{cutoff}");
+    }
 }
 
 #[test]

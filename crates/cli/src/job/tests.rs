@@ -10,7 +10,9 @@ fn job(flags: &[&str]) -> Result<Job, Failure> {
         Command::Render(args) => {
             let job = Job::new(&args, false, &["depth", "normal"])?;
             let chosen = crate::chosen::Chosen::of_frame(&args.frame)?;
-            job.check(&chosen.settings(Settings::default(), None, &mut [])?)?;
+            let settings = chosen.settings(Settings::default(), None, &mut [])?;
+            job.check(&settings)?;
+            check_settings(&settings)?;
             Ok(job)
         }
         _ => Err(Failure::usage("not render", "")),
@@ -50,6 +52,9 @@ fn conflicts_and_nonsense_are_wrong_usage() {
         &["--frames", "5..2"],
         &["--set", "background.source=transparent", "-o", "a.jpg"],
         &["--set", "render.path=forward", "--aov", "depth"],
+        &["--set", "msaa.samples=4"],
+        &["--path", "gouraud", "--set", "msaa.samples=4"],
+        &["--path", "forward", "--set", "msaa.samples=3"],
         &["--orbit", "auto,1,1"],
         &["-o", "-"],
         &["-o", "a.gif"],

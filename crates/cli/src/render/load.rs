@@ -7,6 +7,7 @@ use crate::exposure::Taken;
 use crate::failure::{Failure, say};
 use crate::gather::Item;
 use crate::input::Opened;
+use crate::job;
 use crate::looks::{self, Look};
 use crate::provenance::{InputFile, input_files};
 use crate::report::Phases;
@@ -98,11 +99,12 @@ impl Batch<'_> {
     /// # Errors
     /// Wrong settings of its stage, or none with which the job can be done.
     fn settings_of(&self, stage: Option<&Stage>) -> Result<Settings, Failure> {
-        if stage.is_none() {
-            return Ok(self.plain_settings.clone());
-        }
-        let settings = self.chosen.settings(Settings::default(), stage, &mut self.effect_files.clone())?;
+        let settings = match stage {
+            None => self.plain_settings.clone(),
+            stage => self.chosen.settings(Settings::default(), stage, &mut self.effect_files.clone())?,
+        };
         self.job.check(&settings)?;
+        job::check_settings(&settings)?;
         Ok(settings)
     }
 

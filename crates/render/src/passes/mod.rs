@@ -19,6 +19,7 @@ pub mod linear_depth;
 pub mod meter;
 pub mod motion;
 pub mod present;
+pub mod resolve;
 pub mod shadows;
 pub mod tile_depth;
 pub mod tone_map;

@@ -75,6 +75,12 @@ impl<'r, 'f> Recorder<'r, 'f> {
         self.graph.texture(name, desc)
     }
 
+    /// A texture of the view's size, with as many samples a pixel as its surfaces cover.
+    pub fn multisampled(&mut self, name: impl Into<Cow<'static, str>>, format: wgpu::TextureFormat) -> Handle {
+        let desc = TextureDesc { samples: self.view.pixel_samples, ..self.view.desc(format) };
+        self.graph.texture(name, desc)
+    }
+
     /// A texture of any shape that lives within the frame.
     pub fn texture_of(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> Handle {
         self.graph.texture(name, desc)

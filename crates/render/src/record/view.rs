@@ -57,6 +57,8 @@ pub struct PreparedView {
     pub goes_on: bool,
     /// Of how many samples the picture is the mean.
     pub sample_count: u32,
+    /// How many samples of a pixel surfaces cover that are shaded where they are drawn (`msaa.samples`).
+    pub pixel_samples: u32,
     pub(crate) draws: Arc<DrawList>,
     /// Whether what is blended, or light comes through, is among its opaque surfaces, for variables.
     pub(crate) shows_first_surface: bool,
@@ -106,6 +108,12 @@ impl PreparedView {
     /// Whether there are blended surfaces in it.
     pub fn has_blended(&self) -> bool {
         !self.draws.blended.is_empty()
+    }
+
+    /// Whether there are masked surfaces in it.
+    pub(crate) fn has_masked(&self, world: &WorldDraws) -> bool {
+        let is_masked = |draw: &Draw| world.items.get(draw.item as usize).is_some_and(|item| item.masked);
+        self.draws.opaque.iter().any(is_masked)
     }
 
     /// Whether there are surfaces in it that light comes through.
@@ -207,6 +215,7 @@ pub(crate) struct Viewed<'a> {
     pub size: (u32, u32),
     pub goes_on: bool,
     pub sample_count: u32,
+    pub pixel_samples: u32,
     pub uniform: ViewUniform,
     pub draws: Arc<DrawList>,
     pub shows_first_surface: bool,
@@ -269,6 +278,7 @@ impl Viewed<'_> {
             is_environment_dark: self.environment.is_dark(),
             goes_on: self.goes_on,
             sample_count: self.sample_count,
+            pixel_samples: self.pixel_samples,
             draws: self.draws,
             shows_first_surface: self.shows_first_surface,
             sampling: self.sampling,

@@ -207,6 +207,7 @@ fn metered(request: &FrameRequest) -> FrameRequest {
     settings.transparency.mode = TransparencyMode::Sorted;
     settings.exposure.stops = Exposure::Stops(0.0);
     settings.render.scale = 1.0;
+    settings.msaa = Default::default();
     small
 }
 

@@ -55,6 +55,7 @@ impl Asked {
         purpose: &Purpose<'_>,
         capabilities: &Capabilities,
     ) -> Result<Self, RenderError> {
+        request.settings.check()?;
         let limit = capabilities.max_texture_size;
         let scale = request.settings.render.scale;
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
@@ -240,6 +241,7 @@ impl Renderer {
                 size,
                 goes_on: request.goes_on || request.sample_index > 0,
                 sample_count,
+                pixel_samples: if is_of_variables || asked.counts_pairs { 1 } else { settings.msaa.samples.count() },
                 uniform,
                 draws: if shows_first_surface { draws.first_surfaces().into() } else { draws.clone() },
                 shows_first_surface,
@@ -304,6 +306,7 @@ impl Renderer {
             size: asked.size,
             goes_on: false,
             sample_count: 1,
+            pixel_samples: 1,
             uniform: ViewUniform { sample_index: asked.request.dealing().pattern(), ..ready.view.uniform },
             draws: Arc::default(),
             shows_first_surface: false,

@@ -20,7 +20,7 @@ pub struct SettingInfo {
     pub min: Option<f64>,
     /// The largest value, of every component; none if there is no limit.
     pub max: Option<f64>,
-    /// The words it takes; else empty.
+    /// The words it takes, or the few numbers; else empty.
     pub choices: &'static [&'static str],
     /// The unit.
     pub unit: Option<Cow<'static, str>>,
@@ -310,13 +310,15 @@ impl SettingInfo {
     fn expected_of(&self, kind: &SettingType) -> String {
         let words = || self.choices.join(", ");
         match kind {
-            SettingType::Number(NumberType { count: 1, .. }) => self.with_range(kind, ""),
-            SettingType::Number(NumberType { count, .. }) => format!("{count} {}", self.with_range(kind, ", each")),
-            SettingType::Boolean => "true or false".into(),
-            SettingType::Choice => match self.choices {
+            // Of numbers those few that it takes.
+            SettingType::Choice | SettingType::Number(_) if !self.choices.is_empty() => match self.choices {
                 [before @ .., last] if !before.is_empty() => format!("{} or {last}", before.join(", ")),
                 _ => words(),
             },
+            SettingType::Number(NumberType { count: 1, .. }) => self.with_range(kind, ""),
+            SettingType::Number(NumberType { count, .. }) => format!("{count} {}", self.with_range(kind, ", each")),
+            SettingType::Boolean => "true or false".into(),
+            SettingType::Choice => words(),
             SettingType::Color => "a colour such as ff8800, or 3 numbers of at least 0 in linear light".into(),
             SettingType::ChoiceOrColor => {
                 format!("{}, a colour such as ff8800, or 3 numbers of at least 0 in linear light", words())

@@ -77,6 +77,10 @@ fn colors() -> Vec<Value> {
 fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
     let words = || json!({ "enum": info.choices });
     match kind {
+        SettingType::Number(_) if !info.choices.is_empty() => {
+            let numbers = info.choices.iter().filter_map(|number| Some(whole(number.parse().ok()?)));
+            json!({ "enum": numbers.collect::<Vec<_>>() })
+        }
         SettingType::Number(NumberType { scalar, count }) => {
             let mut number = json!({ "type": if *scalar == Scalar::F32 { "number" } else { "integer" } });
             // What 32 bits do not hold is refused, too.

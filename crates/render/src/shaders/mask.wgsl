@@ -12,9 +12,15 @@ import package::shaders::surface_vertex::SurfaceVarying;
 
 // 1 if masks are hashed at a distance.
 override hashed_masks: u32 = 0u;
+// 1 if a pixel has several samples, and alpha says how many of them are covered.
+override alpha_to_coverage: u32 = 0u;
+const SAMPLES: f32 = 4.0;
 
 // What has no alpha is dropped.
 const THRESHOLD_MIN: f32 = 1e-6;
+
+// Alpha that differs by less from pixel to pixel is even.
+const WIDTH_MIN: f32 = 1e-4;
 
 // How far the hash has taken over: not at all where a texel is two pixels wide, and wholly where it is one, or what is read of the
 // texture is coarser, and its alpha so much as of it is there.
@@ -54,16 +60,21 @@ fn hashed_threshold(in: SurfaceVarying) -> f32 {
     return clamp(even, THRESHOLD_MIN, 1.0);
 }
 
+// The hash of a fragment in a sample of a still.
+@if(masked && textured && !points)
+fn hash_of_sample(in: SurfaceVarying, sample_index: u32) -> f32 {
+    let of_pixel = stratified(sample_index, seed_of_pixel(in.position_clip.xy, in.object));
+    return select(hashed_threshold(in), max(of_pixel, THRESHOLD_MIN), sample_index > 0u);
+}
+
 // The alpha below which fragments are dropped in a sample of a still.
 @if(masked)
 fn mask_threshold(in: SurfaceVarying, bias: f32, sample_index: u32) -> f32 {
     var threshold = material_factors.alpha_cutoff;
     @if(textured && !points) {
         if hashed_masks != 0u {
-            let of_pixel = stratified(sample_index, seed_of_pixel(in.position_clip.xy, in.object));
-            let hashed = select(hashed_threshold(in), max(of_pixel, THRESHOLD_MIN), sample_index > 0u);
             let share = hashed_share(in, bias) * (1.0 - material_factors.blended);
-            threshold = mix(threshold, hashed, share);
+            threshold = mix(threshold, hash_of_sample(in, sample_index), share);
         }
     }
     return threshold;
@@ -73,4 +84,30 @@ fn mask_threshold(in: SurfaceVarying, bias: f32, sample_index: u32) -> f32 {
 @if(masked)
 fn is_masked_out(in: SurfaceVarying, alpha: f32, bias: f32) -> bool {
     return alpha < mask_threshold(in, bias, view.sample_index);
+}
+
+// The share of a pixel's samples that a fragment covers: all or none, or with `alpha_to_coverage` a whole number of them, so that
+// rasterizers, which are free in what they make of other shares, cover the same number.
+// Source: Golus 2017, "Anti-aliased Alpha Test: The Esoteric Alpha To Coverage": alpha rises from 0 to 1 across a pixel about the place
+// where it is the cutoff. Where masks are hashed it is alpha itself at a distance, and chance, by the same hash as without samples,
+// decides between the two nearest numbers.
+@if(masked)
+fn mask_coverage(in: SurfaceVarying, alpha: f32, bias: f32) -> f32 {
+    if alpha_to_coverage == 0u {
+        return select(1.0, 0.0, is_masked_out(in, alpha, bias));
+    }
+    let cutoff = material_factors.alpha_cutoff;
+    let width = fwidth(alpha);
+    // Even alpha is on one side, also if it is the cutoff.
+    let sharp = clamp((alpha - cutoff) / max(width, WIDTH_MIN) + 0.5, 0.0, 1.0);
+    var share = select(sharp, select(0.0, 1.0, alpha >= cutoff), width <= WIDTH_MIN);
+    var rounding = 0.5;
+    @if(textured && !points) {
+        if hashed_masks != 0u {
+            let far = hashed_share(in, bias);
+            share = mix(share, clamp(alpha, 0.0, 1.0), far);
+            rounding = mix(rounding, 1.0 - hash_of_sample(in, view.sample_index), far);
+        }
+    }
+    return floor(share * SAMPLES + rounding) / SAMPLES;
 }

@@ -9,7 +9,7 @@ import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id};
 import package::shaders::level_fade::{fades, is_faded};
-@if(masked) import package::shaders::mask::is_masked_out;
+@if(masked) import package::shaders::mask::mask_coverage;
 @if(masked) import package::shaders::surface_material::surface_mip_bias;
 import package::shaders::surface_material::surface_sample;
 import package::shaders::shading::shading_from_surface;
@@ -105,8 +105,9 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             discard;
         }
     }
+    @if(masked) let covered = mask_coverage(in, sample.alpha, surface_mip_bias(in));
     @if(masked) {
-        if is_masked_out(in, sample.alpha, surface_mip_bias(in)) {
+        if covered <= 0.0 {
             discard;
         }
     }
@@ -170,6 +171,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         radiance += light_in_fog_before(in.position_clip.xy, in.position_world);
     }
     let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
-    let opaque_alpha = coverage + glow * fog_transmittance(in.position_world);
+    @if(!masked) let opaque_alpha = coverage + glow * fog_transmittance(in.position_world);
+    @if(masked) let opaque_alpha = covered * coverage + glow * fog_transmittance(in.position_world);
     return shaded_targets(radiance, opaque_alpha, sample.alpha, in.position_world);
 }

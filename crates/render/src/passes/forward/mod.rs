@@ -75,7 +75,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
 /// A program that does not compile.
 pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
-    let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
+    let depth = r.multisampled("geometry.depth", r.frame.gpu.capabilities.depth_format);
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
@@ -87,6 +87,19 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     pass.uniform("fog", &fog);
     pass.draw_opaque(Which::All)?;
     Ok((radiance, depth))
+}
+
+/// The depth of all opaque and masked surfaces in the middle of each pixel, for passes that read it where surfaces cover several
+/// samples.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_depth(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
+    let depth = r.texture("forward.depth", r.frame.gpu.capabilities.depth_format);
+    let mut pass = r.surfaces("forward.depth", "geometry");
+    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    pass.draw_opaque(Which::All)?;
+    Ok(depth)
 }
 
 /// What of the G-buffer's depth those are that [`record_layered`] draws.

@@ -3,7 +3,7 @@
 use crate::draws::{AXES, Axes, Faces, MASKED};
 use crate::levels::FADES;
 use crate::resources::{ATTRIBUTES, STRIDES};
-use crate::shader::program::ProgramError;
+use crate::shader::program::{Constant, ProgramError};
 use crate::shader::{Program, Shaders, compose};
 use manypass_scene::Topology;
 use std::cell::RefCell;
@@ -28,6 +28,9 @@ pub(crate) struct Targets {
     /// Whether vertices are drawn in place of what they form.
     pub vertices_alone: bool,
 }
+
+/// The constant of `mask.wgsl` by which alpha says how many samples of a pixel a mask covers.
+pub(super) const ALPHA_TO_COVERAGE: Constant = ("alpha_to_coverage", 1);
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Key {
@@ -152,7 +155,11 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             stencil: Default::default(),
             bias: Default::default(),
         }),
-        multisample: wgpu::MultisampleState { count: key.targets.samples, ..Default::default() },
+        multisample: wgpu::MultisampleState {
+            count: key.targets.samples,
+            alpha_to_coverage_enabled: key.targets.constants.contains(&ALPHA_TO_COVERAGE),
+            ..Default::default()
+        },
         fragment: (!targets.is_empty() || drops_fragments).then(|| wgpu::FragmentState {
             module: &program.module,
             entry_point: None,

@@ -1,9 +1,9 @@
 //! A list of draws as commands, with the pipelines and groups that they bind.
 
 use super::Which;
-use super::pipelines::{Key, SurfacePipeline, Targets};
+use super::pipelines::{ALPHA_TO_COVERAGE, Key, SurfacePipeline, Targets};
 use super::shape::{Shape, Special};
-use crate::draws::{BLOCK_ITEMS, Draw, Item, WorldDraws};
+use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, WorldDraws};
 use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
@@ -173,6 +173,10 @@ impl Preparing<'_, '_> {
         let mut targets = self.targets.clone();
         if fades {
             targets.constants.push((FADES, 1));
+        }
+        // What is blended has another use for alpha.
+        if axes & MASKED != 0 && targets.samples > 1 && targets.blend.is_none() {
+            targets.constants.push(ALPHA_TO_COVERAGE);
         }
         let program = match special.program(layers) {
             _ if topology == Topology::Points => of_points(self.program)?,

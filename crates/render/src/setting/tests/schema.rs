@@ -1,7 +1,7 @@
 //! The schema and the reader of files against each other: what one takes the other takes.
 
 use super::{Everything, give};
-use crate::setting::{SettingsError, SettingsFile, Written, schema};
+use crate::setting::{SettingType, SettingsError, SettingsFile, Written, schema};
 use crate::settings::Settings;
 use regex::Regex;
 use serde_json::Value;
@@ -168,7 +168,10 @@ fn what_the_command_line_takes_a_file_takes_in_its_form() {
         for word in info.choices {
             let mut settings = [Settings::default(), Settings::default()];
             settings[0].set(&info.key, word).unwrap();
-            settings[1].give(&info.key, &serde_json::from_value(Value::from(*word)).unwrap()).unwrap();
+            // Numbers of which it takes a few alone are numbers there.
+            let is_number = matches!(info.kind, SettingType::Number(_));
+            let in_file = if is_number { word.parse().unwrap() } else { Value::from(*word) };
+            settings[1].give(&info.key, &serde_json::from_value(in_file).unwrap()).unwrap();
             assert_eq!(settings[0], settings[1], "{}={word}", info.key);
         }
     }

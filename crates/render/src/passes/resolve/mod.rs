@@ -1,0 +1,39 @@
+//! resolve: the mean of the samples of each pixel, where surfaces cover several (`msaa.samples`).
+//!
+//! It is a mean of radiance, which the device takes of itself: WebGL 2 shows shaders no samples, so that none can be weighted, and a
+//! curve that surfaces leave through would spoil what is blended over them. So edges of what is far brighter than white are as hard
+//! as without; the samples of a still smooth them. Reads and writes: radiance, or the sums that blended surfaces left.
+
+mod settings;
+
+pub use settings::{MultisamplingSettings, PixelSamples};
+
+use crate::record::Recorder;
+use crate::transparency::Blended;
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// The mean of the samples of `color`, or `color` itself if each of its pixels has one.
+pub fn record(r: &mut Recorder<'_, '_>, color: Handle) -> Handle {
+    let (color, mean) = record_between(r, color);
+    mean.unwrap_or(color)
+}
+
+/// The mean of the samples of `color` as it is so far, if each of its pixels has several; and `color`, to be drawn into further.
+pub fn record_between(r: &mut Recorder<'_, '_>, color: Handle) -> (Handle, Option<Handle>) {
+    let desc = color.desc();
+    if desc.samples == 1 {
+        return (color, None);
+    }
+    let mean = r.texture_of("resolve", TextureDesc { samples: 1, ..desc });
+    let mut pass = r.graph.pass("resolve");
+    let color = pass.color(color, ColorLoad::Keep);
+    let mean = pass.resolve(mean);
+    (color, Some(mean))
+}
+
+/// What is left of `blended` to be made one picture: where there are sums, shaders read them, and see one of each pixel.
+pub fn record_blended(r: &mut Recorder<'_, '_>, blended: Blended) -> Blended {
+    let Some(sums) = blended.sums else { return blended };
+    let sums = sums.map(|sum| record(r, sum));
+    Blended { radiance: record(r, blended.radiance), sums: Some(sums), ..blended }
+}
