@@ -8,7 +8,7 @@ use common::{plain_request, renderer};
 use glam::{Quat, Vec3, Vec4};
 use manypass::gpu::Floor;
 use manypass::{Background, FogMode, FrameRequest, Gpu, Masks, Path, Renderer, Tonemap, TransparencyMode};
-use manypass_scene::material::{Clearcoat, Mapped};
+use manypass_scene::material::{Clearcoat, Mapped, Specular};
 use manypass_scene::{
     AlphaMode, Light, LightKind, Material, Node, Primitive, Projection, Scene, ShadingModel, Topology, primitives,
 };
@@ -329,4 +329,46 @@ fn the_mean_of_stochastic_samples_goes_through_the_tone_curve_as_a_whole() {
     // 16 samples show three quarters of one layer exactly.
     let greatest = sorted.iter().zip(&stochastic).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(greatest <= Some(1), "{:?} {:?}", &sorted[..4], &stochastic[..4]);
+}
+
+#[test]
+fn what_is_blended_is_seen_through_glass_by_chance_alone() {
+    // Glass that is not there but for its depth, over the left half; a pane below all of it, or above.
+    let glass = Material {
+        roughness_factor: 0.0,
+        metallic_factor: 0.0,
+        transmission: Some(Mapped::new(1.0)),
+        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        ..Material::default()
+    };
+    let card = Material { alpha_mode: AlphaMode::Opaque, ..pane([1.0; 4]) };
+    let ways = [TransparencyMode::Sorted, TransparencyMode::Weighted, TransparencyMode::Stochastic];
+    let mut renderer = renderer();
+    for pane_height_m in [0.5, 1.5] {
+        let mut builder = seen_from_above();
+        builder.put(primitives::plane(3.0), card.clone(), at(Vec3::ZERO));
+        builder.put(primitives::plane(3.0), pane(RED), at(Vec3::Y * pane_height_m));
+        builder.put(primitives::plane(3.0), glass.clone(), at(Vec3::new(-1.5, 1.0, 0.0)));
+        let scene = builder.finish();
+        for (mode, path) in ways.iter().flat_map(|mode| [Path::Deferred, Path::Forward].map(|path| (*mode, path))) {
+            let mut request = request(&scene, mode).with(|settings| settings.render.path = path);
+            // So many show half of one layer exactly.
+            request.sample_count = 16;
+            let [behind_glass, beside] = halves(&radiance_of(&mut renderer, &scene, &request));
+            let through_pane = [0.95, 0.55, 0.55];
+            let is_seen = mode == TransparencyMode::Stochastic || pane_height_m > 1.0;
+            let of_glass = if is_seen { through_pane } else { [1.0; 3] };
+            // What is seen through glass is filtered: of a pane before it, pixels beside it that show the pane have a part in those
+            // that do not, which are half of them.
+            let leaks = mode == TransparencyMode::Stochastic && pane_height_m > 1.0;
+            let allowed = if leaks { 0.5 * 0.5 * 0.9 } else { STEP };
+            for (name, found, expected, allowed) in
+                [("glass", behind_glass, of_glass, allowed), ("beside", beside, through_pane, STEP)]
+            {
+                let off = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f32::max);
+                let label = format!("{mode:?} {path:?}, {name}, pane at {pane_height_m} m");
+                assert!(off < allowed, "{label}: {found:?}, not {expected:?}");
+            }
+        }
+    }
 }
