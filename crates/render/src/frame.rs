@@ -89,7 +89,7 @@ pub fn view_passes(
         let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
         let radiance = if settings.fog.scatters() {
             let of_middles = if r.view.pixel_samples > 1 { Some(forward::record_depth(r)?) } else { None };
-            let linear_depth = linear_depth::record(r, of_middles.as_ref().unwrap_or(&depth))?;
+            let linear_depth = linear_depth::record(r, "linear_depth", of_middles.as_ref().unwrap_or(&depth))?;
             fog::record_light(r, &settings.fog, &linear_depth, radiance)?
         } else {
             radiance
@@ -140,22 +140,26 @@ fn transmissive_passes(
     }
     let (radiance, depth) = if settings.transparency.refractive_layers > 1 {
         let nearest = forward::record_nearest_transmissive(r)?;
-        let nearest = linear_depth::record(r, &nearest)?;
-        let (radiance, behind) = behind_passes(r, radiance)?;
+        let nearest = linear_depth::record(r, "transmissive.linear_depth", &nearest)?;
+        let (radiance, behind) = behind_passes(r, "behind.far", radiance)?;
         let seen = SeenThrough { behind: &behind, beyond: Some(&nearest) };
         forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)?
     } else {
         (radiance, depth)
     };
-    let (radiance, behind) = behind_passes(r, radiance)?;
+    let (radiance, behind) = behind_passes(r, "behind", radiance)?;
     let seen = SeenThrough { behind: &behind, beyond: None };
     forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)
 }
 
 /// The picture so far with mips, after radiance itself.
-fn behind_passes(r: &mut Recorder<'_, '_>, radiance: Handle) -> Result<(Handle, Handle), ProgramError> {
+fn behind_passes(
+    r: &mut Recorder<'_, '_>,
+    name: &'static str,
+    radiance: Handle,
+) -> Result<(Handle, Handle), ProgramError> {
     let (radiance, mean) = resolve::record_between(r, radiance);
-    let behind = behind::record(r, mean.as_ref().unwrap_or(&radiance))?;
+    let behind = behind::record(r, name, mean.as_ref().unwrap_or(&radiance))?;
     Ok((radiance, behind))
 }
 
@@ -241,7 +245,7 @@ fn surface_passes(
     variables: &Variables,
 ) -> Result<(ViewOutputs, Gbuffer, Handle), ProgramError> {
     let geometry = geometry::record(r)?;
-    let linear_depth = linear_depth::record(r, &geometry.depth)?;
+    let linear_depth = linear_depth::record(r, "linear_depth", &geometry.depth)?;
     let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;
     let gbuffer =
         Gbuffer { base_color: geometry.base_color, normal: geometry.normal, material: geometry.material, linear_depth };

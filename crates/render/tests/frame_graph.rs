@@ -2,7 +2,10 @@
 
 mod common;
 
+use manypass::gpu::Floor;
 use manypass::graph::{ColorLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing};
+use manypass::{Aov, DebugView, FogMode, FrameRequest, Gpu, Path, Renderer, TransparencyMode};
+use std::collections::BTreeSet;
 use wgpu::TextureFormat as F;
 
 /// What the tests draw: one colour over everything.
@@ -212,4 +215,40 @@ fn live_times_come_without_waiting() {
     let latest = bench.executor.latest_times().expect("times");
     assert_eq!(latest[0].name, "late");
     assert!(arrived > 10, "{arrived}");
+}
+
+/// Reports, timers and pictures of passes find them by name.
+#[test]
+fn passes_of_a_frame_have_names_of_their_own() {
+    let mut renderer = Renderer::new(Gpu::without_adapter(Floor::WebGl2).expect("needs none")).expect("a renderer");
+    let panes = manypass_scene::load_path("../../docs/examples/panes.gltf".as_ref()).expect("loads").scene;
+    let demo = |name| manypass::scene::demo::named(name).expect("a demo");
+    let mut names = BTreeSet::new();
+    for scene in [demo("materials"), demo("relief"), panes] {
+        renderer.load(&scene).expect("loads");
+        for path in [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud] {
+            for (layers, mode, fog) in [
+                (1, TransparencyMode::Sorted, FogMode::None),
+                (2, TransparencyMode::Sorted, FogMode::None),
+                (2, TransparencyMode::Stochastic, FogMode::Exponential),
+                (2, TransparencyMode::Weighted, FogMode::ExponentialSquared),
+            ] {
+                let mut request = FrameRequest::of_scene(&scene, 64, 48).with(|settings| {
+                    settings.render.path = path;
+                    (settings.transparency.refractive_layers, settings.transparency.mode) = (layers, mode);
+                    (settings.fog.mode, settings.fog.density_per_m, settings.fog.scattering) = (fog, 0.1, 1.0);
+                    settings.debug.view = if layers == 1 { DebugView::Overdraw } else { DebugView::Off };
+                });
+                request.want_aovs = vec![Aov::Depth, Aov::Emission, Aov::Motion, Aov::ObjectId];
+                let plan = renderer.plan(&scene, &request).expect("plans");
+                let own: BTreeSet<_> = plan.passes.iter().map(|pass| pass.name.clone()).collect();
+                let all: Vec<_> = plan.passes.iter().map(|pass| &pass.name).collect();
+                assert_eq!(own.len(), plan.passes.len(), "{path:?} {layers} {mode:?} {fog:?}: {all:?}");
+                names.extend(own);
+            }
+        }
+    }
+    for name in ["transmissive.far", "transmissive.linear_depth", "behind.far.halve.1", "behind.halve.1", "fog.light"] {
+        assert!(names.contains(name), "{name} is none of {names:?}");
+    }
 }

@@ -17,14 +17,14 @@ struct Behind {
     step: Vec4,
 }
 
-/// Records the passes.
+/// Records the passes under names that begin with `name`, which is the texture's: one for each mip.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(r: &mut Recorder<'_, '_>, radiance: &Handle) -> Result<Handle, ProgramError> {
+pub fn record(r: &mut Recorder<'_, '_>, name: &'static str, radiance: &Handle) -> Result<Handle, ProgramError> {
     let (width, height) = r.view.size;
     let mips = width.max(height).ilog2() + 1;
-    let behind = r.texture_of("behind", TextureDesc { mips, ..TextureDesc::new_2d(width, height, RADIANCE) });
+    let behind = r.texture_of(name, TextureDesc { mips, ..TextureDesc::new_2d(width, height, RADIANCE) });
     let size_of = |mip: u32| ((width >> mip).max(1) as f32, (height >> mip).max(1) as f32);
     for mip in 0..mips {
         let target = r.graph.subview(&behind, mip, 0);
@@ -34,8 +34,8 @@ pub fn record(r: &mut Recorder<'_, '_>, radiance: &Handle) -> Result<Handle, Pro
         let (finer_across, finer_down) = size_of(mip.saturating_sub(1));
         let spread = if mip > 0 { 1.0 } else { 0.0 };
         let step = Vec4::new(spread / finer_across, spread / finer_down, 1.0 / across, 1.0 / down);
-        let name = if mip == 0 { "behind.copy" } else { "behind.halve" };
-        let pass = r.fullscreen(name, "behind", &[]).read("finer", finer.as_ref().unwrap_or(radiance));
+        let step_name = if mip == 0 { format!("{name}.copy") } else { format!("{name}.halve.{mip}") };
+        let pass = r.fullscreen(step_name, "behind", &[]).read("finer", finer.as_ref().unwrap_or(radiance));
         pass.uniform("behind_step", &Behind { step }).draw_into(target, ColorLoad::Discard)?;
     }
     Ok(behind)

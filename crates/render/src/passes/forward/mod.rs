@@ -192,7 +192,8 @@ pub fn record_transmissive(
     let view = r.view;
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
-    let mut pass = r.surfaces("transmissive", "forward");
+    let is_far = seen.is_some_and(|seen| seen.beyond.is_some());
+    let mut pass = r.surfaces(if is_far { "transmissive.far" } else { "transmissive" }, "forward");
     pass.uniform("light_batch", &LightBatch::default());
     pass.uniform("weighting", &Weighting::default());
     pass.axes(view.light_axes());

@@ -7,11 +7,11 @@ use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 
-/// Records the pass.
+/// Records the pass under the name `name`, which is its texture's, too.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle) -> Result<Handle, ProgramError> {
-    let target = r.texture("linear_depth", LINEAR_DEPTH);
-    r.fullscreen("linear_depth", "linear_depth", &[]).read_depth("depth", depth).draw_into(target, ColorLoad::Discard)
+pub fn record(r: &mut Recorder<'_, '_>, name: &'static str, depth: &Handle) -> Result<Handle, ProgramError> {
+    let target = r.texture(name, LINEAR_DEPTH);
+    r.fullscreen(name, "linear_depth", &[]).read_depth("depth", depth).draw_into(target, ColorLoad::Discard)
 }
