@@ -6,12 +6,14 @@ mod common;
 
 use common::{floats, ids, plain_request, renderer};
 use glam::{Vec2, Vec3};
-use manypass::{Aov, Background, FrameRequest, Masks, Path, PixelSamples, Pose, Renderer};
+use manypass::{Aov, Background, Environment, FrameRequest, Masks, Path, PixelSamples, Pose, Renderer};
+use manypass_scene::material::{HeightMap, HeightMethod};
 use manypass_scene::{
     AlphaMode, Image, ImageSource, Light, LightKind, Material, PixelFormat, Pixels, Projection, Sampler, Scene,
     ShadingModel, Texture, TextureRef, TextureTransform, primitives,
 };
 use manypass_testkit::build::{SceneBuilder, at, grey};
+use std::f32::consts::TAU;
 use std::sync::Arc;
 
 const SIZE: (u32, u32) = (64, 64);
@@ -21,8 +23,14 @@ const SHARE: f32 = 0.25;
 
 /// A sheet of 2 m at a height of 1 m, seen from above; of its texels, `tiles` times 32 a side, one of four is there.
 fn sieve(tiles: f32, shading_model: ShadingModel) -> SceneBuilder {
+    let material = Material { shading_model, ..grey(1.0) };
+    sieve_from(Vec3::Y * 5.0, tiles, material)
+}
+
+/// The same of another material, seen from `eye`.
+fn sieve_from(eye: Vec3, tiles: f32, material: Material) -> SceneBuilder {
     let parallel = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 20.0 };
-    let mut builder = SceneBuilder::new(Vec3::Y * 5.0, Vec3::ZERO, parallel);
+    let mut builder = SceneBuilder::new(eye, Vec3::ZERO, parallel);
     let is_there = |i: u32| i.is_multiple_of(2) && (i / 32).is_multiple_of(2);
     let texel = |i: u32| [255, 255, 255, if is_there(i) { 255 } else { 0 }];
     let data = (0..32 * 32).flat_map(texel).collect();
@@ -31,11 +39,10 @@ fn sieve(tiles: f32, shading_model: ShadingModel) -> SceneBuilder {
     builder.scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
     let transform = TextureTransform { scale: Vec2::splat(tiles), ..TextureTransform::default() };
     let mask = Material {
-        shading_model,
         alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
         base_color_texture: Some(TextureRef { texture: 0, uv_set: 0, transform }),
         double_sided: true,
-        ..grey(1.0)
+        ..material
     };
     builder.put(primitives::plane(2.0), mask, at(Vec3::Y));
     builder
@@ -210,6 +217,49 @@ fn every_pass_drops_the_same_fragments_of_a_hashed_mask() {
         let differs = found.iter().zip(&deferred).filter(|(a, b)| (**a > 0.0) != (**b > 0.0)).count();
         assert_eq!(differs, 0, "{path:?}");
     }
+}
+
+#[test]
+fn every_pass_drops_the_same_fragments_of_a_hashed_mask_with_relief() {
+    // Texels of 0.7 pixels, so that the hash has taken over in part, by how large they are on the triangle: UVs of what is seen jump
+    // where one height hides another.
+    let height = HeightMap {
+        texture: TextureRef { texture: 1, uv_set: 0, transform: TextureTransform::default() },
+        depth_m: 0.1,
+        method: HeightMethod::Occlusion,
+        // Drawn twice: into the G-buffer, and with light.
+        self_shadow: true,
+    };
+    let material = Material { height: Some(height), ..grey(1.0) };
+    let mut builder = sieve_from(Vec3::new(3.0, 4.0, 1.0), 1.4, material);
+    let wave = |i: u32| (128.0 + 120.0 * ((i % 16) as f32 / 16.0 * TAU).sin()) as u8;
+    let data = (0..16 * 16).flat_map(|i| [wave(i), 0, 0, 255]).collect();
+    let pixels = Pixels { width: 16, height: 16, format: PixelFormat::Rgba8, data };
+    builder.scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
+    builder.scene.textures.push(Texture { image: 1, sampler: Sampler::default() });
+    builder.light(Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() }, Vec3::ZERO, Vec3::NEG_Y);
+    let scene = builder.finish();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let mut request = request(&scene, Masks::Hashed);
+    request.settings.environment.source = Environment::Color([1.0; 3]);
+    request.want_aovs = vec![Aov::Depth, Aov::ObjectId];
+    let deferred = radiance_of(&mut renderer, &scene, &request);
+    let depth = floats(renderer.read_aov(Aov::Depth).unwrap());
+    let objects = ids(renderer.read_aov(Aov::ObjectId).unwrap());
+    let is_there: Vec<bool> = depth.iter().map(|depth| depth.is_finite()).collect();
+    let count = is_there.iter().filter(|there| **there).count();
+    assert!((200..2500).contains(&count), "{count} of 4,096 pixels");
+    let differing = |found: &[bool]| found.iter().zip(&is_there).filter(|(a, b)| a != b).count();
+    let of_ids: Vec<bool> = objects.iter().map(|id| *id != 0).collect();
+    let lit = |found: &[f32]| found.iter().map(|value| *value > 0.0).collect::<Vec<bool>>();
+    request.want_aovs.clear();
+    let forward = radiance_of(&mut renderer, &scene, &request.with(|settings| settings.render.path = Path::Forward));
+    let found = [of_ids, lit(&deferred), lit(&forward)].map(|found| differing(&found));
+    assert_eq!(
+        found, [0; 3],
+        "pixels of ids, and lit ones of the deferred and the forward path, that depth knows otherwise"
+    );
 }
 
 #[test]

@@ -8,6 +8,7 @@ import package::view::view;
 import package::shaders::hash::{mixed, seed_of_pixel, stratified, unit_from_bits};
 import package::shaders::surface_material::{material_factors, material_uv};
 @if(textured) import package::shaders::surface_material::base_color_texture;
+@if(relief) import package::shaders::surface_material::{material_uv_dx, material_uv_dy};
 import package::shaders::surface_vertex::SurfaceVarying;
 
 // 1 if masks are hashed at a distance.
@@ -26,9 +27,13 @@ const WIDTH_MIN: f32 = 1e-4;
 // texture is coarser, and its alpha so much as of it is there.
 @if(masked && textured && !points)
 fn hashed_share(in: SurfaceVarying, bias: f32) -> f32 {
-    let texel = material_uv(in.uv, 0u) * vec2f(textureDimensions(base_color_texture));
-    let across = dpdx(texel);
-    let down = dpdy(texel);
+    let size = vec2f(textureDimensions(base_color_texture));
+    @if(!relief) let texel = material_uv(in.uv, 0u) * size;
+    @if(!relief) let across = dpdx(texel);
+    @if(!relief) let down = dpdy(texel);
+    // As large as it is on the triangle, as for what is read of the texture.
+    @if(relief) let across = material_uv_dx(0u, 0.0) * size;
+    @if(relief) let down = material_uv_dy(0u, 0.0) * size;
     let mip = 0.5 * log2(max(max(dot(across, across), dot(down, down)), 1e-30)) + bias;
     return clamp(mip + 1.0, 0.0, 1.0);
 }

@@ -42,7 +42,9 @@ fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) ->
         }
     }
     @if(masked) {
-        if is_masked_out(in, sample.alpha, surface_mip_bias(in)) {
+        @if(!relief) let masked = in;
+        @if(relief) let masked = seen.surface;
+        if is_masked_out(masked, sample.alpha, surface_mip_bias(masked)) {
             discard;
         }
     }
