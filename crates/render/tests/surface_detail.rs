@@ -134,6 +134,32 @@ fn baked_light_times_base_colour_is_what_is_seen() {
 }
 
 #[test]
+fn baked_light_of_radiance_files_exceeds_one() {
+    // Powers of two, which shared exponents hold exactly.
+    let baked = |x: u32, y: u32| [2.0_f32.powi(x as i32), 2.0_f32.powi(-(y as i32)), 0.5];
+    let texels: Vec<_> = (0..16).map(|i| image::Rgb(baked(i % 4, i / 4))).collect();
+    let mut bytes = Vec::new();
+    image::codecs::hdr::HdrEncoder::new(&mut bytes).encode(&texels, 4, 4).unwrap();
+    let mut builder = above();
+    let light = texture(&mut builder.scene, ImageSource::Encoded(bytes.into()), nearest());
+    // What is linear stays so, whatever a material says of its encoding.
+    let light = Mapped { factor: 4.0, texture: Some(TextureRef { uv_set: 1, ..light }) };
+    let material = Material { light_map: Some(LightMap { light, is_srgb: true }), metallic_factor: 0.0, ..grey(0.5) };
+    builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
+    let scene = builder.finish();
+    for path in [Path::Deferred, Path::Forward] {
+        let pixels = radiance(&scene, &plain_request(&scene, (64, 64)).with(|settings| settings.render.path = path));
+        for (x, y) in (0..4).flat_map(|y| (0..4).map(move |x| (x, y))) {
+            let found = pixels[((y * 16 + 8) * 64 + x * 16 + 8) as usize];
+            for (found, light) in found.iter().zip(baked(3 - x, y)) {
+                let expected = 0.5 * 4.0 * light;
+                assert!((found - expected).abs() < expected * 0.005, "{path:?} {x} {y}: {found}, {expected}");
+            }
+        }
+    }
+}
+
+#[test]
 fn baked_light_takes_the_place_of_the_environments_diffuse_light_alone() {
     let mut builder = above();
     let black = texture(&mut builder.scene, png(&ImageBuffer::from_pixel(2, 2, Rgba([0u8, 0, 0, 255]))), nearest());

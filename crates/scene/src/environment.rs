@@ -89,10 +89,10 @@ const EXR_MAGIC: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
 const RADIANCE_MAGIC: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
 
 /// A picture before it is checked.
-struct Decoded {
-    width: u32,
-    height: u32,
-    rgb: Vec<[f32; 3]>,
+pub(crate) struct Decoded {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) rgb: Vec<[f32; 3]>,
 }
 
 impl EnvironmentMap {
@@ -199,7 +199,7 @@ pub fn equirectangular_direction((x, y): (u32, u32), (width, height): (u32, u32)
 }
 
 /// A value as radiance, and whether that is another one. Infinity is as bright as texels are.
-fn cut(value: f32) -> (f32, bool) {
+pub(crate) fn cut(value: f32) -> (f32, bool) {
     match value {
         _ if value.is_nan() => (0.0, true),
         f32::INFINITY => (RADIANCE_MAX, true),
@@ -221,8 +221,30 @@ fn is_radiance(bytes: &[u8]) -> bool {
     RADIANCE_MAGIC.iter().any(|magic| bytes.starts_with(magic))
 }
 
+/// Whether bytes are a Radiance or an OpenEXR file, whose values are light.
+pub(crate) fn holds_light(bytes: &[u8]) -> bool {
+    bytes.starts_with(EXR_MAGIC) || is_radiance(bytes)
+}
+
+/// A Radiance or an OpenEXR file of a size that `check_size` allows.
+pub(crate) fn decode_light(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
+    if bytes.starts_with(EXR_MAGIC) { decode_exr(bytes, check_size) } else { decode_radiance(bytes, check_size) }
+}
+
+/// Width and height of such a file, from its header; of an OpenEXR file with several parts the first one's.
+pub(crate) fn light_size(bytes: &[u8]) -> Result<(u32, u32), String> {
+    if !bytes.starts_with(EXR_MAGIC) {
+        let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
+        return Ok(decoder.dimensions());
+    }
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let size = meta.headers.first().map(|header| header.layer_size).ok_or("it has no part")?;
+    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+    Ok((side(size.0), side(size.1)))
+}
+
 /// What says whether a width and height can be read.
-type CheckSize = fn(u32, u32) -> Result<(), String>;
+pub(crate) type CheckSize = fn(u32, u32) -> Result<(), String>;
 
 fn decode_radiance(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
     let failed = |error: image::ImageError| error.to_string();

@@ -2,7 +2,11 @@
 //! decoded at a time.
 
 mod ktx2;
+mod light;
 
+pub use light::HalfFloats;
+
+use crate::environment::light_size;
 use crate::ktx2::is_ktx2;
 use std::io::Cursor;
 use std::sync::Arc;
@@ -10,7 +14,7 @@ use std::sync::Arc;
 /// Where an image's texels come from.
 #[derive(Clone, Debug)]
 pub enum ImageSource {
-    /// A PNG, JPEG, WebP or KTX2 file, whole.
+    /// A PNG, JPEG, WebP or KTX2 file, or of light that was baked a Radiance or OpenEXR file, whole.
     Encoded(Arc<[u8]>),
     /// Texels made by code.
     Pixels(Arc<Pixels>),
@@ -168,7 +172,9 @@ const MAX_DECODE_BYTES: u64 = 512 << 20;
 
 /// Why an image cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("image \"{name}\": {message}; expected PNG, JPEG, WebP or KTX2 of at most 16384 by 16384 texels")]
+#[error(
+    "image \"{name}\": {message}; expected PNG, JPEG, WebP or KTX2, or of baked light Radiance or OpenEXR, of at most 16384 by 16384 texels"
+)]
 pub struct ImageError {
     /// The image's name.
     pub name: String,
@@ -201,6 +207,9 @@ impl Image {
             ImageSource::Pixels(pixels) => (pixels.width, pixels.height),
             ImageSource::Encoded(bytes) if is_ktx2(bytes) => {
                 ktx2::dimensions(bytes).map_err(|message| self.error(message))?
+            }
+            ImageSource::Encoded(bytes) if self.holds_light() => {
+                light_size(bytes).map_err(|message| self.error(message))?
             }
             ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
             ImageSource::Loading(_) => return Err(self.error("it is still on its way")),

@@ -40,7 +40,8 @@ pub use formats::{load_bytes, load_path};
 pub use framing::{Framing, Interior};
 pub use gltf_file::{LoadError, Loaded};
 pub use image::{
-    BlockFormat, Blocks, Heights, Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture, Wrap,
+    BlockFormat, Blocks, HalfFloats, Heights, Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture,
+    Wrap,
 };
 pub use late_images::ON_ITS_WAY;
 pub use levels::{LevelOf, Levels};

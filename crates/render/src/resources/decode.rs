@@ -1,8 +1,8 @@
 //! Images are decoded and given their mips on threads of their own, few at a time in memory.
 
-use super::heights;
 use super::mips::{MipChain, half};
 use super::packing::{ImageSource, LayerImage, layer_images, layer_samplers_differ, layer_size};
+use super::{baked, heights};
 use manypass_scene::{BlockFormat, Heights, PixelFormat, Pixels, Scene};
 
 /// An image for the device, with what there is to say about it.
@@ -51,6 +51,10 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
             };
             let decoded = images.unwrap_or_default().into_iter().map(decode).collect();
             return Decoded { chain: layers(decoded, is_srgb), warnings };
+        }
+        ImageSource::Light { image } => {
+            let chain = decode_light(scene, image, limit, &mut warnings);
+            return Decoded { chain, warnings };
         }
         ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limit, &mut warnings), is_srgb),
         ImageSource::Packed { occlusion, metallic_roughness } => {
@@ -102,6 +106,29 @@ fn decode_heights(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<St
     let scaled = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(most)).max(1) as u32;
     let (width, height) = (scaled(heights.width), scaled(heights.height));
     Some(heights.resized(width, height))
+}
+
+/// Light that was baked; none, with a warning, if it cannot be decoded.
+fn decode_light(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<String>) -> Option<MipChain> {
+    let source = scene.images.get(image)?;
+    let name = &source.name;
+    let light = match source.decode_light() {
+        Ok(light) => light,
+        Err(error) => {
+            warnings.push(format!("image {image} `{name}` cannot be decoded, and materials do without it: {error}"));
+            return None;
+        }
+    };
+    if light.cut_count > 0 {
+        let count = light.cut_count;
+        warnings.push(format!(
+            "image {image} `{name}`: {count} values are no light, or too bright; what is no number is 0"
+        ));
+    }
+    if light.width.max(light.height) > limit {
+        warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
+    }
+    Some(baked::mip_chain(light, limit))
 }
 
 /// What becomes a layer of a texture.

@@ -19,7 +19,8 @@ pub fn upload_bytes(scene: &Scene) -> u64 {
         let (width, height) = layer_size(&sizes)?;
         let layers = if source.has_layers() { images.len() as u64 } else { 1 };
         // Mips add a third.
-        Some(u64::from(width) * u64::from(height) * layers * 4 * 4 / 3)
+        let bytes_a_texel = if source.is_light() { 8 } else { 4 };
+        Some(u64::from(width) * u64::from(height) * layers * bytes_a_texel * 4 / 3)
     });
     let (sum, largest, count) =
         sizes.fold((0, 0, 0u64), |(sum, largest, count), bytes: u64| (sum + bytes, bytes.max(largest), count + 1));

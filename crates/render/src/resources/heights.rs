@@ -1,6 +1,6 @@
 //! Heights as texels: 16 bits in two channels of eight, which `height.wgsl` puts together again.
 
-use super::mips::MipChain;
+use super::mips::{MipChain, Texels};
 use manypass_scene::{Heights, PixelFormat, Pixels};
 
 /// All mips of heights. They are halved before their bits are parted, so that no level loses any.
@@ -11,7 +11,7 @@ pub(super) fn mip_chain(heights: Heights) -> MipChain {
         last = half(&last);
         levels.push(texels(&last));
     }
-    MipChain { levels, layers: 1, blocks: None }
+    MipChain { levels, layers: 1, texels: Texels::Bytes }
 }
 
 /// The upper eight bits in red, the lower in green.

@@ -1,7 +1,7 @@
 //! What the layers of a material are on the device: which there are, their factors, and where their maps lie.
 
 use super::materials::Sampled;
-use super::packing::{ImageSource, layer_image, layer_images};
+use super::packing::{ImageSource, layer_image, layer_images, light_map};
 use super::textures::Textures;
 use crate::constants::{
     LAYER_ANISOTROPY, LAYER_BUMP, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_DISPERSION, LAYER_GLOSSINESS,
@@ -202,11 +202,8 @@ impl Layers {
         if bits & bit_of(LayerMap::Height) == 0 {
             bits &= !(RELIEF | LAYER_BUMP | LAYER_SELF_SHADOW);
         }
-        let baked = material.light_map.and_then(|baked| {
-            let reference = baked.light.texture?;
-            let texture = *scene.textures.get(reference.texture)?;
-            let source = ImageSource::Image { image: texture.image, is_srgb: baked.is_srgb };
-            Some((reference, (textures.view(scene, source)?.clone(), texture.sampler)))
+        let baked = light_map(scene, material).and_then(|(reference, sampler, source)| {
+            Some((reference, (textures.view(scene, source)?.clone(), sampler)))
         });
         match &baked {
             Some((reference, _)) => factors.light_map_rows = rows(reference),

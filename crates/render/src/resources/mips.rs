@@ -8,8 +8,19 @@ pub(super) struct MipChain {
     pub levels: Vec<Pixels>,
     /// How many images.
     pub layers: u32,
-    /// What the bytes of levels are, if they are compressed; none is four bytes a texel.
-    pub blocks: Option<BlockFormat>,
+    /// What the bytes of levels are.
+    pub texels: Texels,
+}
+
+/// What the bytes of a level are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Texels {
+    /// Four bytes a texel.
+    Bytes,
+    /// Four half floats a texel.
+    HalfFloats,
+    /// Compressed blocks.
+    Blocks(BlockFormat),
 }
 
 impl MipChain {
@@ -22,22 +33,27 @@ impl MipChain {
             let next = half(last, is_srgb);
             levels.push(next);
         }
-        Self { levels, layers: 1, blocks: None }
+        Self { levels, layers: 1, texels: Texels::Bytes }
     }
 
     /// The levels of a compressed image.
     pub fn of_blocks(levels: Vec<Blocks>, format: BlockFormat) -> Self {
         let level = |Blocks { width, height, data }| Pixels { width, height, format: PixelFormat::Rgba8, data };
-        Self { levels: levels.into_iter().map(level).collect(), layers: 1, blocks: Some(format) }
+        Self { levels: levels.into_iter().map(level).collect(), layers: 1, texels: Texels::Blocks(format) }
     }
 
     /// Its format on the device.
     pub fn format(&self, is_srgb: bool) -> wgpu::TextureFormat {
-        let (linear, srgb) = match self.blocks {
-            None => (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb),
-            Some(BlockFormat::Bc7) => (wgpu::TextureFormat::Bc7RgbaUnorm, wgpu::TextureFormat::Bc7RgbaUnormSrgb),
-            Some(BlockFormat::Etc2) => (wgpu::TextureFormat::Etc2Rgba8Unorm, wgpu::TextureFormat::Etc2Rgba8UnormSrgb),
-            Some(BlockFormat::Astc) => {
+        let (linear, srgb) = match self.texels {
+            Texels::Bytes => (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb),
+            Texels::HalfFloats => (wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba16Float),
+            Texels::Blocks(BlockFormat::Bc7) => {
+                (wgpu::TextureFormat::Bc7RgbaUnorm, wgpu::TextureFormat::Bc7RgbaUnormSrgb)
+            }
+            Texels::Blocks(BlockFormat::Etc2) => {
+                (wgpu::TextureFormat::Etc2Rgba8Unorm, wgpu::TextureFormat::Etc2Rgba8UnormSrgb)
+            }
+            Texels::Blocks(BlockFormat::Astc) => {
                 let astc = |channel| wgpu::TextureFormat::Astc { block: wgpu::AstcBlock::B4x4, channel };
                 (astc(wgpu::AstcChannel::Unorm), astc(wgpu::AstcChannel::UnormSrgb))
             }
@@ -100,7 +116,7 @@ pub(super) fn half(pixels: &Pixels, is_srgb: bool) -> Pixels {
 /// What a texel of the next mip covers along one side of `size` texels: the first texel and the weights from there on. An
 /// odd size 2 m + 1 becomes m, each of them as wide as 2 + 1/m texels, so that every texel counts for the same (polyphase
 /// box filter; Guthe & Heckbert 2005, "Non-power-of-two mipmap creation").
-fn footprint(size: usize, index: usize) -> (usize, [u64; 3]) {
+pub(super) fn footprint(size: usize, index: usize) -> (usize, [u64; 3]) {
     let half = size / 2;
     let weights = match size {
         1 => [1, 0, 0],

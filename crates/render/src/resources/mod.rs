@@ -1,6 +1,7 @@
 //! A scene on the device: geometry, materials, textures, and the tables that animation changes. It follows the scene: what
 //! is new is uploaded, what is gone is given back.
 
+mod baked;
 mod decode;
 pub(crate) mod environment;
 pub mod estimate;

@@ -1,7 +1,7 @@
 //! Which images become one texture: the occlusion of a material lies in the red channel that its metallic-roughness map
 //! leaves free, wherever both are placed and sampled alike. One sample and one upload less; the values are the same.
 
-use manypass_scene::{LayerMap, Material, Scene, TextureRef};
+use manypass_scene::{LayerMap, Material, Sampler, Scene, Texture, TextureRef};
 
 /// What becomes one texture on the device; that which takes longest to decode first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,6 +19,11 @@ pub(super) enum ImageSource {
         occlusion: usize,
         /// The image whose green and blue channels are roughness and metallic.
         metallic_roughness: usize,
+    },
+    /// Light that was baked, of half floats.
+    Light {
+        /// The image's index.
+        image: usize,
     },
     /// An image, as colour or as data. One that is used as both is there twice.
     Image {
@@ -39,13 +44,18 @@ impl ImageSource {
                 layers.into_iter().map(|layer| layer.image).collect()
             }
             Self::Packed { occlusion, metallic_roughness } => vec![occlusion, metallic_roughness],
-            Self::Image { image, .. } => vec![image],
+            Self::Image { image, .. } | Self::Light { image } => vec![image],
         }
     }
 
     /// Whether its values are sRGB colours.
     pub fn is_srgb(self) -> bool {
         matches!(self, Self::Image { is_srgb: true, .. } | Self::Layers { is_srgb: true, .. })
+    }
+
+    /// Whether its texels are half floats.
+    pub fn is_light(self) -> bool {
+        matches!(self, Self::Light { .. })
     }
 
     /// Whether it is a texture of layers.
@@ -118,6 +128,18 @@ pub(super) fn layer_size(sizes: &[(u32, u32)]) -> Option<(u32, u32)> {
     Some((width, height))
 }
 
+/// Where a material's baked light lies and how it is sampled, and what it is made from.
+pub(super) fn light_map(scene: &Scene, material: &Material) -> Option<(TextureRef, Sampler, ImageSource)> {
+    let baked = material.light_map?;
+    let reference = baked.light.texture?;
+    let Texture { image, sampler } = *scene.textures.get(reference.texture)?;
+    let source = match scene.images.get(image)?.holds_light() {
+        true => ImageSource::Light { image },
+        false => ImageSource::Image { image, is_srgb: baked.is_srgb },
+    };
+    Some((reference, sampler, source))
+}
+
 /// What the materials of a scene use.
 pub(super) fn wanted(scene: &Scene) -> Vec<ImageSource> {
     let mut wanted = std::collections::BTreeSet::new();
@@ -137,9 +159,6 @@ pub(super) fn wanted(scene: &Scene) -> Vec<ImageSource> {
         want(material.base_color_texture, true);
         want(material.normal_texture, false);
         want(material.emissive_texture, true);
-        if let Some(baked) = material.light_map {
-            want(baked.light.texture, baked.is_srgb);
-        }
         match shared_texel(scene, material) {
             Some((occlusion, metallic_roughness)) if occlusion != metallic_roughness => {
                 wanted.insert(ImageSource::Packed { occlusion, metallic_roughness });
@@ -149,6 +168,7 @@ pub(super) fn wanted(scene: &Scene) -> Vec<ImageSource> {
                 want(material.occlusion_texture, false);
             }
         }
+        wanted.extend(light_map(scene, material).map(|(_, _, source)| source));
     }
     wanted.into_iter().collect()
 }

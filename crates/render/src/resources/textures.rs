@@ -3,7 +3,7 @@
 use super::Followed;
 use super::decode::{Decoded, Limits, decode_all};
 use super::filtering::Sampling;
-use super::mips::MipChain;
+use super::mips::{MipChain, Texels};
 use super::packing::{ImageSource, layer_images, wanted};
 use crate::gpu::Gpu;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
@@ -13,7 +13,7 @@ use std::sync::{Arc, Weak};
 
 /// An image's place in memory. As long as somebody holds on to it no other image takes the place.
 #[derive(Clone, Debug)]
-enum Texels {
+enum Held {
     Encoded { _held: Weak<[u8]> },
     Pixels { _held: Weak<Pixels> },
 }
@@ -33,6 +33,9 @@ enum Content {
         image: Address,
         is_srgb: bool,
     },
+    Light {
+        image: Address,
+    },
     Packed {
         occlusion: Address,
         metallic_roughness: Address,
@@ -46,7 +49,7 @@ struct Uploaded {
     bytes: u64,
     warnings: Vec<String>,
     /// The images that it was made from.
-    _made_from: Vec<Texels>,
+    _made_from: Vec<Held>,
 }
 
 /// The textures of a scene.
@@ -153,12 +156,12 @@ pub(super) fn address_of(image: &manypass_scene::Image) -> Address {
     }
 }
 
-fn texels_of(scene: &Scene, image: usize) -> Option<(Address, Texels)> {
+fn texels_of(scene: &Scene, image: usize) -> Option<(Address, Held)> {
     use manypass_scene::image::ImageSource as Source;
     let image = scene.images.get(image)?;
     let texels = match &image.source {
-        Source::Encoded(bytes) => Texels::Encoded { _held: Arc::downgrade(bytes) },
-        Source::Pixels(pixels) => Texels::Pixels { _held: Arc::downgrade(pixels) },
+        Source::Encoded(bytes) => Held::Encoded { _held: Arc::downgrade(bytes) },
+        Source::Pixels(pixels) => Held::Pixels { _held: Arc::downgrade(pixels) },
         Source::Loading(_) => return None,
     };
     Some((address_of(image), texels))
@@ -176,6 +179,7 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
             Content::Layers { images: images.collect::<Option<_>>()?, is_srgb }
         }
         ImageSource::Image { image, is_srgb } => Content::Image { image: address(image)?, is_srgb },
+        ImageSource::Light { image } => Content::Light { image: address(image)? },
         ImageSource::Packed { occlusion, metallic_roughness } => {
             Content::Packed { occlusion: address(occlusion)?, metallic_roughness: address(metallic_roughness)? }
         }
@@ -196,9 +200,10 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool, has_layers: b
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let [unit_texels, unit_bytes] = match chain.blocks {
-        Some(_) => [BlockFormat::SIDE, BlockFormat::BYTES],
-        None => [1, 4],
+    let [unit_texels, unit_bytes] = match chain.texels {
+        Texels::Blocks(_) => [BlockFormat::SIDE, BlockFormat::BYTES],
+        Texels::HalfFloats => [1, 8],
+        Texels::Bytes => [1, 4],
     };
     for (level, pixels) in chain.levels.iter().enumerate() {
         let (across, down) = (pixels.width.div_ceil(unit_texels), pixels.height.div_ceil(unit_texels));

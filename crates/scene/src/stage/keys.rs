@@ -162,7 +162,11 @@ pub(super) const MATERIALS: StageTable = StageTable {
             StageType::Word(super::materials::CONVENTIONS),
             "Where green of their normal maps points: up, as in OpenGL and glTF, or down, as in DirectX; opengl.",
         ),
-        key("light_map", StageType::Text, "Light that was baked: an image, its path from the folder of the stage."),
+        key(
+            "light_map",
+            StageType::Text,
+            "Light that was baked: an image, its path from the folder of the stage; also a Radiance (.hdr) or OpenEXR (.exr) file, which is linear and may exceed 1.",
+        ),
         key("light_map_texcoord", UV_SET, "The UV set of the light map; 1."),
         key(
             "light_map_intensity",
@@ -172,7 +176,7 @@ pub(super) const MATERIALS: StageTable = StageTable {
         key(
             "light_map_encoding",
             StageType::Word(super::materials::ENCODINGS),
-            "Whether its texels are linear or sRGB; linear.",
+            "Whether its texels are linear or sRGB; linear, as those of .hdr and .exr always are.",
         ),
         key("occlusion_map", StageType::Text, "Baked occlusion, in red and linear: an image in place of the model's."),
         key("occlusion_texcoord", UV_SET, "The UV set of `occlusion_map`; 1."),

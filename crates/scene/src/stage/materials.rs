@@ -6,7 +6,7 @@ use crate::gltf_file::{MAX_FILE_BYTES, texel_budget_bytes};
 use crate::material::{DetailMaps, HeightMap, HeightMethod, LightMap, Mapped};
 use crate::{Diagnostic, Image, ImageSource, Material, Sampler, Scene, Texture, TextureRef, TextureTransform, Wrap};
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The words of `height_method`.
 pub(super) const METHODS: &[&str] = &["bump", "parallax", "steep", "occlusion"];
@@ -113,6 +113,25 @@ impl MaterialChange {
         let of_height = self.height.iter().map(|(image, _)| image);
         let of_light = self.light_map.iter().map(|(image, ..)| image);
         others.chain(of_height).chain(of_detail).chain(of_light)
+    }
+
+    /// Files of light are for light maps alone, and linear.
+    fn check_light(&self, source: &Source, holds_light: impl Fn(&str) -> bool) -> Result<(), Box<Diagnostic>> {
+        let baked = self.light_map.as_ref();
+        for image in self.images().filter(|image| holds_light(&image.value)) {
+            let is_baked = baked.is_some_and(|(light, ..)| light.range == image.range);
+            if !is_baked {
+                let message = format!("`{}` holds light, which `light_map` alone takes", image.value);
+                return Err(
+                    source.fault(image.range.clone(), format!("{message}; name a PNG, JPEG, WebP or KTX2 file"))
+                );
+            }
+            if baked.is_some_and(|(_, light_map, _)| light_map.is_srgb) {
+                let message = format!("`{}` holds linear light; leave out `light_map_encoding`", image.value);
+                return Err(source.fault(image.range.clone(), message));
+            }
+        }
+        Ok(())
     }
 
     /// Changes all that have the name, with maps that `images` has read. What is odd but does not hinder is told in `warnings`.
@@ -247,13 +266,14 @@ impl StageImages {
     /// One cannot be read, or all of them take too much memory together.
     pub(super) fn read<'c>(
         source: &Source,
-        changes: impl Iterator<Item = &'c MaterialChange>,
+        changes: impl Iterator<Item = &'c MaterialChange> + Clone,
         scene: &mut Scene,
         resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     ) -> Result<Self, Box<Diagnostic>> {
         let mut read = Self::default();
         let (mut encoded_bytes, mut texel_bytes) = (0_u64, 0_u64);
-        for name in changes.flat_map(MaterialChange::images) {
+        let mut of_light = HashSet::new();
+        for name in changes.clone().flat_map(MaterialChange::images) {
             if read.images.contains_key(&name.value) {
                 continue;
             }
@@ -262,7 +282,11 @@ impl StageImages {
             encoded_bytes += bytes.len() as u64;
             let image = Image { name: name.value.clone(), source: ImageSource::Encoded(bytes.into()) };
             let (width, height) = image.dimensions().map_err(|error| fault(error.to_string()))?;
-            texel_bytes += u64::from(width) * u64::from(height) * 4;
+            let bytes_a_texel = if image.holds_light() { 8 } else { 4 };
+            if image.holds_light() {
+                of_light.insert(name.value.clone());
+            }
+            texel_bytes += u64::from(width) * u64::from(height) * bytes_a_texel;
             let budget_bytes = texel_budget_bytes(encoded_bytes);
             if texel_bytes > budget_bytes || encoded_bytes > MAX_FILE_BYTES {
                 let most = budget_bytes >> 20;
@@ -270,6 +294,9 @@ impl StageImages {
             }
             read.images.insert(name.value.clone(), scene.images.len());
             scene.images.push(image);
+        }
+        for change in changes {
+            change.check_light(source, |name| of_light.contains(name))?;
         }
         Ok(read)
     }

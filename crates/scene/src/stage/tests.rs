@@ -115,6 +115,31 @@ fn materials_get_maps_that_the_model_has_not() {
     assert!(error.starts_with("a.stage.toml:5:13: error: image \"a.png\"") || error.contains("b.png"), "{error}");
 }
 
+/// A pixel of light.
+const LIGHT: &[u8] = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x83";
+
+#[test]
+fn files_of_light_are_for_light_maps_alone() {
+    let apply = |keys: &str| {
+        let text = format!("model = \"m.glb\"\n[[materials]]\nname = \"glass\"\n{keys}");
+        let mut scene = model();
+        let files = |name: &str| Ok(if name.ends_with(".hdr") { LIGHT.to_vec() } else { TEXEL.to_vec() });
+        let applied = Stage::parse("a.stage.toml", &text).unwrap().apply_with(&mut scene, &mut { files });
+        applied.map(|_| scene).map_err(|error| error.to_string())
+    };
+    let scene = apply("light_map = \"a.hdr\"\nocclusion_map = \"b.png\"").unwrap();
+    let light = scene.images.iter().find(|image| image.holds_light()).unwrap();
+    assert_eq!(light.decode_light().unwrap().texels[0].map(f32::from), [4.0, 4.0, 4.0, 1.0]);
+    for (keys, expected) in [
+        ("emissive_map = \"a.hdr\"", "4:16: error: `a.hdr` holds light, which `light_map` alone takes"),
+        ("light_map = \"a.hdr\"\ndetail_color_map = \"a.hdr\"\ndetail_scale = 2", "5:20: error: `a.hdr` holds light"),
+        ("light_map = \"a.hdr\"\nlight_map_encoding = \"srgb\"", "4:13: error: `a.hdr` holds linear light"),
+    ] {
+        let error = apply(keys).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 /// Texts below `model`, and what the error begins with and contains.
 const WRONG: &[(&str, &str, &str)] = &[
     ("[[light]]", "2:3: error: no key of a stage is called `light`; did you mean `lights`?", ""),
