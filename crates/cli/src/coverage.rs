@@ -64,20 +64,23 @@ pub fn is_dark(scene: &Scene) -> bool {
     !is_lit && !scene.materials.iter().any(glows)
 }
 
-/// The boxes of what is drawn, of each primitive, or of the whole mesh where that is deformed; and whether it has volume in
-/// its own space: a plane has none however it is turned, and from behind it may not show.
+/// The boxes of what is drawn, of each primitive, or of the whole mesh where that is deformed; and whether it is drawn in any case and
+/// has volume in its own space: a plane has none however it is turned, and from behind it may not show. Of several levels one is
+/// drawn, or none.
 fn boxes_world(scene: &Scene) -> impl Iterator<Item = (Aabb, bool)> + '_ {
-    let of_node = |id| {
-        let node = scene.node(id);
-        let primitives = node.mesh.and_then(|mesh| scene.meshes.get(mesh)).map_or(&[][..], |mesh| &mesh.primitives);
-        let is_deformed = node.skin.is_some() || primitives.iter().any(|part| !part.morph_targets.is_empty());
-        let whole = is_deformed.then_some((node.bounds_world, true));
-        let parts = primitives.iter().filter(move |_| !is_deformed).filter(|part| !part.bounds.is_empty());
-        whole
-            .into_iter()
-            .chain(parts.map(|part| (part.bounds.transformed(&node.world_from_object), !is_thin(&part.bounds))))
-    };
-    scene.visible_nodes().into_iter().flat_map(of_node).filter(|(bounds, _)| !bounds.is_empty())
+    let of_node =
+        |(id, level): (_, Option<_>)| {
+            let node = scene.node(id);
+            let primitives = node.mesh.and_then(|mesh| scene.meshes.get(mesh)).map_or(&[][..], |mesh| &mesh.primitives);
+            let is_deformed = node.skin.is_some() || primitives.iter().any(|part| !part.morph_targets.is_empty());
+            let is_drawn = level.is_none();
+            let whole = is_deformed.then_some((node.bounds_world, is_drawn));
+            let parts = primitives.iter().filter(move |_| !is_deformed).filter(|part| !part.bounds.is_empty());
+            whole.into_iter().chain(parts.map(move |part| {
+                (part.bounds.transformed(&node.world_from_object), is_drawn && !is_thin(&part.bounds))
+            }))
+        };
+    scene.visible_levels().into_iter().flat_map(of_node).filter(|(bounds, _)| !bounds.is_empty())
 }
 
 fn is_thin(bounds: &Aabb) -> bool {
@@ -117,8 +120,45 @@ fn is_certainly_seen(camera: &View, bounds: &Aabb, size_px: Vec2) -> bool {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
     use super::*;
     use glam::Mat4;
+
+    /// A camera, and a node before it with the mesh of level 0, if there is one, and that of level 1.
+    fn leveled(has_mesh: [bool; 2]) -> Scene {
+        use manypass_scene::{Camera, Levels, Mesh, Node, NodeId, primitives};
+        let mut scene = Scene::default();
+        let ball = primitives::uv_sphere(1.0, 12, 6);
+        scene.meshes.push(Mesh { primitives: vec![ball], ..Mesh::default() }.into());
+        let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
+        scene.cameras.push(Camera { name: String::new(), projection });
+        scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
+        let of = |has_mesh: bool| Node { mesh: has_mesh.then_some(0), ..Node::default() };
+        let fine = scene.add_node(None, of(has_mesh[0]));
+        let coarse = NodeId(scene.nodes.len() as u32);
+        scene.nodes.push(of(has_mesh[1]));
+        // The coarser one is drawn unless the node fills the picture.
+        scene.node_mut(fine).levels = Some(Levels { coarser: vec![coarse], screen_coverage: vec![0.9, 0.0] });
+        scene.update_transforms();
+        scene
+    }
+
+    #[test]
+    fn what_is_drawn_at_one_level_alone_is_looked_for() {
+        let gpu = manypass::Gpu::headless(None).unwrap();
+        let mut renderer = Renderer::new(gpu).unwrap();
+        for (has_mesh, expected) in [([true, false], true), ([false, true], false), ([true, true], false)] {
+            let scene = leveled(has_mesh);
+            assert!(boxes_world(&scene).count() > 0, "{has_mesh:?}");
+            renderer.load(&scene).unwrap();
+            let request = FrameRequest::of_scene(&scene, 64, 64);
+            assert_eq!(is_empty(&mut renderer, &scene, &request).unwrap(), expected, "{has_mesh:?}");
+        }
+        // A scene that has surfaces at no level is none that is not seen.
+        let scene = leveled([false, false]);
+        renderer.load(&scene).unwrap();
+        assert!(!is_empty(&mut renderer, &scene, &FrameRequest::of_scene(&scene, 64, 64)).unwrap());
+    }
 
     #[test]
     fn only_solids_that_lie_whole_in_the_picture_are_certain() {

@@ -206,8 +206,15 @@ impl MaterialChange {
             self.occlusion.as_ref().map(|(image, set)| (image, *set)),
             self.emissive.as_ref().map(|(image, set)| (image, *set)),
         ];
+        // A material may be shown in a variant alone, or where the surface is small.
+        let is_changed = |material: usize| {
+            let coarser = scene.materials.get(material).and_then(|material| material.levels.as_ref());
+            let mut shown = coarser.into_iter().flat_map(|levels| &levels.coarser);
+            materials.contains(&material) || shown.any(|material| materials.contains(material))
+        };
         let is_without = |primitive: &crate::Primitive| {
-            primitive.uv1.is_empty() && primitive.material.is_some_and(|material| materials.contains(&material))
+            let of_variants = primitive.variant_materials.iter().map(|(_, material)| *material);
+            primitive.uv1.is_empty() && primitive.material.into_iter().chain(of_variants).any(is_changed)
         };
         if !scene.meshes.iter().flat_map(|mesh| &mesh.primitives).any(is_without) {
             return Vec::new();

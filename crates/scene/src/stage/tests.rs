@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use super::*;
-use crate::{Light, LightKind, Material, Node, SceneRoots};
+use crate::{Levels, Light, LightKind, Material, Mesh, Node, Primitive, SceneRoots};
 use glam::Vec3;
 use std::path::Path;
 
@@ -137,6 +137,35 @@ fn files_of_light_are_for_light_maps_alone() {
     ] {
         let error = apply(keys).unwrap_err();
         assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn surfaces_that_lack_a_uv_set_are_told_whichever_way_they_show_the_material() {
+    let text = "model = \"m.glb\"\n[[materials]]\nname = \"glass\"\nlight_map = \"a.png\"\n";
+    let stage = Stage::parse("a.stage.toml", text).unwrap();
+    let warnings = |primitive: Primitive, levels: Option<Levels<usize>>| {
+        let mut scene = model();
+        scene.materials.push(Material { name: "other".into(), levels, ..Material::default() });
+        scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+        stage.apply_with(&mut scene, &mut |_| Ok(TEXEL.to_vec())).unwrap()
+    };
+    let other = || Primitive { material: Some(1), ..Primitive::default() };
+    let in_a_variant = || Primitive { variant_materials: vec![(0, 0)], ..other() };
+    let coarser = || Some(Levels { coarser: vec![0], screen_coverage: Vec::new() });
+    assert!(warnings(other(), None).is_empty());
+    for (name, found) in [
+        ("own", warnings(Primitive { material: Some(0), ..Primitive::default() }, None)),
+        ("variant", warnings(in_a_variant(), None)),
+        ("level", warnings(other(), coarser())),
+    ] {
+        assert!(
+            matches!(&found[..], [line] if line.starts_with("`a.png` lies on UV set 1 of `glass`")),
+            "{name}: {found:?}"
+        );
+    }
+    for (primitive, levels) in [(in_a_variant(), None), (other(), coarser())] {
+        assert!(warnings(Primitive { uv1: vec![[0.0; 2]], ..primitive }, levels).is_empty());
     }
 }
 
