@@ -95,7 +95,7 @@ pub fn view_passes(
             radiance
         };
         let radiance = translucent_passes(r, settings, radiance, depth)?;
-        let radiance = resolve::record(r, radiance);
+        let radiance = resolve::record(r, "resolve", radiance);
         return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
     }
     let (outputs, gbuffer, depth) = surface_passes(r, variables)?;
@@ -158,7 +158,7 @@ fn behind_passes(
     name: &'static str,
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
-    let (radiance, mean) = resolve::record_between(r, radiance);
+    let (radiance, mean) = resolve::record_between(r, format!("{name}.resolve"), radiance);
     let behind = behind::record(r, name, mean.as_ref().unwrap_or(&radiance))?;
     Ok((radiance, behind))
 }

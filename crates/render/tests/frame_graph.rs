@@ -4,7 +4,7 @@ mod common;
 
 use manypass::gpu::Floor;
 use manypass::graph::{ColorLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing};
-use manypass::{Aov, DebugView, FogMode, FrameRequest, Gpu, Path, Renderer, TransparencyMode};
+use manypass::{Aov, DebugView, FogMode, FrameRequest, Gpu, Path, PixelSamples, Renderer, TransparencyMode};
 use std::collections::BTreeSet;
 use wgpu::TextureFormat as F;
 
@@ -237,6 +237,9 @@ fn passes_of_a_frame_have_names_of_their_own() {
                     settings.render.path = path;
                     (settings.transparency.refractive_layers, settings.transparency.mode) = (layers, mode);
                     (settings.fog.mode, settings.fog.density_per_m, settings.fog.scattering) = (fog, 0.1, 1.0);
+                    if path == Path::Forward && layers == 2 {
+                        settings.msaa.samples = PixelSamples::Four;
+                    }
                     settings.debug.view = if layers == 1 { DebugView::Overdraw } else { DebugView::Off };
                 });
                 request.want_aovs = vec![Aov::Depth, Aov::Emission, Aov::Motion, Aov::ObjectId];
@@ -248,7 +251,16 @@ fn passes_of_a_frame_have_names_of_their_own() {
             }
         }
     }
-    for name in ["transmissive.far", "transmissive.linear_depth", "behind.far.halve.1", "behind.halve.1", "fog.light"] {
+    for name in [
+        "resolve",
+        "behind.resolve",
+        "resolve.sum",
+        "transmissive.far",
+        "transmissive.linear_depth",
+        "behind.far.halve.1",
+        "behind.halve.1",
+        "fog.light",
+    ] {
         assert!(names.contains(name), "{name} is none of {names:?}");
     }
 }

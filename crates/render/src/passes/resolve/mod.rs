@@ -11,21 +11,27 @@ pub use settings::{MultisamplingSettings, PixelSamples};
 use crate::record::Recorder;
 use crate::transparency::Blended;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+use std::borrow::Cow;
 
 /// The mean of the samples of `color`, or `color` itself if each of its pixels has one.
-pub fn record(r: &mut Recorder<'_, '_>, color: Handle) -> Handle {
-    let (color, mean) = record_between(r, color);
+pub fn record(r: &mut Recorder<'_, '_>, name: impl Into<Cow<'static, str>>, color: Handle) -> Handle {
+    let (color, mean) = record_between(r, name, color);
     mean.unwrap_or(color)
 }
 
 /// The mean of the samples of `color` as it is so far, if each of its pixels has several; and `color`, to be drawn into further.
-pub fn record_between(r: &mut Recorder<'_, '_>, color: Handle) -> (Handle, Option<Handle>) {
+pub fn record_between(
+    r: &mut Recorder<'_, '_>,
+    name: impl Into<Cow<'static, str>>,
+    color: Handle,
+) -> (Handle, Option<Handle>) {
     let desc = color.desc();
     if desc.samples == 1 {
         return (color, None);
     }
-    let mean = r.texture_of("resolve", TextureDesc { samples: 1, ..desc });
-    let mut pass = r.graph.pass("resolve");
+    let name = name.into();
+    let mean = r.texture_of(name.clone(), TextureDesc { samples: 1, ..desc });
+    let mut pass = r.graph.pass(name);
     let color = pass.color(color, ColorLoad::Keep);
     let mean = pass.resolve(mean);
     (color, Some(mean))
@@ -33,7 +39,7 @@ pub fn record_between(r: &mut Recorder<'_, '_>, color: Handle) -> (Handle, Optio
 
 /// What is left of `blended` to be made one picture: where there are sums, shaders read them, and see one of each pixel.
 pub fn record_blended(r: &mut Recorder<'_, '_>, blended: Blended) -> Blended {
-    let Some(sums) = blended.sums else { return blended };
-    let sums = sums.map(|sum| record(r, sum));
-    Blended { radiance: record(r, blended.radiance), sums: Some(sums), ..blended }
+    let Some([sum, weights]) = blended.sums else { return blended };
+    let sums = Some([record(r, "resolve.sum", sum), record(r, "resolve.weights", weights)]);
+    Blended { radiance: record(r, "resolve.opaque", blended.radiance), sums, ..blended }
 }
