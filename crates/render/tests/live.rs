@@ -10,10 +10,10 @@ use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::graph::{PlannedAttachment, Target};
 use manypass::{Aov, Averaging, Environment, FrameRequest, Ground, Path, Renderer};
 use manypass_scene::image::ImageSource;
-use manypass_scene::material::Clearcoat;
+use manypass_scene::material::{Clearcoat, HeightMap, HeightMethod};
 use manypass_scene::{
-    AlphaMode, Image, Light, LightKind, Mapped, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels,
-    Primitive, Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, primitives,
+    AlphaMode, Camera, Image, Light, LightKind, Mapped, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels,
+    Primitive, Projection, Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, primitives,
 };
 use manypass_testkit::scenes;
 use std::sync::Arc;
@@ -444,4 +444,40 @@ fn an_image_that_comes_later_is_shown_from_then_on() {
             assert!(picture(&mut renderer, &waiting, way) == whole, "{way:?} with image {image}");
         }
     }
+}
+
+/// Relief is in shadow maps. Two materials that swap their height maps upload nothing, and their shadows swap all the same.
+#[test]
+fn shadows_follow_height_maps_that_are_swapped() {
+    let mut scene = Scene::default();
+    let kind = LightKind::Directional;
+    scene.lights.push(Light { intensity: 3.0, kind, casts_shadows: true, ..Light::default() });
+    // At a slant, so that what is high casts far.
+    let rotation = Quat::from_rotation_x(-0.5) * Quat::from_rotation_y(0.6);
+    scene.add_node(None, Node { rotation, light: Some(0), ..Node::default() });
+    let projection = Projection::Perspective { fov_y_rad: 0.6, near_m: 0.1, far_m: None };
+    scene.cameras.push(Camera { name: String::new(), projection });
+    scene.add_node(None, Node { translation: Vec3::Z * 4.0, camera: Some(0), ..Node::default() });
+    let (low, high) = ([0, 0, 0, 255], [255; 4]);
+    for (index, colors) in [[low, high], [high, high]].into_iter().enumerate() {
+        scene.textures.push(Texture { image: index, sampler: Default::default() });
+        scene.images.push(Image { name: String::new(), source: chequer(colors) });
+        let texture = reference(index).unwrap();
+        let height = HeightMap { texture, depth_m: 0.1, method: HeightMethod::Occlusion, self_shadow: false };
+        scene.materials.push(Material { height: Some(height), metallic_factor: 0.0, ..Material::default() });
+        let tile = Primitive { material: Some(index), ..primitives::cube(Vec3::new(1.0, 1.0, 0.2)) };
+        add_mesh(&mut scene, tile, Node { translation: Vec3::X * (1.2 * index as f32 - 0.6), ..Node::default() });
+    }
+    scene.update_transforms();
+    let way = (Path::Deferred, Ground::Shadow);
+    let mut live = renderer();
+    let mut anew = Renderer::new(live.gpu().clone()).unwrap();
+    let before = picture(&mut live, &scene, way);
+    let textures = [1, 0].map(|index| reference(index).unwrap());
+    for (material, texture) in scene.materials.iter_mut().zip(textures) {
+        material.height.as_mut().unwrap().texture = texture;
+    }
+    let swapped = picture(&mut live, &scene, way);
+    assert!(swapped != before);
+    assert!(swapped == picture(&mut anew, &scene, way), "the shadows are those of before");
 }

@@ -59,6 +59,8 @@ pub(crate) struct SceneResources {
 pub(crate) struct Followed {
     /// Bytes that were uploaded.
     pub written_bytes: u64,
+    /// Whether a mesh, a material or a texture is another one, though nothing of it had to be uploaded.
+    pub has_changed: bool,
     /// Whether buffers or textures were given back, or others took their place.
     pub has_moved: bool,
 }
@@ -116,11 +118,16 @@ impl SceneResources {
         cache: Option<&dyn Cache>,
     ) -> Followed {
         let geometry_bytes = self.geometry.follow(gpu, &scene.meshes);
-        let mut followed = Followed { written_bytes: geometry_bytes.unwrap_or(0), has_moved: geometry_bytes.is_some() };
+        let mut followed = Followed {
+            written_bytes: geometry_bytes.unwrap_or(0),
+            has_changed: geometry_bytes.is_some(),
+            has_moved: geometry_bytes.is_some(),
+        };
         if !self.followed.as_ref().is_some_and(|followed| followed.are_those_of(scene)) {
             let textures = self.textures.follow(gpu, scene);
             followed.written_bytes += textures.written_bytes + self.materials.follow(gpu, scene, &self.textures);
             followed.has_moved |= textures.has_moved;
+            followed.has_changed = true;
             self.followed = Some(Surfaces::of(scene));
         }
         let maps = scene.environment.iter().chain(computed);

@@ -110,7 +110,7 @@ impl Textures {
             upload_ms += started.elapsed().as_secs_f64() * 1e3;
         });
         self.decode_ms = (started.elapsed().as_secs_f64() * 1e3 - upload_ms).max(0.0);
-        Followed { written_bytes, has_moved }
+        Followed { written_bytes, has_changed: true, has_moved }
     }
 
     /// What could not be decoded.
