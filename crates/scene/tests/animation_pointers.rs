@@ -80,6 +80,30 @@ fn factors_of_materials_follow_their_keys() {
     assert_eq!(volume.attenuation_color, Vec3::splat(0.5));
 }
 
+/// Both move at once, whichever stands first; twice the same time gives twice the same light.
+#[test]
+fn colour_and_strength_of_emission_multiply_each_other() {
+    for is_strength_first in [false, true] {
+        let mut model = model("/materials/0/emissiveFactor", "VEC3", &[0.0, 0.0, 0.0, 1.0, 0.5, 2.0]);
+        let input = model.accessor(F32, "SCALAR", &floats(&[1.0, 3.0]));
+        let output = model.accessor(F32, "SCALAR", &floats(&[2.0, 6.0]));
+        let pointer = "/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength";
+        let target = json!({ "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": pointer } } });
+        let animation = &mut model.json["animations"][0];
+        animation["samplers"].as_array_mut().unwrap().push(json!({ "input": input, "output": output }));
+        let channels = animation["channels"].as_array_mut().unwrap();
+        let at = if is_strength_first { 0 } else { 1 };
+        channels.insert(at, json!({ "sampler": 1, "target": target }));
+        let mut scene = model.load().scene;
+        for _ in 0..2 {
+            scene.pose(0, 2.0);
+            assert_eq!(scene.materials[0].emissive_factor, Vec3::new(2.0, 1.0, 4.0), "{is_strength_first}");
+        }
+        scene.pose(0, 9.0);
+        assert_eq!(scene.materials[0].emissive_factor, Vec3::new(6.0, 3.0, 12.0));
+    }
+}
+
 #[test]
 fn layers_that_grow_from_nothing_are_the_files_own() {
     let mut growing = model("/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor", "SCALAR", &[0.0, 1.0]);

@@ -15,8 +15,10 @@ pub enum MaterialFactor {
     Roughness,
     NormalScale,
     OcclusionStrength,
-    /// Its colour times its strength.
+    /// Its colour times its strength, or without it where [`Self::EmissiveStrength`] is animated as well.
     Emissive,
+    /// What multiplies [`Self::Emissive`] of the same animation; nothing without that.
+    EmissiveStrength,
     /// Of [`AlphaMode::Mask`].
     AlphaCutoff,
     Ior,
@@ -140,6 +142,7 @@ impl MaterialFactor {
             Self::NormalScale => m.normal_scale = x,
             Self::OcclusionStrength => m.occlusion_strength = share,
             Self::Emissive => m.emissive_factor = color,
+            Self::EmissiveStrength => {}
             Self::AlphaCutoff => {
                 if let AlphaMode::Mask { cutoff } = &mut m.alpha_mode {
                     *cutoff = x.max(0.0);
@@ -218,6 +221,14 @@ impl Property {
         }
     }
 
+    /// The material whose emission it multiplies, and by how much.
+    fn strength(self, value: f32) -> Option<(usize, f32)> {
+        match self {
+            Self::Material(material, MaterialFactor::EmissiveStrength) => Some((material, value.max(0.0))),
+            _ => None,
+        }
+    }
+
     /// Sets it in a scene; values that are not used are 0.
     fn set(self, scene: &mut Scene, values: Vec4) {
         match self {
@@ -290,7 +301,7 @@ impl Property {
 impl Scene {
     /// Sets the animated properties that are none of [`super::Channel`]'s to their values at a time.
     pub(super) fn pose_properties(&mut self, animation: usize, time_secs: f32) {
-        let set: Vec<(Property, Vec4)> = self
+        let mut set: Vec<(Property, Vec4)> = self
             .animations
             .get(animation)
             .into_iter()
@@ -308,6 +319,13 @@ impl Scene {
                 Some((channel.property, Vec4::from(values)))
             })
             .collect();
+        let strengths: Vec<(usize, f32)> =
+            set.iter().filter_map(|(property, values)| property.strength(values.x)).collect();
+        for (property, values) in &mut set {
+            let of =
+                |(material, _): &&(usize, f32)| *property == Property::Material(*material, MaterialFactor::Emissive);
+            *values *= strengths.iter().find(of).map_or(1.0, |(_, strength)| *strength);
+        }
         set.into_iter().for_each(|(property, values)| property.set(self, values));
     }
 }

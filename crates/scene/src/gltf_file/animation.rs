@@ -25,6 +25,7 @@ pub(super) fn read_animations(document: &mut Document, scene: &mut Scene) -> Res
                 None => {}
             }
         }
+        settle_emission(document, &mut animation)?;
         scene.animations.push(animation);
     }
     Ok(())
@@ -49,7 +50,6 @@ fn read_channel(
         let pointer = extension.string("pointer")?.unwrap_or_default();
         let read = match pointer::target(pointer, scene) {
             Some(pointer::Target::Node(node, path)) => read_node(document, scene, &target, sampler, (node, path)),
-            Some(pointer::Target::EmissiveStrength(material)) => read_strength(document, sampler, material).map(Some),
             Some(pointer::Target::Property(property)) => read_property(document, sampler, property).map(Some),
             None => {
                 let message = format!("\"{pointer}\" cannot be animated; the channel is passed over");
@@ -135,12 +135,32 @@ fn read_property(document: &mut Document, sampler: &Json, property: Property) ->
         3 => read_values::<3>(document, sampler, count)?.into_flattened(),
         _ => read_values::<4>(document, sampler, count)?.into_flattened(),
     };
-    let mut channel = PropertyChannel { property, times_secs, interpolation, values };
-    if let Property::Material(material, MaterialFactor::Emissive) = property {
-        let (_, strength) = emission(document, material)?;
-        channel.values.iter_mut().for_each(|value| *value *= strength);
+    Ok(AnyChannel::Property(PropertyChannel { property, times_secs, interpolation, values }))
+}
+
+/// Where only one of a material's emission and its strength moves, the other is as the material has it; both multiply each other.
+fn settle_emission(document: &Document, animation: &mut Animation) -> Result<(), LoadError> {
+    let moved: Vec<Property> = animation.properties.iter().map(|channel| channel.property).collect();
+    let moves = |material, factor| moved.contains(&Property::Material(material, factor));
+    for channel in &mut animation.properties {
+        match channel.property {
+            Property::Material(material, MaterialFactor::Emissive)
+                if !moves(material, MaterialFactor::EmissiveStrength) =>
+            {
+                let (_, strength) = emission(document, material)?;
+                channel.values.iter_mut().for_each(|value| *value *= strength);
+            }
+            Property::Material(material, MaterialFactor::EmissiveStrength)
+                if !moves(material, MaterialFactor::Emissive) =>
+            {
+                let (factor, _) = emission(document, material)?;
+                channel.property = Property::Material(material, MaterialFactor::Emissive);
+                channel.values = channel.values.iter().flat_map(|strength| (factor * *strength).to_array()).collect();
+            }
+            _ => {}
+        }
     }
-    Ok(AnyChannel::Property(channel))
+    Ok(())
 }
 
 /// The emission of a material, and its strength.
@@ -151,16 +171,6 @@ fn emission(document: &Document, material: usize) -> Result<(Vec3, f32), LoadErr
     let extension = json.extension("KHR_materials_emissive_strength")?;
     let strength = extension.map(|extension| extension.number("emissiveStrength")).transpose()?.flatten();
     Ok((factor, strength.unwrap_or(1.0)))
-}
-
-/// The strength of a material's emission, times what it multiplies.
-fn read_strength(document: &mut Document, sampler: &Json, material: usize) -> Result<AnyChannel, LoadError> {
-    let property = Property::Material(material, MaterialFactor::Emissive);
-    let (factor, _) = emission(document, material)?;
-    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler)?;
-    let strengths = read_values::<1>(document, sampler, count)?;
-    let values = strengths.into_iter().flat_map(|[strength]| (factor * strength).to_array()).collect();
-    Ok(AnyChannel::Property(PropertyChannel { property, times_secs, interpolation, values }))
 }
 
 fn accessor(document: &Document, sampler: &Json, key: &str) -> Result<usize, LoadError> {

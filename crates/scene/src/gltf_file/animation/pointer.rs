@@ -11,11 +11,10 @@ pub(super) enum Target {
     Node(usize, &'static str),
     /// Anything else.
     Property(Property),
-    /// The strength of the emission of a material.
-    EmissiveStrength(usize),
 }
 
-const FACTORS: [(&str, MaterialFactor); 28] = [
+const FACTORS: [(&str, MaterialFactor); 29] = [
+    ("extensions/KHR_materials_emissive_strength/emissiveStrength", MaterialFactor::EmissiveStrength),
     ("pbrMetallicRoughness/baseColorFactor", MaterialFactor::BaseColor),
     ("pbrMetallicRoughness/metallicFactor", MaterialFactor::Metallic),
     ("pbrMetallicRoughness/roughnessFactor", MaterialFactor::Roughness),
@@ -117,9 +116,6 @@ pub(super) fn target(pointer: &str, scene: &Scene) -> Option<Target> {
         return NODE_PATHS.into_iter().find(|known| *known == path).map(|path| Target::Node(index, path));
     }
     if let Some((index, path)) = indexed(pointer, "/materials/", scene.materials.len()) {
-        if path == "extensions/KHR_materials_emissive_strength/emissiveStrength" {
-            return Some(Target::EmissiveStrength(index));
-        }
         if let Some((slot, part)) = path.split_once("/extensions/KHR_texture_transform/") {
             let part = match part {
                 "offset" => TransformPart::Offset,
