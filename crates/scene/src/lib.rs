@@ -43,7 +43,7 @@ pub use image::{
     BlockFormat, Blocks, HalfFloats, Heights, Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture,
     Wrap,
 };
-pub use late_images::ON_ITS_WAY;
+pub use late_images::{LateImages, ON_ITS_WAY};
 pub use levels::{LevelOf, Levels};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, LayerMap, Mapped, Material, ShadingModel, TextureRef, TextureTransform};

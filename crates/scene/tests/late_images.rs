@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Model, push};
-use manypass_scene::{ImageSource, ON_ITS_WAY, Scene, load_bytes};
+use manypass_scene::{Image, ImageSource, LateImages, ON_ITS_WAY, Scene, load_bytes};
 use serde_json::json;
 
 /// A picture of one texel.
@@ -63,4 +63,44 @@ fn images_are_taken_out_and_put_back() {
         scene.images[index].source = source;
     }
     assert_eq!(scene.images[0].dimensions(), Ok((1, 1)));
+}
+
+#[test]
+fn what_does_not_come_is_not_waited_for() {
+    let (mut scene, _) = load("wood floor.png");
+    let mut late = LateImages::withheld(&mut scene);
+    assert_eq!(late.missing().collect::<Vec<_>>(), ["wood floor.png"]);
+    assert!(!late.is_complete());
+    assert!(late.give(&mut scene, "wood floor.png", b"no picture".to_vec()).is_err() && !late.is_complete());
+    assert_eq!((late.give_up("other.png"), late.give_up("wood floor.png"), late.give_up("wood floor.png")), (0, 1, 0));
+    assert!(late.is_complete());
+    // It is drawn as without it.
+    assert!(matches!(scene.images[0].source, ImageSource::Loading(_)));
+}
+
+#[test]
+fn withheld_images_are_shown_one_by_one() {
+    let (mut scene, _) = load("wood floor.png");
+    scene.give_image("wood floor.png", PNG.to_vec()).unwrap();
+    let mut late = LateImages::withheld(&mut scene);
+    assert!(late.missing().next().is_none() && !late.is_complete() && scene.images[0].dimensions().is_err());
+    assert!(late.show_next(&mut scene) && late.is_complete() && !late.show_next(&mut scene));
+    assert_eq!(scene.images[0].dimensions(), Ok((1, 1)));
+}
+
+/// Looking at all images for each that comes would be a hundred million headers here: minutes.
+#[test]
+fn many_images_come_in_linear_time() {
+    let started = std::time::Instant::now();
+    let mut scene = Scene::default();
+    for index in 0..10_000 {
+        let source = ImageSource::Loading(format!("{index}.png").into());
+        scene.images.push(Image { name: String::new(), source });
+    }
+    let mut late = LateImages::of(&scene);
+    for index in 0..10_000 {
+        assert_eq!(late.give(&mut scene, &format!("{index}.png"), PNG.to_vec()), Ok(1));
+    }
+    assert!(late.is_complete() && scene.missing_images().is_empty());
+    assert!(started.elapsed().as_secs() < 10, "{:?}", started.elapsed());
 }

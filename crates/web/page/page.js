@@ -125,8 +125,6 @@ async function dress(late) {
   const step = (action) => inTurn(() => mine === opened && action(state.viewer));
   const drawn = () => mine === opened && !bare && draw();
   let came = late.length > 0;
-  /** The model stays without what cannot be had; the rest comes all the same. */
-  let failure;
   while (await step((viewer) => viewer.nextImage())) {
     came = true;
     await drawn();
@@ -137,13 +135,14 @@ async function dress(late) {
       await step((viewer) => viewer.giveImage(decodeURIComponent(uri), bytes));
       await drawn();
     } catch (error) {
-      failure ??= error;
+      // The model stays without what cannot be had; the rest comes all the same.
+      console.warn(`${uri}: ${error.message ?? error}`);
+      await step((viewer) => viewer.missImage(decodeURIComponent(uri), String(error.message ?? error)));
     }
   }
   if (!came || mine !== opened) return;
   say(state.viewer.warnings().slice(0, 5).join("\n"));
   await draw();
-  if (failure) throw failure;
 }
 
 /** Leaves the file's camera as soon as the user turns or zooms. */

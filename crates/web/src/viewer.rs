@@ -1,5 +1,6 @@
 //! The exported API.
 
+mod images;
 mod variables;
 
 use crate::camera;
@@ -11,9 +12,8 @@ use crate::types::{
 };
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
-    scene::{Aabb, Framing, ImageSource, ON_ITS_WAY, Scene, Stage, demo, formats, stage},
+    scene::{Aabb, Framing, LateImages, Scene, Stage, demo, formats, stage},
 };
-use std::collections::VecDeque;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 
@@ -26,8 +26,8 @@ pub struct Viewer {
     canvas: Canvas,
     renderer: Renderer,
     scene: Option<Scene>,
-    /// Images that are there, and are shown one by one.
-    later: VecDeque<(usize, ImageSource)>,
+    /// Images that come after the model.
+    late: LateImages,
     /// What an automatic camera shows whole.
     framing: Framing,
     warnings: Vec<String>,
@@ -67,7 +67,7 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
         canvas,
         renderer: Renderer::new(gpu)?,
         scene: None,
-        later: VecDeque::new(),
+        late: LateImages::default(),
         framing: Framing::of_bounds(&Aabb::EMPTY),
         warnings: Vec::new(),
         options: Options::default(),
@@ -136,7 +136,7 @@ impl Viewer {
         }
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
-        self.later.clear();
+        self.late = LateImages::default();
         self.options = options;
         self.forget_frame();
         self.renderer.load(&scene)?;
@@ -144,15 +144,6 @@ impl Viewer {
         self.warnings.extend(self.renderer.warnings());
         self.framing = Framing::of_scene(&scene);
         self.scene = Some(scene);
-        Ok(())
-    }
-
-    /// Once all images are there, light is metered anew, and what is wrong with them is said.
-    fn finish_images(&mut self) -> Result<(), JsError> {
-        let Some(scene) = self.scene.as_ref().filter(|scene| scene.missing_images().is_empty()) else { return Ok(()) };
-        self.renderer.load(scene)?;
-        self.warnings.extend(self.renderer.warnings());
-        self.metering = None;
         Ok(())
     }
 
@@ -179,63 +170,6 @@ impl Viewer {
     pub fn load(&mut self, bytes: Vec<u8>, resources: Option<Resources>) -> Result<(), JsError> {
         let loaded = formats::load_bytes(&bytes, &mut resolver(resources), "the model")?;
         self.take(loaded.scene, loaded.warnings, None)
-    }
-
-    /// As `load`, but the model is there before its textures: those in the file come with `nextImage`, one at a time, and those of files
-    /// at the addresses `late` with `giveImage`. Until then materials are drawn as without them.
-    ///
-    /// # Errors
-    /// As those of `load`.
-    #[wasm_bindgen(js_name = loadBeforeImages)]
-    pub fn load_before_images(
-        &mut self,
-        bytes: Vec<u8>,
-        resources: Option<Resources>,
-        late: Vec<String>,
-    ) -> Result<(), JsError> {
-        let mut resolve = resolver(resources);
-        let mut later = |uri: &str| {
-            let is_late = late.iter().any(|late| late == uri || decode_uri(late) == uri);
-            resolve(uri).map_err(|message| if is_late { ON_ITS_WAY.to_owned() } else { message })
-        };
-        let mut loaded = formats::load_bytes(&bytes, &mut later, "the model")?;
-        let images = loaded.scene.withhold_images();
-        self.take(loaded.scene, loaded.warnings, None)?;
-        self.later = images.into();
-        Ok(())
-    }
-
-    /// The decoded addresses of the image files that the model still waits for.
-    #[wasm_bindgen(js_name = missingImages)]
-    pub fn missing_images(&self) -> Vec<String> {
-        let missing = self.scene.iter().flat_map(Scene::missing_images);
-        missing.filter(|uri| !uri.starts_with('#')).map(|uri| uri.to_string()).collect()
-    }
-
-    /// Takes an image file that the model waits for. The next `render` shows it.
-    ///
-    /// # Errors
-    /// When it is no image; the model stays without it.
-    #[wasm_bindgen(js_name = giveImage)]
-    pub fn give_image(&mut self, uri: &str, bytes: Vec<u8>) -> Result<(), JsError> {
-        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("no model is loaded"))?;
-        scene.give_image(uri, bytes)?;
-        self.finish_images()
-    }
-
-    /// Takes the next of the images that came with the model, so that the next `render` shows it. False if there is none left.
-    ///
-    /// # Errors
-    /// When the device fails.
-    #[wasm_bindgen(js_name = nextImage)]
-    pub fn next_image(&mut self) -> Result<bool, JsError> {
-        let Some(scene) = &mut self.scene else { return Ok(false) };
-        let Some((index, source)) = self.later.pop_front() else { return Ok(false) };
-        if let Some(image) = scene.images.get_mut(index) {
-            image.source = source;
-        }
-        self.finish_images()?;
-        Ok(true)
     }
 
     /// Takes a stage, `NAME.stage.toml`, with its model under the name that `stageModel` gives, the files that the model

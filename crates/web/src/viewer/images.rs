@@ -1,0 +1,96 @@
+//! Images that come after the model which shows them.
+
+use super::{Viewer, resolver};
+use crate::types::{Resources, decode_uri};
+use manypass::scene::{LateImages, ON_ITS_WAY, formats};
+use std::collections::HashSet;
+use wasm_bindgen::prelude::*;
+
+#[wasm_bindgen]
+impl Viewer {
+    /// As `load`, but the model is there before its textures: those in the file come with `nextImage`, one at a time, and those of files
+    /// at the addresses `late` with `giveImage`, or `missImage` where they cannot be had. Until then materials are drawn as without them.
+    ///
+    /// # Errors
+    /// As those of `load`.
+    #[wasm_bindgen(js_name = loadBeforeImages)]
+    pub fn load_before_images(
+        &mut self,
+        bytes: Vec<u8>,
+        resources: Option<Resources>,
+        late: Vec<String>,
+    ) -> Result<(), JsError> {
+        let mut resolve = resolver(resources);
+        let decoded: HashSet<String> = late.iter().map(|late| decode_uri(late)).collect();
+        let late: HashSet<String> = late.into_iter().collect();
+        let mut later = |uri: &str| {
+            let is_late = late.contains(uri) || decoded.contains(uri);
+            resolve(uri).map_err(|message| if is_late { ON_ITS_WAY.to_owned() } else { message })
+        };
+        let mut loaded = formats::load_bytes(&bytes, &mut later, "the model")?;
+        let images = LateImages::withheld(&mut loaded.scene);
+        self.take(loaded.scene, loaded.warnings, None)?;
+        self.late = images;
+        Ok(())
+    }
+
+    /// The decoded addresses of the image files that the model still waits for.
+    #[wasm_bindgen(js_name = missingImages)]
+    pub fn missing_images(&self) -> Vec<String> {
+        self.late.missing().map(str::to_owned).collect()
+    }
+
+    /// Takes an image file that the model waits for. The next `render` shows it.
+    ///
+    /// # Errors
+    /// When it is no image; the model stays without it, as after `missImage`.
+    #[wasm_bindgen(js_name = giveImage)]
+    pub fn give_image(&mut self, uri: &str, bytes: Vec<u8>) -> Result<(), JsError> {
+        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("no model is loaded"))?;
+        match self.late.give(scene, uri, bytes) {
+            Ok(_) => self.finish_images(),
+            Err(error) => {
+                self.miss_image(uri, &error.to_string())?;
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Says that an image file which the model waits for does not come, and why: materials stay without it, with a warning.
+    ///
+    /// # Errors
+    /// When the device fails.
+    #[wasm_bindgen(js_name = missImage)]
+    pub fn miss_image(&mut self, uri: &str, reason: &str) -> Result<(), JsError> {
+        if self.late.give_up(uri) > 0 {
+            self.warnings.push(format!("image `{uri}` did not come, and materials do without it: {reason}"));
+            self.finish_images()?;
+        }
+        Ok(())
+    }
+
+    /// Takes the next of the images that came with the model, so that the next `render` shows it. False if there is none left.
+    ///
+    /// # Errors
+    /// When the device fails.
+    #[wasm_bindgen(js_name = nextImage)]
+    pub fn next_image(&mut self) -> Result<bool, JsError> {
+        let Some(scene) = &mut self.scene else { return Ok(false) };
+        let is_there = self.late.show_next(scene);
+        if is_there {
+            self.finish_images()?;
+        }
+        Ok(is_there)
+    }
+}
+
+impl Viewer {
+    /// Once no image is to come any more, light is metered anew, and what is wrong with them is said.
+    fn finish_images(&mut self) -> Result<(), JsError> {
+        let Some(scene) = self.scene.as_ref().filter(|_| self.late.is_complete()) else { return Ok(()) };
+        self.renderer.load(scene)?;
+        self.warnings.extend(self.renderer.warnings());
+        self.metering = None;
+        Ok(())
+    }
+}
