@@ -269,7 +269,7 @@ pub struct BenchArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Neither read nor keep what is made of a picture of the environment, in the user's folder of caches.
+    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's folder of caches.
     ///
     /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most. MANYPASS_NO_CACHE=1 is the same.
     #[arg(long)]
@@ -331,7 +331,7 @@ pub struct RenderArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Neither read nor keep what is made of a picture of the environment, in the user's folder of caches.
+    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's folder of caches.
     ///
     /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most. MANYPASS_NO_CACHE=1 is the same.
     #[arg(long)]

@@ -52,7 +52,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         stage => chosen.settings(bare(), stage.as_ref(), &mut effect_files)?,
     };
     job::check_settings(&settings)?;
-    warnings.extend(Surroundings::default().prepare(&mut scene, &settings)?);
+    warnings.extend(Surroundings::new(session::cache(!args.no_cache)).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();

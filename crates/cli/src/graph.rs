@@ -33,7 +33,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     };
     job::check_aovs(!aovs.is_empty(), &settings)?;
     job::check_settings(&settings)?;
-    warnings.extend(Surroundings::default().prepare(&mut scene, &settings)?);
+    warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
     scene.variant = looks::variant(&scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);

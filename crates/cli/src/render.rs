@@ -90,7 +90,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         plain_settings: &settings,
         settings: settings.clone(),
         renderer: ManuallyDrop::new(renderer),
-        surroundings: Surroundings::default(),
+        surroundings: Surroundings::new(session::cache(!args.no_cache)),
         ahead,
         effects,
         effect_files,

@@ -17,9 +17,14 @@ pub fn open(adapter: Option<&str>, has_cache: bool) -> Result<Renderer, Failure>
     memory::check_driver()?;
     let gpu = Gpu::headless(adapter).map_err(|error| gpu_failure(&error))?;
     let mut renderer = Renderer::new(gpu).map_err(|error| still_failure(&error.into()))?;
-    let cache = DiskCache::of_user().filter(|_| has_cache);
-    renderer.set_cache(cache.map(|cache| Arc::new(cache) as Arc<dyn Cache>));
+    renderer.set_cache(cache(has_cache));
     Ok(renderer)
+}
+
+/// The user's cache, if there is to be one.
+pub fn cache(has_cache: bool) -> Option<Arc<dyn Cache>> {
+    let cache = DiskCache::of_user().filter(|_| has_cache);
+    cache.map(|cache| Arc::new(cache) as Arc<dyn Cache>)
 }
 
 /// What a missing device means to the user.

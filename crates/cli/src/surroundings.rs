@@ -1,15 +1,17 @@
 //! What settings add to a scene before it is drawn: the picture of the light around it, and coarser levels of its meshes.
 
 use crate::failure::{Failure, Kind};
-use manypass::{Environment, Settings};
+use manypass::{Cache, Environment, Settings};
 use manypass_scene::{EnvironmentMap, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The picture that was read last: a batch has one for all of its inputs.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Surroundings {
     known: Option<(PathBuf, Arc<EnvironmentMap>)>,
+    /// Where coarser levels of meshes are looked for, and kept.
+    cache: Option<Arc<dyn Cache>>,
 }
 
 /// The picture that `settings` name, if anything is lit by it.
@@ -20,6 +22,11 @@ pub fn file(settings: &Settings) -> Option<&Path> {
 }
 
 impl Surroundings {
+    /// Nothing read yet.
+    pub fn new(cache: Option<Arc<dyn Cache>>) -> Self {
+        Self { known: None, cache }
+    }
+
     /// Gives `scene` the picture that `settings` name, if they name one, and coarser levels of meshes where they ask for some. Says
     /// what was changed, and what could not be done.
     ///
@@ -28,7 +35,7 @@ impl Surroundings {
     pub fn prepare(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
         let mut notes = self.surround(scene, settings)?;
         if settings.lod.simplify {
-            notes.extend(scene.simplify());
+            notes.extend(scene.simplify_with(self.cache.as_deref()));
         }
         Ok(notes)
     }

@@ -208,3 +208,46 @@ fn what_is_made_of_a_picture_is_kept_for_the_next_call() {
     std::fs::write(&cache, b"in the way").expect("a file");
     assert!(render("f.png", &[], "") == truth);
 }
+
+#[test]
+fn coarser_levels_of_meshes_are_kept_in_the_same_place() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = folder("levels_cache");
+    let cache = folder.join("cache");
+    let place = cache.display().to_string();
+    // A wavy sheet of 800 triangles.
+    let mut sheet = String::new();
+    for i in 0..21 * 21 {
+        let (x, y) = (f64::from(i % 21) / 10.0, f64::from(i / 21) / 10.0);
+        sheet += &format!("v {x} {y} {}\n", 0.2 * (4.0 * x).sin() * (3.0 * y).cos());
+    }
+    for i in 0..20 * 20 {
+        let at = i / 20 * 21 + i % 20 + 1;
+        sheet += &format!("f {at} {} {} {}\n", at + 1, at + 22, at + 21);
+    }
+    std::fs::write(folder.join("sheet.obj"), sheet).expect("a model");
+    let render = |out: &str, more: &[&str]| {
+        let coarse = ["--set", "lod.simplify=true", "--set", "lod.error_px=20", "--size", "64x64", "--quiet"];
+        let args = [&["render", "sheet.obj", "-o", out], &coarse[..], more].concat();
+        run_with(&folder, &args, &[("XDG_CACHE_HOME", &place), ("MANYPASS_NO_CACHE", "")]).expect(0);
+        std::fs::read(folder.join(out)).expect("a picture")
+    };
+    let kept = || -> Vec<String> {
+        let files = std::fs::read_dir(cache.join("manypass")).into_iter().flatten().flatten();
+        let names = files.map(|file| file.file_name().to_string_lossy().into_owned());
+        names.filter(|name| name.starts_with("levels-")).collect()
+    };
+    let truth = render("a.png", &["--no-cache"]);
+    assert!(kept().is_empty());
+    assert!(render("b.png", &[]) == truth && kept().len() == 1, "{:?}", kept());
+    assert!(render("c.png", &[]) == truth && kept().len() == 1);
+    assert!(render("d.png", &["--set", "lod.enabled=false"]) != truth);
+    // Many calls at once.
+    let render = &render;
+    std::thread::scope(|scope| {
+        let calls = ["e.png", "f.png", "g.png"].map(|out| scope.spawn(move || render(out, &[])));
+        calls.into_iter().for_each(|call| assert!(call.join().expect("a picture") == truth));
+    });
+}

@@ -20,7 +20,6 @@
 //! both.
 
 pub mod aov;
-mod cache;
 pub mod colour;
 pub mod constants;
 mod diagnostic;
@@ -54,7 +53,6 @@ mod transparency;
 mod view;
 
 pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
-pub use cache::Cache;
 pub use diagnostic::Diagnostic;
 pub use effect::{Effect, EffectFile, WgslEffect};
 pub use environment::{Background, Environment};
@@ -68,6 +66,7 @@ pub use lights::LightCulling;
 pub use manypass_graph as graph;
 pub use manypass_graph::Plan;
 pub use manypass_scene as scene;
+pub use manypass_scene::Cache;
 pub use passes::debug::DebugView;
 pub use passes::present::Target;
 pub use passes::resolve::PixelSamples;

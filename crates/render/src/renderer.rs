@@ -10,7 +10,6 @@ mod variables;
 
 pub use output::RenderedView;
 
-use crate::cache::Cache;
 use crate::draws::WorldDraws;
 use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
@@ -24,6 +23,7 @@ use ground::GroundState;
 #[cfg(not(target_arch = "wasm32"))]
 use manypass_graph::Plan;
 use manypass_graph::{Executor, PassTime};
+use manypass_scene::Cache;
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use shadows::ShadowState;

@@ -8,6 +8,7 @@
 
 pub mod animation;
 pub mod bounds;
+mod cache;
 pub mod camera;
 pub mod demo;
 mod diagnostic;
@@ -33,6 +34,7 @@ pub mod variants;
 
 pub use animation::{Animation, Channel, Interpolation, Keyframes, Skin};
 pub use bounds::Aabb;
+pub use cache::Cache;
 pub use camera::{Camera, Projection};
 pub use diagnostic::Diagnostic;
 pub use environment::{EnvironmentError, EnvironmentLayout, EnvironmentLight, EnvironmentMap};

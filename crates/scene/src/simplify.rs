@@ -4,7 +4,9 @@
 //! collapses onto one of its ends, so that every level is another list of triangles between the vertices that are there already:
 //! skins, colours and all else of a vertex stay as they are, and a level takes no memory but its indices.
 
-use crate::{Mesh, Primitive, PrimitiveLevel, Scene, Topology};
+mod stored;
+
+use crate::{Cache, Mesh, Primitive, PrimitiveLevel, Scene, Topology};
 use glam::Vec2;
 use meshoptimizer_rs::{
     Attributes, Error, Limits, Positions, SimplifyOptions, SimplifySettings, VertexFlags, Workspace, simplify_scale,
@@ -43,10 +45,15 @@ impl Scene {
     /// that have some keep them. Meshes with morph targets have none, because no level knows where they move. Says what
     /// could not be simplified; those meshes stay as they are.
     pub fn simplify(&mut self) -> Vec<String> {
+        self.simplify_with(None)
+    }
+
+    /// As [`Self::simplify`]. What `cache` has of the same meshes is taken from there, and what it lacks is put there.
+    pub fn simplify_with(&mut self, cache: Option<&dyn Cache>) -> Vec<String> {
         let wanted: Vec<usize> =
             (0..self.meshes.len()).filter(|mesh| self.meshes[*mesh].primitives.iter().any(is_wanted)).collect();
         let mut warnings = Vec::new();
-        for (mesh, made) in levels_of_all(&self.meshes, &wanted) {
+        for (mesh, made) in levels_from(cache, &self.meshes, &wanted) {
             match made {
                 Ok(levels) if levels.iter().any(|levels| !levels.is_empty()) => {
                     let primitives = &mut Arc::make_mut(&mut self.meshes[mesh]).primitives;
@@ -74,6 +81,22 @@ fn is_wanted(primitive: &Primitive) -> bool {
 }
 
 type Made = Result<Vec<Vec<PrimitiveLevel>>, Error>;
+
+/// The levels of the wanted meshes, all from a cache or made anew.
+fn levels_from(cache: Option<&dyn Cache>, meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, Made)> {
+    let cache = cache.filter(|_| !wanted.is_empty()).map(|cache| (cache, stored::name_of(meshes, wanted)));
+    let entry = cache.as_ref().and_then(|(cache, name)| cache.get(name));
+    if let Some(known) = entry.and_then(|entry| stored::levels_of(&entry, meshes, wanted)) {
+        return wanted.iter().copied().zip(known.into_iter().map(Ok)).collect();
+    }
+    let made = levels_of_all(meshes, wanted);
+    let whole: Option<Vec<_>> = made.iter().map(|(_, made)| made.as_ref().ok()).collect();
+    // What fails shall say so again.
+    if let (Some((cache, name)), Some(whole)) = (cache, whole) {
+        cache.put(&name, &stored::entry(whole.into_iter()));
+    }
+    made
+}
 
 #[cfg(target_arch = "wasm32")]
 fn levels_of_all(meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, Made)> {
@@ -261,6 +284,55 @@ mod tests {
         let before = Arc::as_ptr(&scene.meshes[0]);
         scene.simplify();
         assert_eq!(Arc::as_ptr(&scene.meshes[0]), before);
+    }
+
+    /// What was put there, and how often something was looked for and found.
+    #[derive(Debug, Default)]
+    struct Kept(std::sync::Mutex<(HashMap<String, Vec<u8>>, [u32; 2])>);
+
+    impl Cache for Kept {
+        fn get(&self, name: &str) -> Option<Vec<u8>> {
+            let (kept, [asked, found]) = &mut *self.0.lock().unwrap();
+            let entry = kept.get(name).cloned();
+            (*asked, *found) = (*asked + 1, *found + u32::from(entry.is_some()));
+            entry
+        }
+
+        fn put(&self, name: &str, bytes: &[u8]) {
+            self.0.lock().unwrap().0.insert(name.to_owned(), bytes.to_vec());
+        }
+    }
+
+    #[test]
+    fn levels_of_a_cache_are_those_that_were_made() {
+        let kept = Kept::default();
+        let scene = |segments: u32| {
+            let mut scene = scene_of(vec![primitives::uv_sphere(2.0, 2 * segments, segments)]);
+            scene.meshes.push(scene_of(vec![primitives::cube(Vec3::ONE)]).meshes.remove(0));
+            scene
+        };
+        let simplified = |segments: u32| {
+            let mut scene = scene(segments);
+            assert_eq!(scene.simplify_with(Some(&kept)), [""; 0]);
+            scene.meshes
+        };
+        let mut plain = scene(32);
+        plain.simplify();
+        for (asked, found) in [(1, 0), (2, 1)] {
+            assert!(simplified(32) == plain.meshes);
+            assert_eq!(kept.0.lock().unwrap().1, [asked, found]);
+        }
+        // Another mesh is another entry, and a broken entry none.
+        simplified(33);
+        assert_eq!(kept.0.lock().unwrap().1, [3, 1]);
+        kept.0.lock().unwrap().0.values_mut().for_each(|entry| entry[40] ^= 1);
+        assert!(simplified(32) == plain.meshes);
+        assert!(simplified(32) == plain.meshes);
+        assert_eq!(kept.0.lock().unwrap().1, [5, 3]);
+        // What has nothing to simplify asks nobody.
+        let mut cube = scene_of(vec![primitives::cube(Vec3::ONE)]);
+        cube.simplify_with(Some(&kept));
+        assert_eq!(kept.0.lock().unwrap().1, [5, 3]);
     }
 
     #[test]

@@ -64,7 +64,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let mut files = effect_files(&frame.change.effects)?;
     let chosen = Chosen::of_frame(frame)?;
     job::check_aovs(true, &chosen.settings(Settings::default(), None, &mut files)?)?;
-    let mut surroundings = Surroundings::default();
+    let mut surroundings = Surroundings::new(session::cache(true));
     let mut read = |argument: &str| -> Result<Read, Failure> {
         let input = one(argument)?;
         let Opened { mut scene, mut warnings, stage } = input.load()?;

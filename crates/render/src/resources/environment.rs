@@ -1,6 +1,5 @@
 //! The picture of the environment on the device.
 
-use crate::cache::Cache;
 use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use crate::environment::lobe::{Lobe, LobeTable, roughness_of_level};
 use crate::environment::suns::{Suns, suns};
@@ -10,6 +9,7 @@ use crate::gpu::Gpu;
 use glam::Vec3;
 use half::f16;
 use manypass_graph::TextureDesc;
+use manypass_scene::Cache;
 use manypass_scene::environment::{PrefilteredEnvironment, RADIANCE_MAX};
 use manypass_scene::{EnvironmentLight, EnvironmentMap};
 use std::sync::{Arc, Weak};

@@ -22,7 +22,6 @@ pub(crate) use pages::Place;
 pub(crate) use textures::Textures;
 pub(crate) use vertices::{ATTRIBUTES, Instance, STRIDES};
 
-use crate::cache::Cache;
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -30,6 +29,7 @@ use environment::EnvironmentTiles;
 use manypass_scene::{EnvironmentMap, Material, Scene, Texture};
 use std::sync::Arc;
 
+use manypass_scene::Cache;
 /// A scene on the device.
 #[derive(Debug)]
 pub(crate) struct SceneResources {
