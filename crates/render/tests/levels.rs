@@ -7,7 +7,7 @@ mod common;
 use common::{floats, ids, renderer};
 use glam::{Mat4, Vec3, Vec4};
 use manypass::{Aov, Background, Environment, FrameRequest, Ground, Path, Renderer, View};
-use manypass_scene::material::{Clearcoat, HeightMap, HeightMethod};
+use manypass_scene::material::{Anisotropy, Clearcoat, HeightMap, HeightMethod, Iridescence, Sheen, Specular};
 use manypass_scene::{
     Image, ImageSource, Levels, Light, LightKind, Mapped, Material, Mesh, Node, NodeId, PixelFormat, Pixels, Primitive,
     Projection, Scene, Texture, TextureRef, TextureTransform, primitives,
@@ -333,44 +333,185 @@ fn carved() -> Scene {
     scene
 }
 
+/// The ball around the box of a ball of 1 m is so wide in the picture from there.
+fn distance_of_width_m(width_px: f32) -> f32 {
+    3f32.sqrt() * 2.0 * SIDE as f32 / (2.0 * 0.2618f32.tan()) / width_px
+}
+
+/// The pixels of the middle alone, twice as many as something is wide there: so as if all of the picture were full of it.
+fn narrow(width_px: f32, mut request: FrameRequest) -> FrameRequest {
+    let side = 2 * width_px as u32;
+    let fov_y_rad = 2.0 * (0.2618f32.tan() * side as f32 / SIDE as f32).atan();
+    request.camera.projection = Projection::Perspective { fov_y_rad, near_m: 0.1, far_m: None };
+    FrameRequest { width: side, height: side, ..request }
+}
+
 #[test]
 fn what_is_seen_small_does_without_normal_maps_and_coats() {
-    do_without_when_small(&coated());
+    let scene = coated();
+    let mut without = scene.clone();
+    (without.materials[0].normal_texture, without.materials[0].clearcoat) = (None, None);
+    switch_at(16.0, &scene, &without);
 }
 
 #[test]
 fn what_is_seen_small_does_without_relief() {
-    do_without_when_small(&carved());
+    let scene = carved();
+    let mut without = scene.clone();
+    without.materials[0].height = None;
+    switch_at(16.0, &scene, &without);
 }
 
-fn do_without_when_small(scene: &Scene) {
+#[test]
+fn what_is_seen_smaller_does_without_layers() {
+    let mut scene = coated();
+    let without = &mut scene.materials[0];
+    (without.normal_texture, without.clearcoat) = (None, None);
+    let without = scene.clone();
+    let material = &mut scene.materials[0];
+    material.sheen = Some(Sheen { color: Mapped::new(Vec3::splat(0.3)), roughness: Mapped::new(0.4) });
+    switch_at(8.0, &scene, &without);
+    let mut scene = without.clone();
+    let material = &mut scene.materials[0];
+    material.anisotropy = Some(Anisotropy { strength: 0.8, ..Anisotropy::default() });
+    switch_at(8.0, &scene, &without);
+    let mut scene = without.clone();
+    let film = Iridescence { weight: Mapped::new(1.0), thickness_max_nm: 300.0, ..Iridescence::default() };
+    scene.materials[0].iridescence = Some(film);
+    switch_at(8.0, &scene, &without);
+    // Half of the weight of reflection is left in the plain one.
+    let mut scene = without.clone();
+    scene.materials[0].specular = Some(Specular { weight: Mapped::new(0.5), ..Specular::default() });
+    let mut half = without;
+    half.materials[0].ior = 1.33;
+    switch_at(8.0, &scene, &half);
+}
+
+/// What the G-buffer cannot hold by far stays as it is, and so does what light comes through.
+#[test]
+fn what_layers_make_of_a_surface_stays() {
+    let mut renderer = renderer();
+    let with = |change: fn(&mut Material)| {
+        let mut scene = coated();
+        (scene.materials[0].normal_texture, scene.materials[0].clearcoat) = (None, None);
+        change(&mut scene.materials[0]);
+        scene
+    };
+    let gold = Specular { color: Mapped::new(Vec3::new(20.0, 10.0, 2.0)), ..Specular::default() };
+    let scenes = [
+        with(|material| material.specular = Some(Specular { glossiness: Some(0.7), ..Specular::default() })),
+        with(|material| material.transmission = Some(Mapped::new(0.8))),
+        with(|material| material.diffuse_transmission = Some(Default::default())),
+    ];
+    let mut golden = with(|_| ());
+    golden.materials[0].specular = Some(gold);
+    for scene in scenes.iter().chain([&golden]) {
+        let small =
+            |materials: bool| narrow(3.0, request(distance_of_width_m(3.0))).with(|s| s.lod.materials = materials);
+        assert!(picture(&mut renderer, scene, &small(true)) == picture(&mut renderer, scene, &small(false)));
+    }
+}
+
+/// A ball with a texture that says all: colours, roughness, metal, occlusion and emission.
+fn printed() -> Scene {
+    let mut scene = coated();
+    let material = &mut scene.materials[0];
+    (material.normal_texture, material.clearcoat) = (None, None);
+    let texel = |i: u32| {
+        let (x, y) = (i % 64, i / 64);
+        let check = if (x / 4 + y / 4) % 2 == 0 { 60 } else { 200 };
+        [check, 90 + (x % 32) as u8, 128, 255]
+    };
+    let data = (0..64 * 64).flat_map(texel).collect();
+    let pixels = Pixels { width: 64, height: 64, format: PixelFormat::Rgba8, data };
+    scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
+    scene.textures.push(Texture { image: 1, sampler: Default::default() });
+    let texture = Some(TextureRef { texture: 1, uv_set: 0, transform: TextureTransform::default() });
+    let material = &mut scene.materials[0];
+    (material.base_color_texture, material.metallic_roughness_texture) = (texture, texture);
+    (material.occlusion_texture, material.emissive_texture) = (texture, texture);
+    (material.metallic_factor, material.roughness_factor) = (0.6, 0.9);
+    material.emissive_factor = Vec3::new(0.1, 0.05, 0.0);
+    material.base_color_factor = Vec4::ONE;
+    scene
+}
+
+#[test]
+fn what_is_seen_smallest_has_the_means_of_its_textures() {
+    let scene = printed();
     let mut without = scene.clone();
     let material = &mut without.materials[0];
-    (material.normal_texture, material.clearcoat, material.height) = (None, None, None);
+    (material.base_color_texture, material.metallic_roughness_texture) = (None, None);
+    (material.occlusion_texture, material.emissive_texture) = (None, None);
+    // Of the texture as it is written above: half of it is 60, half 200, in sRGB and as numbers; on a ball rows count by their area,
+    // of which columns know nothing.
+    let linear = |srgb: f32| ((srgb / 255.0 + 0.055) / 1.055).powf(2.4);
+    let mean = |value: &dyn Fn(u32) -> f32| (0..32).map(value).sum::<f32>() / 32.0;
+    let green = |x: u32| (90 + x) as f32;
+    let color = Vec3::new(0.5 * (linear(60.0) + linear(200.0)), mean(&|x| linear(green(x))), linear(128.0));
+    material.base_color_factor = color.extend(1.0);
+    material.emissive_factor *= color;
+    material.roughness_factor *= mean(&green) / 255.0;
+    material.metallic_factor *= 128.0 / 255.0;
+    // Occlusion dims light of the environment; as a texture of one colour it is left there.
+    let data = vec![130, 255, 255, 255];
+    let pixels = Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data };
+    without.images[1].source = ImageSource::Pixels(pixels.into());
+    without.materials[0].occlusion_texture = scene.materials[0].occlusion_texture;
+    switch_at(4.0, &scene, &without);
+}
+
+/// A surface that shows another part of a texture than most keeps it.
+#[test]
+fn the_mean_of_a_texture_is_that_of_what_is_shown() {
+    let mut scene = printed();
+    let data = (0..64 * 64).flat_map(|i| if i % 64 < 32 { [250, 30, 30, 255] } else { [20, 30, 250, 255] }).collect();
+    let pixels = Pixels { width: 64, height: 64, format: PixelFormat::Rgba8, data };
+    scene.images[1].source = ImageSource::Pixels(pixels.into());
+    let material = &mut scene.materials[0];
+    (material.metallic_roughness_texture, material.occlusion_texture) = (None, None);
+    (material.emissive_texture, material.emissive_factor) = (None, Vec3::ZERO);
+    let half = |mesh: &mut Arc<Mesh>, offset: f32| {
+        let uvs = &mut Arc::make_mut(mesh).primitives[0].uv0;
+        uvs.iter_mut().for_each(|[u, _]| *u = offset + 0.1 + 0.3 * *u);
+    };
+    half(&mut scene.meshes[0], 0.0);
+    let mut renderer = renderer();
+    let mut error = |scene: &Scene| {
+        let mut at = |materials: bool| {
+            let request = narrow(4.0, request(distance_of_width_m(3.9))).with(|s| s.lod.materials = materials);
+            picture(&mut renderer, scene, &request)
+        };
+        let (reduced, whole) = (at(true), at(false));
+        (flip(&whole, &reduced).mean(), reduced != whole)
+    };
+    // Alone it is red, though half of the texture is blue.
+    let (alone, is_reduced) = error(&scene);
+    assert!(is_reduced && alone < 0.02, "{alone}");
+    // With a blue one of the same material neither is what their mean would be.
+    let mut other = (*scene.meshes[0]).clone();
+    other.primitives[0].uv0.iter_mut().for_each(|[u, _]| *u += 0.5);
+    scene.meshes.push(other.into());
+    assert_eq!(error(&scene), (0.0, false));
+}
+
+/// Shows `scene` where the ball around the ball is `width_px` wide: one step before that it is whole, and one behind it looks like
+/// `without`, without a switch that is seen.
+fn switch_at(width_px: f32, scene: &Scene, without: &Scene) {
     let mut renderer = renderer();
     for path in [Path::Deferred, Path::Forward] {
-        let at = |distance_m: f32, materials: bool| {
-            request(distance_m).with(|settings| {
-                (settings.render.path, settings.lod.materials) = (path, materials);
-            })
-        };
-        // The ball around its box is 16 pixels wide, as the settings have it.
-        let distance_m = 3f32.sqrt() * 2.0 * SIDE as f32 / (2.0 * 0.2618f32.tan()) / 16.0;
-        let crop = |request: FrameRequest| FrameRequest { width: 32, height: 32, ..request };
-        let narrow = |mut request: FrameRequest| {
-            // The same pixels of the middle alone.
-            let fov_y_rad = 2.0 * (0.2618f32.tan() * 32.0 / SIDE as f32).atan();
-            request.camera.projection = Projection::Perspective { fov_y_rad, near_m: 0.1, far_m: None };
-            crop(request)
-        };
         let mut shown = |scene: &Scene, times: f32, materials: bool| {
-            picture(&mut renderer, scene, &narrow(at(times * distance_m, materials)))
+            let request = narrow(width_px, request(times * distance_of_width_m(width_px)));
+            let request = request.with(|settings| {
+                (settings.render.path, settings.lod.materials) = (path, materials);
+            });
+            picture(&mut renderer, scene, &request)
         };
         assert!(shown(scene, 0.97, true) == shown(scene, 0.97, false), "{path:?}");
-        let (plain, whole) = (shown(scene, 1.03, true), shown(scene, 1.03, false));
-        let error = flip(&whole, &plain).mean();
-        println!("{path:?}: a switch of materials has a FLIP of {error:.4}");
-        assert!(plain != whole && error < 0.02, "{error}");
-        assert_looks_same(&shown(&without, 1.03, false), &plain, 0.003);
+        let (reduced, whole) = (shown(scene, 1.03, true), shown(scene, 1.03, false));
+        let error = flip(&whole, &reduced).mean();
+        println!("{path:?}: a switch of materials at {width_px} pixels has a FLIP of {error:.4}");
+        assert!(reduced != whole && error < 0.02, "{error}");
+        assert_looks_same(&shown(without, 1.03, false), &reduced, 0.003);
     }
 }

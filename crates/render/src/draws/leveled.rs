@@ -1,9 +1,7 @@
 //! Which items have levels of detail, and which a view shows.
 
-use super::NORMAL_MAP;
 use super::world::{Item, WorldDraws};
-use crate::levels::{Choice, Chooser, Group, Side, faded};
-use crate::resources::layers::SEEN_LARGE;
+use crate::levels::{Choice, Chooser, Group, Side, SurfaceForm, faded};
 use crate::resources::{GpuPrimitive, Instance};
 use glam::Vec3;
 use manypass_scene::{Aabb, LevelOf, Levels, Node, NodeId, Scene, Topology};
@@ -114,8 +112,8 @@ impl NodeGroups {
 pub(crate) struct Form {
     /// The level of its mesh; 0 is the finest.
     pub level: u32,
-    /// Whether it does without what is only seen large: its normal map and its clear coat.
-    pub plain: bool,
+    /// What its surface has.
+    pub surface: SurfaceForm,
 }
 
 /// What a view shows of an item.
@@ -134,11 +132,6 @@ impl Item {
     pub fn has_levels(&self) -> bool {
         let ItemLevels { of_mesh, of_node, of_material } = &self.levels;
         !of_mesh.is_empty() || of_node.is_some() || of_material.is_some()
-    }
-
-    /// Whether its surface has anything that is only seen large.
-    fn can_be_plain(&self) -> bool {
-        (self.axes & NORMAL_MAP != 0 || self.layers & SEEN_LARGE != 0) && !self.transmissive
     }
 
     /// The level of its node or its material.
@@ -165,7 +158,7 @@ impl WorldDraws {
 
     /// Whether what is drawn of an item is the view's choice.
     pub(super) fn is_chosen(&self, item: &Item, chooser: &Chooser) -> bool {
-        item.has_levels() || chooser.simplifies_materials() && item.can_be_plain()
+        item.has_levels() || chooser.reduces_materials() && !item.forms.is_empty()
     }
 
     fn level_of_mesh(&self, item: &Item, chooser: &Chooser) -> Choice {
@@ -206,8 +199,8 @@ impl WorldDraws {
             }
         }
         let of_mesh = self.level_of_mesh(item, chooser);
-        let of_surface = if item.can_be_plain() { chooser.of_surface(ball_of(item)) } else { Choice::default() };
-        let whole = Form { level: of_mesh.nearest(), plain: of_surface.nearest() == 1 };
+        let of_surface = chooser.of_surface(ball_of(item), item.forms);
+        let whole = Form { level: of_mesh.nearest(), surface: item.forms.at(of_surface.nearest()) };
         if let Some(instance) = fading {
             return Shown::Two([Some((whole, instance)), None]);
         }
@@ -215,7 +208,8 @@ impl WorldDraws {
             let form = |level| Form { level, ..whole };
             (of_mesh.next_share, [form(of_mesh.level), form(of_mesh.level + 1)])
         } else {
-            (of_surface.next_share, [false, true].map(|plain| Form { plain, ..whole }))
+            let steps = [of_surface.level, of_surface.level + 1];
+            (of_surface.next_share, steps.map(|step| Form { surface: item.forms.at(step), ..whole }))
         };
         let sides = [faded(instance, share, Side::Finer), faded(instance, share, Side::Coarser)];
         match sides {

@@ -18,6 +18,8 @@ pub(crate) type Axes = u32;
 
 /// The axis of materials that are textured.
 pub(crate) const TEXTURED: Axes = 1;
+/// The axis of materials whose occlusion has a texture of its own.
+pub(crate) const OCCLUSION_APART: Axes = 1 << 1;
 /// The axis of materials with a normal map.
 pub(crate) const NORMAL_MAP: Axes = 1 << 2;
 /// The axis of materials that drop fragments.

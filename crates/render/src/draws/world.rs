@@ -2,12 +2,12 @@
 
 use super::deformation::{Deformation, Joints};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
-use super::{Axes, Faces};
-use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION, WITHOUT_NORMALS};
-use crate::levels::Group;
+use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, TEXTURED};
+use crate::constants::{LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, WITHOUT_NORMALS};
+use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
-use crate::resources::layers::SHADED_WHERE_DRAWN;
-use crate::resources::{GpuMaterial, GpuPrimitive, Instance, SceneResources};
+use crate::resources::layers::{SEEN_LARGE, SHADED_WHERE_DRAWN};
+use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, SceneResources};
 use bytemuck::Zeroable;
 use glam::Vec3;
 use manypass_scene::{Aabb, Node, NodeId, Scene, Topology};
@@ -63,12 +63,40 @@ pub(crate) struct Item {
     pub center: Vec3,
     /// Its levels of detail, and those that it is one of.
     pub levels: ItemLevels,
+    /// What its surface may be drawn as where it is seen small.
+    pub forms: SurfaceForms,
 }
 
 impl Item {
     /// Its instances.
     pub fn instances(&self) -> Range<u32> {
         self.instance..self.instance + if self.topology == Topology::Points { DISC_CORNERS } else { 1 }
+    }
+
+    /// The bits of its layers and detail where its surface has a form.
+    pub fn layers_in(&self, form: SurfaceForm) -> u32 {
+        match form {
+            SurfaceForm::Whole => self.layers,
+            SurfaceForm::Plain | SurfaceForm::Untextured if self.forms.has(SurfaceForm::Plain) => {
+                self.layers & LAYER_LIGHT_MAP
+            }
+            _ => self.layers & !SEEN_LARGE,
+        }
+    }
+
+    /// What its program has to do where its surface has a form.
+    pub fn axes_in(&self, form: SurfaceForm) -> Axes {
+        self.axes
+            & !match form {
+                SurfaceForm::Whole => 0,
+                SurfaceForm::Smooth | SurfaceForm::Plain => NORMAL_MAP,
+                SurfaceForm::Untextured => NORMAL_MAP | TEXTURED | OCCLUSION_APART,
+            }
+    }
+
+    /// Whether what the G-buffer holds of its material is all that it has in a form, but not in the whole.
+    pub fn is_reduced_to_plain(&self, form: SurfaceForm) -> bool {
+        self.layers & SHADED_WHERE_DRAWN != 0 && self.layers_in(form) & SHADED_WHERE_DRAWN == 0
     }
 }
 
@@ -229,6 +257,7 @@ impl WorldDraws {
         mesh: usize,
     ) {
         let node = scene.node(id);
+        let reduced = &resources.reduced;
         let primitives = resources.geometry.primitives(mesh);
         let mut of_node = Deformed::default();
         for (index, primitive) in primitives.iter().enumerate() {
@@ -254,7 +283,7 @@ impl WorldDraws {
             let coarser = own.and_then(|own| scene.materials.get(own)).and_then(|material| material.levels.as_ref());
             let Some(coarser) = coarser else {
                 let material = resources.materials.index(own);
-                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed };
+                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed, reduced };
                 self.push(drawn, (id, place, material), levels);
                 continue;
             };
@@ -263,7 +292,7 @@ impl WorldDraws {
             let all = std::iter::once(own).chain(coarser.coarser.iter().copied().map(Some)).enumerate();
             let bounds = all.fold(Aabb::EMPTY, |_, (level, material)| {
                 let material = resources.materials.index(material);
-                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed };
+                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed, reduced };
                 let of_material = Some(LevelTag { group, level: level as u32 });
                 self.push(drawn, (id, place, material), ItemLevels { of_material, ..levels.clone() })
             });
@@ -278,8 +307,9 @@ impl WorldDraws {
         (id, (mesh, index), material): (NodeId, (usize, usize), usize),
         levels: ItemLevels,
     ) -> Aabb {
-        let item =
+        let mut item =
             Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, levels, ..drawn.item() };
+        item.forms = drawn.forms(&item);
         self.bounds_world = self.bounds_world.union(&drawn.relief_bounds(&item));
         self.keys[0].push(if drawn.properties.blended || item.transmissive {
             (BLENDED, self.posed.len() as u64)
@@ -305,6 +335,7 @@ struct Drawn<'d> {
     primitive: &'d GpuPrimitive,
     properties: &'d GpuMaterial,
     deformed: Deformed,
+    reduced: &'d ReducedMaterials,
 }
 
 impl Drawn<'_> {
@@ -326,7 +357,7 @@ impl Drawn<'_> {
 
     /// All but what its place tells.
     fn item(&self) -> Item {
-        let Self { node, primitive, properties, deformed } = self;
+        let Self { node, primitive, properties, deformed, .. } = self;
         let has_sides = primitive.topology == Topology::Triangles && !properties.double_sided;
         let extent = self.extent();
         // Points have no layers.
@@ -367,7 +398,26 @@ impl Drawn<'_> {
             extent,
             center,
             levels: ItemLevels::default(),
+            forms: SurfaceForms::default(),
         }
+    }
+
+    /// What its surface may be drawn as where it is seen small. What light comes through stays as it is, and what drops fragments or
+    /// blends keeps its textures.
+    fn forms(&self, item: &Item) -> SurfaceForms {
+        let Self { properties, reduced, .. } = self;
+        if item.transmissive {
+            return SurfaceForms::default();
+        }
+        let has_plain = item.layers & !SEEN_LARGE & !LAYER_LIGHT_MAP != 0 && reduced.has_plain(item.material);
+        let left = if has_plain { item.layers & LAYER_LIGHT_MAP } else { item.layers & !SEEN_LARGE };
+        let is_solid = left == 0 && !properties.masked && !properties.blended;
+        SurfaceForms::of(|form| match form {
+            SurfaceForm::Whole => false,
+            SurfaceForm::Smooth => item.axes & NORMAL_MAP != 0 || item.layers & SEEN_LARGE != 0,
+            SurfaceForm::Plain => has_plain,
+            SurfaceForm::Untextured => is_solid && reduced.has_untextured(item.material, (item.mesh, item.primitive)),
+        })
     }
 
     /// The box around its relief, which lies below its triangles; empty if it has none.

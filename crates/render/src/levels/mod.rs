@@ -6,9 +6,11 @@
 
 mod fading;
 mod settings;
+mod surface;
 
 pub(crate) use fading::{FADES, Side, faded};
 pub use settings::LodSettings;
+pub(crate) use surface::{SurfaceForm, SurfaceForms};
 
 use crate::constants::FADE_STEPS;
 use crate::view::View;
@@ -70,8 +72,8 @@ pub(crate) struct Chooser {
     error_px: f32,
     fade: f32,
     pub is_enabled: bool,
-    /// Below so many pixels surfaces do without what is only seen large.
-    plain_px: Option<f32>,
+    /// Below so many pixels surfaces take each of [`SurfaceForm::REDUCED`]; none does so above the one before.
+    reduced_px: Option<[f32; SurfaceForm::REDUCED.len()]>,
     /// Of the world's groups.
     pub groups: Vec<Choice>,
 }
@@ -91,7 +93,10 @@ impl Chooser {
             error_px: settings.error_px,
             fade: settings.fade,
             is_enabled: settings.enabled,
-            plain_px: (settings.enabled && settings.materials).then_some(settings.material_px),
+            reduced_px: settings.reduces_materials().then(|| {
+                let LodSettings { material_px, plain_px, untextured_px, .. } = *settings;
+                [material_px, material_px.min(plain_px), material_px.min(plain_px).min(untextured_px)]
+            }),
             groups: Vec::new(),
         };
         chooser.groups = groups.iter().map(|group| chooser.of_group(group)).collect();
@@ -115,16 +120,22 @@ impl Chooser {
         Choice::of(count, shrunk, self.fade)
     }
 
-    /// Whether surfaces may do without what is only seen large.
-    pub fn simplifies_materials(&self) -> bool {
-        self.plain_px.is_some()
+    /// Whether surfaces may be drawn with less than their materials have.
+    pub fn reduces_materials(&self) -> bool {
+        self.reduced_px.is_some()
     }
 
-    /// Whether a surface in a ball does: 1 if so.
-    pub fn of_surface(&self, (center, radius_m): (Vec3, f32)) -> Choice {
-        let Some(plain_px) = self.plain_px else { return Choice::default() };
+    /// Which step of its forms a surface in a ball takes; 0 is the whole material.
+    pub fn of_surface(&self, (center, radius_m): (Vec3, f32), forms: SurfaceForms) -> Choice {
+        let Some(reduced_px) = self.reduced_px.filter(|_| !forms.is_empty()) else { return Choice::default() };
         let diameter_px = 2.0 * radius_m * self.px_per_m_at(center.distance(self.eye_world));
-        Choice::of(1, |_| plain_px / diameter_px.max(f32::MIN_POSITIVE), self.fade)
+        let mut begins_px = [0.0; SurfaceForm::REDUCED.len()];
+        let mut count = 0;
+        for (_, px) in SurfaceForm::REDUCED.into_iter().zip(reduced_px).filter(|(form, _)| forms.has(*form)) {
+            begins_px[count] = px;
+            count += 1;
+        }
+        Choice::of(count, |step| begins_px[step] / diameter_px.max(f32::MIN_POSITIVE), self.fade)
     }
 
     /// Of what lies in a ball and has levels with these errors, in metres of the world.
@@ -192,6 +203,25 @@ mod tests {
         assert_eq!(chosen(5.01 * distance_m, &settings), 2);
         assert_eq!(chosen(5.01 * distance_m, &LodSettings { enabled: false, ..settings.clone() }), 0);
         assert_eq!(chosen(1.99 * distance_m, &LodSettings { bias: 1.0, ..settings }), 0);
+    }
+
+    #[test]
+    fn surfaces_lose_what_they_have_step_by_step() {
+        let settings = LodSettings { fade: 0.0, materials: true, plain_px: 20.0, ..LodSettings::default() };
+        let px_per_m = 100.0 / (2.0 * 0.5f32.tan());
+        let form = |diameter_px: f32, forms: SurfaceForms| {
+            let chooser = Chooser::new(&camera(px_per_m / diameter_px), (200, 100), &settings, &[]);
+            forms.at(chooser.of_surface((Vec3::ZERO, 0.5), forms).nearest())
+        };
+        let all = SurfaceForms::of(|_| true);
+        // Layers do not outlive normal maps, whatever is asked for.
+        let found = [16.1, 15.9, 4.1, 3.9].map(|px| form(px, all));
+        assert_eq!(found, [SurfaceForm::Whole, SurfaceForm::Plain, SurfaceForm::Plain, SurfaceForm::Untextured]);
+        let textured = SurfaceForms::of(|form| form == SurfaceForm::Untextured);
+        assert_eq!([4.1, 3.9].map(|px| form(px, textured)), [SurfaceForm::Whole, SurfaceForm::Untextured]);
+        assert_eq!(form(0.1, SurfaceForms::default()), SurfaceForm::Whole);
+        let off = Chooser::new(&camera(1e3), (200, 100), &LodSettings::default(), &[]);
+        assert_eq!(off.of_surface((Vec3::ZERO, 0.5), all), Choice::default());
     }
 
     #[test]

@@ -245,6 +245,9 @@ impl Renderer {
     fn world<'s>(&mut self, scene: &'s Scene, asked: &[Asked], stats: &mut FrameStats) -> (World<'s>, bool) {
         stats.uploaded_bytes += self.follow(scene);
         let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
+        if asked.iter().any(|asked| asked.request.settings.lod.reduces_materials()) {
+            stats.uploaded_bytes += self.resources.reduce_materials(&self.gpu, scene);
+        }
         self.light_count = world.draws.lit.len();
         let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
             let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);

@@ -32,13 +32,21 @@ pub(crate) const SHADED_WHERE_DRAWN: u32 = LAYER_SPECULAR
 /// The bits of relief: what shifts maps.
 pub(crate) const RELIEF: u32 = LAYER_PARALLAX | LAYER_STEPS;
 
-/// What surfaces do without that are seen small.
-pub(crate) const SEEN_LARGE: u32 = LAYER_CLEARCOAT | RELIEF | LAYER_BUMP | LAYER_SELF_SHADOW;
-
 /// The bit of a map.
 const fn bit_of(map: LayerMap) -> u32 {
     1 << map as u32
 }
+
+/// What surfaces do without that are seen small: clear coats, relief and the normals of details, with their maps.
+pub(crate) const SEEN_LARGE: u32 = LAYER_CLEARCOAT
+    | RELIEF
+    | LAYER_BUMP
+    | LAYER_SELF_SHADOW
+    | bit_of(LayerMap::Clearcoat)
+    | bit_of(LayerMap::ClearcoatRoughness)
+    | bit_of(LayerMap::ClearcoatNormal)
+    | bit_of(LayerMap::Height)
+    | bit_of(LayerMap::DetailNormal);
 
 /// The bits that change what a surface is before light reaches it, maps among them.
 pub(crate) const DETAIL: u32 = RELIEF
@@ -147,6 +155,18 @@ fn needed(material: &Material) -> u32 {
         (LAYER_DISPERSION, material.dispersion > 0.0 && material.volume.is_some() && transmits),
     ];
     all.iter().filter(|(_, is_there)| *is_there).fold(0, |bits, (bit, _)| bits | bit)
+}
+
+/// Reflectance at normal incidence of a material without its layers, if it looks much the same then where it is seen small: light does
+/// not come through, and what it reflects is about as the G-buffer has it, without colour and up to a fifth.
+pub(crate) fn f0_without_layers(material: &Material) -> Option<f32> {
+    let specular = material.specular.unwrap_or_default();
+    let f0 = f0_of_ior(material.ior) * specular.weight.factor * specular.color.factor;
+    let is_grey = f0.max_element() - f0.min_element() <= F0_DEFERRED_MAX / 4.0;
+    let has_maps = specular.weight.texture.is_some() || specular.color.texture.is_some();
+    let is_alike = f0.max_element() <= F0_DEFERRED_MAX && is_grey && !has_maps && specular.glossiness.is_none();
+    let is_opaque = material.transmission.is_none() && material.diffuse_transmission.is_none();
+    (is_alike && is_opaque).then(|| f0.element_sum() / 3.0)
 }
 
 /// What of a material the G-buffer does not hold, by glTF's words, so that its surfaces are shaded where they are drawn; nothing if

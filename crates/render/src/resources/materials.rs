@@ -4,6 +4,7 @@ use super::filtering::Sampling;
 use super::layers::{LayerFactors, Layers, SHADED_WHERE_DRAWN, f0_of_ior};
 use super::packing::{ImageSource, shared_texel};
 use super::pages::{Pages, Place};
+use super::reduced::FactorsOf;
 use super::textures::Textures;
 use crate::constants::{LAYER_LIGHT_MAP, LAYER_TRANSMISSION};
 use crate::gpu::Gpu;
@@ -54,13 +55,13 @@ pub(crate) struct MaterialFactors {
 }
 
 /// Every backend can bind a uniform at multiples of so many bytes.
-const UNIFORM_ALIGNMENT_BYTES: usize = 256;
+pub(super) const UNIFORM_ALIGNMENT_BYTES: usize = 256;
 
 /// Shading models as `gbuffer.wgsl` numbers them.
 const SHADING_MODEL_UNLIT: f32 = 0.0;
-const SHADING_MODEL_STANDARD: f32 = 1.0;
-const SHADING_MODEL_BAKED: f32 = 204.0 / 255.0;
-const SHADING_MODEL_FORWARD: f32 = 128.0 / 255.0;
+pub(super) const SHADING_MODEL_STANDARD: f32 = 1.0;
+pub(super) const SHADING_MODEL_BAKED: f32 = 204.0 / 255.0;
+pub(super) const SHADING_MODEL_FORWARD: f32 = 128.0 / 255.0;
 
 /// A material on the device.
 #[derive(Debug)]
@@ -69,8 +70,28 @@ pub(crate) struct GpuMaterial {
     /// Where the factors of its layers are, and what they are there, if it has any.
     placed_layers: Option<(Place, LayerFactors)>,
     described: Described,
-    /// Bind groups with the program that each was made for, and how its samplers filter.
-    pub(crate) bind_groups: RefCell<Vec<(u32, Sampling, wgpu::BindGroup)>>,
+    bind_groups: RefCell<Vec<(BindGroupKey, wgpu::BindGroup)>>,
+}
+
+/// What a bind group of a material is for: the program, how its samplers filter, and its factors.
+pub(crate) type BindGroupKey = (u32, Sampling, FactorsOf);
+
+impl GpuMaterial {
+    /// What was kept for a use.
+    pub fn bind_group(&self, key: BindGroupKey) -> Option<wgpu::BindGroup> {
+        let known = self.bind_groups.borrow();
+        known.iter().find(|(of, _)| *of == key).map(|(_, group)| group.clone())
+    }
+
+    /// Keeps a bind group as long as it binds what the material has.
+    pub fn keep_bind_group(&self, key: BindGroupKey, group: wgpu::BindGroup) {
+        self.bind_groups.borrow_mut().push((key, group));
+    }
+
+    /// Forgets those that bind other factors than the whole material's, because they moved.
+    pub(super) fn forget_reduced(&self) {
+        self.bind_groups.borrow_mut().retain(|((_, _, of), _)| *of == FactorsOf::Whole);
+    }
 }
 
 /// A texture, and what it is sampled with.
@@ -79,7 +100,9 @@ pub(crate) type Sampled = (wgpu::TextureView, Sampler);
 /// What a material is for shaders and pipelines.
 #[derive(Clone, Debug)]
 pub(crate) struct Described {
-    factors: MaterialFactors,
+    pub(super) factors: MaterialFactors,
+    /// What the textures are made from.
+    pub(super) sources: [Option<ImageSource>; 5],
     /// Base colour, metallic-roughness, normal, occlusion, emissive.
     pub textures: [Sampled; 5],
     /// What the G-buffer does not hold; its surfaces are shaded where they are drawn.
@@ -223,7 +246,7 @@ impl Materials {
     }
 }
 
-fn binding<'p>(pages: &'p Pages, place: &Place, bytes: usize) -> Option<wgpu::BindingResource<'p>> {
+pub(super) fn binding<'p>(pages: &'p Pages, place: &Place, bytes: usize) -> Option<wgpu::BindingResource<'p>> {
     Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
         buffer: pages.buffer(place.page)?,
         offset: pages.bytes_of(place).start,
@@ -236,8 +259,9 @@ impl Described {
         let layers = Layers::of(scene, (index, material), textures).map(Box::new);
         let sampled = |reference: Option<TextureRef>, is_srgb: bool| {
             let texture = *scene.textures.get(reference?.texture)?;
-            let view = textures.view(scene, ImageSource::Image { image: texture.image, is_srgb })?;
-            Some((view.clone(), texture.sampler))
+            let source = ImageSource::Image { image: texture.image, is_srgb };
+            let view = textures.view(scene, source)?;
+            Some(((view.clone(), texture.sampler), source))
         };
         let shared = shared_texel(scene, material);
         let (rough_metal, occlusion) = match shared {
@@ -250,6 +274,7 @@ impl Described {
                 let sampler =
                     material.metallic_roughness_texture.and_then(|reference| scene.textures.get(reference.texture));
                 let both = textures.view(scene, source).cloned().zip(sampler.map(|texture| texture.sampler));
+                let both = both.map(|sampled| (sampled, source));
                 (both.clone(), both)
             }
             None => (sampled(material.metallic_roughness_texture, false), sampled(material.occlusion_texture, false)),
@@ -311,7 +336,8 @@ impl Described {
         let textured = [0, 1, 3, 4].into_iter().any(is_there);
         let normal_map = is_there(2);
         let white = (textures.white().clone(), Sampler::default());
-        let mut textures = slots.map(|(_, sampled)| sampled.unwrap_or_else(|| white.clone()));
+        let sources = slots.each_ref().map(|(_, sampled)| sampled.as_ref().map(|(_, source)| *source));
+        let mut textures = slots.map(|(_, sampled)| sampled.map_or_else(|| white.clone(), |(sampled, _)| sampled));
         if !occlusion_apart {
             textures[3] = white;
         }
@@ -322,6 +348,7 @@ impl Described {
         let is_baked = has_layer(LAYER_LIGHT_MAP);
         Self {
             factors,
+            sources,
             textures,
             layers,
             textured,

@@ -10,15 +10,18 @@ mod geometry;
 mod heights;
 pub(crate) mod layers;
 mod materials;
+mod means;
 mod mips;
 mod packing;
 mod pages;
+mod reduced;
 mod textures;
 mod vertices;
 
 pub(crate) use geometry::{Geometry, GpuPrimitive};
 pub(crate) use materials::{GpuMaterial, Materials, Sampled};
 pub(crate) use pages::Place;
+pub(crate) use reduced::{FactorsOf, ReducedMaterials};
 pub(crate) use textures::Textures;
 pub(crate) use vertices::{ATTRIBUTES, Instance, STRIDES};
 
@@ -26,10 +29,10 @@ use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use environment::EnvironmentTiles;
+use manypass_scene::Cache;
 use manypass_scene::{EnvironmentMap, Material, Scene, Texture};
 use std::sync::Arc;
 
-use manypass_scene::Cache;
 /// A scene on the device.
 #[derive(Debug)]
 pub(crate) struct SceneResources {
@@ -39,6 +42,8 @@ pub(crate) struct SceneResources {
     pub materials: Materials,
     /// The textures of all materials.
     pub textures: Textures,
+    /// What of materials is drawn where surfaces are seen small.
+    pub reduced: ReducedMaterials,
     /// Rows of `world_from_mesh` for every joint of every skinned node.
     pub joint_matrices: DataTexture,
     /// Weights of morph targets of every node that has some.
@@ -98,6 +103,7 @@ impl SceneResources {
             geometry: Geometry::new(gpu),
             materials: Materials::new(),
             textures: Textures::new(gpu),
+            reduced: ReducedMaterials::new(),
             joint_matrices: table("joint_matrices", wgpu::TextureFormat::Rgba32Float),
             morph_weights: table("morph_weights", wgpu::TextureFormat::R32Float),
             previous_nodes: table("previous_nodes", wgpu::TextureFormat::Rgba32Float),
@@ -123,11 +129,15 @@ impl SceneResources {
             has_changed: geometry_bytes.is_some(),
             has_moved: geometry_bytes.is_some(),
         };
+        if geometry_bytes.is_some() {
+            self.reduced.forget_meshes();
+        }
         if !self.followed.as_ref().is_some_and(|followed| followed.are_those_of(scene)) {
             let textures = self.textures.follow(gpu, scene);
             followed.written_bytes += textures.written_bytes + self.materials.follow(gpu, scene, &self.textures);
             followed.has_moved |= textures.has_moved;
             followed.has_changed = true;
+            self.reduced.forget_materials();
             self.followed = Some(Surfaces::of(scene));
         }
         let maps = scene.environment.iter().chain(computed);
@@ -141,6 +151,11 @@ impl SceneResources {
             }
         }
         followed
+    }
+
+    /// Makes what of materials is drawn where surfaces are seen small, for frames that want it. Says how many bytes that uploaded.
+    pub fn reduce_materials(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
+        self.reduced.follow(gpu, scene, &self.materials, &self.textures)
     }
 
     /// What is there of a map of the environment.

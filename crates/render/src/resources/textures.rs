@@ -46,11 +46,16 @@ enum Content {
 struct Uploaded {
     /// None if the image cannot be decoded.
     view: Option<wgpu::TextureView>,
+    /// Its first mip of at most [`COARSE_SIDE`] texels a side, unless it is compressed or has layers.
+    coarse: Option<Pixels>,
     bytes: u64,
     warnings: Vec<String>,
     /// The images that it was made from.
     _made_from: Vec<Held>,
 }
+
+/// What is known of a texture beside the device: fine enough to tell parts of it apart, and 1 KiB.
+const COARSE_SIDE: u32 = 16;
 
 /// The textures of a scene.
 #[derive(Debug)]
@@ -104,8 +109,9 @@ impl Textures {
             let name = images.last().and_then(|image| scene.images.get(*image)).map_or("", |image| &image.name);
             let view = chain.as_ref().map(|chain| create(gpu, name, chain, source.is_srgb(), source.has_layers()));
             let bytes = chain.iter().flat_map(|chain| &chain.levels).map(|level| level.data.len() as u64).sum();
+            let coarse = chain.as_ref().filter(|_| !source.has_layers()).and_then(coarse_of);
             let _made_from = images.iter().filter_map(|image| Some(texels_of(scene, *image)?.1)).collect();
-            self.uploaded.insert(content, Uploaded { view, bytes, warnings, _made_from });
+            self.uploaded.insert(content, Uploaded { view, coarse, bytes, warnings, _made_from });
             written_bytes += bytes;
             upload_ms += started.elapsed().as_secs_f64() * 1e3;
         });
@@ -138,12 +144,22 @@ impl Textures {
         self.uploaded.get(&content_of(scene, source)?)?.view.as_ref()
     }
 
+    /// A small mip of what was made from `source`, four bytes a texel; none of what is compressed, has layers or is not there.
+    pub(super) fn coarse(&self, scene: &Scene, source: ImageSource) -> Option<&Pixels> {
+        self.uploaded.get(&content_of(scene, source)?)?.coarse.as_ref()
+    }
+
     /// What samples textures as `sampler` says.
     pub fn sampler(&self, sampler: Sampler, sampling: Sampling) -> wgpu::Sampler {
         let mut samplers = self.samplers.borrow_mut();
         let known = samplers.entry((sampler, sampling));
         known.or_insert_with(|| create_sampler(&self.device, &sampler, sampling)).clone()
     }
+}
+
+fn coarse_of(chain: &MipChain) -> Option<Pixels> {
+    let is_coarse = |level: &&Pixels| level.width.max(level.height) <= COARSE_SIDE;
+    chain.levels.iter().find(is_coarse).filter(|_| chain.blocks.is_none()).cloned()
 }
 
 /// What is to be known of an image to find out whether it is another one.

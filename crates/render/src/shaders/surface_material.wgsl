@@ -170,7 +170,8 @@ fn surface_sample_of(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     let base_color = surface_base_color(in, bias);
     var metallic = material_factors.metallic;
     var roughness = material_factors.roughness;
-    var occlusion = 1.0;
+    // Without a texture the strength is 0, or that of the mean of one.
+    var occlusion = 1.0 - material_factors.occlusion_strength;
     var emission = material_factors.emissive;
     @if(textured) {
         let rough_metal_uv = material_uv(in.uv, 1u);

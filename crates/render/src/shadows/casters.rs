@@ -170,7 +170,7 @@ impl<'w> Casters<'w> {
                 Some(last) => last.instances.end = at + 1,
                 None => draws.push(Draw {
                     item: caster.item,
-                    form: Form { level: caster.level, plain: false },
+                    form: Form { level: caster.level, ..Form::default() },
                     fades: false,
                     faces,
                     instances: at..at + 1,

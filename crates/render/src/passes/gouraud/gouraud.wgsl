@@ -50,7 +50,7 @@ fn surface_at_vertex(in: SurfaceVarying) -> Surface {
     var base_color = material_factors.base_color.rgb * in.color.rgb;
     surface.metallic = material_factors.metallic;
     surface.roughness_perceptual = material_factors.roughness;
-    surface.occlusion = 1.0;
+    surface.occlusion = 1.0 - material_factors.occlusion_strength;
     @if(textured) {
         base_color *= textureSampleLevel(base_color_texture, base_color_sampler, material_uv(in.uv, 0u), 0.0).rgb;
         let rough_metal_uv = material_uv(in.uv, 1u);

@@ -8,7 +8,7 @@ use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
 use crate::resources::layers::{RELIEF, SHADED_WHERE_DRAWN};
-use crate::resources::{Geometry, GpuMaterial, Place, Sampled};
+use crate::resources::{FactorsOf, Geometry, Place, Sampled};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
 use manypass_scene::Topology;
@@ -59,7 +59,7 @@ pub(super) struct Chunk {
 #[derive(Default)]
 struct State {
     bound: Option<u32>,
-    material: Option<u32>,
+    material: Option<(u32, FactorsOf)>,
     vertices: Option<Vertices>,
     index_page: Option<u32>,
 }
@@ -108,20 +108,21 @@ impl Preparing<'_, '_> {
         for draw in draws {
             let item = &world.items[draw.item as usize];
             let is_blended = draw.item as usize >= world.opaque_count && !item.transmissive;
+            let layers = item.layers_in(draw.form.surface);
             let is_wanted = match which {
                 Which::All => true,
                 Which::Hiding => {
-                    let is_whole = !item.masked && !is_blended && !draw.fades && item.layers & RELIEF == 0;
+                    let is_whole = !item.masked && !is_blended && !draw.fades && layers & RELIEF == 0;
                     is_whole && item.topology == Topology::Triangles
                 }
-                Which::ShadedWhereDrawn => item.layers & SHADED_WHERE_DRAWN != 0,
-                Which::Layered => item.layers != 0,
-                Which::Plain => item.layers == 0,
+                Which::ShadedWhereDrawn => layers & SHADED_WHERE_DRAWN != 0,
+                Which::Layered => layers != 0,
+                Which::Plain => layers == 0,
             };
             if !is_wanted {
                 continue;
             }
-            let layers = special.bits(item.layers, self.casts);
+            let layers = special.bits(layers, self.casts);
             let shape = if self.casts {
                 Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count, layers)
             } else {
@@ -153,12 +154,12 @@ impl Preparing<'_, '_> {
                 commands.push(Command::Bound(all_bound[bound as usize].clone()));
                 (state.bound, state.material) = (Some(bound), None);
             }
-            if state.material != Some(item.material) {
+            let material = (item.material, FactorsOf::item(item, draw.form.surface));
+            if state.material != Some(material) {
                 let program = &all_bound[bound as usize].pipeline.program;
-                let material = resources.materials.get(item.material as usize);
                 let group = material_bind_group(self.frame, self.view, program, material)?;
                 commands.extend(group.map(Command::Material));
-                state.material = Some(item.material);
+                state.material = Some(material);
             }
             push_draw(commands, &mut state, draw, world, &resources.geometry);
             if self.targets.vertices_alone {
@@ -274,19 +275,23 @@ fn material_bind_group(
     frame: &Frame<'_>,
     view: &PreparedView,
     program: &Program,
-    material: &GpuMaterial,
+    (material, of): (u32, FactorsOf),
 ) -> Result<Option<wgpu::BindGroup>, ProgramError> {
     if !program.uses_group(2) {
         return Ok(None);
     }
-    let sampling = view.sampling;
-    let known = material.bind_groups.borrow();
-    if let Some((_, _, group)) = known.iter().find(|(id, with, _)| (*id, *with) == (program.id, sampling)) {
-        return Ok(Some(group.clone()));
-    }
-    drop(known);
     let resources = frame.resources;
-    let Some(factors) = resources.materials.factors(material) else { return Ok(None) };
+    let (index, material) = (material, resources.materials.get(material as usize));
+    let key = (program.id, view.sampling, of);
+    if let Some(group) = material.bind_group(key) {
+        return Ok(Some(group));
+    }
+    let sampling = view.sampling;
+    let factors = match of {
+        FactorsOf::Whole => resources.materials.factors(material),
+        FactorsOf::Plain | FactorsOf::Untextured => resources.reduced.factors(index, of),
+    };
+    let Some(factors) = factors else { return Ok(None) };
     let view = |slot: usize| wgpu::BindingResource::TextureView(&material.textures[slot].0);
     let of_scene = |(_, sampler): &Sampled| resources.textures.sampler(*sampler, sampling);
     let samplers = material.textures.each_ref().map(of_scene);
@@ -321,6 +326,6 @@ fn material_bind_group(
         ]);
     }
     let group = program.bind(&frame.gpu.device, 2, &known)?;
-    material.bind_groups.borrow_mut().push((program.id, sampling, group.clone()));
+    material.keep_bind_group(key, group.clone());
     Ok(Some(group))
 }

@@ -1,8 +1,8 @@
 //! What tells the pipelines of one pass apart: the shape of a draw, and the programs that draw special materials.
 
 use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION};
-use crate::draws::{AXES, Axes, DEFORMED, Draw, Faces, Item, MASKED, NORMAL_MAP, TEXTURED};
-use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF, SEEN_LARGE};
+use crate::draws::{AXES, Axes, DEFORMED, Draw, Faces, Item, MASKED, TEXTURED};
+use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF};
 use crate::shader::compose;
 use manypass_scene::Topology;
 
@@ -73,9 +73,8 @@ impl Shape {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
         let Draw { faces, fades, form, .. } = *draw;
-        let (left_out, coat) = if form.plain { (NORMAL_MAP, SEEN_LARGE) } else { (0, 0) };
-        let axes = item.axes & !left_out | if tests_alpha { MASKED } else { 0 };
-        Self { axes, topology: item.topology, faces, mirrored, layers: layers & !coat, fades }
+        let axes = item.axes_in(form.surface) | if tests_alpha { MASKED } else { 0 };
+        Self { axes, topology: item.topology, faces, mirrored, layers, fades }
     }
 
     pub fn index(&self) -> usize {
