@@ -121,6 +121,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "shadow_tiles_drawn_first": first.shadow_tiles_drawn,
         "bind_groups_made": stats.bind_groups_made,
         "bundles_executed": stats.bundles_executed,
+        "binding_changes": stats.binding_changes,
         "pipelines_made": stats.pipelines_made,
         "uploaded_bytes": stats.uploaded_bytes,
         "pairs_visited": pairs.map(|pairs| pairs.pairs_visited),

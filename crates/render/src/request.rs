@@ -308,6 +308,8 @@ pub struct FrameStats {
     pub bind_groups_made: u64,
     /// Render bundles that were executed, in place of the draws that they hold.
     pub bundles_executed: u64,
+    /// How often passes bound another pipeline, or another material, for the surfaces that they draw.
+    pub binding_changes: u64,
     /// Programs and pipelines that were made for the frame.
     pub pipelines_made: u64,
     /// Bytes that were uploaded for the frame because they changed: uniforms, instances, lights, lists, poses, and what of the

@@ -1,9 +1,11 @@
 //! The built-in demos. The hall is a colonnade at night under more than a thousand coloured lights, whose meshes and lights are shared
-//! by many nodes; the others show what materials can be, and what maps make of flat surfaces.
+//! by many nodes; the others show what materials can be, what maps make of flat surfaces, and many small things.
 
+mod crowd;
 mod materials;
 mod relief;
 
+pub use crowd::crowd;
 pub use materials::materials;
 pub use relief::relief;
 
@@ -12,7 +14,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 3] = ["hall", "materials", "relief"];
+pub const NAMES: [&str; 4] = ["hall", "materials", "relief", "crowd"];
 
 /// The demo of a name.
 pub fn named(name: &str) -> Option<Scene> {
@@ -20,6 +22,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "hall" => Some(hall()),
         "materials" => Some(materials()),
         "relief" => Some(relief()),
+        "crowd" => Some(crowd()),
         _ => None,
     }
 }

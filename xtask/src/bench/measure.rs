@@ -51,7 +51,7 @@ pub(super) struct Cell {
     pub is_first_frame: bool,
     /// Of the first turn, as the program printed it.
     pub info: Value,
-    picture: PathBuf,
+    pub picture: PathBuf,
 }
 
 impl Cell {

@@ -3,6 +3,7 @@
 
 mod baseline;
 mod fields;
+mod levels;
 mod limit;
 mod machine;
 mod measure;
@@ -78,6 +79,7 @@ impl Bench<'_> {
             (TableName::Shadows, _) => ways::print(self, true),
             (TableName::Fields, _) => fields::print(self),
             (TableName::Textures, _) => self.print_textures(),
+            (TableName::Levels, _) => levels::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),
         }

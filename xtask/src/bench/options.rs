@@ -16,6 +16,7 @@ Tables:
   fields    the demo and the fields of lights: the pass `direct` against the limit, which is a bare loop over lights
             measured in the same run (`cargo bench -p manypass --bench limit`), and the frame against forward and brute force
   textures  memory of the textures of a frame of 1920x1080
+  levels    10,000 small things with and without levels of detail of meshes and materials
   baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
 
 A cell counts only if its picture is that of brute force, which visits every light for every pixel. Otherwise it says
@@ -28,7 +29,7 @@ Options:
   --baseline PROGRAM  run the table baseline against another build of manypass; alone, unless --only names other tables, too
   --program PROGRAM   measure this build of manypass; otherwise the release build, which is made first
 
-All tables take about 12 minutes on two cores with a software adapter, and 4 more to build.
+All tables take about 13 minutes on two cores with a software adapter, and 4 more to build.
 The fields of lights lie in MANYPASS_ASSETS, else beside the repository in shared/assets.
 ";
 
@@ -43,16 +44,18 @@ pub(crate) enum TableName {
     Shadows,
     Fields,
     Textures,
+    Levels,
     Baseline,
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 6] = [
+    const ALL: [(&str, Self); 7] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
         ("fields", Self::Fields),
         ("textures", Self::Textures),
+        ("levels", Self::Levels),
         ("baseline", Self::Baseline),
     ];
 
@@ -102,11 +105,11 @@ impl Options {
                 _ => program = Some(PathBuf::from(value)),
             }
         }
-        use TableName::{Baseline, Fields, Graph, Shadows, Textures, Ways};
+        use TableName::{Baseline, Fields, Graph, Levels, Shadows, Textures, Ways};
         let tables = match (only, &baseline) {
             (Some(only), _) => only,
             (None, Some(_)) => vec![Baseline],
-            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures],
+            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels],
         };
         if tables.contains(&Baseline) != baseline.is_some() {
             return Err("the table baseline and --baseline PROGRAM need each other".into());
@@ -143,7 +146,7 @@ mod tests {
         assert_eq!(tables(&["--baseline", "old"]), Ok(vec![TableName::Baseline]));
         let both = tables(&["--baseline", "old", "--only", "baseline,ways"]);
         assert_eq!(both, Ok(vec![TableName::Baseline, TableName::Ways]));
-        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(5));
+        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(6));
     }
 
     #[test]

@@ -83,3 +83,28 @@ mod tests {
         assert_eq!(efforts(&BRUTE_FORCE), [Effort::Frames, Effort::FirstFrame, Effort::FirstFrame]);
     }
 }
+
+const LESS: [&str; 2] = ["--set", "lod.materials=true"];
+const COARSER: [&str; 2] = ["--set", "lod.simplify=true"];
+
+/// What levels of detail leave out, all first.
+pub(super) static LEVELS: [&Way; 6] = [
+    &Way { judged: Judged::NotCompared, ..Way::deferred("all", &["--set", "lod.enabled=false"]) },
+    &Way {
+        judged: Judged::NotCompared,
+        ..Way::deferred(
+            "no normal maps and coats",
+            &[LESS[0], LESS[1], "--set", "lod.plain_px=0", "--set", "lod.untextured_px=0"],
+        )
+    },
+    &Way {
+        judged: Judged::NotCompared,
+        ..Way::deferred("and no layers", &[LESS[0], LESS[1], "--set", "lod.untextured_px=0"])
+    },
+    &Way { judged: Judged::NotCompared, ..Way::deferred("and no textures", &LESS) },
+    &Way { judged: Judged::NotCompared, ..Way::deferred("coarser meshes", &COARSER) },
+    &Way {
+        judged: Judged::NotCompared,
+        ..Way::deferred("coarser meshes, no textures", &[LESS[0], LESS[1], COARSER[0], COARSER[1]])
+    },
+];

@@ -112,6 +112,8 @@ pub(super) const CASES: [Case; 33] = [
     Case { settings: SHADOWLESS, ..case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)) },
     // Soft boxes of the studio, which have edges, in bumpy metal: 50 pixels by 3 to 5 levels.
     Case { tolerance: together(100, 4), ..case("DamagedHelmet", "", SQUARE) },
+    // Levels of meshes and of materials that fade into each other.
+    case("levels", "xtask/browser/levels.stage.toml", WIDE),
     // The ground's shadow is steep along the edge on which the box stands: 73 pixels by 3 levels.
     Case { tolerance: together(146, 4), ..case("BoxTextured", "", SQUARE) },
     case("NormalTangentMirrorTest", "", SQUARE),

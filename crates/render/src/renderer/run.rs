@@ -224,6 +224,7 @@ impl Renderer {
         self.gpu.queue.submit([first.finish(), encoder.finish()]);
         stats.bind_groups_made = self.bind_groups.made();
         stats.bundles_executed = self.bundles.executed();
+        stats.binding_changes = self.bundles.changes();
         if missing_bytes > 0 {
             // The executor gave textures of other shapes back, and nobody else shall keep them.
             self.bind_groups.forget_unused();
@@ -244,10 +245,10 @@ impl Renderer {
     /// before.
     fn world<'s>(&mut self, scene: &'s Scene, asked: &[Asked], stats: &mut FrameStats) -> (World<'s>, bool) {
         stats.uploaded_bytes += self.follow(scene);
-        let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
         if asked.iter().any(|asked| asked.request.settings.lod.reduces_materials()) {
             stats.uploaded_bytes += self.resources.reduce_materials(&self.gpu, scene);
         }
+        let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
         self.light_count = world.draws.lit.len();
         let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
             let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);

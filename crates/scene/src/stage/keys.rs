@@ -76,7 +76,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd.",
     )],
 };
 

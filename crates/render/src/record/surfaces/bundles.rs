@@ -5,7 +5,7 @@
 
 use super::encode::encode;
 use super::pipelines::Targets;
-use super::prepared::Chunk;
+use super::prepared::{Chunk, Command};
 use crate::record::bind_groups::KEPT_FRAMES;
 use crate::record::{Frame, PreparedView};
 use std::borrow::Cow;
@@ -50,6 +50,7 @@ pub(crate) struct Bundles {
     passes: RefCell<HashMap<PassKey, PassBundles>>,
     frame: Cell<u64>,
     executed: Cell<u64>,
+    changes: Cell<u64>,
 }
 
 impl Bundles {
@@ -58,12 +59,24 @@ impl Bundles {
         let frame = self.frame.get() + 1;
         self.frame.set(frame);
         self.executed.set(0);
+        self.changes.set(0);
         self.passes.borrow_mut().retain(|_, pass| pass.last_frame + KEPT_FRAMES >= frame);
     }
 
     /// How many were executed since the frame began.
     pub fn executed(&self) -> u64 {
         self.executed.get()
+    }
+
+    /// Counts what a chunk binds.
+    pub(super) fn count(&self, chunk: &Chunk) {
+        let binds = |command: &&Command| matches!(command, Command::Bound(_) | Command::Material(_));
+        self.changes.set(self.changes.get() + chunk.commands.iter().filter(binds).count() as u64);
+    }
+
+    /// How often pipelines and materials were bound since the frame began.
+    pub fn changes(&self) -> u64 {
+        self.changes.get()
     }
 
     /// Forgets all, with the buffers and textures that they hold.
@@ -92,6 +105,7 @@ impl Bundles {
         };
         for chunk in chunks {
             let index = chunk.index;
+            self.count(&chunk);
             match pass.chunks.get_mut(&index).filter(|known| known.chunk == chunk) {
                 Some(known) => {
                     let make = || bundle(&known.chunk, common, frame, view);

@@ -200,6 +200,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             let read = |(name, read)| (name, Resource::Texture(context.view(read).clone()));
             of_pass.extend(reads.into_iter().map(read));
             for chunk in prepare(&of_pass, &targets).unwrap_or_default() {
+                frame.bundles.count(&chunk);
                 encode(&chunk, context.render_pass, frame, view);
             }
         });
