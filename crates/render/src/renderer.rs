@@ -151,7 +151,8 @@ impl Renderer {
             self.bind_groups.clear();
             self.bundles.clear();
         }
-        self.shadows.scene_version += u64::from(followed.has_moved || followed.has_changed || followed.written_bytes > 0);
+        self.shadows.scene_version +=
+            u64::from(followed.has_moved || followed.has_changed || followed.written_bytes > 0);
         followed.written_bytes
     }
 

@@ -277,6 +277,30 @@ fn fading_levels_share_their_pixels() {
     assert_looks_same(&coarser, &mixed, 0.02);
 }
 
+/// Bodies of one mesh that fade at once are two draws, whichever shares of their pixels the levels have.
+#[test]
+fn bodies_that_fade_together_are_drawn_together() {
+    let mut scene = simplified();
+    let mut renderer = renderer();
+    let (request, _) = fading(&scene, &mut renderer, 0.5);
+    let request = request.with(|settings| settings.shadows.enabled = false);
+    let mut drawn = |scene: &Scene| {
+        renderer.render(scene, &request).unwrap();
+        let stats = renderer.stats();
+        let shown: Vec<u64> = stats.levels.iter().map(|level| level.primitives).filter(|count| *count > 0).collect();
+        (shown, stats.draws)
+    };
+    let (one, draws) = drawn(&scene);
+    assert_eq!(one, [1, 1]);
+    for at in 0..12 {
+        let turn = at as f32 * std::f32::consts::TAU / 12.0;
+        let translation = 0.3 * Vec3::new(turn.cos(), turn.sin(), 0.0);
+        scene.add_node(None, Node { mesh: Some(0), translation, ..Node::default() });
+    }
+    scene.update_transforms();
+    assert_eq!(drawn(&scene), (vec![13, 13], draws));
+}
+
 /// Samples of a still take other pixels each, so that their mean has no pattern.
 #[test]
 fn a_still_of_fading_levels_is_their_mean() {

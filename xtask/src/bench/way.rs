@@ -71,19 +71,6 @@ pub(super) static BRUTE_FORCE: Way =
 pub(super) static WAYS: [&Way; 8] =
     [&CLUSTERED, &TILED, &VOLUMES, &VOLUMES_STENCIL, &FORWARD, &FORWARD_BATCHED, &GOURAUD, &BRUTE_FORCE];
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_takes_minutes_is_left_out_but_for_the_truth() {
-        let efforts = |way: &Way| [16, 1024, 10_000].map(|lights| way.effort(lights));
-        assert_eq!(efforts(&CLUSTERED), [Effort::Frames; 3]);
-        assert_eq!(efforts(&FORWARD_BATCHED), [Effort::Frames, Effort::FirstFrame, Effort::LeftOut]);
-        assert_eq!(efforts(&BRUTE_FORCE), [Effort::Frames, Effort::FirstFrame, Effort::FirstFrame]);
-    }
-}
-
 const LESS: [&str; 2] = ["--set", "lod.materials=true"];
 const COARSER: [&str; 2] = ["--set", "lod.simplify=true"];
 
@@ -108,3 +95,16 @@ pub(super) static LEVELS: [&Way; 6] = [
         ..Way::deferred("coarser meshes, no textures", &[LESS[0], LESS[1], COARSER[0], COARSER[1]])
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_takes_minutes_is_left_out_but_for_the_truth() {
+        let efforts = |way: &Way| [16, 1024, 10_000].map(|lights| way.effort(lights));
+        assert_eq!(efforts(&CLUSTERED), [Effort::Frames; 3]);
+        assert_eq!(efforts(&FORWARD_BATCHED), [Effort::Frames, Effort::FirstFrame, Effort::LeftOut]);
+        assert_eq!(efforts(&BRUTE_FORCE), [Effort::Frames, Effort::FirstFrame, Effort::FirstFrame]);
+    }
+}

@@ -61,6 +61,7 @@ impl DrawList {
         let (opaque, blended) = world.items.split_at(world.opaque_count);
         list.opaque.reserve(opaque.len());
         let mut last_group = None;
+        let mut fading = FadingDraws::default();
         for (block, (items, bounds)) in opaque.chunks(BLOCK_ITEMS).zip(&world.blocks).enumerate() {
             let sight = bounds.map_or(Sight::Part, |bounds| frustum.sight(&bounds));
             if sight == Sight::None {
@@ -71,6 +72,10 @@ impl DrawList {
                     continue;
                 }
                 let index = (block * BLOCK_ITEMS + index) as u32;
+                if fading.group != item.group {
+                    list.append_fading(&mut fading, world);
+                    fading.group = item.group;
+                }
                 if !world.is_chosen(item, chooser) {
                     list.append_opaque((index, Form::default()), world, last_group == Some(item.group));
                     last_group = Some(item.group);
@@ -84,12 +89,18 @@ impl DrawList {
                         last_group = Some(item.group);
                     }
                     Shown::Two(parts) => {
-                        let draws = parts.into_iter().flatten();
-                        let draws: Vec<Draw> = draws.map(|part| list.fading_draw(index, world, part)).collect();
-                        list.opaque.extend(draws);
+                        for (form, instance) in parts.into_iter().flatten() {
+                            list.count(item, form.level, world);
+                            fading.add(index, form, instance);
+                        }
                         last_group = None;
                     }
                 }
+            }
+            // Draws stay with the items that are culled together; what follows goes on with none of them.
+            if !fading.by_form.is_empty() {
+                list.append_fading(&mut fading, world);
+                last_group = None;
             }
         }
         let distance_m = |item: &Item| -view.view_from_world.transform_point3(item.center).z;
@@ -135,6 +146,17 @@ impl DrawList {
         Draw { item: index, form, fades: true, faces: item.faces, instances: at..at + 1 }
     }
 
+    /// Adds the draws of what fades of a group.
+    fn append_fading(&mut self, draws: &mut FadingDraws, world: &WorldDraws) {
+        for (index, form, instances) in draws.by_form.drain(..) {
+            let first = (world.instances.len() + self.fading.len()) as u32;
+            let faces = world.items[index as usize].faces;
+            let instances_of_view = first..first + instances.len() as u32;
+            self.fading.extend(instances);
+            self.opaque.push(Draw { item: index, form, fades: true, faces, instances: instances_of_view });
+        }
+    }
+
     /// Counts what is drawn.
     fn count(&mut self, item: &Item, level: u32, world: &WorldDraws) {
         let triangles = world.triangles(item, level);
@@ -173,6 +195,23 @@ impl DrawList {
             self.blended.extend([Faces::Back, Faces::Front].map(|faces| Draw { faces, ..draw.clone() }));
         } else {
             self.blended.push(draw);
+        }
+    }
+}
+
+/// What fades of neighbouring items that differ in nothing but their instances: all in one form are one draw.
+#[derive(Debug, Default)]
+struct FadingDraws {
+    group: u32,
+    /// The first item of each form, and the instances.
+    by_form: Vec<(u32, Form, Vec<Instance>)>,
+}
+
+impl FadingDraws {
+    fn add(&mut self, item: u32, form: Form, instance: Instance) {
+        match self.by_form.iter_mut().find(|(_, known, _)| *known == form) {
+            Some((_, _, instances)) => instances.push(instance),
+            None => self.by_form.push((item, form, vec![instance])),
         }
     }
 }

@@ -29,6 +29,11 @@ pub(crate) fn faded(instance: &Instance, coarser_share: f32, side: Side) -> Opti
     Some(faded)
 }
 
+/// The object id of such an instance.
+pub(crate) fn faded_id(instance: &Instance) -> u32 {
+    instance.ids[0] & ((1 << FADE_SHIFT) - 1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,6 +46,7 @@ mod tests {
         let coded = |id, share, side| faded(&instance(id), share, side).map(|faded| faded.ids[0]);
         assert_eq!(coded(77, 0.5, Side::Finer), Some(77 | 32 << 23));
         assert_eq!(coded(77, 0.5, Side::Coarser), Some(77 | 96 << 23));
+        assert_eq!(faded(&instance(77), 0.5, Side::Coarser).map(|faded| faded_id(&faded)), Some(77));
         for share in [0.0, 0.005, 0.995, 1.0] {
             assert_eq!(coded(77, share, Side::Finer), None);
         }

@@ -8,7 +8,7 @@ mod fading;
 mod settings;
 mod surface;
 
-pub(crate) use fading::{FADES, Side, faded};
+pub(crate) use fading::{FADES, Side, faded, faded_id};
 pub use settings::LodSettings;
 pub(crate) use surface::{SurfaceForm, SurfaceForms};
 

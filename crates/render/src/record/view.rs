@@ -9,6 +9,7 @@ use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use crate::ground::ViewGround;
+use crate::levels::faded_id;
 use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, Rectangle, VolumeDraw, without_shadows};
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
@@ -132,12 +133,13 @@ impl PreparedView {
 
     /// The lists of the objects that are drawn.
     fn lists_of<'w>(&'w self, draw: &Draw, world: &'w WorldDraws) -> impl Iterator<Item = ListRecord> + 'w {
-        // What fades has an instance of its own, which says another thing beside the id.
-        let at = world.items.get(draw.item as usize).map_or(0, |item| item.instance);
-        let of_draw = if draw.fades { at..at + 1 } else { draw.instances.clone() };
-        let instances = world.instances.get(of_draw.start as usize..of_draw.end as usize).unwrap_or(&[]);
-        let list =
-            |instance| self.object_lights.get(object_id(instance) as usize).copied().unwrap_or(ListRecord::EMPTY);
+        let Range { start, end } = draw.instances;
+        let instances = world.instances.get(start as usize..end as usize).unwrap_or(&[]);
+        let fades = draw.fades;
+        let list = move |instance| {
+            let id = if fades { faded_id(instance) } else { object_id(instance) };
+            self.object_lights.get(id as usize).copied().unwrap_or(ListRecord::EMPTY)
+        };
         instances.iter().map(list)
     }
 
