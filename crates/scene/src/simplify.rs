@@ -286,9 +286,11 @@ mod tests {
         assert_eq!(Arc::as_ptr(&scene.meshes[0]), before);
     }
 
+    type Entries = HashMap<String, Vec<u8>>;
+
     /// What was put there, and how often something was looked for and found.
     #[derive(Debug, Default)]
-    struct Kept(std::sync::Mutex<(HashMap<String, Vec<u8>>, [u32; 2])>);
+    struct Kept(std::sync::Mutex<(Entries, [u32; 2])>);
 
     impl Cache for Kept {
         fn get(&self, name: &str) -> Option<Vec<u8>> {
