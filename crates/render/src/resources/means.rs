@@ -28,7 +28,7 @@ impl Laid<'_> {
         let x = texel_of(uv.x, *width, self.sampler.wrap_u);
         let y = texel_of(uv.y, *height, self.sampler.wrap_v);
         let at = (y * width + x) as usize * 4;
-        let Some(&[r, g, b, a]) = data.get(at..at + 4).and_then(|texel| texel.as_array()) else { return Vec4::ONE };
+        let Some(&[r, g, b, a]) = data.get(at..).and_then(|texels| texels.first_chunk()) else { return Vec4::ONE };
         let [r, g, b, a] = [r, g, b, a].map(|byte| f32::from(byte) / 255.0);
         if self.is_srgb { Vec3::new(r, g, b).map(linear_from_srgb).extend(a) } else { Vec4::new(r, g, b, a) }
     }
