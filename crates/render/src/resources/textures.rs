@@ -159,7 +159,7 @@ impl Textures {
 
 fn coarse_of(chain: &MipChain) -> Option<Pixels> {
     let is_coarse = |level: &&Pixels| level.width.max(level.height) <= COARSE_SIDE;
-    chain.levels.iter().find(is_coarse).filter(|_| chain.blocks.is_none()).cloned()
+    chain.levels.iter().find(is_coarse).filter(|_| chain.texels == Texels::Bytes).cloned()
 }
 
 /// What is to be known of an image to find out whether it is another one.
