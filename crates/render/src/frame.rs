@@ -12,7 +12,7 @@ use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground,
-    ids, linear_depth, motion, present, resolve, shadows, tile_depth, tone_map, transparency, volumes,
+    ids, indirect, linear_depth, motion, present, resolve, shadows, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -192,17 +192,30 @@ fn light_passes(
 ) -> Result<(Handle, Handle), ProgramError> {
     match settings.lights.culling {
         LightCulling::Clustered | LightCulling::None => {
-            Ok((direct::record(r, &Lights::Clusters, gbuffer, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, &depth, radiance)?, depth))
         }
         LightCulling::Tiled => {
             let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
-            Ok((direct::record(r, &Lights::Tiles(&tile_depth), gbuffer, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, &depth, radiance)?, depth))
         }
         LightCulling::Volumes | LightCulling::VolumesStencil => {
-            let radiance = direct::record(r, &Lights::Global, gbuffer, &depth, radiance)?;
+            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, &depth, radiance)?;
             volumes::record(r, gbuffer, depth, radiance)
         }
     }
+}
+
+/// Light of the environment and of `lights`: in one pass, which reads the G-buffer once for both, where one of them reaches every pixel.
+fn surface_light_passes(
+    r: &mut Recorder<'_, '_>,
+    lights: &Lights<'_>,
+    gbuffer: &Gbuffer,
+    depth: &Handle,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    let is_apart = !lights.add_ambient(r) && !r.view.counts_pairs();
+    let radiance = if is_apart { indirect::record(r, gbuffer, depth, radiance)? } else { radiance };
+    direct::record(r, lights, gbuffer, depth, radiance)
 }
 
 /// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded, in range

@@ -12,7 +12,9 @@ Cycles, beside the distance of Filament's pictures from the same.
 
   RMSE   the root of the mean square difference of sRGB values, in levels of 255, both pictures 512 pixels wide and laid over
          mid grey (127.5): over the whole picture, as renderer_spread.csv has it, and over what either covers
-         (`covered`); `packed` is ours with colours of half the size, as lossy WebP has them, which the published pictures are
+         (`covered`); `packed` is ours with colours of half the size, as lossy WebP has them, which the published pictures are.
+         Their encoding is a power of 1/2.2, but of Filament's, which is sRGB: ours have the former here, and `as sRGB` and
+         `Filament by gamma` are both in the other one
   FLIP   the mean of `manypass diff`
 
   ours are rendered twice as large as the published pictures and scaled by Lanczos's filter, as those were. For every scene

@@ -15,10 +15,37 @@ const SCALE: u32 = 2;
 /// The samples of a pixel of the large picture: 16 of one that is compared.
 const SAMPLES: &str = "4";
 
+/// How a picture's light became bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    /// By the curve of sRGB, as Filament's.
+    Srgb,
+    /// By a power of 1/2.2, as the sample viewer's and Cycles' (SOURCES.md), and so ours beside them.
+    Gamma,
+}
+
+impl Encoding {
+    /// The other one, and what a value from 0 to 1 becomes in it.
+    fn other(self) -> (Self, fn(f32) -> f32) {
+        match self {
+            Self::Srgb => (Self::Gamma, |value| {
+                let linear = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+                linear.max(0.0).powf(1.0 / 2.2)
+            }),
+            Self::Gamma => (Self::Srgb, |value| {
+                let linear = value.max(0.0).powf(2.2);
+                if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+            }),
+        }
+    }
+}
+
 /// How far apart two pictures are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Distance {
     pub rmse: Rmse,
+    /// The same over all pixels, if the second picture had the other encoding.
+    pub rmse_other: f64,
     /// The same over all pixels, with the second picture's colours as coarse as lossy WebP holds them.
     pub rmse_packed: f64,
     /// The mean FLIP.
@@ -52,16 +79,25 @@ impl Fidelity<'_> {
         ensure!(output.status.success(), "{command:?} ended with {}: {}", output.status, said.trim());
         let path = self.folder.join(format!("{}.png", scenario.name));
         let picture = image::open(&large).with_context(|| format!("reading {}", large.display()))?.to_rgba8();
-        scaled(&picture, size).save(&path).with_context(|| format!("writing {}", path.display()))?;
+        // The program's are sRGB.
+        scaled(&picture, size, Encoding::Srgb.other().1)
+            .save(&path)
+            .with_context(|| format!("writing {}", path.display()))?;
         std::fs::remove_file(&large).with_context(|| format!("removing {}", large.display()))?;
         let warnings = said.lines().filter_map(|line| line.strip_prefix("warning: ")).map(str::to_owned).collect();
         Ok(Rendered { path, warnings })
     }
 
-    /// Compares two pictures; `sheet` is the name of the sheet that shows both.
-    pub fn compare(&self, reference: &Path, test: &Path, sheet: Option<&str>) -> Result<Distance> {
+    /// Compares two pictures, of which the second has an encoding; `sheet` is the name of the sheet that shows both.
+    pub fn compare(
+        &self,
+        reference: &Path,
+        (test, encoding): (&Path, Encoding),
+        sheet: Option<&str>,
+    ) -> Result<Distance> {
         let (first, second) = (open_picture(reference)?, open_picture(test)?);
         let rmse = rmse_over_grey(&first, &second);
+        let rmse_other = rmse_over_grey(&first, &recoded(&second, encoding.other().1)).whole;
         let rmse_packed = rmse_over_grey(&first, &packed(&second)).whole;
         let mut command = Command::new(&self.program);
         command.arg("diff").arg(reference).arg(test).arg("--json");
@@ -70,7 +106,7 @@ impl Fidelity<'_> {
         }
         let found = last_json(&mut command)?;
         let flip = found["flip"]["mean"].as_f64().with_context(|| format!("no mean in {found}"))?;
-        Ok(Distance { rmse, rmse_packed, flip })
+        Ok(Distance { rmse, rmse_other, rmse_packed, flip })
     }
 }
 
@@ -84,8 +120,8 @@ pub(super) fn size_of(path: &Path) -> Result<(u32, u32)> {
     image::image_dimensions(path).with_context(|| format!("reading {}", path.display()))
 }
 
-/// A picture in another size. Colours are weighted by alpha, so that what is transparent has none.
-fn scaled(picture: &RgbaImage, (width, height): (u32, u32)) -> RgbaImage {
+/// A picture in another size, and its colours in another encoding. They are weighted by alpha, so that what is transparent has none.
+fn scaled(picture: &RgbaImage, (width, height): (u32, u32), recode: fn(f32) -> f32) -> RgbaImage {
     let associated = Rgba32FImage::from_fn(picture.width(), picture.height(), |x, y| {
         let [r, g, b, a] = picture.get_pixel(x, y).0.map(|value| f32::from(value) / 255.0);
         Rgba([r * a, g * a, b * a, a])
@@ -93,9 +129,20 @@ fn scaled(picture: &RgbaImage, (width, height): (u32, u32)) -> RgbaImage {
     let small = resize(&associated, width, height, FilterType::Lanczos3);
     RgbaImage::from_fn(width, height, |x, y| {
         let [r, g, b, a] = small.get_pixel(x, y).0;
-        let straight = |value: f32| if a > 0.0 { value / a } else { 0.0 };
+        let straight = |value: f32| if a > 0.0 { recode((value / a).clamp(0.0, 1.0)) } else { 0.0 };
         Rgba([straight(r), straight(g), straight(b), a].map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8))
     })
+}
+
+/// A picture whose colours have another encoding.
+fn recoded(picture: &Picture, recode: fn(f32) -> f32) -> Picture {
+    let table: Vec<u8> = (0..=255).map(|byte: u16| (recode(f32::from(byte) / 255.0) * 255.0).round() as u8).collect();
+    let [width, height] = [picture.width, picture.height];
+    let recoded = |&[r, g, b, a]: &[u8; 4]| {
+        let [r, g, b] = [r, g, b].map(|byte| table[usize::from(byte)]);
+        [r, g, b, a]
+    };
+    Picture { width, height, pixels: picture.pixels.iter().map(recoded).collect() }
 }
 
 /// A picture as lossy WebP holds it, without its quantisation: differences of colour (BT.601) have half the width and height.
@@ -144,7 +191,7 @@ mod tests {
     #[test]
     fn transparent_pixels_lend_no_colour() {
         let picture = RgbaImage::from_fn(64, 64, |x, _| Rgba(if x < 32 { [200, 100, 50, 255] } else { [0, 0, 0, 0] }));
-        let small = scaled(&picture, (32, 32));
+        let small = scaled(&picture, (32, 32), |value| value);
         assert_eq!(small.get_pixel(3, 9).0, [200, 100, 50, 255]);
         assert_eq!(small.get_pixel(29, 9).0[3], 0);
         for x in 0..32 {
@@ -155,6 +202,22 @@ mod tests {
                 "{x}: {r} {g} {b} {a}"
             );
         }
+    }
+
+    #[test]
+    fn encodings_lead_back_and_forth() {
+        let bytes = Picture { width: 16, height: 16, pixels: (0..=255).map(|i| [i, i, i, 255]).collect() };
+        for encoding in [Encoding::Srgb, Encoding::Gamma] {
+            let (other, recode) = encoding.other();
+            let there = recoded(&bytes, recode);
+            let back = recoded(&there, other.other().1);
+            // Where one of them is steep the other has fewer steps.
+            let is_near = |(a, b): (&[u8; 4], &[u8; 4])| a[0].abs_diff(b[0]) <= if a[0] < 32 { 4 } else { 1 };
+            assert!(back.pixels.iter().zip(&bytes.pixels).all(is_near), "{encoding:?}: {:?}", back.pixels);
+            assert!(there.pixels.iter().zip(&bytes.pixels).any(|(a, b)| a[0].abs_diff(b[0]) >= 5), "{encoding:?}");
+        }
+        // 50 of sRGB is 0.0319 of white, whose power of 1/2.2 is 53.
+        assert_eq!(recoded(&bytes, Encoding::Srgb.other().1).pixels[50], [53, 53, 53, 255]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The table of published pictures.
 
 use super::Fidelity;
-use super::pictures::{Distance, Rendered, size_of};
+use super::pictures::{Distance, Encoding, Rendered, size_of};
 use super::scenarios::{self, Scenario};
 use crate::table::median;
 use anyhow::{Context, Result};
@@ -30,13 +30,15 @@ struct Pair {
     filament: Distance,
 }
 
-/// Where the column of packed pictures stands: Filament's are packed already.
-const PACKED_COLUMN: usize = 3;
+/// Where columns stand that are beside both: the other encoding of both pictures; packed ones, since Filament's are packed already.
+const OTHER_COLUMN: usize = 3;
+const PACKED_COLUMN: usize = 5;
 
 /// What is read of a distance.
 type Measure = fn(&Distance) -> f64;
 const WHOLE: Measure = |distance| distance.rmse.whole;
 const COVERED: Measure = |distance| distance.rmse.covered;
+const OTHER: Measure = |distance| distance.rmse_other;
 const PACKED: Measure = |distance| distance.rmse_packed;
 const FLIP: Measure = |distance| distance.flip;
 
@@ -50,6 +52,8 @@ pub(super) fn print(run: &mut Fidelity) -> Result<()> {
         ("scene", 24),
         ("RMSE", 6),
         ("Filament", 8),
+        ("as sRGB", 7),
+        ("Filament by gamma", 8),
         ("packed", 6),
         ("covered", 7),
         ("Filament", 8),
@@ -99,8 +103,8 @@ fn row(run: &Fidelity, scenario: &Scenario) -> Result<Option<Row>> {
     let rendered = run.render(scenario, model, environment, size_of(&viewer)?)?;
     let name = &scenario.name;
     let pair = |reference, sheet: String| -> Result<Pair> {
-        let ours = run.compare(reference, &rendered.path, Some(&sheet))?;
-        Ok(Pair { ours, filament: run.compare(reference, &filament, None)? })
+        let ours = run.compare(reference, (&rendered.path, Encoding::Gamma), Some(&sheet))?;
+        Ok(Pair { ours, filament: run.compare(reference, (&filament, Encoding::Srgb), None)? })
     };
     let to_viewer = pair(&viewer, format!("{name}.viewer.png"))?;
     let to_cycles = pair(&cycles, format!("{name}.cycles.png"))?;
@@ -122,7 +126,10 @@ fn cells(row: &Row) -> Vec<String> {
             cells.extend([pair.ours, pair.filament].map(|distance| format!("{:.digits$}", measure(&distance))));
         }
     }
-    cells.insert(PACKED_COLUMN, format!("{:.2}", PACKED(&row.to_viewer.ours)));
+    let Pair { ours, filament } = &row.to_viewer;
+    let other = [ours, filament].map(|distance| format!("{:.2}", OTHER(distance)));
+    cells.splice(OTHER_COLUMN..OTHER_COLUMN, other);
+    cells.insert(PACKED_COLUMN, format!("{:.2}", PACKED(ours)));
     cells
 }
 
@@ -155,15 +162,19 @@ fn print_medians(run: &mut Fidelity, rows: &[Row]) -> Value {
             run.failures.push(format!("the median of {key} is {ours:.2}, above Filament's, {filament:.2}"));
         }
     }
+    let (ours, filament) = of(&viewer, OTHER);
+    value["viewer_rmse_other_encoding"] = json!({ "ours": ours, "filament": filament });
+    let cell = |number: Option<f64>| number.map_or("-".into(), |number| format!("{number:.2}"));
+    row.splice(OTHER_COLUMN..OTHER_COLUMN, [cell(ours), cell(filament)]);
     let packed = median(viewer.iter().map(|pair| PACKED(&pair.ours)).collect());
     value["viewer_rmse_packed"] = json!({ "ours": packed });
-    row.insert(PACKED_COLUMN, packed.map_or("-".into(), |number| format!("{number:.2}")));
+    row.insert(PACKED_COLUMN, cell(packed));
     run.report.row(row);
     value
 }
 
 fn value(row: &Row) -> Value {
-    let distance = |distance: &Distance| json!({ "rmse": distance.rmse.whole, "rmse_packed": distance.rmse_packed, "rmse_covered": distance.rmse.covered, "flip": distance.flip });
+    let distance = |distance: &Distance| json!({ "rmse": distance.rmse.whole, "rmse_other_encoding": distance.rmse_other, "rmse_packed": distance.rmse_packed, "rmse_covered": distance.rmse.covered, "flip": distance.flip });
     let pair = |pair: &Pair| json!({ "ours": distance(&pair.ours), "filament": distance(&pair.filament) });
     json!({
         "name": row.name,

@@ -7,7 +7,6 @@
 
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;
-use crate::passes::indirect;
 use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
@@ -24,7 +23,25 @@ pub enum Lights<'t> {
     Global,
 }
 
-/// Records the pass; that of the environment's light before it if that is not within it.
+impl Lights<'_> {
+    /// The rectangles of the picture that they reach.
+    fn rectangles(&self, r: &Recorder<'_, '_>) -> Arc<[Rectangle]> {
+        let (width, height) = r.view.size;
+        match self {
+            Self::Clusters | Self::Tiles(_) => r.view.lit_rectangles.clone(),
+            Self::Global => (r.view.global_light_count > 0).then_some([0, 0, width, height]).into_iter().collect(),
+        }
+    }
+
+    /// Whether the pass adds the light of the environment as well: where one of the lights reaches every pixel.
+    pub fn add_ambient(&self, r: &Recorder<'_, '_>) -> bool {
+        let (width, height) = r.view.size;
+        let is_wanted = !r.view.is_environment_dark && !r.view.counts_pairs();
+        is_wanted && self.rectangles(r)[..] == [[0, 0, width, height]]
+    }
+}
+
+/// Records the pass.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -35,19 +52,11 @@ pub fn record(
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    let (width, height) = r.view.size;
-    let all = [0, 0, width, height];
-    let lit: Arc<[Rectangle]> = match lights {
-        Lights::Clusters | Lights::Tiles(_) => r.view.lit_rectangles.clone(),
-        Lights::Global => (r.view.global_light_count > 0).then_some(all).into_iter().collect(),
-    };
-    let is_all_lit = lit[..] == [all];
-    let adds_ambient = is_all_lit && !r.view.is_environment_dark && !r.view.counts_pairs();
-    let is_apart = !adds_ambient && !r.view.counts_pairs();
-    let radiance = if is_apart { indirect::record(r, gbuffer, depth, radiance)? } else { radiance };
+    let lit = lights.rectangles(r);
     if lit.is_empty() {
         return Ok(radiance);
     }
+    let adds_ambient = lights.add_ambient(r);
     let reaches = r.view.light_reaches.clone();
     let axis: &[&'static str] = match lights {
         Lights::Clusters => &[],
