@@ -155,7 +155,7 @@ fn print_medians(run: &mut Fidelity, rows: &[Row]) -> Value {
         value[key] = json!({ "ours": ours, "filament": filament });
         let cell = |number: Option<f64>| number.map_or("-".into(), |number| format!("{number:.digits$}"));
         row.extend([cell(ours), cell(filament)]);
-        let is_judged = run.options.only.is_empty() && key == "viewer_rmse";
+        let is_judged = run.options.only.is_empty() && key.starts_with("viewer_rmse");
         if let (true, Some(ours), Some(filament)) = (is_judged, ours, filament)
             && ours > filament
         {

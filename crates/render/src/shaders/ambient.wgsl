@@ -7,7 +7,7 @@ import package::shaders::brdf::{Shading, PI, reflectance};
 @if(layered) import package::shaders::layer_maps::has_layer;
 @if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::environment::{
-    environment, environment_irradiance, environment_reflection, lobe_direction, sun_count,
+    environment, environment_irradiance, environment_reflection, grazing_share, lobe_direction, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
 
@@ -46,7 +46,8 @@ fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {
 fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
     let specular_albedo = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
     let mirrored = reflect(-shading.to_eye, shading.normal);
-    let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha);
+    let grazing = grazing_share(shading.f0, 1.0, shading.dfg);
+    let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha, grazing);
     let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
     let diffuse = environment_irradiance(shading.normal) * (1.0 / PI) * shading.albedo * (1.0 - specular_albedo);
     let diffuse_share = diffuse_environment_share(surface);

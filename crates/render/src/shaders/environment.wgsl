@@ -96,13 +96,21 @@ fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
     return radiance;
 }
 
+// How much of what a surface mirrors of light from everywhere is that of grazing incidence: the bias of the split sum beside f0 times its
+// scale (Karis 2013).
+fn grazing_share(f0: vec3f, f90: f32, dfg: vec2f) -> f32 {
+    let grazing = f90 * dfg.y;
+    return grazing / max(max(f0.r, max(f0.g, f0.b)) * dfg.x + grazing, 1e-4);
+}
+
 // Where the lobe of a surface points from which light is mirrored: rough ones ever more along the normal (Lagarde & de Rousiers 2014,
-// section 4.9.3, times a fit to integrals of the lobe at grazing angles).
-fn lobe_direction(mirrored: vec3f, normal: vec3f, n_dot_v: f32, roughness_alpha: f32) -> vec3f {
+// section 4.9.3, times a fit to integrals of the lobe at grazing angles), but what is reflected by grazing incidence is of light that
+// stands as low as the eye, along the mirror's direction.
+fn lobe_direction(mirrored: vec3f, normal: vec3f, n_dot_v: f32, roughness_alpha: f32, grazing_share: f32) -> vec3f {
     let smoothness = 1.0 - roughness_alpha;
     let share = smoothness * (sqrt(smoothness) + roughness_alpha)
         * mix(0.55 + 0.45 * n_dot_v, 1.0, smoothness * smoothness * smoothness);
-    return normalize(mix(normal, mirrored, share));
+    return normalize(mix(normal, mirrored, mix(share, 1.0, grazing_share)));
 }
 
 fn environment_irradiance(normal: vec3f) -> vec3f {

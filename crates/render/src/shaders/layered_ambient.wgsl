@@ -6,7 +6,9 @@ import package::constants::{
 };
 import package::shaders::brdf::{PI, Shading};
 import package::shaders::ambient::suns_radiance;
-import package::shaders::environment::{environment_irradiance, environment_reflection, lobe_direction, sun_count};
+import package::shaders::environment::{
+    environment_irradiance, environment_reflection, grazing_share, lobe_direction, sun_count,
+};
 import package::shaders::layer_maps::has_layer;
 import package::shaders::layers::below_coat;
 
@@ -44,7 +46,9 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
     let terms = shading.layers;
     let specular_albedo = (shading.f0 * shading.dfg.x + terms.f90 * shading.dfg.y) * shading.energy_compensation;
     let normal = reflection_normal(shading);
-    let reflected = lobe_direction(reflect(-shading.to_eye, normal), normal, shading.n_dot_v, shading.roughness_alpha);
+    let mirrored = reflect(-shading.to_eye, normal);
+    let grazing = grazing_share(shading.f0, terms.f90, shading.dfg);
+    let reflected = lobe_direction(mirrored, normal, shading.n_dot_v, shading.roughness_alpha, grazing);
     let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
     let entering = 1.0 - dielectric_albedo(shading);
     var diffuse = environment_irradiance(shading.normal) * shading.albedo;
@@ -64,8 +68,9 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
         radiance = radiance * terms.through + sheen;
     }
     if has_layer(LAYER_CLEARCOAT) {
-        let mirrored = reflect(-shading.to_eye, terms.coat_normal);
-        let of_coat = lobe_direction(mirrored, terms.coat_normal, terms.coat_n_dot_v, terms.coat_alpha);
+        let mirrored_by_coat = reflect(-shading.to_eye, terms.coat_normal);
+        // Of a coat the split sum is added up already, and most are smooth: the lobe's direction stands for both.
+        let of_coat = lobe_direction(mirrored_by_coat, terms.coat_normal, terms.coat_n_dot_v, terms.coat_alpha, 0.0);
         radiance = radiance * below_coat(terms) + environment_reflection(of_coat, terms.coat_alpha) * terms.coat_albedo;
     }
     if sun_count > 0u {
