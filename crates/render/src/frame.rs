@@ -213,7 +213,7 @@ fn surface_light_passes(
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    let is_apart = !lights.add_ambient(r) && !r.view.counts_pairs();
+    let is_apart = !lights.adds_ambient(r) && !r.view.counts_pairs();
     let radiance = if is_apart { indirect::record(r, gbuffer, depth, radiance)? } else { radiance };
     direct::record(r, lights, gbuffer, depth, radiance)
 }

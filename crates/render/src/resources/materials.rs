@@ -30,7 +30,7 @@ pub(crate) struct MaterialFactors {
     pub roughness: f32,
     /// Scale of the normal map.
     pub normal_scale: f32,
-    /// Strength of the occlusion texture.
+    /// Strength of the occlusion texture; 0 if there is none. Of what is drawn without its textures, how much is occluded.
     pub occlusion_strength: f32,
     /// Fragments with less alpha are dropped.
     pub alpha_cutoff: f32,

@@ -16,6 +16,7 @@ struct MaterialFactors {
     metallic: f32,
     roughness: f32,
     normal_scale: f32,
+    // Of the texture; without textures, how much is occluded.
     occlusion_strength: f32,
     // Fragments with less alpha are dropped.
     alpha_cutoff: f32,

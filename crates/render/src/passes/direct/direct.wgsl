@@ -1,7 +1,7 @@
 // direct: every light that reaches a pixel, added to `radiance`; with `adds_ambient` that of the environment, too.
 // Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of tiles, and
 // what lies before or behind all of the tile's surfaces is passed over; with `global` only lights that are in no list. Reads:
-// G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, too. Writes: radiance; with `counts_pairs`
+// G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, and the environment. Writes: radiance; with `counts_pairs`
 // the numbers of pairs instead.
 // Program: direct. Axes: tiled, global, shadowed.
 

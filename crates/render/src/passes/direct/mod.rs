@@ -2,7 +2,7 @@
 //! pixel, so that the G-buffer is read once for both.
 //!
 //! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures. Reads:
-//! G-buffer, depth, lists of lights. Writes: radiance, in the rectangles of the picture that lights reach; or, for the report,
+//! G-buffer, depth, lists of lights, the environment. Writes: radiance, in the rectangles of the picture that lights reach; or, for the report,
 //! the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
@@ -33,8 +33,8 @@ impl Lights<'_> {
         }
     }
 
-    /// Whether the pass adds the light of the environment as well: where one of the lights reaches every pixel.
-    pub fn add_ambient(&self, r: &Recorder<'_, '_>) -> bool {
+    /// Whether their pass adds the light of the environment as well: where one of the lights reaches every pixel.
+    pub fn adds_ambient(&self, r: &Recorder<'_, '_>) -> bool {
         let (width, height) = r.view.size;
         let is_wanted = !r.view.is_environment_dark && !r.view.counts_pairs();
         is_wanted && self.rectangles(r)[..] == [[0, 0, width, height]]
@@ -56,7 +56,7 @@ pub fn record(
     if lit.is_empty() {
         return Ok(radiance);
     }
-    let adds_ambient = lights.add_ambient(r);
+    let adds_ambient = lights.adds_ambient(r);
     let reaches = r.view.light_reaches.clone();
     let axis: &[&'static str] = match lights {
         Lights::Clusters => &[],

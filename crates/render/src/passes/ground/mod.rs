@@ -2,7 +2,8 @@
 //!
 //! What it gets of light is read from a map of the plane, which is drawn when it is not that of the scene any more: shadows of the
 //! parallel light with penumbrae (Fernando 2005, "Percentage-Closer Soft Shadows"), and form factors of what hangs over it, by fixed
-//! points of importance; a pass `ground.smooth` takes the noise of both out of it. Reads: the environment, depth; its map: what casts shadows. Writes: radiance.
+//! points of importance; a pass `ground.smooth` takes the noise of both out of it. Reads: the environment,
+//! depth; its map: what casts shadows. Writes: radiance.
 
 use crate::draws::Tile;
 use crate::gbuffer::LightTarget;
