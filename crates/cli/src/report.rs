@@ -92,6 +92,8 @@ pub struct Entry<'a> {
     pub size: (u32, u32),
     /// How many samples were averaged.
     pub samples: u32,
+    /// How many of them pixels have on average.
+    pub samples_mean: f64,
     /// The adapter that rendered it.
     pub adapter: &'a AdapterSummary,
     /// Milliseconds.
@@ -170,6 +172,7 @@ impl Report {
             "width": entry.size.0,
             "height": entry.size.1,
             "samples": entry.samples,
+            "samples_mean": entry.samples_mean,
             "adapter": entry.adapter,
             "milliseconds": {
                 "start": phases.start,

@@ -21,6 +21,9 @@ shared_constants! {
     /// survives every comparison and every product with a weight up to 1.
     DISTANCE_BACKGROUND_M: f32 = 3.0e38;
 
+    /// Pixels along each side of a tile of a still that needs no more samples once it is settled.
+    SETTLED_TILE_PX: i32 = 4;
+
     /// Texels in a row of the tables of joints, morph targets and previous nodes.
     DATA_WIDTH: u32 = 1024;
     /// Texels of a light in the table of lights.

@@ -11,8 +11,9 @@ use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud, ground,
-    ids, indirect, linear_depth, motion, present, resolve, shadows, tile_depth, tone_map, transparency, volumes,
+    accumulate, adaptive, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud,
+    ground, ids, indirect, linear_depth, motion, present, resolve, shadows, tile_depth, tone_map, transparency,
+    volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -94,38 +95,38 @@ pub fn view_passes(
         } else {
             radiance
         };
-        let radiance = translucent_passes(r, settings, radiance, depth)?;
+        let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
         let radiance = resolve::record(r, "resolve", radiance);
-        return Ok(ViewOutputs { radiance, gbuffer: None, emission: None, ids: None, motion: None });
+        return Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None });
     }
-    let (outputs, gbuffer, depth) = surface_passes(r, variables)?;
-    let (radiance, depth) = light_passes(r, settings, &gbuffer, depth, outputs.radiance)?;
+    let (outputs, gbuffer) = surface_passes(r, variables)?;
+    let (radiance, depth) = light_passes(r, settings, &gbuffer, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = ground::record(r, &depth, radiance)?;
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = fog::record_light(r, &settings.fog, &gbuffer.linear_depth, radiance)?;
-    let radiance = translucent_passes(r, settings, radiance, depth)?;
-    Ok(ViewOutputs { radiance, gbuffer: Some(gbuffer), ..outputs })
+    let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
+    Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), ..outputs })
 }
 
 /// Surfaces that light comes through, before what lies behind them; then those that alpha covers, or before if each of their
-/// fragments is opaque.
+/// fragments is opaque. Also gives depth.
 fn translucent_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     radiance: Handle,
     depth: Handle,
-) -> Result<Handle, ProgramError> {
+) -> Result<(Handle, Handle), ProgramError> {
     let is_opaque = settings.transparency.mode == TransparencyMode::Stochastic && !r.view.counts_pairs();
     let (radiance, depth) = if is_opaque { blended_passes(r, settings, radiance, depth)? } else { (radiance, depth) };
     let (radiance, depth) =
         if r.view.has_transmissive() { transmissive_passes(r, settings, radiance, depth)? } else { (radiance, depth) };
     if is_opaque {
-        return Ok(radiance);
+        return Ok((radiance, depth));
     }
-    Ok(blended_passes(r, settings, radiance, depth)?.0)
+    blended_passes(r, settings, radiance, depth)
 }
 
 /// Surfaces that light comes through, before what lies behind them: that of others, too, if two layers are asked for. Also gives depth.
@@ -227,7 +228,7 @@ fn surface_light_passes(
 pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Handle, ProgramError> {
     let (pairs, depth) = match settings.render.path {
         Path::Deferred => {
-            let (_, gbuffer, depth) = surface_passes(r, &Variables::default())?;
+            let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, &Variables::default())?;
             let pairs = LightTarget::new(r).cleared(r.graph);
             let (pairs, depth) = light_passes(r, settings, &gbuffer, depth, pairs)?;
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
@@ -239,7 +240,7 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
             forward::record_layered(r, None, pairs, LayeredDepth::Missing(depth))?
         }
     };
-    translucent_passes(r, settings, pairs, depth)
+    Ok(translucent_passes(r, settings, pairs, depth)?.0)
 }
 
 /// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known of
@@ -248,15 +249,12 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
 pub fn variable_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<ViewOutputs, ProgramError> {
-    let (outputs, gbuffer, _) = surface_passes(r, variables)?;
+    let (outputs, gbuffer) = surface_passes(r, variables)?;
     Ok(ViewOutputs { gbuffer: Some(gbuffer), ..outputs })
 }
 
-/// The G-buffer and the passes that variables need; `radiance` holds emission so far. Also gives depth.
-fn surface_passes(
-    r: &mut Recorder<'_, '_>,
-    variables: &Variables,
-) -> Result<(ViewOutputs, Gbuffer, Handle), ProgramError> {
+/// The G-buffer and the passes that variables need; `radiance` holds emission so far.
+fn surface_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
     let geometry = geometry::record(r)?;
     let linear_depth = linear_depth::record(r, "linear_depth", &geometry.depth)?;
     let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;
@@ -267,8 +265,7 @@ fn surface_passes(
     let ids = wanted.ids.then(|| ids::record(r, &geometry.depth)).transpose()?;
     let step = variables.camera_step.as_ref();
     let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
-    let outputs = ViewOutputs { radiance, gbuffer: None, emission, ids, motion };
-    Ok((outputs, gbuffer, geometry.depth))
+    Ok((ViewOutputs { radiance, depth: geometry.depth, gbuffer: None, emission, ids, motion }, gbuffer))
 }
 
 /// The user's effects, each on the radiance of the one before.
@@ -298,7 +295,7 @@ pub fn output_passes(
     means: Means,
     picture: Picture<'_>,
 ) -> Result<(), ProgramError> {
-    let Picture { display, target, is_shown, sample_index, exposure } = picture;
+    let Picture { display, target, is_shown, sample_index, exposure, depth, adaptive_step, settling } = picture;
     let curve = settings.tone_map.curve;
     let share = |average, part| accumulate::Share { average, part, sample_index, exposure };
     let of_display = share(accumulate::Average::Display(curve), Part::Whole);
@@ -309,7 +306,13 @@ pub fn output_passes(
     let mut glow = None;
     let (mean, left) = match means {
         Means::None => (None, tone_map::Display { is_mean: false, ..is_linear }),
-        Means::Display(mean) => (Some(accumulate::record(r, "accumulate", of_display, radiance, mean)?), is_done),
+        Means::Display(mean) => {
+            let mean = accumulate::record_unsettled(r, of_display, radiance, depth, mean)?;
+            if let Some(settling) = settling {
+                adaptive::record(r, &settings.adaptive, (adaptive_step, sample_index), &mean, settling)?;
+            }
+            (Some(mean), is_done)
+        }
         Means::Radiance(mean) => (Some(accumulate::record(r, "accumulate", of_radiance, radiance, mean)?), is_linear),
         Means::Both([mean, mean_of_radiance]) => {
             // Beside the other it has a name of its own.
@@ -389,4 +392,10 @@ pub struct Picture<'t> {
     pub sample_index: u32,
     /// From pre-exposed radiance to what the tone curve takes.
     pub exposure: f32,
+    /// Depth of the view: where it is nearest, tiles are settled, and keep their mean.
+    pub depth: &'t Handle,
+    /// What is done once this frame was added, if its means are of display colours.
+    pub adaptive_step: adaptive::Step,
+    /// What that is done to.
+    pub settling: Option<adaptive::Settling>,
 }

@@ -82,6 +82,8 @@ impl LightTarget {
 pub struct ViewOutputs {
     /// Scene-linear radiance, pre-exposed; alpha is coverage, more than 1 where the mark of `shaders/glow.wgsl` is.
     pub radiance: Handle,
+    /// Depth at the end: that of the nearest opaque surface, and of others that hide what lies behind them.
+    pub depth: Handle,
     /// The G-buffer; none on the forward path.
     pub gbuffer: Option<Gbuffer>,
     /// What surfaces emit, pre-exposed, if a variable needs it.

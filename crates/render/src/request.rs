@@ -45,7 +45,8 @@ pub struct FrameRequest {
     /// settings, cast no shadow, and are counted.
     pub light_rounds: Option<u32>,
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
-    /// as a live view wants it. Otherwise a picture depends on nothing before its first sample.
+    /// as a live view wants it. It is shown before its other samples are there, so its textures are filtered like those of a picture
+    /// of its own. Otherwise a picture depends on nothing before its first sample, and all its samples are filtered alike.
     pub goes_on: bool,
     /// The height of the ground, if there is one (`ground.mode`): where the scene's lowest point is, over an animation if it plays.
     /// Without it the lower side of the bounds of what is drawn, which encloses what is turned with some room.
@@ -99,6 +100,15 @@ impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
         self.sample_count > 1 && self.averaging != Averaging::Radiance && !self.deals_lights() && !self.is_stochastic()
+    }
+
+    /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours are averaged, and
+    /// no pass of the frame looks at what lies beside its pixel.
+    pub(crate) fn is_adaptive(&self) -> bool {
+        let Settings { adaptive, render, msaa, fog, .. } = &self.settings;
+        let is_of_pixels =
+            render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && self.effects.is_empty();
+        adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 
     /// Whether the part of samples that glows goes through the tone curve before it is averaged, and the rest afterwards: a

@@ -54,6 +54,7 @@ compose! {
     clusters: crate::lights::ClusterSettings,
     shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,
+    adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
     aov: crate::aov::AovSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,

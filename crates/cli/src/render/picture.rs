@@ -20,6 +20,8 @@ use std::time::Instant;
 
 /// A picture that is drawn, and what its report says of it.
 struct Drawn {
+    /// How many samples its pixels have on average, if there is a report.
+    samples_mean: f64,
     request: FrameRequest,
     info: PictureInfo,
     phases: Phases,
@@ -116,7 +118,18 @@ impl Batch<'_> {
         let shadows = report::shadow_numbers(renderer, scene);
         let layered_materials = manifest::layered_materials(scene);
         let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
-        Ok(Drawn { request, info, phases, stats, shadows, layered_materials, clamped_pixels: None, warnings })
+        let samples_mean = if self.report.is_some() { self.renderer.read_samples_mean().map_err(failed)? } else { 0.0 };
+        Ok(Drawn {
+            samples_mean,
+            request,
+            info,
+            phases,
+            stats,
+            shadows,
+            layered_materials,
+            clamped_pixels: None,
+            warnings,
+        })
     }
 
     /// Writes the pictures of all passes where they are asked for; gives the paths of the contact sheet and of those that
@@ -170,6 +183,7 @@ impl Batch<'_> {
             settings: &self.settings,
             size: (self.job.width, self.job.height),
             samples: self.args.frame.samples,
+            samples_mean: drawn.samples_mean,
             adapter: &renderer.gpu().adapter,
             phases: drawn.phases,
             stats: &drawn.stats,

@@ -126,6 +126,8 @@ pub(crate) struct WorldDraws {
     pub has_layers: bool,
     /// Whether any is shaded where it is drawn, though it neither blends nor lets light through.
     pub is_shaded_where_drawn: bool,
+    /// Whether light comes through any, in view or not.
+    pub has_transmissive: bool,
     /// The box around every [`BLOCK_ITEMS`] of them, in world space; none where one is deformed.
     pub blocks: Vec<Option<Aabb>>,
     /// What the items refer to.
@@ -221,6 +223,7 @@ impl WorldDraws {
         self.opaque_count = 0;
         self.glows = false;
         self.has_layers = false;
+        self.has_transmissive = false;
         self.is_shaded_where_drawn = false;
         let mut last = None;
         let mut group = 0;
@@ -232,6 +235,7 @@ impl WorldDraws {
             self.opaque_count += usize::from(is_opaque);
             self.glows |= is_opaque && posed.item.glows;
             self.has_layers |= posed.item.layers != 0;
+            self.has_transmissive |= posed.item.transmissive;
             self.is_shaded_where_drawn |= posed.item.layers & SHADED_WHERE_DRAWN != 0;
             // The corners of a point's disc read the object as vertices do, from a multiple of their number.
             let copies = if posed.item.topology == Topology::Points { DISC_CORNERS } else { 1 };

@@ -1,6 +1,7 @@
 //! The passes of the frame, one folder each. No pass imports another; outputs reach their consumers as arguments.
 
 pub mod accumulate;
+pub mod adaptive;
 pub mod background;
 pub mod behind;
 pub mod coverage;

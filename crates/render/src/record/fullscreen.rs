@@ -7,7 +7,7 @@ use crate::shader::Program;
 use crate::shader::cache::{DepthTest, FullscreenPipeline, FullscreenTarget};
 use crate::shader::program::{Constant, ProgramError};
 use bytemuck::Pod;
-use manypass_graph::{ColorLoad, Handle, Pass, PassContext, Read, TextureDesc};
+use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, PassContext, Read, TextureDesc};
 use std::sync::Arc;
 
 /// Adds colour to the target and leaves its alpha, the coverage, alone (the source's alpha is 0).
@@ -27,7 +27,14 @@ pub enum PicturePart {
     Surfaces,
     /// Where there is none.
     Background,
+    /// Where samples are still added to the picture; everywhere in frames that leave nothing out.
+    Unsettled,
+    /// Where there is a surface that samples are still added to. In frames that leave something out, there may be none: shaders tell.
+    Lit,
 }
+
+/// Depth of a triangle that lies before all but what is settled: a little farther than the near plane, in 24 bits as well.
+const NEXT_TO_NEAREST: f32 = 1.0 - 1.0 / (1 << 22) as f32;
 
 /// Which pipeline draws.
 pub(super) enum Shading {
@@ -53,6 +60,8 @@ pub struct Fullscreen<'r, 'f> {
     bindings: Vec<(&'static str, Binding)>,
     pub(super) blend: Option<wgpu::BlendState>,
     depth: Option<DepthTest>,
+    /// The depth of the triangle.
+    triangle_depth: f32,
     rectangles: Option<Vec<[u32; 4]>>,
     constants: Vec<Constant>,
 }
@@ -67,6 +76,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             bindings: Vec::new(),
             blend: None,
             depth: None,
+            triangle_depth: 0.0,
             rectangles: None,
             constants: Vec::new(),
         }
@@ -119,13 +129,19 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
 
     /// Draws over the pixels that `part` means alone; the others cost nothing. `depth` is attached, read-only.
     pub fn over(mut self, part: PicturePart, depth: &Handle) -> Self {
-        // Depth is reversed and cleared to 0, where the triangle lies.
-        let compare = match part {
-            PicturePart::Surfaces => wgpu::CompareFunction::Less,
-            PicturePart::Background => wgpu::CompareFunction::GreaterEqual,
+        // Depth is reversed and cleared to 0.
+        let part = match part {
+            PicturePart::Lit if self.view.settled.is_some() => PicturePart::Unsettled,
+            part => part,
+        };
+        let (compare, triangle_depth) = match part {
+            PicturePart::Surfaces | PicturePart::Lit => (wgpu::CompareFunction::Less, 0.0),
+            PicturePart::Background => (wgpu::CompareFunction::GreaterEqual, 0.0),
+            PicturePart::Unsettled => (wgpu::CompareFunction::Greater, NEXT_TO_NEAREST),
         };
         self.pass.depth_stencil_read_only(depth);
-        self.depth = Some((depth.desc().format, compare));
+        self.depth = Some(DepthTest { format: depth.desc().format, compare, writes: false });
+        self.triangle_depth = triangle_depth;
         self
     }
 
@@ -144,10 +160,32 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
-    pub fn draw_into(self, target: Handle, load: ColorLoad) -> Result<Handle, ProgramError> {
+    pub fn draw_into(mut self, target: Handle, load: ColorLoad) -> Result<Handle, ProgramError> {
+        let desc = target.desc();
+        let target = self.pass.color(target, load);
+        self.draw(Some(desc.format), desc)?;
+        Ok(target)
+    }
+
+    /// Declares the pass: depth becomes that of the near plane wherever the shader discards nothing. Returns the version of `depth` that
+    /// holds the result.
+    ///
+    /// # Errors
+    /// A program that does not compile, or declares what nobody binds.
+    pub fn draw_nearest_into(mut self, depth: Handle, load: DepthLoad) -> Result<Handle, ProgramError> {
+        let desc = depth.desc();
+        let depth = self.pass.depth_stencil(depth, load);
+        self.depth = Some(DepthTest { format: desc.format, compare: wgpu::CompareFunction::Always, writes: true });
+        self.triangle_depth = 1.0;
+        self.draw(None, desc)?;
+        Ok(depth)
+    }
+
+    /// Declares the pass, which draws into textures of the shape `desc`, and into colours of `format`.
+    fn draw(self, format: Option<wgpu::TextureFormat>, desc: TextureDesc) -> Result<(), ProgramError> {
         let (pipeline, own) = match &self.shading {
             Shading::Program(name, axes) => {
-                let TextureDesc { format, samples, .. } = target.desc();
+                let samples = desc.samples;
                 let target = FullscreenTarget { format, samples, blend: self.blend, depth: self.depth };
                 let constants = [&self.constants[..], &self.view.constants].concat();
                 (self.frame.shaders.fullscreen(name, axes, target, &constants)?, None)
@@ -156,8 +194,9 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { mut pass, frame, view, rectangles, .. } = self;
-        let target = pass.color(target, load);
+        let Self { pass, frame, view, rectangles, triangle_depth, .. } = self;
+        // The triangle is at depth 0 of the viewport's.
+        let rectangles = rectangles.or((triangle_depth > 0.0).then(|| vec![[0, 0, desc.width, desc.height]]));
         pass.draw(move |context| {
             let resources = slots.into_iter().map(|slot| slot.resource(context));
             let group = frame.bind_groups.of_program(context.device, &program, 1, resources.collect());
@@ -172,12 +211,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             }
             let Some(rectangles) = rectangles else { return render_pass.draw(0..3, 0..1) };
             for [x, y, width, height] in rectangles {
-                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, triangle_depth, 1.0);
                 render_pass.set_scissor_rect(x, y, width, height);
                 render_pass.draw(0..3, 0..1);
             }
         });
-        Ok(target)
+        Ok(())
     }
 
     /// What goes into group 1 of `program`. Names are looked up now; when the pass runs, only the views of what it reads are

@@ -73,6 +73,8 @@ pub struct PreparedView {
     pub has_shadows: bool,
     /// The plane under the scene.
     pub(crate) ground: Option<ViewGround>,
+    /// The texture that says which tiles are settled, if any may be: the frame leaves those out.
+    pub(crate) settled: Option<wgpu::TextureView>,
 }
 
 impl PreparedView {
@@ -234,6 +236,8 @@ pub(crate) struct Viewed<'a> {
     pub shadows: Option<&'a wgpu::TextureView>,
     /// The plane under the scene.
     pub ground: Option<ViewGround>,
+    /// Which tiles are settled.
+    pub settled: Option<wgpu::TextureView>,
     /// The tiles of the environment, if that is a picture or the studio.
     pub environment_tiles: Option<&'a wgpu::TextureView>,
 }
@@ -287,6 +291,7 @@ impl Viewed<'_> {
             instances: self.instances,
             has_shadows: self.shadows.is_some(),
             ground: self.ground,
+            settled: self.settled,
         }
     }
 }

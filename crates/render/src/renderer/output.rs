@@ -7,6 +7,7 @@ use crate::frame::Means;
 use crate::gpu::{Gpu, readback};
 use crate::lights::KeptLists;
 use crate::passes::accumulate::{Mean, SUM};
+use crate::passes::adaptive::{self, Settling};
 use crate::record::ViewTables;
 use crate::request::{FrameRequest, RenderError};
 use manypass_graph::{Graph, Handle, TextureDesc};
@@ -33,6 +34,8 @@ pub(super) struct Output {
     radiance_sums: Vec<Kept>,
     /// The mean of what glows. None or two textures.
     glow_sums: Vec<Kept>,
+    /// Which tiles of the picture are settled, and the mean of half of its samples; once they were needed.
+    settling: Option<[Kept; 2]>,
     display: Kept,
 }
 
@@ -45,6 +48,10 @@ pub(super) struct ViewState {
     pub output: Option<Output>,
     /// Which of the two sums holds the last frame's.
     pub latest_sum: usize,
+    /// Whether tiles of the picture were looked for that are settled.
+    pub has_settled: bool,
+    /// Of how many samples the picture of the last frame is.
+    pub sample_count: u32,
     /// What the last frame left means of, and what their radiance is multiplied by.
     pub means_of: MeansOf,
     pub pre_exposure: f32,
@@ -63,12 +70,20 @@ impl ViewState {
             lists: None,
             output: None,
             latest_sum: 0,
+            has_settled: false,
+            sample_count: 1,
             means_of: MeansOf::Nothing,
             pre_exposure: 1.0,
             background_radiance: (Background::Transparent, 1.0),
             clamped_pixels: AtomicU64::new(0),
             aovs: None,
         }
+    }
+
+    /// Which tiles of the picture that `sample_index` goes on with are settled, if that was looked for.
+    pub fn settled(&self, sample_index: u32) -> Option<wgpu::TextureView> {
+        let [settled, _] = self.output.as_ref()?.settling.as_ref()?;
+        (self.has_settled && sample_index > 0).then(|| settled.view.clone())
     }
 }
 
@@ -141,9 +156,14 @@ fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): 
     Kept { view: texture.create_view(&Default::default()), texture }
 }
 
+/// The shapes of the textures that tell which tiles of a picture are settled.
+fn settling_descs(size: (u32, u32)) -> [TextureDesc; 2] {
+    [adaptive::settled_desc(size), TextureDesc::new_2d(size.0, size.1, adaptive::HALF)]
+}
+
 impl Output {
     /// Bytes of the textures that [`Self::of`] would create.
-    pub fn missing_bytes(slot: Option<&Self>, size: (u32, u32), means_of: MeansOf) -> u64 {
+    pub fn missing_bytes(slot: Option<&Self>, size: (u32, u32), means_of: MeansOf, settles: bool) -> u64 {
         let shape = |format| TextureDesc::new_2d(size.0, size.1, format).bytes();
         let known = slot.filter(|output| output.size == size);
         let picture_bytes = if known.is_some() { 0 } else { shape(DISPLAY) };
@@ -151,7 +171,10 @@ impl Output {
             known.map_or([0; 3], |output| [output.sums.len(), output.radiance_sums.len(), output.glow_sums.len()]);
         let missing: usize =
             means_of.counts().into_iter().zip(held).map(|(wanted, held)| wanted.saturating_sub(held)).sum();
-        picture_bytes + missing as u64 * shape(SUM)
+        let lacks_settling = settles && known.is_none_or(|output| output.settling.is_none());
+        let settling_bytes =
+            if lacks_settling { settling_descs(size).map(|desc| desc.bytes()).iter().sum() } else { 0 };
+        picture_bytes + missing as u64 * shape(SUM) + settling_bytes
     }
 
     /// Whether it is for pictures of `size`.
@@ -161,7 +184,7 @@ impl Output {
 
     fn new(gpu: &Gpu, size: (u32, u32), texture_size: (u32, u32)) -> Self {
         let display = create(gpu, "display", DISPLAY, texture_size);
-        Self { size, sums: Vec::new(), radiance_sums: Vec::new(), glow_sums: Vec::new(), display }
+        Self { size, sums: Vec::new(), radiance_sums: Vec::new(), glow_sums: Vec::new(), settling: None, display }
     }
 
     /// Adds the textures that these means take beyond those that are there.
@@ -178,22 +201,50 @@ impl Output {
         }
     }
 
+    /// Adds the textures that tell which tiles are settled.
+    fn with_settling(&mut self, gpu: &Gpu, texture_size: (u32, u32)) {
+        let make = |TextureDesc { format, width, height, .. }| create(gpu, "adaptive", format, (width, height));
+        self.settling.get_or_insert_with(|| settling_descs(texture_size).map(make));
+    }
+
     /// For a plan that is never run: the shapes of pictures of `size`, with next to no memory behind them.
-    pub fn planned(gpu: &Gpu, size: (u32, u32), means_of: MeansOf) -> Self {
+    pub fn planned(gpu: &Gpu, size: (u32, u32), means_of: MeansOf, settles: bool) -> Self {
         let mut output = Self::new(gpu, size, (1, 1));
         output.with_means(gpu, means_of, (1, 1));
+        if settles {
+            output.with_settling(gpu, (1, 1));
+        }
         output
     }
 
     /// The textures for pictures of `size`, with those for the means. Textures of other means stay until the size changes,
     /// so that one who shows single samples and refines them in turn makes none.
-    pub fn of<'a>(gpu: &Gpu, slot: &'a mut Option<Self>, size: (u32, u32), means_of: MeansOf) -> &'a Self {
+    pub fn of<'a>(
+        gpu: &Gpu,
+        slot: &'a mut Option<Self>,
+        size: (u32, u32),
+        means_of: MeansOf,
+        settles: bool,
+    ) -> &'a Self {
         if slot.as_ref().is_some_and(|output| output.size != size) {
             *slot = None;
         }
         let output = slot.get_or_insert_with(|| Self::new(gpu, size, size));
         output.with_means(gpu, means_of, size);
+        if settles {
+            output.with_settling(gpu, size);
+        }
         output
+    }
+
+    /// What is kept of settled tiles, in a graph.
+    pub fn settling(&self, graph: &mut Graph<'_>) -> Option<Settling> {
+        let [settled_desc, half_desc] = settling_descs(self.size);
+        let [settled, half] = self.settling.as_ref()?;
+        Some(Settling {
+            settled: graph.import("adaptive.settled", settled_desc, settled.view.clone()),
+            half: graph.import("adaptive.half", half_desc, half.view.clone()),
+        })
     }
 
     /// The means in a graph; `previous` of the two textures holds that of the samples so far.
@@ -323,6 +374,19 @@ impl RenderedView<'_> {
         self.output.display.view.clone()
     }
 
+    /// As [`Renderer::read_samples_mean_async`].
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub async fn read_samples_mean_async(&self) -> Result<f64, RenderError> {
+        let sample_count = f64::from(self.state.sample_count);
+        let settling = self.output.settling.as_ref().filter(|_| self.state.has_settled);
+        let Some([settled, _]) = settling else { return Ok(sample_count) };
+        let shares = readback::read_texture(self.gpu, &settled.texture).await?;
+        let left_out: f64 = shares.iter().map(|share| f64::from(*share) / 255.0).sum();
+        Ok(sample_count * (1.0 - left_out / shares.len().max(1) as f64))
+    }
+
     /// As [`Renderer::clamped_pixels`].
     pub fn clamped_pixels(&self) -> u64 {
         self.state.clamped_pixels.load(Ordering::Relaxed)
@@ -389,6 +453,24 @@ impl Renderer {
     /// hold at the pre-exposure.
     pub fn clamped_pixels(&self) -> u64 {
         self.main().map_or(0, |view| view.clamped_pixels())
+    }
+
+    /// How many samples the pixels of the picture have on average: all, or fewer where `adaptive.threshold` let parts of it settle, whose tiles
+    /// at the right and the lower edge count as whole ones.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet, or the device was lost.
+    pub async fn read_samples_mean_async(&self) -> Result<f64, RenderError> {
+        self.main()?.read_samples_mean_async().await
+    }
+
+    /// As [`Self::read_samples_mean_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_samples_mean_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_samples_mean(&self) -> Result<f64, RenderError> {
+        pollster::block_on(self.read_samples_mean_async())
     }
 
     /// As [`Self::read_radiance_async`], waiting.

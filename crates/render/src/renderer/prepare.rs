@@ -14,6 +14,7 @@ use crate::levels::{Chooser, LevelCount};
 use crate::lights::{
     self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
 };
+use crate::passes::adaptive;
 use crate::passes::debug::DebugView;
 use crate::record::{COUNTS_PAIRS, InstanceTable, PreparedView, Viewed};
 use crate::render_settings::Path;
@@ -93,6 +94,12 @@ impl Asked {
         uniform.clip_from_world.row(2)
     }
 
+    /// What an adaptive still does after this sample.
+    pub fn adaptive_step(&self) -> adaptive::Step {
+        let (sample_index, sample_count) = self.request.sample();
+        adaptive::Step::after(sample_index, sample_count)
+    }
+
     /// Which of the two sums holds the mean so far.
     pub fn previous_sum(&self, state: &ViewState) -> usize {
         if self.request.sample_index == 0 { 1 } else { state.latest_sum }
@@ -141,6 +148,8 @@ pub(super) struct Lit {
     /// Chooses levels of detail.
     pub chooser: Chooser,
     draws: Arc<DrawList>,
+    /// Whether tiles that are settled are left out once some are.
+    pub is_adaptive: bool,
     /// Its lists of lights, if they had to be made.
     made: Option<(ClusterLists, LightReaches)>,
 }
@@ -148,10 +157,12 @@ pub(super) struct Lit {
 /// A view that can be recorded.
 pub(super) struct Ready {
     pub view: PreparedView,
-    /// The view of its variables, where the picture is shaded at another size than its own: variables are of rays through
-    /// the middles of the picture's pixels, which are not those of the shaded ones.
+    /// The view of its variables, where the picture is shaded at another size than its own, or is one of several samples: variables are
+    /// of rays through the middles of the picture's pixels, and textures are filtered for them alone.
     pub variables_view: Option<PreparedView>,
     pub variables: Variables,
+    /// Whether tiles that are settled are left out once some are.
+    pub is_adaptive: bool,
     /// The uniform of the picture's own size.
     pub variables_uniform: ViewUniform,
 }
@@ -170,22 +181,31 @@ impl Renderer {
         state.lists = Some(lists);
         let Asked { request, size, output_size, .. } = asked;
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
-        let uniform = self.view_uniform(asked, range, *size);
+        let uniform = self.view_uniform(asked, range, *size, self.filtering(asked));
         let draws = Arc::new(DrawList::new(&mut world.draws, &uniform, &chooser));
-        Lit { range, chooser, draws, made }
+        let is_adaptive = request.is_adaptive() && !world.draws.has_transmissive;
+        Lit { range, chooser, draws, is_adaptive, made }
     }
 
+    /// How the textures of a frame of the view are filtered. The first frame of a live view is shown before the others are there, and
+    /// filtered like a picture of its own.
     fn filtering(&self, asked: &Asked) -> TextureFiltering {
         let (sample_index, sample_count) = asked.request.sample();
-        TextureFiltering::new(sample_index, sample_count, &self.gpu.capabilities)
+        let is_alone = asked.request.goes_on && sample_index == 0;
+        TextureFiltering::new(if is_alone { 1 } else { sample_count }, &self.gpu.capabilities)
     }
 
-    /// What shaders know of a view that is shaded at a size.
-    fn view_uniform(&self, asked: &Asked, range: DepthRange, size: (u32, u32)) -> ViewUniform {
+    /// What shaders know of a view that is shaded at a size, and whose textures are filtered so.
+    fn view_uniform(
+        &self,
+        asked: &Asked,
+        range: DepthRange,
+        size: (u32, u32),
+        filtering: TextureFiltering,
+    ) -> ViewUniform {
         let Asked { request, output_size, .. } = asked;
         let (sample_index, sample_count) = request.sample();
         let jitter = view::jitter_px(sample_index, sample_count);
-        let filtering = self.filtering(asked);
         let pre_exposure = request.pre_exposure();
         let uniform =
             request.camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
@@ -209,11 +229,13 @@ impl Renderer {
     ) -> Result<Ready, RenderError> {
         let Asked { request, size, output_size, .. } = asked;
         let settings = &request.settings;
-        let Lit { range, made, draws, .. } = lit;
+        let Lit { range, made, draws, is_adaptive, .. } = lit;
         let shadows = shadows.filter(|_| settings.shadows.enabled);
         let (sample_index, sample_count) = request.sample();
         let filtering = self.filtering(asked);
-        let uniform = self.view_uniform(asked, range, *size);
+        let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
+        let uniform = self.view_uniform(asked, range, *size, filtering);
+        let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
         let ViewState { tables, lists, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
         stats.draws += (draws.opaque.len() + draws.transmissive.len() + draws.blended.len()) as u32;
@@ -245,7 +267,7 @@ impl Renderer {
                 uniform,
                 draws: if shows_first_surface { draws.first_surfaces().into() } else { draws.clone() },
                 shows_first_surface,
-                sampling: filtering.sampling,
+                sampling: if is_of_variables { filtering_of_variables.sampling } else { filtering.sampling },
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
                 constants: constants_of(asked, &lists.table, tiles),
@@ -256,16 +278,17 @@ impl Renderer {
                 instances: self.instances.buffer().clone(),
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
                 ground: ground.clone(),
+                settled: settled.clone().filter(|_| !is_of_variables && !asked.counts_pairs),
                 environment_tiles: tiles.map(|tiles| &tiles.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
         };
         let passes = if asked.wants_variables { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
         let has_own_view = asked.wants_variables
-            && (size != output_size || shows_first_surface)
+            && (size != output_size || shows_first_surface || filtering != filtering_of_variables)
             && settings.render.path == Path::Deferred;
         let previous = request.previous.as_ref().filter(|_| passes.motion && has_previous);
-        let variables_uniform = self.view_uniform(asked, range, *output_size);
+        let variables_uniform = self.view_uniform(asked, range, *output_size, filtering_of_variables);
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         Ok(Ready {
             view: prepare(asked.name.clone(), *size, uniform, false),
@@ -279,6 +302,7 @@ impl Renderer {
                     output_size: *output_size,
                 }),
             },
+            is_adaptive,
             variables_uniform,
         })
     }
@@ -321,6 +345,7 @@ impl Renderer {
             instances: instances.buffer().clone(),
             shadows: None,
             ground: None,
+            settled: None,
             environment_tiles: None,
         }
         .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
@@ -412,13 +437,13 @@ pub(super) fn output_of<'o>(
     gpu: &Gpu,
     asked: &Asked,
     slot: &'o mut Option<Output>,
-    purpose: &Purpose<'_>,
+    (purpose, settles): (&Purpose<'_>, bool),
 ) -> Option<&'o Output> {
     match purpose {
         Purpose::Meter(_) | Purpose::Variables => None,
         Purpose::Plan | Purpose::Rounds(_) => {
-            Some(slot.insert(Output::planned(gpu, asked.output_size, asked.means_of)))
+            Some(slot.insert(Output::planned(gpu, asked.output_size, asked.means_of, settles)))
         }
-        _ => Some(Output::of(gpu, slot, asked.output_size, asked.means_of)),
+        _ => Some(Output::of(gpu, slot, asked.output_size, asked.means_of, settles)),
     }
 }

@@ -12,8 +12,8 @@ use crate::frame::{self, Picture, Variables};
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
 use crate::lights::LightCulling;
-use crate::passes::meter;
 use crate::passes::present::Target;
+use crate::passes::{adaptive, meter};
 use crate::record::{Frame, Legends, PreparedView, Recorder};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
@@ -317,7 +317,8 @@ fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose
         return Ok(0);
     }
     let missing_bytes = |(asked, state): (&Asked, &ViewState)| {
-        Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.means_of)
+        let settles = asked.request.is_adaptive() && asked.adaptive_step() != adaptive::Step::None;
+        Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.means_of, settles)
     };
     Ok(asked.iter().zip(states).map(missing_bytes).sum())
 }
@@ -334,6 +335,10 @@ fn keep(
     for (((asked, state), ready), recorded) in asked.iter().zip(states).zip(ready).zip(recorded) {
         if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_) | Purpose::Variables) {
             state.latest_sum = 1 - asked.previous_sum(state);
+            let goes_on = state.has_settled && asked.request.sample_index > 0;
+            let looks = matches!(asked.adaptive_step(), adaptive::Step::Settle { .. });
+            (_, state.sample_count) = asked.request.sample();
+            state.has_settled = ready.is_adaptive && (goes_on || looks);
             state.means_of = asked.means_of;
             state.pre_exposure = asked.request.pre_exposure();
             state.background_radiance = asked.request.background_radiance();
@@ -376,7 +381,8 @@ fn record_view<'f>(
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let mut export = None;
     let previous_sum = asked.previous_sum(state);
-    match output_of(frame.gpu, asked, &mut state.output, purpose) {
+    let step = if ready.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None };
+    match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None)) {
         None => {
             let meter = meter::record(&mut r, &outputs.radiance)?;
             export = Some(r.graph.export(meter));
@@ -389,6 +395,9 @@ fn record_view<'f>(
                 is_shown: !matches!(purpose, Purpose::Sample),
                 sample_index: request.sample_index,
                 exposure: request.display_exposure(),
+                depth: &outputs.depth,
+                adaptive_step: step,
+                settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
             frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture)?;
         }

@@ -31,10 +31,8 @@ impl TextureFiltering {
     /// so each needs only that much of the pixel's footprint: mips finer by log2(√n), and a √n-th of the anisotropy.
     /// What anisotropy the adapter lacks the samples make up for, see `surface_mip_bias`.
     ///
-    /// The first frame is filtered like a picture of its own, whatever follows it: variables come from it, and it may
-    /// be shown before the others are there.
-    pub fn new(sample_index: u32, sample_count: u32, capabilities: &Capabilities) -> Self {
-        let count = if sample_index == 0 { 1.0 } else { sample_count.max(1) as f32 };
+    pub fn new(sample_count: u32, capabilities: &Capabilities) -> Self {
+        let count = sample_count.max(1) as f32;
         let anisotropy = if capabilities.anisotropy { (ANISOTROPY_MAX / count.sqrt()).max(1.0) } else { 1.0 };
         let mip_gain = (0.5 * count.log2()).min(MIP_GAIN_MAX);
         // Where texels are four times as fine as pixels, the average of the samples hides which of two mips they are

@@ -25,6 +25,8 @@ impl FullscreenPipeline {
     ) -> Self {
         let FullscreenTarget { format, samples, blend, depth } = target;
         let constants = program.constants(constants);
+        let color = |format| Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL });
+        let targets = format.map(color);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&program.name),
             layout: Some(&program.layout),
@@ -35,9 +37,9 @@ impl FullscreenPipeline {
                 buffers: &[],
             },
             primitive: Default::default(),
-            depth_stencil: depth.map(|(format, compare)| wgpu::DepthStencilState {
+            depth_stencil: depth.map(|DepthTest { format, compare, writes }| wgpu::DepthStencilState {
                 format,
-                depth_write_enabled: Some(false),
+                depth_write_enabled: Some(writes),
                 depth_compare: Some(compare),
                 stencil: Default::default(),
                 bias: Default::default(),
@@ -47,7 +49,7 @@ impl FullscreenPipeline {
                 module: &program.module,
                 entry_point: None,
                 compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
-                targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
+                targets: targets.as_slice(),
             }),
             multiview_mask: None,
             cache: None,
@@ -62,25 +64,33 @@ type FullscreenKey = (ProgramKey, FullscreenTarget, Vec<Constant>);
 /// What a pipeline draws into, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FullscreenTarget {
-    /// The format of the colour target.
-    pub format: wgpu::TextureFormat,
+    /// The format of the colour target, if there is one.
+    pub format: Option<wgpu::TextureFormat>,
     /// Its samples a texel, and those of the depth buffer.
     pub samples: u32,
     /// How what is drawn and what is there become one; without it what is drawn replaces it.
     pub blend: Option<wgpu::BlendState>,
-    /// Where is drawn; without it everywhere.
+    /// Where is drawn, and whether depth is; without it everywhere, and there is none.
     pub depth: Option<DepthTest>,
 }
 
 impl FullscreenTarget {
     /// All of a target of one sample a texel, whose contents are replaced.
     pub const fn of(format: wgpu::TextureFormat) -> Self {
-        Self { format, samples: 1, blend: None, depth: None }
+        Self { format: Some(format), samples: 1, blend: None, depth: None }
     }
 }
 
-/// The format of the depth buffer, and how depth 0, where the triangle lies, compares with what is there.
-pub type DepthTest = (wgpu::TextureFormat, wgpu::CompareFunction);
+/// What a pipeline does with the depth buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct DepthTest {
+    /// Its format.
+    pub format: wgpu::TextureFormat,
+    /// How the triangle's depth compares with what is there.
+    pub compare: wgpu::CompareFunction,
+    /// Whether the triangle's depth replaces it.
+    pub writes: bool,
+}
 
 /// Every program and full-screen pipeline made so far.
 #[derive(Debug)]

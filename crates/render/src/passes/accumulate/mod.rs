@@ -8,7 +8,7 @@
 //! together are right, and goes through the curve when all are there; but what glows has its own light in every sample, and
 //! has a mean of its own, of display colours.
 
-use crate::record::Recorder;
+use crate::record::{Fullscreen, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use crate::tone_curve::Tonemap;
 use manypass_graph::{ColorLoad, Handle};
@@ -87,10 +87,42 @@ pub struct Mean {
 pub fn record(
     r: &mut Recorder<'_, '_>,
     name: &'static str,
+    share: Share,
+    radiance: &Handle,
+    mean: Mean,
+) -> Result<Handle, ProgramError> {
+    let (step, next) = prepare(r, name, share, radiance, mean);
+    step.draw_into(next, ColorLoad::Discard)
+}
+
+/// As [`record`], but where the view leaves tiles out, which `depth` tells, their mean stays as it is: that of this texture is of one sample
+/// less, or more, than that of the other.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_unsettled(
+    r: &mut Recorder<'_, '_>,
+    share: Share,
+    radiance: &Handle,
+    depth: &Handle,
+    mean: Mean,
+) -> Result<Handle, ProgramError> {
+    let leaves_out = r.view.settled.is_some();
+    let (step, next) = prepare(r, "accumulate", share, radiance, mean);
+    if leaves_out {
+        return step.over(PicturePart::Unsettled, depth).draw_into(next, ColorLoad::Keep);
+    }
+    step.draw_into(next, ColorLoad::Discard)
+}
+
+/// The pass, and the texture that it draws into.
+fn prepare<'r, 'f>(
+    r: &'r mut Recorder<'_, 'f>,
+    name: &'static str,
     Share { average, part, sample_index, exposure }: Share,
     radiance: &Handle,
     Mean { previous, next }: Mean,
-) -> Result<Handle, ProgramError> {
+) -> (Fullscreen<'r, 'f>, Handle) {
     let mut axes = match average {
         Average::Display(curve) => curve.axes().to_vec(),
         Average::Radiance => vec!["curve_1", "curve_2"],
@@ -118,12 +150,13 @@ pub fn record(
         share_of_glow,
         padding: 0.0,
     };
-    r.fullscreen(name, "accumulate", &axes)
+    let step = r
+        .fullscreen(name, "accumulate", &axes)
         .uniform("accumulation", &uniform)
         .read("radiance", radiance)
         // The first frame looks at nothing before it, but something has to be bound.
-        .read("previous", previous.as_ref().unwrap_or(radiance))
-        .draw_into(next, ColorLoad::Discard)
+        .read("previous", previous.as_ref().unwrap_or(radiance));
+    (step, next)
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ pub fn record(
     let step = step
         .constant("adds_ambient", u32::from(adds_ambient))
         .within_each(&lit)
-        .over(PicturePart::Surfaces, depth)
+        .over(PicturePart::Lit, depth)
         .blend(ADD);
     step.draw_into(radiance, ColorLoad::Keep)
 }

@@ -5,6 +5,7 @@
 //! `transparency.rs` says. Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque; or
 //! sums for a weighted mean; or, for the report, the numbers of pairs of light and fragment.
 
+use super::adaptive;
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
@@ -39,6 +40,7 @@ const LATER_BATCH: u32 = 2;
 pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
+    let (depth, depth_load) = adaptive::begin_depth(r, depth)?;
     let (view, world) = (r.view, r.frame.world);
     // Lists are in the order of classes, so that few batches have lights that cast shadows.
     let axes_of = |first| view.light_axes_of(&(first..first + LIGHTS_PER_BATCH), world);
@@ -47,7 +49,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     pass.axes(axes_of(0));
     pass.uniform("fog", &fog);
     let mut radiance = radiance.begin(&mut pass);
-    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    let depth = pass.depth(depth, depth_load);
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     pass.uniform("light_batch", &LightBatch::default());
     pass.uniform("weighting", &Weighting::default());
@@ -76,6 +78,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
 pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
     let depth = r.multisampled("geometry.depth", r.frame.gpu.capabilities.depth_format);
+    let (depth, depth_load) = adaptive::begin_depth(r, depth)?;
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
@@ -83,7 +86,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     pass.uniform("weighting", &Weighting::default());
     pass.axes(axes);
     let radiance = radiance.begin(&mut pass);
-    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    let depth = pass.depth(depth, depth_load);
     pass.uniform("fog", &fog);
     pass.draw_opaque(Which::All)?;
     Ok((radiance, depth))

@@ -3,6 +3,7 @@
 //! Source: Saito & Takahashi 1990, "Comprehensible Rendering of 3-D Shapes"; the layout is `gbuffer.rs`'s.
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 
+use super::adaptive;
 use crate::gbuffer::{BASE_COLOR, MATERIAL, NORMAL, RADIANCE};
 use crate::record::{Recorder, Which};
 use crate::shader::program::ProgramError;
@@ -23,20 +24,21 @@ pub struct Outputs {
     pub depth: Handle,
 }
 
-const CLEAR: DepthLoad = DepthLoad::Clear { depth: 0.0, stencil: 0 };
-
 /// A triangle costs as much as shading so many pixels: measured on a software adapter with a model of 15,000 triangles.
 const PIXELS_PER_TRIANGLE: u64 = 32;
 
-/// Draws what hides others into `depth` alone, if that pays; and how depth is loaded afterwards. The positions of
+/// Draws what hides others into `depth` alone, if that pays, after it was loaded as `load` says; and how depth is loaded afterwards. The positions of
 /// surfaces are `@invariant`, and the same depth again passes the depth test: the picture is the same.
-fn record_depth(r: &mut Recorder<'_, '_>, depth: Handle) -> Result<(Handle, DepthLoad), ProgramError> {
+fn record_depth(
+    r: &mut Recorder<'_, '_>,
+    (depth, load): (Handle, DepthLoad),
+) -> Result<(Handle, DepthLoad), ProgramError> {
     let pays = r.view.triangle_count() * PIXELS_PER_TRIANGLE <= r.view.pixel_count();
     if !(r.frame.gpu.capabilities.depth_first && pays) {
-        return Ok((depth, CLEAR));
+        return Ok((depth, load));
     }
     let mut pass = r.surfaces("geometry.depth", "geometry");
-    let depth = pass.depth(depth, CLEAR);
+    let depth = pass.depth(depth, load);
     pass.draw_opaque(Which::Hiding)?;
     Ok((depth, DepthLoad::Keep))
 }
@@ -47,7 +49,8 @@ fn record_depth(r: &mut Recorder<'_, '_>, depth: Handle) -> Result<(Handle, Dept
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>) -> Result<Outputs, ProgramError> {
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
-    let (depth, depth_load) = record_depth(r, depth)?;
+    let begun = adaptive::begin_depth(r, depth)?;
+    let (depth, depth_load) = record_depth(r, begun)?;
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);
     let material = r.texture("geometry.material", MATERIAL);

@@ -5,12 +5,13 @@
 //! environment, depth. Writes: radiance (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and
 //! vertex.
 
+use super::adaptive;
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{Recorder, SurfacePass, Which};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, Weighting};
-use manypass_graph::{DepthLoad, Handle};
+use manypass_graph::Handle;
 
 /// Radiance and depth of all opaque and masked surfaces.
 ///
@@ -19,6 +20,7 @@ use manypass_graph::{DepthLoad, Handle};
 pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
     let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
+    let (depth, depth_load) = adaptive::begin_depth(r, depth)?;
     let (axes, fog) = (r.view.light_axes(), FogUniform::new(fog, r.view.uniform.pre_exposure));
     let counts = r.view.counts_pairs();
     let mut pass = r.surfaces("gouraud.opaque", "gouraud");
@@ -26,7 +28,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     pass.uniform("fog", &fog);
     pass.uniform("weighting", &Weighting::default());
     let radiance = radiance.begin(&mut pass);
-    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    let depth = pass.depth(depth, depth_load);
     pass.draw_opaque(Which::Plain)?;
     Ok((radiance, depth))
 }

@@ -21,5 +21,5 @@ pub fn record(
         return Ok(radiance);
     }
     let step = gbuffer.read_by(r.fullscreen("indirect", "indirect", &[]));
-    step.over(PicturePart::Surfaces, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
+    step.over(PicturePart::Lit, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
