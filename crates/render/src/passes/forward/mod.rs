@@ -10,7 +10,7 @@ use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
-use crate::transparency::{Blended, Weighting};
+use crate::transparency::{Blended, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
 /// The uniform of `forward.wgsl`; a test compares the two layouts.
@@ -50,7 +50,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    Weighting::default().bind(&mut pass, None);
     pass.draw_opaque(Which::All)?;
     let most = view.most_lights(world);
     for first in (LIGHTS_PER_BATCH..most).step_by(LIGHTS_PER_BATCH as usize) {
@@ -63,7 +63,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
         pass.constant(LIGHTS_OF, LATER_BATCH);
         pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
-        pass.uniform("weighting", &Weighting::default());
+        Weighting::default().bind(&mut pass, None);
         pass.draw_opaque_lit_by(first + 1)?;
     }
     Ok((radiance, depth))
@@ -80,7 +80,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    Weighting::default().bind(&mut pass, None);
     pass.axes(axes);
     let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
@@ -136,7 +136,7 @@ pub fn record_layered(
     let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
     let mut pass = r.surfaces("layered", "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    Weighting::default().bind(&mut pass, None);
     pass.axes(view.light_axes());
     let radiance = pass.color(radiance, ColorLoad::Keep);
     if view.counts_pairs() {
@@ -160,8 +160,7 @@ pub fn record_layered(
 pub struct SeenThrough<'h> {
     /// The picture so far with its mips.
     pub behind: &'h Handle,
-    /// The distances of the nearest of them, if those alone are drawn that lie beyond (Everitt 2001, "Interactive Order-Independent
-    /// Transparency", depth peeling).
+    /// The distances of the nearest of them, if those alone are drawn that lie beyond.
     pub beyond: Option<&'h Handle>,
 }
 
@@ -192,18 +191,16 @@ pub fn record_transmissive(
     let view = r.view;
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
-    let is_far = seen.is_some_and(|seen| seen.beyond.is_some());
-    let mut pass = r.surfaces(if is_far { "transmissive.far" } else { "transmissive" }, "forward");
+    let beyond = seen.and_then(|seen| seen.beyond);
+    let mut pass = r.surfaces(if beyond.is_some() { "transmissive.far" } else { "transmissive" }, "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    let peel = beyond.map(|nearest_m| Peel { side: Side::Beyond, nearest_m });
+    Weighting::default().bind(&mut pass, peel);
     pass.axes(view.light_axes());
     // A view that counts pairs shows nothing behind.
-    if let Some(SeenThrough { behind, beyond }) = seen {
+    if let Some(SeenThrough { behind, .. }) = seen {
         pass.axes(&["transmissive"]);
         pass.read("behind", behind);
-        // Without a nearest distance that texture is not looked at.
-        pass.read("nearest_m", beyond.unwrap_or(behind));
-        pass.constant("peels", u32::from(beyond.is_some()));
     }
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
@@ -216,17 +213,23 @@ pub fn record_transmissive(
     Ok((radiance, depth))
 }
 
-/// Draws the surfaces that alpha covers, into what `blended` says. Returns what holds the result.
+/// Draws the surfaces that alpha covers, or what `peel` says of them, into what `blended` says. Returns what holds the result.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_blended(r: &mut Recorder<'_, '_>, fog: &FogSettings, blended: Blended) -> Result<Blended, ProgramError> {
+pub fn record_blended(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    blended: Blended,
+    peel: Option<Peel<'_>>,
+) -> Result<Blended, ProgramError> {
     let (view, weighting) = (r.view, blended.weighting(r));
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
-    let mut pass = r.surfaces("forward", "forward");
+    let is_behind = peel.is_some_and(|peel| peel.side == Side::Behind);
+    let mut pass = r.surfaces(if is_behind { "forward.behind" } else { "forward" }, "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &weighting);
+    weighting.bind(&mut pass, peel);
     pass.axes(view.light_axes());
     let blended = blended.begin(&mut pass, view);
     pass.uniform("fog", &fog);
