@@ -2,8 +2,9 @@
 //! reflectance model, lights and lists as the deferred path.
 //!
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or otherwise as
-//! `transparency.rs` says. Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque; or
-//! sums for a weighted mean; or, for the report, the numbers of pairs of light and fragment.
+//! `transparency.rs` says. Reads: lists of lights, the environment, depth, the distances of the nearest surfaces that light comes
+//! through if it draws what lies on one side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a
+//! weighted mean; or, for the report, the numbers of pairs of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};

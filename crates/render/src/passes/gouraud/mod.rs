@@ -2,8 +2,8 @@
 //!
 //! Source: Gouraud 1971, "Continuous Shading of Curved Surfaces". Where it differs: base colour, alpha and emission are the
 //! pixel's, so that textures stay sharp; lights are those of the object's own list. Reads: lists of lights of objects, the
-//! environment, depth. Writes: radiance (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and
-//! vertex.
+//! environment, depth, and as `forward` the distances of the nearest surfaces that light comes through. Writes: radiance
+//! (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and vertex.
 
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
