@@ -21,7 +21,7 @@ use crate::resources::environment::{EnvironmentTiles, Unfinished};
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
-use crate::transparency::{Blended, TransparencyMode};
+use crate::transparency::{Blended, Peel, Side, TransparencyMode};
 use crate::view::CameraStep;
 use manypass_graph::Handle;
 use std::sync::Arc;
@@ -111,39 +111,50 @@ pub fn view_passes(
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), ..outputs })
 }
 
-/// Surfaces that light comes through, before what lies behind them; then those that alpha covers, or before if each of their
-/// fragments is opaque. Also gives depth.
+/// Surfaces that light comes through, before what lies behind them; then those that alpha covers, of which those behind come before
+/// if each of their fragments is opaque. Also gives depth.
 fn translucent_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     radiance: Handle,
     depth: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
-    let is_opaque = settings.transparency.mode == TransparencyMode::Stochastic && !r.view.counts_pairs();
-    let (radiance, depth) = if is_opaque { blended_passes(r, settings, radiance, depth)? } else { (radiance, depth) };
-    let (radiance, depth) =
-        if r.view.has_transmissive() { transmissive_passes(r, settings, radiance, depth)? } else { (radiance, depth) };
-    if is_opaque {
-        return Ok((radiance, depth));
+    if !r.view.has_transmissive() {
+        return blended_passes(r, settings, None, radiance, depth);
     }
-    blended_passes(r, settings, radiance, depth)
+    if r.view.counts_pairs() {
+        let (pairs, depth) = forward::record_transmissive(r, &settings.fog, None, radiance, depth)?;
+        return blended_passes(r, settings, None, pairs, depth);
+    }
+    let is_split = settings.transparency.mode == TransparencyMode::Stochastic && r.view.has_blended();
+    let has_far = settings.transparency.refractive_layers > 1;
+    let nearest_m = if is_split || has_far { Some(nearest_transmissive(r)?) } else { None };
+    let peel = |side| nearest_m.as_ref().filter(|_| is_split).map(|nearest_m| Peel { side, nearest_m });
+    let (radiance, depth) =
+        if is_split { blended_passes(r, settings, peel(Side::Behind), radiance, depth)? } else { (radiance, depth) };
+    let far = nearest_m.as_ref().filter(|_| has_far);
+    let (radiance, depth) = transmissive_passes(r, settings, far, radiance, depth)?;
+    blended_passes(r, settings, peel(Side::Before), radiance, depth)
 }
 
-/// Surfaces that light comes through, before what lies behind them: that of others, too, if two layers are asked for. Also gives depth.
+/// The distances of the nearest surfaces that light comes through.
+fn nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
+    let depth = forward::record_nearest_transmissive(r)?;
+    linear_depth::record(r, "transmissive.linear_depth", &depth)
+}
+
+/// Surfaces that light comes through, before what lies behind them: that of others, too, if it is given how far away the nearest are.
+/// Also gives depth.
 fn transmissive_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
+    nearest_m: Option<&Handle>,
     radiance: Handle,
     depth: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
-    if r.view.counts_pairs() {
-        return forward::record_transmissive(r, &settings.fog, None, radiance, depth);
-    }
-    let (radiance, depth) = if settings.transparency.refractive_layers > 1 {
-        let nearest = forward::record_nearest_transmissive(r)?;
-        let nearest = linear_depth::record(r, "transmissive.linear_depth", &nearest)?;
+    let (radiance, depth) = if nearest_m.is_some() {
         let (radiance, behind) = behind_passes(r, "behind.far", radiance)?;
-        let seen = SeenThrough { behind: &behind, beyond: Some(&nearest) };
+        let seen = SeenThrough { behind: &behind, beyond: nearest_m };
         forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)?
     } else {
         (radiance, depth)
@@ -164,10 +175,11 @@ fn behind_passes(
     Ok((radiance, behind))
 }
 
-/// Surfaces that alpha covers, in the way that the settings name. Also gives depth.
+/// Surfaces that alpha covers, or what `peel` says of them, in the way that the settings name. Also gives depth.
 fn blended_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
+    peel: Option<Peel<'_>>,
     radiance: Handle,
     depth: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
@@ -176,8 +188,8 @@ fn blended_passes(
     }
     let blended = Blended::new(r, settings.transparency.mode, radiance, depth);
     let blended = match settings.render.path {
-        Path::Gouraud => gouraud::record_blended(r, &settings.fog, blended)?,
-        _ => forward::record_blended(r, &settings.fog, blended)?,
+        Path::Gouraud => gouraud::record_blended(r, &settings.fog, blended, peel)?,
+        _ => forward::record_blended(r, &settings.fog, blended, peel)?,
     };
     let blended = resolve::record_blended(r, blended);
     transparency::record(r, blended)

@@ -1,8 +1,10 @@
 //! Surfaces that alpha covers: in which way they become one picture with what lies behind them. What the passes that draw them
 //! and the pass `transparency` have in common, with the uniform of `transparency.wgsl`.
 
+mod peel;
 mod settings;
 
+pub use peel::{Peel, Side};
 pub use settings::TransparencySettings;
 
 use crate::draws::WorldDraws;
@@ -53,6 +55,9 @@ const BLENDING: &str = "blending";
 const WEIGHTED: u32 = 1;
 const STOCHASTIC: u32 = 2;
 
+/// The constant of `transparency.wgsl` that says which fragments are drawn.
+const PEELS: &str = "peels";
+
 /// Radiance times weight, and alpha times weight, are added up; what comes through all of them is multiplied into alpha: one blend
 /// state for all targets, because the floor has one.
 const SUM: wgpu::BlendState = wgpu::BlendState {
@@ -86,30 +91,57 @@ const NEAREST_SHARE: f32 = 1.0 / 4096.0;
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct Weighting {
     /// The logarithm to the base 2 of a weight is that of the distance times the first, plus the second, within plus and minus the
-    /// third; zero.
-    exponent: [f32; 4],
+    /// third.
+    exponent: [f32; 3],
+    /// What is nearer lies before all surfaces that light comes through.
+    glass_m: f32,
 }
 
 impl Weighting {
-    /// For the blended surfaces of `world`, in view or not, so that the weights of one do not change when others leave the view.
-    fn new(view: &PreparedView, world: &WorldDraws) -> Self {
-        let row = view.uniform.view_from_world.row(2);
-        let blended = world.items[world.opaque_count..].iter().filter(|item| !item.transmissive);
-        let (mut nearest, mut farthest) = (f32::INFINITY, 0.0f32);
-        for Aabb { min, max } in blended.map(|item| &item.bounds_world) {
-            let (center, half) = (0.5 * (*min + *max), 0.5 * (*max - *min));
-            let distance = -(row.truncate().dot(center) + row.w);
-            let reach = row.truncate().abs().dot(half);
-            nearest = nearest.min(distance - reach);
-            farthest = farthest.max(distance + reach);
+    /// Binds all that `transparency.wgsl` declares. The pass draws what `peel` says, or everything.
+    pub fn bind(&self, pass: &mut SurfacePass<'_, '_>, peel: Option<Peel<'_>>) {
+        pass.uniform("weighting", self);
+        match peel {
+            Some(Peel { side, nearest_m }) => {
+                pass.constant(PEELS, side as u32);
+                pass.read("nearest_m", nearest_m);
+            }
+            None => pass.no_texture("nearest_m"),
         }
+    }
+
+    /// For the blended surfaces of `world`, in view or not, so that the weights of one do not change when others leave the view.
+    fn weighted(view: &PreparedView, world: &WorldDraws) -> Self {
+        let blended = world.items[world.opaque_count..].iter().filter(|item| !item.transmissive);
+        let (nearest, farthest) = distances(view, blended.map(|item| &item.bounds_world));
         // Without any that has a place: no logarithm of what is not there.
+        let farthest = farthest.max(0.0);
         let farthest = if farthest.is_finite() { farthest.max(f32::MIN_POSITIVE) } else { f32::MAX };
         let nearest = nearest.clamp(farthest * NEAREST_SHARE, farthest);
         let (first, last) = (nearest.log2(), farthest.log2());
         let slope = OCTAVES_PER_OCTAVE.min(OCTAVES / (last - first).max(1e-3));
-        Self { exponent: [-slope, 0.5 * slope * (first + last), 0.5 * OCTAVES, 0.0] }
+        Self { exponent: [-slope, 0.5 * slope * (first + last), 0.5 * OCTAVES], glass_m: 0.0 }
     }
+
+    /// For blended surfaces that are drawn by chance, before or behind the surfaces in view that light comes through.
+    fn stochastic(view: &PreparedView, world: &WorldDraws) -> Self {
+        let glass = view.draws.transmissive.iter().map(|draw| &world.items[draw.item as usize].bounds_world);
+        let (nearest, _) = distances(view, glass);
+        Self { exponent: [0.0; 3], glass_m: if nearest.is_finite() { nearest } else { 0.0 } }
+    }
+}
+
+/// The nearest and the farthest distance of `boxes` along the view axis, in metres; the nearest is infinite if there are none.
+fn distances<'b>(view: &PreparedView, boxes: impl Iterator<Item = &'b Aabb>) -> (f32, f32) {
+    let row = view.uniform.view_from_world.row(2);
+    let of_box = |Aabb { min, max }: &Aabb| {
+        let (center, half) = (0.5 * (*min + *max), 0.5 * (*max - *min));
+        let distance = -(row.truncate().dot(center) + row.w);
+        let reach = row.truncate().abs().dot(half);
+        (distance - reach, distance + reach)
+    };
+    let none = (f32::INFINITY, f32::NEG_INFINITY);
+    boxes.map(of_box).fold(none, |all, found| (all.0.min(found.0), all.1.max(found.1)))
 }
 
 /// Blended surfaces that are to be drawn, or have been, with what they are drawn into.
@@ -137,8 +169,9 @@ impl Blended {
     /// What the pass that draws them finds in the uniform `weighting`.
     pub fn weighting(&self, r: &Recorder<'_, '_>) -> Weighting {
         match self.mode {
-            TransparencyMode::Weighted => Weighting::new(r.view, r.frame.world),
-            _ => Weighting::default(),
+            TransparencyMode::Weighted => Weighting::weighted(r.view, r.frame.world),
+            TransparencyMode::Stochastic => Weighting::stochastic(r.view, r.frame.world),
+            TransparencyMode::Sorted => Weighting::default(),
         }
     }
 
@@ -177,6 +210,6 @@ mod tests {
 
     #[test]
     fn the_uniform_has_one_layout() {
-        assert_same_layout!("forward", "Weighting", Weighting, [exponent]);
+        assert_same_layout!("forward", "Weighting", Weighting, [exponent, glass_m]);
     }
 }

@@ -1,6 +1,7 @@
 // What surfaces leave that are shaded where they are drawn, in each way in which blended ones become one picture: see
 // `transparency.rs`, whose uniform is declared again here; a test compares the two.
 
+import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::view;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::hash::{mixed, seed_of_pixel, stratified};
@@ -14,10 +15,23 @@ override blending: u32 = 0u;
 
 struct Weighting {
     // The logarithm to the base 2 of a weight is that of the distance times x, plus y, within plus and minus z.
-    exponent: vec4f,
+    exponent: vec3f,
+    // What is nearer lies before all surfaces that light comes through, in metres.
+    glass_m: f32,
 }
 
 @group(1) @binding(3) var<uniform> weighting: Weighting;
+
+// Which fragments are drawn, as `transparency/peel.rs` numbers them: all of them, or those of surfaces that light comes through beyond
+// the nearest of these, or blended ones that are behind that or before it.
+const PEELS_NOTHING: u32 = 0u;
+const PEELS_BEYOND: u32 = 1u;
+const PEELS_BEHIND: u32 = 2u;
+override peels: u32 = PEELS_NOTHING;
+// Distances that differ by a smaller share are the same.
+const PEEL_SHARE: f32 = 1e-4;
+// The distances of the nearest surfaces that light comes through.
+@group(1) @binding(4) var nearest_m: texture_2d<f32>;
 
 struct ShadedTargets {
     // Premultiplied; or with weights the product with the weight. Alpha is coverage, or what surfaces are blended by.
@@ -31,6 +45,22 @@ const CHANCES_PER_OCTAVE: f32 = 128.0;
 
 fn distance_at(position_world: vec3f) -> f32 {
     return -(view.view_from_world * vec4f(position_world, 1.0)).z;
+}
+
+// Whether a fragment is one that the pass leaves out by its place.
+fn is_peeled(position_clip: vec4f, position_world: vec3f) -> bool {
+    if peels == PEELS_NOTHING {
+        return false;
+    }
+    let distance_m = distance_at(position_world);
+    let glass_m = textureLoad(nearest_m, vec2i(position_clip.xy), 0).r;
+    if peels == PEELS_BEYOND {
+        return distance_m <= glass_m * (1.0 + PEEL_SHARE);
+    }
+    // Where there is no such surface, what lies before them all is seen through none.
+    let first_m = select(glass_m, weighting.glass_m, glass_m >= DISTANCE_BACKGROUND_M);
+    let is_before = distance_m < first_m * (1.0 - PEEL_SHARE);
+    return is_before == (peels == PEELS_BEHIND);
 }
 
 // Whether a sample of a still shows what lies behind a fragment in its place. Surfaces that lie behind each other in a pixel decide

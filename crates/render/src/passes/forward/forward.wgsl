@@ -24,7 +24,7 @@ import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
-import package::shaders::transparency::{ShadedTargets, is_let_through, shaded_targets};
+import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled, shaded_targets};
 @if(relief) import package::shaders::relief::{Sunk, depth_again, sunk};
 @if(relief) import package::shaders::surface_material::detailed_sample;
 
@@ -37,13 +37,6 @@ override lights_of: u32 = LIGHTS_OF_CLUSTERS;
 override in_lit_fog: u32 = 0u;
 // 1 if the depth of what is drawn is there already.
 @if(relief) override draws_again: u32 = 0u;
-
-// Distances that differ by a smaller share are the same.
-@if(transmissive) const PEEL_SHARE: f32 = 1e-4;
-// 1 if those surfaces alone are drawn that lie beyond the nearest.
-@if(transmissive) override peels: u32 = 0u;
-// The distances of the nearest surfaces that light comes through.
-@if(transmissive) @group(1) @binding(4) var nearest_m: texture_2d<f32>;
 
 struct LightBatch {
     // The first light of the batch; the others are padding.
@@ -86,14 +79,8 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     }
     @if(shadowed) let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
     @if(shadowed) let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
-    @if(transmissive) {
-        if peels != 0u {
-            let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
-            let texel = vec2i(in.position_clip.xy);
-            if distance_m <= textureLoad(nearest_m, texel, 0).r * (1.0 + PEEL_SHARE) {
-                discard;
-            }
-        }
+    if is_peeled(in.position_clip, in.position_world) {
+        discard;
     }
     if fades != 0u {
         if is_faded(in.position_clip.xy, in.object) {

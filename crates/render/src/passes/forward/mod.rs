@@ -2,8 +2,9 @@
 //! reflectance model, lights and lists as the deferred path.
 //!
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or otherwise as
-//! `transparency.rs` says. Reads: lists of lights, the environment, depth. Writes: radiance (premultiplied), and depth if opaque; or
-//! sums for a weighted mean; or, for the report, the numbers of pairs of light and fragment.
+//! `transparency.rs` says. Reads: lists of lights, the environment, depth, the distances of the nearest surfaces that light comes
+//! through if it draws what lies on one side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a
+//! weighted mean; or, for the report, the numbers of pairs of light and fragment.
 
 use super::adaptive;
 use crate::constants::LIGHTS_PER_BATCH;
@@ -11,7 +12,7 @@ use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
-use crate::transparency::{Blended, Weighting};
+use crate::transparency::{Blended, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
 /// The uniform of `forward.wgsl`; a test compares the two layouts.
@@ -52,7 +53,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     let depth = pass.depth(depth, depth_load);
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    Weighting::default().bind(&mut pass, None);
     pass.draw_opaque(Which::All)?;
     let most = view.most_lights(world);
     for first in (LIGHTS_PER_BATCH..most).step_by(LIGHTS_PER_BATCH as usize) {
@@ -65,7 +66,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
         pass.constant(LIGHTS_OF, LATER_BATCH);
         pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
-        pass.uniform("weighting", &Weighting::default());
+        Weighting::default().bind(&mut pass, None);
         pass.draw_opaque_lit_by(first + 1)?;
     }
     Ok((radiance, depth))
@@ -83,7 +84,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    Weighting::default().bind(&mut pass, None);
     pass.axes(axes);
     let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, depth_load);
@@ -139,7 +140,7 @@ pub fn record_layered(
     let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
     let mut pass = r.surfaces("layered", "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    Weighting::default().bind(&mut pass, None);
     pass.axes(view.light_axes());
     let radiance = pass.color(radiance, ColorLoad::Keep);
     if view.counts_pairs() {
@@ -163,8 +164,7 @@ pub fn record_layered(
 pub struct SeenThrough<'h> {
     /// The picture so far with its mips.
     pub behind: &'h Handle,
-    /// The distances of the nearest of them, if those alone are drawn that lie beyond (Everitt 2001, "Interactive Order-Independent
-    /// Transparency", depth peeling).
+    /// The distances of the nearest of them, if those alone are drawn that lie beyond.
     pub beyond: Option<&'h Handle>,
 }
 
@@ -195,18 +195,16 @@ pub fn record_transmissive(
     let view = r.view;
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
-    let is_far = seen.is_some_and(|seen| seen.beyond.is_some());
-    let mut pass = r.surfaces(if is_far { "transmissive.far" } else { "transmissive" }, "forward");
+    let beyond = seen.and_then(|seen| seen.beyond);
+    let mut pass = r.surfaces(if beyond.is_some() { "transmissive.far" } else { "transmissive" }, "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &Weighting::default());
+    let peel = beyond.map(|nearest_m| Peel { side: Side::Beyond, nearest_m });
+    Weighting::default().bind(&mut pass, peel);
     pass.axes(view.light_axes());
     // A view that counts pairs shows nothing behind.
-    if let Some(SeenThrough { behind, beyond }) = seen {
+    if let Some(SeenThrough { behind, .. }) = seen {
         pass.axes(&["transmissive"]);
         pass.read("behind", behind);
-        // Without a nearest distance that texture is not looked at.
-        pass.read("nearest_m", beyond.unwrap_or(behind));
-        pass.constant("peels", u32::from(beyond.is_some()));
     }
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
@@ -219,17 +217,23 @@ pub fn record_transmissive(
     Ok((radiance, depth))
 }
 
-/// Draws the surfaces that alpha covers, into what `blended` says. Returns what holds the result.
+/// Draws the surfaces that alpha covers, or what `peel` says of them, into what `blended` says. Returns what holds the result.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_blended(r: &mut Recorder<'_, '_>, fog: &FogSettings, blended: Blended) -> Result<Blended, ProgramError> {
+pub fn record_blended(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    blended: Blended,
+    peel: Option<Peel<'_>>,
+) -> Result<Blended, ProgramError> {
     let (view, weighting) = (r.view, blended.weighting(r));
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
-    let mut pass = r.surfaces("forward", "forward");
+    let is_behind = peel.is_some_and(|peel| peel.side == Side::Behind);
+    let mut pass = r.surfaces(if is_behind { "forward.behind" } else { "forward" }, "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    pass.uniform("weighting", &weighting);
+    weighting.bind(&mut pass, peel);
     pass.axes(view.light_axes());
     let blended = blended.begin(&mut pass, view);
     pass.uniform("fog", &fog);

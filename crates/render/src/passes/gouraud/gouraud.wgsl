@@ -24,7 +24,7 @@ import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
 @if(masked) import package::shaders::mask::is_masked_out;
-import package::shaders::transparency::{ShadedTargets, is_let_through, shaded_targets};
+import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled, shaded_targets};
 
 // As many as there are.
 const ALL_LIGHTS: u32 = 0xffffffffu;
@@ -138,6 +138,9 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
         vertex.position_object = in.position_object;
     }
     let sample = surface_sample(vertex, front_facing);
+    if is_peeled(in.position_clip, in.position_world) {
+        discard;
+    }
     if fades != 0u {
         if is_faded(in.position_clip.xy, in.object) {
             discard;

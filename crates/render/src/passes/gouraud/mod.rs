@@ -2,15 +2,15 @@
 //!
 //! Source: Gouraud 1971, "Continuous Shading of Curved Surfaces". Where it differs: base colour, alpha and emission are the
 //! pixel's, so that textures stay sharp; lights are those of the object's own list. Reads: lists of lights of objects, the
-//! environment, depth. Writes: radiance (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and
-//! vertex.
+//! environment, depth, and as `forward` the distances of the nearest surfaces that light comes through. Writes: radiance
+//! (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and vertex.
 
 use super::adaptive;
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{Recorder, SurfacePass, Which};
 use crate::shader::program::ProgramError;
-use crate::transparency::{Blended, Weighting};
+use crate::transparency::{Blended, Peel, Side, Weighting};
 use manypass_graph::Handle;
 
 /// Radiance and depth of all opaque and masked surfaces.
@@ -26,25 +26,31 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let mut pass = r.surfaces("gouraud.opaque", "gouraud");
     begin(&mut pass, axes, counts);
     pass.uniform("fog", &fog);
-    pass.uniform("weighting", &Weighting::default());
+    Weighting::default().bind(&mut pass, None);
     let radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, depth_load);
     pass.draw_opaque(Which::Plain)?;
     Ok((radiance, depth))
 }
 
-/// Draws the surfaces that alpha covers, into what `blended` says. Returns what holds the result.
+/// Draws the surfaces that alpha covers, or what `peel` says of them, into what `blended` says. Returns what holds the result.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_blended(r: &mut Recorder<'_, '_>, fog: &FogSettings, blended: Blended) -> Result<Blended, ProgramError> {
+pub fn record_blended(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    blended: Blended,
+    peel: Option<Peel<'_>>,
+) -> Result<Blended, ProgramError> {
     let (view, weighting) = (r.view, blended.weighting(r));
     let is_lit = fog.scatters();
     let (axes, fog) = (view.light_axes(), FogUniform::new(fog, view.uniform.pre_exposure));
-    let mut pass = r.surfaces("gouraud", "gouraud");
+    let is_behind = peel.is_some_and(|peel| peel.side == Side::Behind);
+    let mut pass = r.surfaces(if is_behind { "gouraud.behind" } else { "gouraud" }, "gouraud");
     begin(&mut pass, axes, view.counts_pairs());
     pass.uniform("fog", &fog);
-    pass.uniform("weighting", &weighting);
+    weighting.bind(&mut pass, peel);
     let blended = blended.begin(&mut pass, view);
     if is_lit {
         pass.constant(IN_LIT_FOG, 1);

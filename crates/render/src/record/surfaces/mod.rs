@@ -12,7 +12,6 @@ pub(crate) use pipelines::SurfacePipelines;
 pub use tiles::TilePass;
 
 use super::bind_groups::Resource;
-use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::draws::Draw;
 use crate::shader::program::ProgramError;
@@ -47,7 +46,7 @@ pub struct SurfacePass<'r, 'f> {
     frame: &'f Frame<'f>,
     view: &'f PreparedView,
     program: &'static str,
-    uniforms: Vec<(&'static str, Uniform)>,
+    resources: Vec<(&'static str, Resource)>,
     reads: Vec<(&'static str, Read)>,
     axes: Vec<&'static str>,
     colors: Vec<wgpu::TextureFormat>,
@@ -70,7 +69,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             frame,
             view,
             program,
-            uniforms: Vec::new(),
+            resources: Vec::new(),
             reads: Vec::new(),
             axes: Vec::new(),
             colors: Vec::new(),
@@ -111,7 +110,12 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
 
     /// The shader finds `value` in the uniform `name`.
     pub fn uniform<T: Pod>(&mut self, name: &'static str, value: &T) {
-        self.uniforms.push((name, self.frame.uniforms.push(value)));
+        self.resources.push((name, Resource::Uniform(self.frame.uniforms.push(value))));
+    }
+
+    /// The shader finds a texel under `name`, which it is not to look at.
+    pub fn no_texture(&mut self, name: &'static str) {
+        self.resources.push((name, Resource::Texture(self.frame.resources.textures.white().clone())));
     }
 
     /// The shader reads `handle` under `name`.
@@ -170,7 +174,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     }
 
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
-        let Self { name, pass, frame, view, program, uniforms, reads, axes, .. } = self;
+        let Self { name, pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
         let Self { colors, blend, depth, constants, vertices_alone, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();
         let Some((TextureDesc { format: depth, samples, .. }, depth_write)) = depth else {
@@ -178,8 +182,6 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
         let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone };
-        let mut of_pass: Vec<_> =
-            uniforms.into_iter().map(|(name, uniform)| (name, Resource::Uniform(uniform))).collect();
         let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {
             let preparing = Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false };
             preparing.prepare(&draws, which, &mut BoundShapes::default())
