@@ -194,12 +194,14 @@ impl Shaders {
         target: FullscreenTarget,
         constants: &[Constant],
     ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
+        let (axes_on, on) = super::compose::axes_and_constants(name, axes_on);
+        let constants = &[constants, &on].concat()[..];
         let declared = constants.iter().filter(|(constant, _)| super::compose::has_constant(name, constant));
-        let key = ((name, axes_on.to_vec()), target, declared.copied().collect());
+        let key = ((name, axes_on), target, declared.copied().collect());
         if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
             return Ok(pipeline.clone());
         }
-        let program = self.program(name, axes_on)?;
+        let program = self.program(name, &key.0.1)?;
         let triangle = self.program("fullscreen", &[])?;
         let create = || FullscreenPipeline::new(&self.frame.device, program, &triangle, target, constants);
         let pipeline = Arc::new(self.compiling(create));

@@ -8,7 +8,7 @@
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
-use crate::record::{ADD, Recorder, Which};
+use crate::record::{ADD, Recorder, SurfacePass, Which};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
@@ -49,6 +49,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     let mut radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.constant(LIGHTS_OF, FIRST_BATCH);
+    see_nothing_behind(&mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     pass.uniform("weighting", &Weighting::default());
     pass.draw_opaque(Which::All)?;
@@ -61,6 +62,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
         pass.depth_read_only(&depth);
         pass.blend(ADD);
         pass.constant(LIGHTS_OF, LATER_BATCH);
+        see_nothing_behind(&mut pass);
         pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
         pass.uniform("weighting", &Weighting::default());
@@ -79,6 +81,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
+    see_nothing_behind(&mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     pass.uniform("weighting", &Weighting::default());
     pass.axes(axes);
@@ -135,6 +138,7 @@ pub fn record_layered(
     let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
     let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
     let mut pass = r.surfaces("layered", "forward");
+    see_nothing_behind(&mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     pass.uniform("weighting", &Weighting::default());
     pass.axes(view.light_axes());
@@ -153,6 +157,12 @@ pub fn record_layered(
     };
     pass.draw_opaque(which)?;
     Ok((radiance, depth))
+}
+
+/// Texels in place of what a pass would see through its surfaces.
+fn see_nothing_behind(pass: &mut SurfacePass<'_, '_>) {
+    pass.stand_in("behind");
+    pass.stand_in("nearest_m");
 }
 
 /// What is seen through surfaces that light comes through.
@@ -199,11 +209,13 @@ pub fn record_transmissive(
     pass.axes(view.light_axes());
     // A view that counts pairs shows nothing behind.
     if let Some(SeenThrough { behind, beyond }) = seen {
-        pass.axes(&["transmissive"]);
+        pass.constant("transmissive", 1);
         pass.read("behind", behind);
         // Without a nearest distance that texture is not looked at.
         pass.read("nearest_m", beyond.unwrap_or(behind));
         pass.constant("peels", u32::from(beyond.is_some()));
+    } else {
+        see_nothing_behind(&mut pass);
     }
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
@@ -225,6 +237,7 @@ pub fn record_blended(r: &mut Recorder<'_, '_>, fog: &FogSettings, blended: Blen
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward", "forward");
+    see_nothing_behind(&mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     pass.uniform("weighting", &weighting);
     pass.axes(view.light_axes());

@@ -49,6 +49,7 @@ pub struct SurfacePass<'r, 'f> {
     program: &'static str,
     uniforms: Vec<(&'static str, Uniform)>,
     reads: Vec<(&'static str, Read)>,
+    stand_ins: Vec<&'static str>,
     axes: Vec<&'static str>,
     colors: Vec<wgpu::TextureFormat>,
     blend: Option<wgpu::BlendState>,
@@ -72,6 +73,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             program,
             uniforms: Vec::new(),
             reads: Vec::new(),
+            stand_ins: Vec::new(),
             axes: Vec::new(),
             colors: Vec::new(),
             blend: None,
@@ -104,7 +106,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.blend = Some(blend);
     }
 
-    /// Axes of the program that are on whatever is drawn.
+    /// Axes of the program that are on whatever is drawn, or constants that are 1.
     pub fn axes(&mut self, axes: &[&'static str]) {
         self.axes.extend(axes);
     }
@@ -118,6 +120,11 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     pub fn read(&mut self, name: &'static str, handle: &Handle) {
         let read = self.pass.read(handle);
         self.reads.push((name, read));
+    }
+
+    /// The shader's constants keep it from looking at its texture `name`, but something has to be bound: a white texel.
+    pub fn stand_in(&mut self, name: &'static str) {
+        self.stand_ins.push(name);
     }
 
     /// The shader's `override` constant `name` is `value`: branches that depend on it alone are gone when it runs.
@@ -170,7 +177,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     }
 
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
-        let Self { name, pass, frame, view, program, uniforms, reads, axes, .. } = self;
+        let Self { name, pass, frame, view, program, uniforms, reads, stand_ins, axes, .. } = self;
         let Self { colors, blend, depth, constants, vertices_alone, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();
         let Some((TextureDesc { format: depth, samples, .. }, depth_write)) = depth else {
@@ -178,8 +185,10 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
         let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone };
+        let white = || Resource::Texture(frame.resources.textures.white().clone());
         let mut of_pass: Vec<_> =
             uniforms.into_iter().map(|(name, uniform)| (name, Resource::Uniform(uniform))).collect();
+        of_pass.extend(stand_ins.into_iter().map(|name| (name, white())));
         let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {
             let preparing = Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false };
             preparing.prepare(&draws, which, &mut BoundShapes::default())
@@ -192,8 +201,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         }
         // What is read is known when the pass runs; names and programs are checked now, with a texel in its place.
         let of_graph = reads.len();
-        let stand_in = || Resource::Texture(frame.resources.textures.white().clone());
-        of_pass.extend(reads.iter().map(|(name, _)| (*name, stand_in())));
+        of_pass.extend(reads.iter().map(|(name, _)| (*name, white())));
         prepare(&of_pass, &targets)?;
         pass.draw(move |context| {
             of_pass.truncate(of_pass.len() - of_graph);
