@@ -98,7 +98,7 @@ impl Volumes {
         }
         let (axes, on) = compose::axes_and_constants(key.program, &key.axes);
         let program = shaders.program(key.program, &axes)?;
-        let constants = program.constants(&[&key.constants[..], &on].concat());
+        let constants = [&key.constants[..], &on].concat();
         let pipeline = shaders.compiling(|| create(device, &program, &key, &constants));
         let pipeline = Arc::new(VolumePipeline { program, pipeline });
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
@@ -148,17 +148,17 @@ fn depth_stencil(key: &Key) -> wgpu::DepthStencilState {
     }
 }
 
-fn create(device: &wgpu::Device, program: &Program, key: &Key, constants: &[(&str, f64)]) -> wgpu::RenderPipeline {
+fn create(device: &wgpu::Device, program: &Program, key: &Key, constants: &[Constant]) -> wgpu::RenderPipeline {
     let is_marking = matches!(key.step, VolumeStep::Mark);
-    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+    let specialised = program.specialised(constants);
     let corner = wgpu::VertexAttribute { format: wgpu::VertexFormat::Float32x3, offset: 0, shader_location: 0 };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(key.program),
         layout: Some(&program.layout),
         vertex: wgpu::VertexState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options: compilation_options.clone(),
+            compilation_options: specialised.options(),
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: 12,
                 step_mode: wgpu::VertexStepMode::Vertex,
@@ -173,9 +173,9 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key, constants: &[(&st
         depth_stencil: Some(depth_stencil(key)),
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options,
+            compilation_options: specialised.options(),
             targets: &[Some(wgpu::ColorTargetState {
                 format: key.color,
                 blend: Some(super::ADD),

@@ -24,7 +24,7 @@ impl FullscreenPipeline {
         constants: &[Constant],
     ) -> Self {
         let FullscreenTarget { format, samples, blend, depth } = target;
-        let constants = program.constants(constants);
+        let (triangle, specialised) = (triangle.specialised(&[]), program.specialised(constants));
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&program.name),
             layout: Some(&program.layout),
@@ -44,9 +44,9 @@ impl FullscreenPipeline {
             }),
             multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
-                module: &program.module,
+                module: &specialised.module,
                 entry_point: None,
-                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+                compilation_options: specialised.options(),
                 targets: &[Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })],
             }),
             multiview_mask: None,
@@ -154,7 +154,8 @@ impl Shaders {
         if let Some(pipeline) = self.depth_clears.borrow().get(&format) {
             return Ok(pipeline.clone());
         }
-        let triangle = self.program("fullscreen", &[])?;
+        let program = self.program("fullscreen", &[])?;
+        let triangle = program.specialised(&[]);
         let depth_stencil = wgpu::DepthStencilState {
             format,
             depth_write_enabled: Some(true),
@@ -164,7 +165,7 @@ impl Shaders {
         };
         let descriptor = wgpu::RenderPipelineDescriptor {
             label: Some("depth_clear"),
-            layout: Some(&triangle.layout),
+            layout: Some(&program.layout),
             vertex: wgpu::VertexState {
                 module: &triangle.module,
                 entry_point: None,

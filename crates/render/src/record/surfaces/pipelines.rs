@@ -81,7 +81,6 @@ impl SurfacePipelines {
         constants.extend(AXES.iter().enumerate().map(|(bit, axis)| (*axis, of_shape >> bit & 1)));
         constants.extend(&key.targets.constants);
         let program = shaders.program(key.program, &axes)?;
-        let constants = program.constants(&constants);
         let pipeline = shaders.compiling(|| create(device, &program, &key, &constants))?;
         let pipeline = Arc::new(SurfacePipeline { pipeline, program });
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
@@ -93,7 +92,7 @@ fn create(
     device: &wgpu::Device,
     program: &Program,
     key: &Key,
-    constants: &[(&str, f64)],
+    constants: &[Constant],
 ) -> Result<wgpu::RenderPipeline, ProgramError> {
     let known = if key.axes & DEFORMED == 0 { ATTRIBUTES_WITHOUT_SKINS } else { ATTRIBUTES };
     let attributes = program.attributes(&known, STRIDES.len())?;
@@ -127,7 +126,7 @@ fn create(
             })
         })
         .collect();
-    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+    let specialised = program.specialised(constants);
     // Without a colour target fragments are shaded to be dropped, if at all.
     let fades = key.targets.constants.contains(&(FADES, 1));
     let drops_fragments = key.axes & MASKED != 0 || fades || key.topology == Topology::Points;
@@ -135,9 +134,9 @@ fn create(
         label: Some(key.program),
         layout: Some(&program.layout),
         vertex: wgpu::VertexState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options: compilation_options.clone(),
+            compilation_options: specialised.options(),
             buffers: &buffers,
         },
         primitive: wgpu::PrimitiveState {
@@ -169,9 +168,9 @@ fn create(
             ..Default::default()
         },
         fragment: (!targets.is_empty() || drops_fragments).then(|| wgpu::FragmentState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options: compilation_options.clone(),
+            compilation_options: specialised.options(),
             targets: &targets,
         }),
         multiview_mask: None,
