@@ -1,4 +1,4 @@
-//! The documentation of variables and settings is that of the code.
+//! The documentation of variables, settings and shaders is that of the code.
 
 use manypass_offline::{aov_docs, settings_docs, stage_docs};
 use std::path::{Path, PathBuf};
@@ -39,6 +39,19 @@ fn the_golden_table_of_settings_is_current() {
 #[test]
 fn the_golden_tables_of_stages_are_current() {
     assert_current("stage.md", "keys", &stage_docs::markdown_tables());
+}
+
+#[test]
+fn the_golden_table_of_programs_is_current() {
+    use manypass::shader::compose::{CONSTANTS, PROGRAMS};
+    let code = |names: &[&str]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" ");
+    let mut table = String::from("| program | modules | axes | constants |\n|---|---|---|---|\n");
+    for ((name, axes, modules), (_, constants)) in PROGRAMS.iter().zip(CONSTANTS) {
+        table += &format!("| `{name}` | {} | {} | {} |\n", modules.len(), code(axes), code(constants));
+    }
+    let modules: usize = PROGRAMS.iter().map(|(.., modules)| modules.len()).sum();
+    table += &format!("\n{} programs, {modules} modules.\n", PROGRAMS.len());
+    assert_current("shaders.md", "programs", &table);
 }
 
 #[test]

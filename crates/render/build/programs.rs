@@ -17,21 +17,18 @@ const WITH_DETAIL: &str = ", also with detail";
 /// After these: there is one more program, for materials with relief. It has the layers of the program, if that has any.
 const WITH_RELIEF: &str = ", also with relief";
 
-/// Axes that only surfaces with layers have.
-const AXES_OF_LAYERS: [&str; 1] = ["transmissive"];
+/// After the name, and after all of these: features that are on in all variants.
+const FEATURES: &str = ". Features: ";
 
-/// An axis that they have not, because it is on: few are worth no variants.
-const ALWAYS_WITH_LAYERS: &str = "occlusion_apart";
+/// After the features: the axes.
+const AXES: &str = ". Axes: ";
 
-/// The same of programs with detail.
-const ALWAYS_WITH_DETAIL: [&str; 2] = ["textured", ALWAYS_WITH_LAYERS];
+/// The axis of what binds less where nothing is deformed. Only special materials are worth it, whose textures fill what a stage has
+/// on WebGL 2; in all other programs it is on.
+const SKINS: &str = "skins";
 
-/// The same of programs with relief.
-const ALWAYS_WITH_RELIEF: [&str; 3] = ["textured", ALWAYS_WITH_LAYERS, "masked"];
-
-/// Axes that surfaces have and points do not: their discs are cut out in any case, so that masks, whose cutoff is 0 where
-/// there is none, need no variants; and they have no tangents.
-const AXES_OF_SURFACES: [&str; 2] = ["masked", "normal_map"];
+/// What is bound by programs for special materials, and by those for points, in any case: these are rare.
+const TEXTURES: [&str; 2] = ["textures", "masks"];
 
 /// A program.
 #[derive(Debug)]
@@ -43,16 +40,16 @@ pub struct Declared {
     /// A variant's index has bit `i` set if axis `i` is on.
     pub axes: Vec<String>,
     /// Features that are on in all of its variants.
-    pub features: &'static [&'static str],
+    pub features: Vec<String>,
 }
 
 /// The programs of all shaders in `source`, by name. A shader is one if its first comment has a line such as one of these:
 ///
 /// ```wgsl
 /// // Program: meter.
-/// // Program: direct. Axes: tiled, global.
-/// // Program: ids, also for points. Axes: textured, masked, deformed.
-/// // Program: forward, also for points, also with layers, also with relief. Axes: textured, transmissive.
+/// // Program: direct. Axes: tiled.
+/// // Program: debug_surfaces, also for points. Features: textures.
+/// // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 /// ```
 pub fn declared(source: &Path) -> Vec<Declared> {
     let mut programs = BTreeMap::new();
@@ -71,10 +68,10 @@ pub fn declared(source: &Path) -> Vec<Declared> {
 
 /// The programs that `line` declares, without [`PROGRAM`].
 fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
-    let (name, axes) = match line.strip_suffix('.')?.split_once(". Axes: ") {
-        Some((name, axes)) => (name, axes.split(", ").map(str::to_owned).collect()),
-        None => (line.strip_suffix('.')?, Vec::new()),
-    };
+    let list = |words: &str| words.split(", ").map(str::to_owned).collect::<Vec<String>>();
+    let line = line.strip_suffix('.')?;
+    let (line, axes) = line.split_once(AXES).map_or((line, Vec::new()), |(line, axes)| (line, list(axes)));
+    let (name, common) = line.split_once(FEATURES).map_or((line, Vec::new()), |(line, common)| (line, list(common)));
     let is_word = |word: &str| {
         !word.is_empty() && word.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_')
     };
@@ -82,35 +79,31 @@ fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
     let (name, with_detail) = name.strip_suffix(WITH_DETAIL).map_or((name, false), |name| (name, true));
     let (name, with_layers) = name.strip_suffix(WITH_LAYERS).map_or((name, false), |name| (name, true));
     let (name, for_points) = name.strip_suffix(FOR_POINTS).map_or((name, false), |name| (name, true));
-    if !is_word(name) || !axes.iter().all(|axis| is_word(axis)) {
+    if !is_word(name) || !axes.iter().chain(&common).all(|word| is_word(word)) {
         return None;
     }
-    let declared = |name: String, features, has: &dyn Fn(&str) -> bool| Declared {
-        name,
-        module: module.to_owned(),
-        axes: axes.iter().filter(|axis| has(axis)).cloned().collect(),
-        features,
+    let declared = |name: String, features: &[&str], axes: Vec<String>| {
+        let features = features.iter().map(|feature| (*feature).to_owned()).chain(common.iter().cloned());
+        Declared { name, module: module.to_owned(), axes, features: features.collect() }
     };
-    let is_of_surfaces = |axis: &str| !AXES_OF_LAYERS.contains(&axis);
-    let is_of_points = |axis: &str| is_of_surfaces(axis) && !AXES_OF_SURFACES.contains(&axis);
-    let mut programs = vec![declared(name.to_owned(), &[], &is_of_surfaces)];
+    let (of_special, of_plain): (Vec<String>, Vec<String>) = axes.iter().cloned().partition(|axis| axis == SKINS);
+    let special = |name: String, features: &[&str]| {
+        let skins: &[&str] = if of_special.is_empty() { &[SKINS] } else { &[] };
+        declared(name, &[features, &TEXTURES, skins].concat(), of_special.clone())
+    };
+    let mut programs = vec![declared(name.to_owned(), &[SKINS], of_plain)];
     if for_points {
-        programs.push(declared(format!("{name}_points"), &["points", "masked"], &is_of_points));
+        programs.push(declared(format!("{name}_points"), &[&["points", SKINS], &TEXTURES[..]].concat(), Vec::new()));
     }
     if with_layers {
-        let features = &["layered", "detailed", ALWAYS_WITH_LAYERS];
-        programs.push(declared(format!("{name}_layered"), features, &|axis| axis != ALWAYS_WITH_LAYERS));
+        programs.push(special(format!("{name}_layered"), &["layered", "detailed"]));
     }
     if with_detail {
-        let features = &["detailed", "textured", ALWAYS_WITH_LAYERS];
-        let has = |axis: &str| is_of_surfaces(axis) && !ALWAYS_WITH_DETAIL.contains(&axis);
-        programs.push(declared(format!("{name}_detailed"), features, &has));
+        programs.push(special(format!("{name}_detailed"), &["detailed"]));
     }
     if with_relief {
-        let all: &'static [&'static str] = &["relief", "detailed", "textured", ALWAYS_WITH_LAYERS, "masked", "layered"];
-        let features = if with_layers { all } else { &all[..all.len() - 1] };
-        let has = |axis: &str| is_of_surfaces(axis) && !ALWAYS_WITH_RELIEF.contains(&axis);
-        programs.push(declared(format!("{name}_relief"), features, &has));
+        let features: &[&str] = if with_layers { &["relief", "detailed", "layered"] } else { &["relief", "detailed"] };
+        programs.push(special(format!("{name}_relief"), features));
     }
     Some(programs)
 }

@@ -24,6 +24,32 @@ shared_constants! {
     /// Pixels along each side of a tile of a still that needs no more samples once it is settled.
     SETTLED_TILE_PX: i32 = 4;
 
+    /// Curves from radiance to display colours, as `tone_curve.wgsl` numbers them. None.
+    CURVE_NONE: u32 = 0;
+    /// Khronos PBR Neutral.
+    CURVE_NEUTRAL: u32 = 1;
+    /// Hill's fit of ACES.
+    CURVE_ACES: u32 = 2;
+    /// AgX.
+    CURVE_AGX: u32 = 3;
+    /// Reinhard, on luminance.
+    CURVE_REINHARD: u32 = 4;
+    /// 1 − exp(−x).
+    CURVE_EXPONENTIAL: u32 = 5;
+
+    /// Views of the pass `debug`: how many lights are visited.
+    DEBUG_LIGHTS: u32 = 0;
+    /// How many fragments there are.
+    DEBUG_OVERDRAW: u32 = 1;
+    /// Texture coordinates.
+    DEBUG_UV: u32 = 2;
+    /// Normals.
+    DEBUG_NORMALS: u32 = 3;
+    /// How fine textures are.
+    DEBUG_TEXEL_DENSITY: u32 = 4;
+    /// Inputs that cannot be right.
+    DEBUG_FLAGS: u32 = 5;
+
     /// Texels in a row of the tables of joints, morph targets and previous nodes.
     DATA_WIDTH: u32 = 1024;
     /// Texels of a light in the table of lights.

@@ -1,6 +1,8 @@
-//! The curve from radiance to display colours, chosen when a shader is composed (`shaders/tone_curve.wgsl`).
+//! The curve from radiance to display colours, chosen when a pipeline is made (`shaders/tone_curve.wgsl`).
 
+use crate::constants::{CURVE_ACES, CURVE_AGX, CURVE_EXPONENTIAL, CURVE_NEUTRAL, CURVE_NONE, CURVE_REINHARD};
 use crate::setting::choices;
+use crate::shader::program::Constant;
 
 choices! {
     /// The curve from radiance to display colours.
@@ -22,15 +24,16 @@ choices! {
 }
 
 impl Tonemap {
-    /// The variant axes of `shaders/tone_curve.wgsl` that choose this curve.
-    pub(crate) fn axes(self) -> &'static [&'static str] {
-        match self {
-            Self::None => &[],
-            Self::Neutral => &["curve_0"],
-            Self::Aces => &["curve_1"],
-            Self::Agx => &["curve_0", "curve_1"],
-            Self::Reinhard => &["curve_2"],
-            Self::Exponential => &["curve_0", "curve_2"],
-        }
+    /// The constant of `shaders/tone_curve.wgsl` that chooses this curve.
+    pub(crate) fn constant(self) -> Constant {
+        let number = match self {
+            Self::None => CURVE_NONE,
+            Self::Neutral => CURVE_NEUTRAL,
+            Self::Aces => CURVE_ACES,
+            Self::Agx => CURVE_AGX,
+            Self::Reinhard => CURVE_REINHARD,
+            Self::Exponential => CURVE_EXPONENTIAL,
+        };
+        ("curve", number)
     }
 }

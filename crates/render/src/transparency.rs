@@ -106,7 +106,7 @@ impl Weighting {
                 pass.constant(PEELS, side as u32);
                 pass.read("nearest_m", nearest_m);
             }
-            None => pass.no_texture("nearest_m"),
+            None => pass.stand_in("nearest_m"),
         }
     }
 

@@ -10,7 +10,10 @@ use manypass::{Background, Environment, FrameRequest, Path};
 use manypass_scene::material::{
     Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Mapped, Material, Sheen, Specular, Volume,
 };
-use manypass_scene::{AlphaMode, Projection, Scene, ShadingModel, primitives};
+use manypass_scene::{
+    AlphaMode, Image, ImageSource, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel, Texture, TextureRef,
+    TextureTransform, primitives,
+};
 use manypass_testkit::build::{SceneBuilder, at};
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes::{self, FURNACE_ROUGHNESS};
@@ -269,6 +272,32 @@ fn glass_is_seen_through_glass_where_that_is_asked_for() {
                 let ratio = found / expected;
                 assert!(ratio.min_element() > 0.9 && ratio.max_element() < 1.001, "{path:?} {layers} {name}: {found}");
             }
+        }
+    }
+}
+
+#[test]
+fn occlusion_in_the_texture_of_metallic_roughness_keeps_light_from_layers() {
+    // Red is occlusion: a quarter of the light arrives. Green and blue are neither rough nor metal to speak of.
+    let data = vec![64, 255, 0, 255];
+    let pixels = Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data };
+    let mut scene = scenes::furnace(0, [1.0; 2]).scene;
+    scene.images = vec![Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) }];
+    scene.textures = vec![Texture { image: 0, sampler: Sampler::default() }];
+    let texture = Some(TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() });
+    for path in [Path::Deferred, Path::Forward] {
+        let lit = |occlusion_texture, clearcoat: Option<Clearcoat>| {
+            let material = Material { metallic_roughness_texture: texture, occlusion_texture, clearcoat, ..white() };
+            let scene = dressed(scene.clone(), &material);
+            let request = plain_request(&scene, SIZE).with(|settings| {
+                settings.render.path = path;
+                settings.environment.source = Environment::Color([1.0; 3]);
+            });
+            radiance(&scene, &request).iter().map(|pixel| f64::from(pixel[1])).sum::<f64>()
+        };
+        for clearcoat in [None, Some(coat(0.3))] {
+            let share = lit(texture, clearcoat) / lit(None, clearcoat);
+            assert!(share < 0.5, "{path:?}, {}: {share}", if clearcoat.is_some() { "coated" } else { "plain" });
         }
     }
 }

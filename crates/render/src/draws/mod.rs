@@ -10,8 +10,13 @@ pub(crate) use leveled::Form;
 pub(crate) use list::{Draw, DrawList};
 pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 
-/// The axes of programs that draw surfaces. A set of them is a number with their bits.
+/// What draws of surfaces differ in that their programs have to know: `override` constants of shaders. A set of them is a number
+/// with their bits.
 pub(crate) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed"];
+
+/// Axes of programs that bind less where none of some of [`AXES`] is on.
+pub(crate) const BINDING_AXES: [(&str, Axes); 3] =
+    [("textures", TEXTURED | OCCLUSION_APART | NORMAL_MAP), ("masks", MASKED), ("skins", DEFORMED)];
 
 /// A set of [`AXES`].
 pub(crate) type Axes = u32;

@@ -102,6 +102,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         self
     }
 
+    /// As [`Self::constant`], of several.
+    pub fn constants(mut self, constants: &[Constant]) -> Self {
+        self.constants.extend(constants);
+        self
+    }
+
     /// The shader reads the depth of `handle` under `name`.
     pub fn read_depth(mut self, name: &'static str, handle: &Handle) -> Self {
         let read = self.pass.read_depth(handle);
@@ -119,6 +125,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     pub fn table(mut self, name: &'static str, texture: &wgpu::TextureView) -> Self {
         self.bindings.push((name, Binding::Table(texture.clone())));
         self
+    }
+
+    /// The shader's constants keep it from looking at its texture `name`, but something has to be bound: a white texel.
+    pub fn stand_in(self, name: &'static str) -> Self {
+        let white = self.frame.resources.textures.white();
+        self.table(name, white)
     }
 
     /// How what is drawn and what is there become one; without it what is drawn replaces it.

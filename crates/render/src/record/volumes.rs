@@ -5,7 +5,7 @@ use super::fullscreen::{Fullscreen, Shading, Slot};
 use super::view::SHADOWED;
 use crate::lights::{CASTING_LIGHTS, CONE_CORNER, CONE_SIDES, LIGHT_CLASSES, VolumeDraw, VolumeShape, VolumeStep};
 use crate::shader::program::{Constant, ProgramError};
-use crate::shader::{Program, Shaders};
+use crate::shader::{Program, Shaders, compose};
 use glam::Vec3;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 use std::cell::RefCell;
@@ -96,8 +96,10 @@ impl Volumes {
         if let Some(pipeline) = self.pipelines.borrow().get(&key) {
             return Ok(pipeline.clone());
         }
-        let program = shaders.program(key.program, &key.axes)?;
-        let pipeline = shaders.compiling(|| create(device, &program, &key));
+        let (axes, on) = compose::axes_and_constants(key.program, &key.axes);
+        let program = shaders.program(key.program, &axes)?;
+        let constants = [&key.constants[..], &on].concat();
+        let pipeline = shaders.compiling(|| create(device, &program, &key, &constants));
         let pipeline = Arc::new(VolumePipeline { program, pipeline });
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
@@ -146,18 +148,17 @@ fn depth_stencil(key: &Key) -> wgpu::DepthStencilState {
     }
 }
 
-fn create(device: &wgpu::Device, program: &Program, key: &Key) -> wgpu::RenderPipeline {
+fn create(device: &wgpu::Device, program: &Program, key: &Key, constants: &[Constant]) -> wgpu::RenderPipeline {
     let is_marking = matches!(key.step, VolumeStep::Mark);
-    let constants = program.constants(&key.constants);
-    let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let specialised = program.specialised(constants);
     let corner = wgpu::VertexAttribute { format: wgpu::VertexFormat::Float32x3, offset: 0, shader_location: 0 };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(key.program),
         layout: Some(&program.layout),
         vertex: wgpu::VertexState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options: Default::default(),
+            compilation_options: specialised.options(),
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: 12,
                 step_mode: wgpu::VertexStepMode::Vertex,
@@ -172,9 +173,9 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> wgpu::RenderPi
         depth_stencil: Some(depth_stencil(key)),
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options,
+            compilation_options: specialised.options(),
             targets: &[Some(wgpu::ColorTargetState {
                 format: key.color,
                 blend: Some(super::ADD),
@@ -188,7 +189,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> wgpu::RenderPi
 
 impl Fullscreen<'_, '_> {
     /// Declares the pass, which adds to `target` what the program gives for the pixels of volumes, as `draws` say. The
-    /// program has an axis `cones`; another, called like it with `_mark` behind, marks. Returns the versions of `target` and
+    /// program has an axis or a constant `cones`; another, called like it with `_mark` behind, marks. Returns the versions of `target` and
     /// `depth` that hold the result; depth itself stays what it is, and its stencil is 0 again.
     ///
     /// # Errors

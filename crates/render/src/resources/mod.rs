@@ -23,7 +23,7 @@ pub(crate) use materials::{GpuMaterial, Materials, Sampled};
 pub(crate) use pages::Place;
 pub(crate) use reduced::{FactorsOf, ReducedMaterials};
 pub(crate) use textures::Textures;
-pub(crate) use vertices::{ATTRIBUTES, Instance, STRIDES};
+pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES};
 
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;

@@ -62,6 +62,19 @@ pub const ATTRIBUTES: [Attribute; 13] = [
     attribute("morph", wgpu::VertexFormat::Uint32x2, std::mem::offset_of!(Instance, morph), 2),
 ];
 
+/// As [`ATTRIBUTES`] where there is no stream of skins: shaders that declare it, and do not look at it, are given other bytes.
+pub const ATTRIBUTES_WITHOUT_SKINS: [Attribute; 13] = {
+    let mut attributes = ATTRIBUTES;
+    let mut index = 0;
+    while index < attributes.len() {
+        if attributes[index].buffer == 1 {
+            (attributes[index].buffer, attributes[index].offset) = (0, 0);
+        }
+        index += 1;
+    }
+    attributes
+};
+
 /// A primitive as the device reads it.
 #[derive(Debug, Default)]
 pub(super) struct Packed {

@@ -24,7 +24,7 @@ impl FullscreenPipeline {
         constants: &[Constant],
     ) -> Self {
         let FullscreenTarget { format, samples, blend, depth } = target;
-        let constants = program.constants(constants);
+        let (triangle, specialised) = (triangle.specialised(&[]), program.specialised(constants));
         let color = |format| Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL });
         let targets = format.map(color);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -46,9 +46,9 @@ impl FullscreenPipeline {
             }),
             multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
-                module: &program.module,
+                module: &specialised.module,
                 entry_point: None,
-                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+                compilation_options: specialised.options(),
                 targets: targets.as_slice(),
             }),
             multiview_mask: None,
@@ -164,7 +164,8 @@ impl Shaders {
         if let Some(pipeline) = self.depth_clears.borrow().get(&format) {
             return Ok(pipeline.clone());
         }
-        let triangle = self.program("fullscreen", &[])?;
+        let program = self.program("fullscreen", &[])?;
+        let triangle = program.specialised(&[]);
         let depth_stencil = wgpu::DepthStencilState {
             format,
             depth_write_enabled: Some(true),
@@ -174,7 +175,7 @@ impl Shaders {
         };
         let descriptor = wgpu::RenderPipelineDescriptor {
             label: Some("depth_clear"),
-            layout: Some(&triangle.layout),
+            layout: Some(&program.layout),
             vertex: wgpu::VertexState {
                 module: &triangle.module,
                 entry_point: None,
@@ -204,12 +205,14 @@ impl Shaders {
         target: FullscreenTarget,
         constants: &[Constant],
     ) -> Result<Arc<FullscreenPipeline>, ProgramError> {
+        let (axes_on, on) = super::compose::axes_and_constants(name, axes_on);
+        let constants = &[constants, &on].concat()[..];
         let declared = constants.iter().filter(|(constant, _)| super::compose::has_constant(name, constant));
-        let key = ((name, axes_on.to_vec()), target, declared.copied().collect());
+        let key = ((name, axes_on), target, declared.copied().collect());
         if let Some(pipeline) = self.fullscreen.borrow().get(&key) {
             return Ok(pipeline.clone());
         }
-        let program = self.program(name, axes_on)?;
+        let program = self.program(name, &key.0.1)?;
         let triangle = self.program("fullscreen", &[])?;
         let create = || FullscreenPipeline::new(&self.frame.device, program, &triangle, target, constants);
         let pipeline = Arc::new(self.compiling(create));

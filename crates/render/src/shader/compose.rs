@@ -1,6 +1,15 @@
 //! The variants of every built-in module, composed by `build.rs` with WESL.
 
+use super::program::Constant;
+
 include!(concat!(env!("OUT_DIR"), "/programs.rs"));
+
+/// Tells apart what `axes` are for a program: its axes, and names of its `override` constants, which are 1 then.
+pub(crate) fn axes_and_constants(program: &str, axes: &[&'static str]) -> (Vec<&'static str>, Vec<Constant>) {
+    let (constants, axes): (Vec<&str>, Vec<&str>) =
+        axes.iter().copied().partition(|axis| !has_axis(program, axis) && has_constant(program, axis));
+    (axes, constants.into_iter().map(|constant| (constant, 1)).collect())
+}
 
 /// The WGSL of a program with the given axes on.
 ///

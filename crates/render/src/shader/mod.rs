@@ -9,6 +9,8 @@ pub(crate) mod layout;
 pub(crate) mod locate;
 pub mod program;
 pub(crate) mod reflection;
+#[cfg(not(target_arch = "wasm32"))]
+mod specialise;
 
 pub use cache::Shaders;
 pub use program::{Program, ProgramError};

@@ -4,6 +4,13 @@
 use super::reflection::{parse, reflect_bindings, reflect_inputs};
 use crate::record::{FRAME_GROUP, FrameSlot};
 use std::sync::atomic::{AtomicU32, Ordering};
+#[cfg(not(target_arch = "wasm32"))]
+use {
+    super::specialise,
+    std::borrow::Cow,
+    std::collections::HashMap,
+    std::sync::{Mutex, PoisonError},
+};
 
 /// A shader cannot be used as it is.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -91,13 +98,53 @@ pub struct Program {
     pub name: String,
     /// No other program has it.
     pub(crate) id: u32,
-    /// The module.
-    pub module: wgpu::ShaderModule,
+    modules: Modules,
     /// The layout of its pipelines.
     pub layout: wgpu::PipelineLayout,
     groups: Vec<(wgpu::BindGroupLayout, Vec<Slot>)>,
     vertex_inputs: Vec<(String, u32)>,
     overrides: Vec<String>,
+}
+
+/// What pipelines are made of.
+#[derive(Debug)]
+enum Modules {
+    /// One module for all, which is given constants.
+    Whole(wgpu::ShaderModule),
+    /// A module for each set of constants, without what these switch off.
+    #[cfg(not(target_arch = "wasm32"))]
+    Specialised {
+        device: wgpu::Device,
+        parsed: Box<(naga::Module, naga::valid::ModuleInfo)>,
+        made: Mutex<HashMap<Vec<Constant>, wgpu::ShaderModule>>,
+    },
+}
+
+/// A module, and the values of those of its constants that are not as they are declared.
+#[derive(Debug)]
+pub(crate) struct Specialised {
+    pub module: wgpu::ShaderModule,
+    pub constants: Vec<(&'static str, f64)>,
+}
+
+impl Specialised {
+    /// How a stage is compiled.
+    pub fn options(&self) -> wgpu::PipelineCompilationOptions<'_> {
+        wgpu::PipelineCompilationOptions { constants: &self.constants, ..Default::default() }
+    }
+}
+
+/// What pipelines are told of a module.
+struct Declared {
+    vertex_inputs: Vec<(String, u32)>,
+    overrides: Vec<String>,
+}
+
+impl Declared {
+    fn of(module: &naga::Module) -> Self {
+        let overrides = module.overrides.iter().filter_map(|(_, constant)| constant.name.clone()).collect();
+        Self { vertex_inputs: reflect_inputs(module), overrides }
+    }
 }
 
 /// An `override` constant with its value.
@@ -134,19 +181,15 @@ impl Program {
         let slots = reflect_bindings(&module, &info, source);
         // What has been parsed need not be parsed again; browsers have a parser of their own.
         #[cfg(not(target_arch = "wasm32"))]
-        let code = wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone()));
+        return Self::compiled(frame, name, Declared::of(&module), slots, |device| {
+            if module.overrides.is_empty() {
+                return Modules::Whole(trusted(device, name, wgpu::ShaderSource::Naga(Cow::Owned(module))));
+            }
+            Modules::Specialised { device: device.clone(), parsed: Box::new((module, info)), made: Mutex::default() }
+        });
         #[cfg(target_arch = "wasm32")]
-        let code = wgpu::ShaderSource::Wgsl(source.into());
-        #[allow(unsafe_code, reason = "modules whose loops are not bounded are made by an unsafe call")]
-        Self::compiled(frame, name, &module, slots, |device| {
-            let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: code };
-            let checks =
-                wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
-            // SAFETY: what is asked of the caller is that no loop is infinite. Every loop of a built-in module is a `for` whose
-            // integer counter rises by 1 in each round, is changed nowhere else, and ends where it is no longer less than a
-            // bound that does not change, so that there are less than 2³² rounds: `tests/shaders.rs` looks at each of them.
-            // All other checks stay.
-            unsafe { device.create_shader_module_trusted(descriptor, checks) }
+        Self::compiled(frame, name, Declared::of(&module), slots, |device| {
+            Modules::Whole(trusted(device, name, wgpu::ShaderSource::Wgsl(source.into())))
         })
     }
 
@@ -158,18 +201,18 @@ impl Program {
         module: &naga::Module,
         slots: Vec<Vec<Slot>>,
     ) -> Result<Self, ProgramError> {
-        Self::compiled(frame, name, module, slots, |device| {
+        Self::compiled(frame, name, Declared::of(module), slots, |device| {
             let source = wgpu::ShaderSource::Wgsl(source.into());
-            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source })
+            Modules::Whole(device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source }))
         })
     }
 
     fn compiled(
         frame: &FrameLayout,
         name: &str,
-        module: &naga::Module,
+        Declared { vertex_inputs, overrides }: Declared,
         slots: Vec<Vec<Slot>>,
-        compile: impl FnOnce(&wgpu::Device) -> wgpu::ShaderModule,
+        compile: impl FnOnce(&wgpu::Device) -> Modules,
     ) -> Result<Self, ProgramError> {
         let device = &frame.device;
         frame.check(name, slots.first().map_or(&[], Vec::as_slice))?;
@@ -192,18 +235,38 @@ impl Program {
             bind_group_layouts: &layouts,
             ..Default::default()
         });
-        let shader = compile(device);
+        let modules = compile(device);
         static NEXT_ID: AtomicU32 = AtomicU32::new(0);
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        let overrides = module.overrides.iter().filter_map(|(_, constant)| constant.name.clone()).collect();
-        let vertex_inputs = reflect_inputs(module);
-        Ok(Self { name: name.into(), id, module: shader, layout, vertex_inputs, overrides, groups })
+        Ok(Self { name: name.into(), id, modules, layout, vertex_inputs, overrides, groups })
     }
 
-    /// Those of `constants` that the module declares, as a pipeline takes them: others are errors in browsers.
-    pub(crate) fn constants(&self, constants: &[Constant]) -> Vec<(&'static str, f64)> {
-        let declared = constants.iter().filter(|(name, _)| self.overrides.iter().any(|known| known == name));
-        declared.map(|(name, value)| (*name, f64::from(*value))).collect()
+    /// What a pipeline with `constants` is made of. Those that the module does not declare, which are errors in browsers, are passed over;
+    /// of those of one name the last counts.
+    pub(crate) fn specialised(&self, constants: &[Constant]) -> Specialised {
+        let mut declared: Vec<Constant> = Vec::new();
+        for constant in constants.iter().filter(|(name, _)| self.overrides.iter().any(|known| known == name)) {
+            declared.retain(|(name, _)| *name != constant.0);
+            declared.push(*constant);
+        }
+        match &self.modules {
+            Modules::Whole(module) => {
+                let constants = declared.iter().map(|(name, value)| (*name, f64::from(*value))).collect();
+                Specialised { module: module.clone(), constants }
+            }
+            #[cfg(not(target_arch = "wasm32"))]
+            Modules::Specialised { device, parsed, made } => {
+                declared.sort_unstable();
+                let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
+                let module = made.entry(declared).or_insert_with_key(|declared| {
+                    let (module, info) = &**parsed;
+                    // Our own values are of the constants' types.
+                    let module = specialise::specialised(module, info, declared).unwrap_or_else(|| module.clone());
+                    trusted(device, &self.name, wgpu::ShaderSource::Naga(Cow::Owned(module)))
+                });
+                Specialised { module: module.clone(), constants: Vec::new() }
+            }
+        }
     }
 
     /// What the module binds in `group`.
@@ -276,6 +339,18 @@ impl Program {
         }
         Ok(layouts)
     }
+}
+
+/// One of our own modules, without the counters that end endless loops.
+#[allow(unsafe_code, reason = "modules whose loops are not bounded are made by an unsafe call")]
+fn trusted(device: &wgpu::Device, name: &str, source: wgpu::ShaderSource<'_>) -> wgpu::ShaderModule {
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source };
+    let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
+    // SAFETY: what is asked of the caller is that no loop is infinite. Every loop of a built-in module is a `for` whose
+    // integer counter rises by 1 in each round, is changed nowhere else, and ends where it is no longer less than a
+    // bound that does not change, so that there are less than 2³² rounds: `tests/shaders.rs` looks at each of them.
+    // All other checks stay.
+    unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
 
 /// The layout of group 0, which all programs have in common.

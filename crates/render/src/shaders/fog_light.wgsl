@@ -11,7 +11,7 @@ import package::shaders::fog::{FogRay, fog, fog_ray, fog_density_per_m, optical_
 import package::shaders::light_table::{
     LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, cluster_at, cluster_grid, cluster_light_at, light_part, light_place, table_rows,
 };
-@if(shadowed) import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air};
+import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air, shadowed};
 
 // Nearer than this a ray does not pass a light, in metres: a place has no size.
 const ASIDE_MIN_M: f32 = 1e-4;
@@ -43,7 +43,7 @@ fn directional_in_air(index: u32, air: Air, at_m: f32, lost: f32) -> vec3f {
     let table_uv = light_place(index, table_rows());
     var irradiance = light_part(table_uv, LIGHT_COLOR).rgb;
     let to_light = -light_part(table_uv, LIGHT_AXIS).xyz;
-    @if(shadowed) {
+    if shadowed != 0u {
         irradiance *= directional_visibility_in_air(table_uv, air.origin_world + air.direction_world * at_m);
     }
     return irradiance * (lost * phase(dot(to_light, air.direction_world)));
@@ -89,7 +89,7 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
     }
     strength *= phase(dot(to_light, air.direction_world)) * exp(-optical_depth(air.fog, at_m));
     strength *= fog_density_per_m(air.fog.height + air.fog.rise_per_m * at_m);
-    @if(shadowed) {
+    if shadowed != 0u {
         strength *= punctual_visibility_in_air(table_uv, source.xyz, position_world);
     }
     return color.rgb * strength;

@@ -8,6 +8,7 @@ import package::shaders::light_table::{
     table_rows,
 };
 import package::shaders::lights::{LightSums, add_global_lights, add_light, global_light_sums, light_classes};
+import package::shaders::shadows::shadowed;
 
 // What `LightReaches` holds: see `lights/reaches.rs`.
 @if(tiled) @group(1) @binding(4) var light_reaches: texture_2d<f32>;
@@ -16,6 +17,9 @@ import package::shaders::lights::{LightSums, add_global_lights, add_light, globa
 // The least and the greatest distance of the surfaces of the pixel's tile, and one divided by the rows of `light_reaches`.
 @if(tiled) var<private> tile_bounds_m: vec2f;
 @if(tiled) var<private> inverse_reach_rows: f32;
+
+// 1 if those lights alone are wanted that are in no list.
+override without_lists: u32 = 0u;
 
 fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
     let tile = min(vec2u(position_px) / cluster_grid.size.w, cluster_grid.size.xy - 1u);
@@ -72,16 +76,18 @@ fn add_list(
     shading: Shading,
     sums: ptr<function, LightSums>,
 ) {
-    @if(shadowed) {
-        add_entries(QUIET_POINTS, list.first, list.quiet_points_end, rows, position_world, shading, sums);
+    // Without shadows all are quiet.
+    let is_quiet = shadowed == 0u;
+    let quiet_points = select(QUIET_POINTS, QUIET_POINTS | CASTING_POINTS, is_quiet);
+    let quiet_points_end = select(list.quiet_points_end, list.points_end, is_quiet);
+    add_entries(quiet_points, list.first, quiet_points_end, rows, position_world, shading, sums);
+    if shadowed != 0u {
         add_entries(CASTING_POINTS, list.quiet_points_end, list.points_end, rows, position_world, shading, sums);
         add_entries(CASTING_SPOTS, list.points_end, list.casters_end, rows, position_world, shading, sums);
-        add_entries(QUIET_SPOTS, list.casters_end, list.end, rows, position_world, shading, sums);
     }
-    @if(!shadowed) {
-        add_entries(QUIET_POINTS | CASTING_POINTS, list.first, list.points_end, rows, position_world, shading, sums);
-        add_entries(CASTING_SPOTS | QUIET_SPOTS, list.points_end, list.end, rows, position_world, shading, sums);
-    }
+    let quiet_spots = select(QUIET_SPOTS, QUIET_SPOTS | CASTING_SPOTS, is_quiet);
+    let quiet_spots_first = select(list.casters_end, list.points_end, is_quiet);
+    add_entries(quiet_spots, quiet_spots_first, list.end, rows, position_world, shading, sums);
 }
 
 // The lights that are in no list, and those of the pixel's cluster; with `tiled` those of the pixel's tile that reach the
@@ -94,7 +100,9 @@ fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shadin
         tile_bounds_m = textureLoad(tile_depth, vec2i(tile), 0).rg;
         inverse_reach_rows = 1.0 / f32(textureDimensions(light_reaches).y);
     }
-    add_list(cluster_at(cluster_index_at(position_px, distance_m)), rows, position_world, shading, &sums);
+    if without_lists == 0u {
+        add_list(cluster_at(cluster_index_at(position_px, distance_m)), rows, position_world, shading, &sums);
+    }
     return sums;
 }
 

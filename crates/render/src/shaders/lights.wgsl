@@ -11,7 +11,7 @@ import package::shaders::light_table::{
     LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, TableRows, cluster_grid, light_part, light_place,
 };
 @if(relief) import package::shaders::relief::relief_visibility;
-@if(shadowed) import package::shaders::shadows::{directional_visibility, punctual_visibility};
+import package::shaders::shadows::{directional_visibility, punctual_visibility, shadowed};
 
 // The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at least.
 override light_classes: u32 = DIRECTIONAL_LIGHTS | GLOBAL_LIGHTS | QUIET_POINTS | CASTING_POINTS | CASTING_SPOTS | QUIET_SPOTS;
@@ -108,7 +108,7 @@ fn add_light(
         }
         if !has_cone | (attenuation > 0.0) {
             (*sums).shaded += 1.0;
-            @if(shadowed) {
+            if shadowed != 0u {
                 if (classes & LIGHTS_WITH_SHADOWS) != 0u {
                     let facet_normal = lit_side(shading.facet_normal, to_light);
                     attenuation *= punctual_visibility(table_uv, place.xyz, position_world, facet_normal);
@@ -156,7 +156,7 @@ fn directional_radiance(
     (*sums).in_range += 1.0;
     (*sums).shaded += 1.0;
     var irradiance = color.rgb;
-    @if(shadowed) {
+    if shadowed != 0u {
         @if(layered) let is_before = true;
         @if(!layered) let is_before = n_dot_l > 0.0;
         if is_before {

@@ -6,8 +6,8 @@
 
 import package::view::view;
 import package::shaders::hash::{mixed, seed_of_pixel, stratified, unit_from_bits};
-import package::shaders::surface_material::{material_factors, material_uv};
-@if(textured) import package::shaders::surface_material::base_color_texture;
+import package::shaders::surface_material::{material_factors, material_uv, textured};
+@if(textures || masks) import package::shaders::surface_material::base_color_texture;
 @if(relief) import package::shaders::surface_material::{material_uv_dx, material_uv_dy};
 import package::shaders::surface_vertex::SurfaceVarying;
 
@@ -25,7 +25,7 @@ const WIDTH_MIN: f32 = 1e-4;
 
 // How far the hash has taken over: not at all where a texel is two pixels wide, and wholly where it is one, or what is read of the
 // texture is coarser, and its alpha so much as of it is there.
-@if(masked && textured && !points)
+@if((textures || masks) && !points)
 fn hashed_share(in: SurfaceVarying, bias: f32) -> f32 {
     let size = vec2f(textureDimensions(base_color_texture));
     @if(!relief) let texel = material_uv(in.uv, 0u) * size;
@@ -38,7 +38,7 @@ fn hashed_share(in: SurfaceVarying, bias: f32) -> f32 {
     return clamp(mip + 1.0, 0.0, 1.0);
 }
 
-@if(masked && textured && !points)
+@if((textures || masks) && !points)
 fn cell_hash(cell: vec3f) -> u32 {
     // What no whole number of 32 bits holds is one cell.
     let corner = bitcast<vec3u>(vec3i(clamp(floor(cell), vec3f(-1e9), vec3f(1e9))));
@@ -46,7 +46,7 @@ fn cell_hash(cell: vec3f) -> u32 {
 }
 
 // Evenly spread over 0 to 1, and the same as long as the place on the object and the size of a pixel there stay what they are.
-@if(masked && textured && !points)
+@if((textures || masks) && !points)
 fn hashed_threshold(in: SurfaceVarying) -> f32 {
     let place = in.position_object;
     let across = dpdx(place);
@@ -66,18 +66,17 @@ fn hashed_threshold(in: SurfaceVarying) -> f32 {
 }
 
 // The hash of a fragment in a sample of a still.
-@if(masked && textured && !points)
+@if((textures || masks) && !points)
 fn hash_of_sample(in: SurfaceVarying, sample_index: u32) -> f32 {
     let of_pixel = stratified(sample_index, seed_of_pixel(in.position_clip.xy, in.object));
     return select(hashed_threshold(in), max(of_pixel, THRESHOLD_MIN), sample_index > 0u);
 }
 
 // The alpha below which fragments are dropped in a sample of a still.
-@if(masked)
 fn mask_threshold(in: SurfaceVarying, bias: f32, sample_index: u32) -> f32 {
     var threshold = material_factors.alpha_cutoff;
-    @if(textured && !points) {
-        if hashed_masks != 0u {
+    @if((textures || masks) && !points) {
+        if (hashed_masks & textured) != 0u {
             let share = hashed_share(in, bias) * (1.0 - material_factors.blended);
             threshold = mix(threshold, hash_of_sample(in, sample_index), share);
         }
@@ -86,7 +85,6 @@ fn mask_threshold(in: SurfaceVarying, bias: f32, sample_index: u32) -> f32 {
 }
 
 // Whether a fragment is dropped that has this alpha, of a texture with this bias of mips.
-@if(masked)
 fn is_masked_out(in: SurfaceVarying, alpha: f32, bias: f32) -> bool {
     return alpha < mask_threshold(in, bias, view.sample_index);
 }
@@ -96,7 +94,6 @@ fn is_masked_out(in: SurfaceVarying, alpha: f32, bias: f32) -> bool {
 // Source: Golus 2017, "Anti-aliased Alpha Test: The Esoteric Alpha To Coverage": alpha rises from 0 to 1 across a pixel about the place
 // where it is the cutoff. Where masks are hashed it is alpha itself at a distance, and chance, by the same hash as without samples,
 // decides between the two nearest numbers.
-@if(masked)
 fn mask_coverage(in: SurfaceVarying, alpha: f32, bias: f32) -> f32 {
     if alpha_to_coverage == 0u {
         return select(1.0, 0.0, is_masked_out(in, alpha, bias));
@@ -107,8 +104,8 @@ fn mask_coverage(in: SurfaceVarying, alpha: f32, bias: f32) -> f32 {
     let sharp = clamp((alpha - cutoff) / max(width, WIDTH_MIN) + 0.5, 0.0, 1.0);
     var share = select(sharp, select(0.0, 1.0, alpha >= cutoff), width <= WIDTH_MIN);
     var rounding = 0.5;
-    @if(textured && !points) {
-        if hashed_masks != 0u {
+    @if((textures || masks) && !points) {
+        if (hashed_masks & textured) != 0u {
             let far = hashed_share(in, bias);
             share = mix(share, clamp(alpha, 0.0, 1.0), far);
             rounding = mix(rounding, 1.0 - hash_of_sample(in, view.sample_index), far);

@@ -13,6 +13,9 @@ import package::shaders::light_table::{
 @group(0) @binding(9) var shadow_compare: sampler_comparison;
 @group(0) @binding(10) var shadow_depths: texture_2d<f32>;
 
+// 1 if any light casts shadows; else nothing here is called.
+override shadowed: u32 = 0u;
+
 // Whether penumbrae are as wide as lights make them (1): a constant of pipelines, since software adapters run both sides of what
 // a uniform chooses.
 override penumbrae: u32 = 0u;

@@ -45,17 +45,25 @@ struct SurfaceSample {
     alpha: f32,
 }
 
+// 1 if there is any texture but the normal map.
+override textured: u32 = 0u;
+// 1 if occlusion has a texture of its own, beside that of metallic-roughness.
+override occlusion_apart: u32 = 0u;
+// 1 if there is a normal map.
+override normal_map: u32 = 0u;
+
+// White texels stand in for textures that there are not.
 @group(2) @binding(0) var<uniform> material_factors: MaterialFactors;
-@if(textured) @group(2) @binding(1) var base_color_texture: texture_2d<f32>;
-@if(textured) @group(2) @binding(2) var base_color_sampler: sampler;
-@if(textured) @group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
-@if(textured) @group(2) @binding(4) var metallic_roughness_sampler: sampler;
-@if(occlusion_apart) @group(2) @binding(5) var occlusion_texture: texture_2d<f32>;
-@if(occlusion_apart) @group(2) @binding(6) var occlusion_sampler: sampler;
-@if(textured) @group(2) @binding(7) var emissive_texture: texture_2d<f32>;
-@if(textured) @group(2) @binding(8) var emissive_sampler: sampler;
-@if(normal_map) @group(2) @binding(9) var normal_texture: texture_2d<f32>;
-@if(normal_map) @group(2) @binding(10) var normal_sampler: sampler;
+@if(textures || masks) @group(2) @binding(1) var base_color_texture: texture_2d<f32>;
+@if(textures || masks) @group(2) @binding(2) var base_color_sampler: sampler;
+@if(textures) @group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
+@if(textures) @group(2) @binding(4) var metallic_roughness_sampler: sampler;
+@if(textures) @group(2) @binding(5) var occlusion_texture: texture_2d<f32>;
+@if(textures) @group(2) @binding(6) var occlusion_sampler: sampler;
+@if(textures) @group(2) @binding(7) var emissive_texture: texture_2d<f32>;
+@if(textures) @group(2) @binding(8) var emissive_sampler: sampler;
+@if(textures) @group(2) @binding(9) var normal_texture: texture_2d<f32>;
+@if(textures) @group(2) @binding(10) var normal_sampler: sampler;
 
 fn material_uv(uv: vec4f, slot: u32) -> vec2f {
     let row0 = material_factors.uv_rows[slot * 2u];
@@ -110,30 +118,30 @@ fn bent_normal(in: SurfaceVarying, front_facing: bool, texel: vec3f, scale: f32)
 }
 
 fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
-    @if(normal_map) {
-        @if(!relief) let texel = textureSampleBias(normal_texture, normal_sampler, material_uv(in.uv, 2u), bias).xyz;
-        @if(relief) let texel = textureSampleGrad(normal_texture, normal_sampler, material_uv(in.uv, 2u),
-            material_uv_dx(2u, bias), material_uv_dy(2u, bias)).xyz;
-        return bent_normal(in, front_facing, texel, material_factors.normal_scale);
+    @if(textures) {
+        if normal_map != 0u {
+            @if(!relief) let texel = textureSampleBias(normal_texture, normal_sampler, material_uv(in.uv, 2u), bias).xyz;
+            @if(relief) let texel = textureSampleGrad(normal_texture, normal_sampler, material_uv(in.uv, 2u),
+                material_uv_dx(2u, bias), material_uv_dy(2u, bias)).xyz;
+            return bent_normal(in, front_facing, texel, material_factors.normal_scale);
+        }
     }
-    @if(!normal_map) {
-        return vertex_normal_of(in, front_facing);
-    }
+    return vertex_normal_of(in, front_facing);
 }
 
 // Base colour and alpha, by one expression, so that a pass which draws a surface again drops the same fragments.
 fn surface_base_color(in: SurfaceVarying, bias: f32) -> vec4f {
     let factors = material_factors.base_color * in.color;
-    @if(textured) {
-        let uv = material_uv(in.uv, 0u);
-        @if(!relief) let texel = textureSampleBias(base_color_texture, base_color_sampler, uv, bias);
-        @if(relief) let texel = textureSampleGrad(base_color_texture, base_color_sampler, uv,
-            material_uv_dx(0u, bias), material_uv_dy(0u, bias));
-        return factors * texel;
+    @if(textures || masks) {
+        if textured != 0u {
+            let uv = material_uv(in.uv, 0u);
+            @if(!relief) let texel = textureSampleBias(base_color_texture, base_color_sampler, uv, bias);
+            @if(relief) let texel = textureSampleGrad(base_color_texture, base_color_sampler, uv,
+                material_uv_dx(0u, bias), material_uv_dy(0u, bias));
+            return factors * texel;
+        }
     }
-    @if(!textured) {
-        return factors;
-    }
+    return factors;
 }
 
 @if(!detailed) fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
@@ -174,26 +182,28 @@ fn surface_sample_of(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     // Without a texture the strength is 0, or that of the mean of one.
     var occlusion = 1.0 - material_factors.occlusion_strength;
     var emission = material_factors.emissive;
-    @if(textured) {
-        let rough_metal_uv = material_uv(in.uv, 1u);
-        @if(!relief) let rough_metal =
-            textureSampleBias(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, -view.mip_gain);
-        @if(relief) let rough_metal = textureSampleGrad(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv,
-            material_uv_dx(1u, -view.mip_gain), material_uv_dy(1u, -view.mip_gain));
-        roughness *= rough_metal.g;
-        metallic *= rough_metal.b;
-        var occluded = rough_metal.r;
-        @if(occlusion_apart) {
-            let occlusion_uv = material_uv(in.uv, 3u);
-            @if(!relief) let texel = textureSampleBias(occlusion_texture, occlusion_sampler, occlusion_uv, -view.mip_gain);
-            @if(relief) let texel = textureSampleGrad(occlusion_texture, occlusion_sampler, occlusion_uv,
-                material_uv_dx(3u, -view.mip_gain), material_uv_dy(3u, -view.mip_gain));
-            occluded = texel.r;
+    @if(textures) {
+        if textured != 0u {
+            let rough_metal_uv = material_uv(in.uv, 1u);
+            @if(!relief) let rough_metal =
+                textureSampleBias(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, -view.mip_gain);
+            @if(relief) let rough_metal = textureSampleGrad(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv,
+                material_uv_dx(1u, -view.mip_gain), material_uv_dy(1u, -view.mip_gain));
+            roughness *= rough_metal.g;
+            metallic *= rough_metal.b;
+            var occluded = rough_metal.r;
+            if occlusion_apart != 0u {
+                let occlusion_uv = material_uv(in.uv, 3u);
+                @if(!relief) let texel = textureSampleBias(occlusion_texture, occlusion_sampler, occlusion_uv, -view.mip_gain);
+                @if(relief) let texel = textureSampleGrad(occlusion_texture, occlusion_sampler, occlusion_uv,
+                    material_uv_dx(3u, -view.mip_gain), material_uv_dy(3u, -view.mip_gain));
+                occluded = texel.r;
+            }
+            occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
+            @if(!relief) emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
+            @if(relief) emission *= textureSampleGrad(emissive_texture, emissive_sampler, material_uv(in.uv, 4u),
+                material_uv_dx(4u, bias), material_uv_dy(4u, bias)).rgb;
         }
-        occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
-        @if(!relief) emission *= textureSampleBias(emissive_texture, emissive_sampler, material_uv(in.uv, 4u), bias).rgb;
-        @if(relief) emission *= textureSampleGrad(emissive_texture, emissive_sampler, material_uv(in.uv, 4u),
-            material_uv_dx(4u, bias), material_uv_dy(4u, bias)).rgb;
     }
     let is_unlit_material = material_factors.shading_model == SHADING_MODEL_UNLIT;
     // What only lacks normals glows as well.

@@ -5,6 +5,11 @@ import package::constants::{DATA_WIDTH, FADE_SHIFT, WITHOUT_NORMALS};
 import package::shaders::level_fade::fades;
 import package::view::view;
 
+// 1 if skins or morph targets move vertices. With `skins` alone.
+override deformed: u32 = 0u;
+// 1 if fragments are dropped by alpha.
+override masked: u32 = 0u;
+
 struct SurfaceInput {
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
@@ -19,8 +24,9 @@ struct SurfaceInput {
     @location(9) instance: vec4u,
     // First displacement texel of the primitive, number of vertices.
     @location(10) morph: vec2u,
-    @if(deformed) @location(11) joints: vec4u,
-    @if(deformed) @location(12) weights: vec4f,
+    // Anything where nothing is deformed.
+    @if(skins) @location(11) joints: vec4u,
+    @if(skins) @location(12) weights: vec4f,
     // Of a point this is the corner of its disc, 0 to 3 and then again from 0.
     @builtin(vertex_index) vertex: u32,
     @if(points) @builtin(instance_index) point: u32,
@@ -41,8 +47,8 @@ struct SurfaceVarying {
     @if(points) @location(6) corner: vec2f,
     // From the middle of the disc to this corner; `motion` moves it along.
     @if(points) @location(7) disc_offset_world: vec3f,
-    // Before skins and morph targets move it; what masks are hashed by.
-    @if(masked && !points) @location(7) position_object: vec3f,
+    // Before skins and morph targets move it; what masks are hashed by. 0 without masks.
+    @if(!points) @location(7) position_object: vec3f,
 }
 
 // The index of a node, plus 1.
@@ -54,9 +60,9 @@ fn is_without_normals(object: u32) -> bool {
     return (object & WITHOUT_NORMALS) != 0u;
 }
 
-@if(deformed) @group(3) @binding(0) var joint_matrices: texture_2d<f32>;
-@if(deformed) @group(3) @binding(1) var morph_displacements: texture_2d<f32>;
-@if(deformed) @group(3) @binding(2) var morph_weights: texture_2d<f32>;
+@if(skins) @group(3) @binding(0) var joint_matrices: texture_2d<f32>;
+@if(skins) @group(3) @binding(1) var morph_displacements: texture_2d<f32>;
+@if(skins) @group(3) @binding(2) var morph_weights: texture_2d<f32>;
 
 fn data_texel(index: u32) -> vec2i {
     return vec2i(i32(index % DATA_WIDTH), i32(index / DATA_WIDTH));
@@ -69,7 +75,7 @@ struct Rows {
     row2: vec4f,
 }
 
-@if(deformed) fn joint_rows(joint: u32) -> Rows {
+@if(skins) fn joint_rows(joint: u32) -> Rows {
     return Rows(
         textureLoad(joint_matrices, data_texel(joint * 3u), 0),
         textureLoad(joint_matrices, data_texel(joint * 3u + 1u), 0),
@@ -77,7 +83,7 @@ struct Rows {
     );
 }
 
-@if(deformed) fn skinned_rows(in: SurfaceInput, first_joint: u32) -> Rows {
+@if(skins) fn skinned_rows(in: SurfaceInput, first_joint: u32) -> Rows {
     var rows = Rows(vec4f(0.0), vec4f(0.0), vec4f(0.0));
     for (var i = 0u; i < 4u; i++) {
         let joint = joint_rows(first_joint + in.joints[i]);
@@ -95,7 +101,7 @@ struct Displacement {
     tangent: vec3f,
 }
 
-@if(deformed) fn vertex_of_primitive(in: SurfaceInput) -> u32 {
+@if(skins) fn vertex_of_primitive(in: SurfaceInput) -> u32 {
     @if(points) {
         return in.point;
     }
@@ -104,7 +110,7 @@ struct Displacement {
     }
 }
 
-@if(deformed) fn morph_displacement(in: SurfaceInput, first_weight: u32) -> Displacement {
+@if(skins) fn morph_displacement(in: SurfaceInput, first_weight: u32) -> Displacement {
     var sum = Displacement(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var target_index = 0u; target_index < in.instance.w; target_index++) {
         let weight = textureLoad(morph_weights, data_texel(first_weight + target_index), 0).r;
@@ -150,13 +156,15 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     var normal = in.normal;
     var tangent = in.tangent.xyz;
     var rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
-    @if(deformed) {
-        let displacement = morph_displacement(in, in.instance.z);
-        position += displacement.position;
-        normal += displacement.normal;
-        tangent += displacement.tangent;
-        if in.instance.y != 0xffffffffu {
-            rows = skinned_rows(in, in.instance.y);
+    @if(skins) {
+        if deformed != 0u {
+            let displacement = morph_displacement(in, in.instance.z);
+            position += displacement.position;
+            normal += displacement.normal;
+            tangent += displacement.tangent;
+            if in.instance.y != 0xffffffffu {
+                rows = skinned_rows(in, in.instance.y);
+            }
         }
     }
     let row_x = rows.row0.xyz;
@@ -177,8 +185,10 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     var out: SurfaceVarying;
     out.position_clip = view.clip_from_world * vec4f(position_world, 1.0);
     out.position_world = position_world;
-    @if(masked && !points) {
-        out.position_object = in.position;
+    @if(!points) {
+        if masked != 0u {
+            out.position_object = in.position;
+        }
     }
     out.normal_world = normal_world * inverseSqrt(max(dot(normal_world, normal_world), 1e-30));
     @if(points) {

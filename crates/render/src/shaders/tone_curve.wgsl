@@ -1,13 +1,13 @@
-// The curve from radiance to display colours, by three axes: curve_0 neutral, curve_1 aces, both agx, curve_2 reinhard,
-// curve_0 and curve_2 exponential, none of them no curve. An axis, not a uniform, because the software adapters execute
+// The curve from radiance to display colours. Which it is is constant when a shader runs, because the software adapters execute
 // every branch of what a uniform chooses.
 // Sources: Khronos PBR Neutral (Khronos 2024); ACES fit (Hill 2016); AgX (Sobotka 2022, polynomial fit of Wrensch 2023);
 // Reinhard et al. 2002, on luminance; exponential (1 - exp(-x)).
 
-import package::constants::HALF_FLOAT_MAX;
+import package::constants::{CURVE_ACES, CURVE_AGX, CURVE_EXPONENTIAL, CURVE_NEUTRAL, CURVE_NONE, CURVE_REINHARD, HALF_FLOAT_MAX};
 
-@if(curve_0 && !curve_1 && !curve_2)
-fn tone_curve(color_in: vec3f) -> vec3f {
+override curve: u32 = CURVE_NONE;
+
+fn neutral(color_in: vec3f) -> vec3f {
     let start_compression = 0.8 - 0.04;
     let desaturation = 0.15;
     var color = color_in;
@@ -25,8 +25,7 @@ fn tone_curve(color_in: vec3f) -> vec3f {
     return mix(color, vec3f(new_peak), g);
 }
 
-@if(!curve_0 && curve_1 && !curve_2)
-fn tone_curve(color_in: vec3f) -> vec3f {
+fn aces(color_in: vec3f) -> vec3f {
     let input = mat3x3f(0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777);
     let output = mat3x3f(1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602);
     let v = input * (color_in / 0.6);
@@ -35,15 +34,13 @@ fn tone_curve(color_in: vec3f) -> vec3f {
     return clamp(output * (a / b), vec3f(0.0), vec3f(1.0));
 }
 
-@if(curve_0 && curve_1 && !curve_2)
 fn agx_contrast(x: vec3f) -> vec3f {
     let x2 = x * x;
     let x4 = x2 * x2;
     return 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
 }
 
-@if(curve_0 && curve_1 && !curve_2)
-fn tone_curve(color_in: vec3f) -> vec3f {
+fn agx(color_in: vec3f) -> vec3f {
     let inset = mat3x3f(
         0.842479062253094, 0.0423282422610123, 0.0423756549057051,
         0.0784335999999992, 0.878468636469772, 0.0784336,
@@ -63,19 +60,27 @@ fn tone_curve(color_in: vec3f) -> vec3f {
     return pow(max(outset * curve, vec3f(0.0)), vec3f(2.2));
 }
 
-@if(!curve_0 && !curve_1 && curve_2)
-fn tone_curve(color: vec3f) -> vec3f {
+fn reinhard(color: vec3f) -> vec3f {
     let luminance = dot(color, vec3f(0.2126, 0.7152, 0.0722));
     return color / (1.0 + luminance);
 }
 
-@if(curve_0 && !curve_1 && curve_2)
 fn tone_curve(color: vec3f) -> vec3f {
-    return 1.0 - exp(-color);
-}
-
-@if((!curve_0 && !curve_1 && !curve_2) || (curve_1 && curve_2))
-fn tone_curve(color: vec3f) -> vec3f {
+    if curve == CURVE_NEUTRAL {
+        return neutral(color);
+    }
+    if curve == CURVE_ACES {
+        return aces(color);
+    }
+    if curve == CURVE_AGX {
+        return agx(color);
+    }
+    if curve == CURVE_REINHARD {
+        return reinhard(color);
+    }
+    if curve == CURVE_EXPONENTIAL {
+        return 1.0 - exp(-color);
+    }
     return color;
 }
 

@@ -1,10 +1,10 @@
 // accumulate: the mean of this frame and those before it (ping-pong), in linear light: of the display's colours after the
-// tone curve, so that edges of bright surfaces are smooth, or, with curve_1 and curve_2, of radiance for linear files.
+// tone curve, so that edges of bright surfaces are smooth, or, with `of_radiance`, of radiance for linear files.
 // Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly. Where lights take
 // turns (`marked`), the mean may be of a part of every sample: of what glows (`shaders/glow.wgsl`), or of all else.
 // Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha). A mean of radiance has
 // negative alpha where a sample reached the limit of half floats or was no number: its value is too small.
-// Program: accumulate. Axes: curve_0, curve_1, curve_2, scaled, marked.
+// Program: accumulate.
 
 import package::constants::RADIANCE_MAX;
 import package::shaders::scrub::scrubbed;
@@ -29,20 +29,23 @@ struct Accumulation {
 @group(1) @binding(0) var<uniform> accumulation: Accumulation;
 @group(1) @binding(1) var radiance: texture_2d<f32>;
 @group(1) @binding(2) var previous: texture_2d<f32>;
-@if(scaled && !marked) @group(0) @binding(2) var linear_clamp: sampler;
+@group(0) @binding(2) var linear_clamp: sampler;
 
-@if(!marked)
-fn radiance_at(position_px: vec2f) -> vec4f {
-    @if(scaled) {
+// 1 if radiance has another size than the picture.
+override scaled: u32 = 0u;
+// 1 if what glows is marked, and the mean may be of a part.
+override marked: u32 = 0u;
+// 1 if the mean is of radiance.
+override of_radiance: u32 = 0u;
+
+fn whole_at(position_px: vec2f) -> vec4f {
+    if scaled != 0u {
         return textureSampleLevel(radiance, linear_clamp, position_px * accumulation.inverse_size_px, 0.0);
     }
-    @if(!scaled) {
-        return textureLoad(radiance, vec2i(position_px), 0);
-    }
+    return textureLoad(radiance, vec2i(position_px), 0);
 }
 
 // The part of a texel that this is the mean of, with coverage as alpha.
-@if(marked)
 fn part_at(pixel: vec2i) -> vec4f {
     let texel = textureLoad(radiance, pixel, 0);
     let glow = clamp(texel.a - 1.0, 0.0, 1.0);
@@ -50,9 +53,8 @@ fn part_at(pixel: vec2i) -> vec4f {
 }
 
 // Filtered after texels were divided into parts: a mean of marks is none.
-@if(marked)
-fn radiance_at(position_px: vec2f) -> vec4f {
-    @if(scaled) {
+fn marked_at(position_px: vec2f) -> vec4f {
+    if scaled != 0u {
         let size = vec2i(textureDimensions(radiance));
         let place = position_px * accumulation.inverse_size_px * vec2f(size) - 0.5;
         let first = vec2i(floor(place));
@@ -65,9 +67,14 @@ fn radiance_at(position_px: vec2f) -> vec4f {
         }
         return sum;
     }
-    @if(!scaled) {
-        return part_at(vec2i(position_px));
+    return part_at(vec2i(position_px));
+}
+
+fn radiance_at(position_px: vec2f) -> vec4f {
+    if marked != 0u {
+        return marked_at(position_px);
     }
+    return whole_at(position_px);
 }
 
 // Told by the bits of the exponent, because compilers take it that `x == x`.
@@ -85,7 +92,7 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if (position.x >= 0.0) & (accumulation.keep > 0.0) {
         before = textureLoad(previous, vec2i(position.xy), 0) * accumulation.keep;
     }
-    @if(curve_1 && curve_2) {
+    if of_radiance != 0u {
         let mean = vec4f(before.rgb, abs(before.a)) + sample * accumulation.weight;
         // The limit is that of a surface as it was shaded; alpha is how much of it is here.
         let brightest = max(sample.r, max(sample.g, sample.b));
@@ -93,8 +100,6 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let is_clamped = (before.a < 0.0) | is_at_limit | !is_finite(texel);
         return vec4f(mean.rgb, select(mean.a, -mean.a, is_clamped));
     }
-    @if(!(curve_1 && curve_2)) {
-        let display = display_linear(sample.rgb / max(sample.a, 1e-6) * accumulation.exposure) * sample.a;
-        return before + vec4f(display, sample.a) * accumulation.weight;
-    }
+    let display = display_linear(sample.rgb / max(sample.a, 1e-6) * accumulation.exposure) * sample.a;
+    return before + vec4f(display, sample.a) * accumulation.weight;
 }

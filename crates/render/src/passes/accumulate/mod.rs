@@ -123,22 +123,17 @@ fn prepare<'r, 'f>(
     radiance: &Handle,
     Mean { previous, next }: Mean,
 ) -> (Fullscreen<'r, 'f>, Handle) {
-    let mut axes = match average {
-        Average::Display(curve) => curve.axes().to_vec(),
-        Average::Radiance => vec!["curve_1", "curve_2"],
+    let chosen = match average {
+        Average::Display(curve) => curve.constant(),
+        Average::Radiance => ("of_radiance", 1),
     };
     let (from, to) = (radiance.desc(), next.desc());
-    if (from.width, from.height) != (to.width, to.height) {
-        axes.push("scaled");
-    }
+    let is_scaled = (from.width, from.height) != (to.width, to.height);
     let [share, share_of_glow] = match part {
         Part::Whole | Part::Marked => [1.0, 0.0],
         Part::Glow => [0.0, 1.0],
         Part::Rest => [1.0, -1.0],
     };
-    if part != Part::Whole {
-        axes.push("marked");
-    }
     // The mean of the frames so far, so that the picture can be shown at any time.
     let weight = 1.0 / (sample_index as f32 + 1.0);
     let uniform = AccumulationUniform {
@@ -151,7 +146,8 @@ fn prepare<'r, 'f>(
         padding: 0.0,
     };
     let step = r
-        .fullscreen(name, "accumulate", &axes)
+        .fullscreen(name, "accumulate", &[])
+        .constants(&[chosen, ("scaled", u32::from(is_scaled)), ("marked", u32::from(part != Part::Whole))])
         .uniform("accumulation", &uniform)
         .read("radiance", radiance)
         // The first frame looks at nothing before it, but something has to be bound.

@@ -1,6 +1,6 @@
 // debug: what the programs of the views left, as the picture; numbers as the colours of steps.
 // Reads: colour, or the number in red; alpha is above 0 where there is a surface. Writes: display colours.
-// Program: debug. Axes: steps.
+// Program: debug.
 
 struct Debug {
     // The colour of a step (sRGB), and the least number that has it; in rising order.
@@ -15,12 +15,15 @@ struct Debug {
 @group(1) @binding(0) var<uniform> debug: Debug;
 @group(1) @binding(1) var drawn: texture_2d<f32>;
 
+// 1 if what was drawn are numbers.
+override has_steps: u32 = 0u;
+
 @fragment
 fn fs_debug(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let drawn_px = vec2i(position.xy * debug.inverse_size_px * vec2f(textureDimensions(drawn)));
     let texel = textureLoad(drawn, drawn_px, 0);
     var color = texel.rgb;
-    @if(steps) {
+    if has_steps != 0u {
         for (var i = 0; i < 16; i++) {
             color = select(color, debug.steps[i].rgb, texel.r >= debug.steps[i].a);
         }

@@ -1,14 +1,14 @@
-// What the programs of `debug` share: which fragments the frame would draw.
+// Which fragments the frame would draw.
 
 import package::shaders::level_fade::{fades, is_faded};
-import package::shaders::surface_vertex::SurfaceVarying;
-@if(masked) import package::shaders::mask::is_masked_out;
-@if(masked) import package::shaders::surface_material::{surface_base_color, surface_mip_bias};
+import package::shaders::surface_vertex::{SurfaceVarying, masked};
+import package::shaders::mask::is_masked_out;
+import package::shaders::surface_material::{surface_base_color, surface_mip_bias};
 
 // Whether the frame drops the fragment: by its mask, or because it lies outside the disc of a point.
 fn is_dropped(in: SurfaceVarying) -> bool {
     var is_outside = false;
-    @if(masked) {
+    if masked != 0u {
         let bias = surface_mip_bias(in);
         is_outside = is_masked_out(in, surface_base_color(in, bias).a, bias);
     }

@@ -1,6 +1,7 @@
 //! What each view draws with, and what its colours mean: the legend and the picture take their colours from here.
 
 use super::settings::DebugView;
+use crate::constants::{DEBUG_FLAGS, DEBUG_LIGHTS, DEBUG_NORMALS, DEBUG_OVERDRAW, DEBUG_TEXEL_DENSITY, DEBUG_UV};
 use crate::record::LegendEntry;
 
 /// A colour, sRGB.
@@ -21,8 +22,8 @@ pub enum Drawn {
 /// How a view comes about.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// The program that draws its surfaces.
-    pub program: &'static str,
+    /// What `surfaces.wgsl` shows.
+    pub number: u32,
     /// What that writes.
     pub drawn: Drawn,
     /// Whether hidden surfaces count, too.
@@ -34,17 +35,17 @@ pub struct Shown {
 impl Shown {
     /// That of a view; none if it is off.
     pub fn of(view: DebugView) -> Option<Self> {
-        let (program, drawn) = match view {
+        let (number, drawn) = match view {
             DebugView::Off => return None,
-            DebugView::Lights => ("debug_lights", Drawn::Steps(COUNTS)),
-            DebugView::Overdraw => ("debug_overdraw", Drawn::Steps(COUNTS)),
-            DebugView::Uv => ("debug_uv", Drawn::Colors(CORNERS)),
-            DebugView::Normals => ("debug_normals", Drawn::Colors(DIRECTIONS)),
-            DebugView::TexelDensity => ("debug_texel_density", Drawn::Steps(DENSITIES)),
-            DebugView::Flags => ("debug_flags", Drawn::Steps(FLAGS)),
+            DebugView::Lights => (DEBUG_LIGHTS, Drawn::Steps(COUNTS)),
+            DebugView::Overdraw => (DEBUG_OVERDRAW, Drawn::Steps(COUNTS)),
+            DebugView::Uv => (DEBUG_UV, Drawn::Colors(CORNERS)),
+            DebugView::Normals => (DEBUG_NORMALS, Drawn::Colors(DIRECTIONS)),
+            DebugView::TexelDensity => (DEBUG_TEXEL_DENSITY, Drawn::Steps(DENSITIES)),
+            DebugView::Flags => (DEBUG_FLAGS, Drawn::Steps(FLAGS)),
         };
         let adds_hidden = view == DebugView::Overdraw;
-        Some(Self { program, drawn, adds_hidden, adds_blended: adds_hidden || view == DebugView::Lights })
+        Some(Self { number, drawn, adds_hidden, adds_blended: adds_hidden || view == DebugView::Lights })
     }
 
     /// What its colours mean.

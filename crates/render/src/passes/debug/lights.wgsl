@@ -1,27 +1,15 @@
-// debug.lights: how many lights are visited for a pixel: those that every pixel visits, and those of its cluster's list.
-// Reads: the lists of lights. Writes: the number in red.
-// Program: debug_lights, also for points. Axes: textured, masked, deformed.
+// How many lights are visited for a pixel: those that every pixel visits, and those of its cluster's list.
 
 import package::view::distance_from_depth_ndc;
 import package::shaders::light_table::{cluster_at, cluster_grid};
 import package::shaders::light_lists::cluster_index_at;
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, is_without_normals};
+import package::shaders::surface_vertex::{SurfaceVarying, is_without_normals};
 import package::shaders::surface_material::material_factors;
-import package::passes::debug::fragment::is_dropped;
 
-@vertex
-fn vs_debug_lights(in: SurfaceInput) -> SurfaceVarying {
-    return surface_varying(in);
-}
-
-@fragment
-fn fs_debug_lights(in: SurfaceVarying) -> @location(0) vec4f {
-    if is_dropped(in) {
-        discard;
-    }
+fn visited_lights(in: SurfaceVarying) -> f32 {
     // As the deferred path has it, so that the slice is the same.
     let distance_m = distance_from_depth_ndc(in.position_clip.xy, in.position_clip.z);
     let list = cluster_at(cluster_index_at(in.position_clip.xy, distance_m));
     let is_unlit = (material_factors.shading_model < 0.25) | is_without_normals(in.object);
-    return vec4f(select(f32(cluster_grid.global_count + list.end - list.first), 0.0, is_unlit), 0.0, 0.0, 1.0);
+    return select(f32(cluster_grid.global_count + list.end - list.first), 0.0, is_unlit);
 }

@@ -62,15 +62,16 @@ pub fn record(r: &mut Recorder<'_, '_>, settings: &DebugSettings, display: Handl
     let Some(shown) = Shown::of(settings.view) else { return Ok(display) };
     let drawn = record_surfaces(r, shown)?;
     r.legend("debug", shown.legend());
-    let axes: &[&'static str] = if matches!(shown.drawn, Drawn::Steps(_)) { &["steps"] } else { &[] };
+    let has_steps = matches!(shown.drawn, Drawn::Steps(_));
     let uniform = DebugUniform::new(shown.drawn, &display);
-    r.fullscreen("debug", "debug", axes)
+    r.fullscreen("debug", "debug", &[])
+        .constant("has_steps", u32::from(has_steps))
         .uniform("debug", &uniform)
         .read("drawn", &drawn)
         .draw_into(display, ColorLoad::Discard)
 }
 
-/// Draws all surfaces of the view with the program of `shown`.
+/// Draws all surfaces of the view as `shown` says.
 fn record_surfaces(r: &mut Recorder<'_, '_>, shown: Shown) -> Result<Handle, ProgramError> {
     const CLEAR: DepthLoad = DepthLoad::Clear { depth: 0.0, stencil: 0 };
     let drawn = r.texture("debug.drawn", DRAWN);
@@ -79,7 +80,8 @@ fn record_surfaces(r: &mut Recorder<'_, '_>, shown: Shown) -> Result<Handle, Pro
         // Nothing is hidden behind depth that stays cleared.
         depth = r.graph.pass("debug.depth").depth_stencil(depth, CLEAR);
     }
-    let mut pass = r.surfaces("debug.opaque", shown.program);
+    let mut pass = r.surfaces("debug.opaque", "debug_surfaces");
+    pass.constant("shown", shown.number);
     let drawn = pass.color(drawn, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
     if shown.adds_hidden {
         pass.depth_read_only(&depth);
@@ -91,7 +93,8 @@ fn record_surfaces(r: &mut Recorder<'_, '_>, shown: Shown) -> Result<Handle, Pro
     if !r.view.has_blended() {
         return Ok(drawn);
     }
-    let mut pass = r.surfaces("debug.blended", shown.program);
+    let mut pass = r.surfaces("debug.blended", "debug_surfaces");
+    pass.constant("shown", shown.number);
     let drawn = pass.color(drawn, ColorLoad::Keep);
     if shown.adds_blended {
         pass.depth_read_only(&depth);

@@ -1,9 +1,9 @@
 // direct: every light that reaches a pixel, added to `radiance`; with `adds_ambient` that of the environment, too.
 // Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of tiles, and
-// what lies before or behind all of the tile's surfaces is passed over; with `global` only lights that are in no list. Reads:
+// what lies before or behind all of the tile's surfaces is passed over; with `without_lists` only lights that are in none. Reads:
 // G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, and the environment. Writes: radiance; with `counts_pairs`
 // the numbers of pairs instead.
-// Program: direct. Axes: tiled, global, shadowed.
+// Program: direct. Axes: tiled.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
@@ -12,9 +12,8 @@ import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_norma
 import package::shaders::shading::shading_from_surface;
 import package::shaders::ambient::ambient_radiance;
 import package::shaders::light_lists::light_sums;
-@if(global) import package::shaders::light_table::table_rows;
 import package::shaders::lights::{counts_pairs, pair_counts};
-@if(global) import package::shaders::lights::global_light_sums;
+import package::shaders::shadows::shadowed;
 import package::shaders::colour::half_float_clamped;
 
 // 1 if light of the environment is added here, where no pass of its own does it.
@@ -30,11 +29,10 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);
     var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
-    @if(shadowed) {
+    if shadowed != 0u {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
     }
-    @if(global) let sums = global_light_sums(position.xy, position_world, shading, table_rows());
-    @if(!global) let sums = light_sums(position.xy, distance_m, position_world, shading);
+    let sums = light_sums(position.xy, distance_m, position_world, shading);
     if counts_pairs != 0u {
         return pair_counts(sums);
     }

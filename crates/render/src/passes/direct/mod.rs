@@ -61,7 +61,7 @@ pub fn record(
     let axis: &[&'static str] = match lights {
         Lights::Clusters => &[],
         Lights::Tiles(_) => &["tiled"],
-        Lights::Global => &["global"],
+        Lights::Global => &["without_lists"],
     };
     let step = gbuffer.read_by(r.fullscreen("direct", "direct", &[r.view.light_axes(), axis].concat()));
     let step = match lights {

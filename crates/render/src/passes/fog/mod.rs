@@ -78,7 +78,7 @@ pub fn record_light(
     }
     let half = TextureDesc::new_2d(r.view.size.0.div_ceil(2), r.view.size.1.div_ceil(2), RADIANCE);
     let target = r.texture_of("fog.light", half);
-    let step = r.fullscreen("fog.light", "fog_light", &[&["half"], axes].concat()).uniform("fog", &uniform);
+    let step = r.fullscreen("fog.light", "fog_light", &[&["halves"], axes].concat()).uniform("fog", &uniform);
     let mut light = step.read("linear_depth", linear_depth).draw_into(target, ColorLoad::Discard)?;
     if r.view.sample_count < UNFILTERED_SAMPLES {
         let target = r.texture_of("fog.filter", half);

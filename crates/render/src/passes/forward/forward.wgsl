@@ -3,23 +3,24 @@
 // With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
 // Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque; with
 // `counts_pairs` the numbers of pairs in place of radiance.
-// Program: forward, also for points, also with layers, also with relief. Axes: textured, occlusion_apart, normal_map, masked, deformed, shadowed, transmissive.
+// Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::SHADING_MODEL_UNLIT;
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, object_id, surface_varying};
 import package::shaders::level_fade::{fades, is_faded};
-@if(masked) import package::shaders::mask::mask_coverage;
-@if(masked) import package::shaders::surface_material::surface_mip_bias;
+import package::shaders::mask::mask_coverage;
+import package::shaders::surface_material::surface_mip_bias;
 import package::shaders::surface_material::surface_sample;
 import package::shaders::shading::shading_from_surface;
+import package::shaders::shadows::shadowed;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
 import package::shaders::lights::{LightSums, counts_pairs, pair_counts};
 @if(!layered) import package::shaders::ambient::ambient_radiance;
 @if(layered) import package::shaders::layered_ambient::{layered_ambient, transmitted_share};
 @if(layered) import package::shaders::layers::{below_coat, layer_sample, layered_roughness, set_layers};
-@if(transmissive) import package::shaders::transmission::seen_behind;
+@if(layered) import package::shaders::transmission::seen_behind;
 import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
@@ -37,6 +38,9 @@ override lights_of: u32 = LIGHTS_OF_CLUSTERS;
 override in_lit_fog: u32 = 0u;
 // 1 if the depth of what is drawn is there already.
 @if(relief) override draws_again: u32 = 0u;
+
+// 1 if what lies behind is seen through surfaces; else a texel stands in for it.
+@if(layered) override transmissive: u32 = 0u;
 
 struct LightBatch {
     // The first light of the batch; the others are padding.
@@ -77,8 +81,8 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     @if(layered) {
         sample.surface.roughness_perceptual = layered_roughness(sample.surface, layers);
     }
-    @if(shadowed) let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
-    @if(shadowed) let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
+    let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
+    let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
     if is_peeled(in.position_clip, in.position_world) {
         discard;
     }
@@ -92,8 +96,9 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             discard;
         }
     }
-    @if(masked) let covered = mask_coverage(in, sample.alpha, surface_mip_bias(in));
-    @if(masked) {
+    var covered = 1.0;
+    if masked != 0u {
+        covered = mask_coverage(in, sample.alpha, surface_mip_bias(in));
         if covered <= 0.0 {
             discard;
         }
@@ -110,7 +115,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
         var shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
-        @if(shadowed) {
+        if shadowed != 0u {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
         }
         @if(relief) {
@@ -127,12 +132,14 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             @if(!layered) {
                 radiance += ambient_radiance(sample.surface, shading);
             }
-            @if(transmissive) {
-                let share = transmitted_share(shading);
-                let behind = seen_behind(shading, in.position_world);
-                radiance += share * behind.rgb;
-                // Before nothing what is seen through is nothing, too.
-                coverage = 1.0 - (1.0 - clamp(behind.a, 0.0, 1.0)) * dot(share, vec3f(1.0 / 3.0));
+            @if(layered) {
+                if transmissive != 0u {
+                    let share = transmitted_share(shading);
+                    let behind = seen_behind(shading, in.position_world);
+                    radiance += share * behind.rgb;
+                    // Before nothing what is seen through is nothing, too.
+                    coverage = 1.0 - (1.0 - clamp(behind.a, 0.0, 1.0)) * dot(share, vec3f(1.0 / 3.0));
+                }
             }
         }
         if lights_of == LIGHTS_OF_CLUSTERS {
@@ -158,7 +165,6 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         radiance += light_in_fog_before(in.position_clip.xy, in.position_world);
     }
     let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
-    @if(!masked) let opaque_alpha = coverage + glow * fog_transmittance(in.position_world);
-    @if(masked) let opaque_alpha = covered * coverage + glow * fog_transmittance(in.position_world);
+    let opaque_alpha = covered * coverage + glow * fog_transmittance(in.position_world);
     return shaded_targets(radiance, opaque_alpha, sample.alpha, in.position_world);
 }

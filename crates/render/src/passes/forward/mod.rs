@@ -52,6 +52,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     let mut radiance = radiance.begin(&mut pass);
     let depth = pass.depth(depth, depth_load);
     pass.constant(LIGHTS_OF, FIRST_BATCH);
+    pass.stand_in("behind");
     pass.uniform("light_batch", &LightBatch::default());
     Weighting::default().bind(&mut pass, None);
     pass.draw_opaque(Which::All)?;
@@ -64,6 +65,7 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
         pass.depth_read_only(&depth);
         pass.blend(ADD);
         pass.constant(LIGHTS_OF, LATER_BATCH);
+        pass.stand_in("behind");
         pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
         Weighting::default().bind(&mut pass, None);
@@ -83,6 +85,7 @@ pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Han
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
+    pass.stand_in("behind");
     pass.uniform("light_batch", &LightBatch::default());
     Weighting::default().bind(&mut pass, None);
     pass.axes(axes);
@@ -139,6 +142,7 @@ pub fn record_layered(
     let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
     let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
     let mut pass = r.surfaces("layered", "forward");
+    pass.stand_in("behind");
     pass.uniform("light_batch", &LightBatch::default());
     Weighting::default().bind(&mut pass, None);
     pass.axes(view.light_axes());
@@ -203,8 +207,10 @@ pub fn record_transmissive(
     pass.axes(view.light_axes());
     // A view that counts pairs shows nothing behind.
     if let Some(SeenThrough { behind, .. }) = seen {
-        pass.axes(&["transmissive"]);
+        pass.constant("transmissive", 1);
         pass.read("behind", behind);
+    } else {
+        pass.stand_in("behind");
     }
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
@@ -232,6 +238,7 @@ pub fn record_blended(
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
     let is_behind = peel.is_some_and(|peel| peel.side == Side::Behind);
     let mut pass = r.surfaces(if is_behind { "forward.behind" } else { "forward" }, "forward");
+    pass.stand_in("behind");
     pass.uniform("light_batch", &LightBatch::default());
     weighting.bind(&mut pass, peel);
     pass.axes(view.light_axes());

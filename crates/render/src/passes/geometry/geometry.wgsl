@@ -1,12 +1,12 @@
 // geometry: draws opaque and masked surfaces into the G-buffer; emission starts `radiance`, if any surface glows.
 // Writes: base_color, normal, material, radiance (alpha = coverage, with the mark of `glow.wgsl`), depth.
-// Program: geometry, also for points, also with detail, also with relief. Axes: textured, occlusion_apart, normal_map, masked, deformed.
+// Program: geometry, also for points, also with detail, also with relief. Axes: textures, skins.
 
 import package::view::view;
 import package::gbuffer::gbuffer_pack;
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, surface_varying};
 import package::shaders::level_fade::{fades, is_faded};
-@if(masked) import package::shaders::mask::is_masked_out;
+import package::shaders::mask::is_masked_out;
 import package::shaders::surface_material::{surface_mip_bias, surface_sample};
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
@@ -41,10 +41,10 @@ fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) ->
             discard;
         }
     }
-    @if(masked) {
-        @if(!relief) let masked = in;
-        @if(relief) let masked = seen.surface;
-        if is_masked_out(masked, sample.alpha, surface_mip_bias(masked)) {
+    if masked != 0u {
+        @if(!relief) let cut = in;
+        @if(relief) let cut = seen.surface;
+        if is_masked_out(cut, sample.alpha, surface_mip_bias(cut)) {
             discard;
         }
     }

@@ -2,20 +2,22 @@
 // interpolated is diffuse light for a base colour of 1, and specular light with the vertex's own base colour.
 // Reads: the lists of lights of objects, the environment. Writes: radiance (premultiplied), depth if opaque; with `counts_pairs`
 // vertices are drawn as points anywhere, and the numbers of pairs of vertex and light are written.
-// Program: gouraud, also for points. Axes: textured, occlusion_apart, masked, deformed, shadowed.
+// Program: gouraud, also for points. Axes: textures.
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT, SHADING_MODEL_STANDARD};
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_varying, object_id, is_without_normals};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, surface_varying, object_id, is_without_normals};
 import package::shaders::level_fade::{fades, is_faded};
 import package::shaders::surface_material::{material_factors, material_uv, surface_sample};
-@if(masked) import package::shaders::surface_material::surface_mip_bias;
-@if(textured) import package::shaders::surface_material::{
-    base_color_texture, base_color_sampler, metallic_roughness_texture, metallic_roughness_sampler,
+import package::shaders::surface_material::surface_mip_bias;
+import package::shaders::surface_material::{occlusion_apart, textured};
+@if(textures) import package::shaders::surface_material::{
+    base_color_texture, base_color_sampler, metallic_roughness_texture, metallic_roughness_sampler, occlusion_texture,
+    occlusion_sampler,
 };
-@if(occlusion_apart) import package::shaders::surface_material::{occlusion_texture, occlusion_sampler};
 import package::shaders::brdf::set_lamp_terms;
 import package::shaders::shading::shading_from_surface;
+import package::shaders::shadows::shadowed;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::light_lists::object_light_sums;
 import package::shaders::ambient::ambient_radiance;
@@ -23,7 +25,7 @@ import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
-@if(masked) import package::shaders::mask::is_masked_out;
+import package::shaders::mask::is_masked_out;
 import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled, shaded_targets};
 
 // As many as there are.
@@ -41,7 +43,7 @@ struct GouraudVarying {
     @location(5) specular: vec3f,
     @location(6) @interpolate(flat, either) object: u32,
     @if(points) @location(7) corner: vec2f,
-    @if(masked && !points) @location(7) position_object: vec3f,
+    @if(!points) @location(7) position_object: vec3f,
 }
 
 // The material at a vertex: the finest texels, because a vertex has no footprint. Normal maps are left out.
@@ -51,17 +53,19 @@ fn surface_at_vertex(in: SurfaceVarying) -> Surface {
     surface.metallic = material_factors.metallic;
     surface.roughness_perceptual = material_factors.roughness;
     surface.occlusion = 1.0 - material_factors.occlusion_strength;
-    @if(textured) {
-        base_color *= textureSampleLevel(base_color_texture, base_color_sampler, material_uv(in.uv, 0u), 0.0).rgb;
-        let rough_metal_uv = material_uv(in.uv, 1u);
-        let rough_metal = textureSampleLevel(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, 0.0);
-        surface.roughness_perceptual *= rough_metal.g;
-        surface.metallic *= rough_metal.b;
-        var occluded = rough_metal.r;
-        @if(occlusion_apart) {
-            occluded = textureSampleLevel(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), 0.0).r;
+    @if(textures) {
+        if textured != 0u {
+            base_color *= textureSampleLevel(base_color_texture, base_color_sampler, material_uv(in.uv, 0u), 0.0).rgb;
+            let rough_metal_uv = material_uv(in.uv, 1u);
+            let rough_metal = textureSampleLevel(metallic_roughness_texture, metallic_roughness_sampler, rough_metal_uv, 0.0);
+            surface.roughness_perceptual *= rough_metal.g;
+            surface.metallic *= rough_metal.b;
+            var occluded = rough_metal.r;
+            if occlusion_apart != 0u {
+                occluded = textureSampleLevel(occlusion_texture, occlusion_sampler, material_uv(in.uv, 3u), 0.0).r;
+            }
+            surface.occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
         }
-        surface.occlusion = 1.0 + material_factors.occlusion_strength * (occluded - 1.0);
     }
     surface.base_color = clamp(base_color, vec3f(0.0), vec3f(1.0));
     surface.metallic = clamp(surface.metallic, 0.0, 1.0);
@@ -89,7 +93,7 @@ fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     let vertex = surface_varying(in);
     let surface = surface_at_vertex(vertex);
     var shading = shading_from_surface(surface, direction_to_eye_world(vertex.position_world));
-    @if(shadowed) {
+    if shadowed != 0u {
         shading.facet_normal = surface.normal_world;
     }
     let object = object_id(vertex.object);
@@ -112,7 +116,7 @@ fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     @if(points) {
         out.corner = vertex.corner;
     }
-    @if(masked && !points) {
+    @if(!points) {
         out.position_object = vertex.position_object;
     }
     if counts_pairs != 0u {
@@ -134,7 +138,7 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
     vertex.uv = in.uv;
     vertex.color = in.color;
     vertex.object = in.object;
-    @if(masked && !points) {
+    @if(!points) {
         vertex.position_object = in.position_object;
     }
     let sample = surface_sample(vertex, front_facing);
@@ -151,7 +155,7 @@ fn fs_gouraud(in: GouraudVarying, @builtin(front_facing) front_facing: bool) -> 
             discard;
         }
     }
-    @if(masked) {
+    if masked != 0u {
         if is_masked_out(vertex, sample.alpha, surface_mip_bias(vertex)) {
             discard;
         }

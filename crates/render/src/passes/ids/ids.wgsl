@@ -1,10 +1,10 @@
 // ids: which node and which material every pixel shows: their indices plus 1; 0 where there is no surface.
 // Reads: depth, whose surfaces it draws again. Writes: ids (rg32uint).
-// Program: ids, also for points, also with relief. Axes: textured, masked, deformed.
+// Program: ids, also for points, also with relief. Axes: masks.
 
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, object_id, surface_varying};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, object_id, surface_varying};
 import package::shaders::level_fade::{fades, is_faded};
-@if(masked) import package::shaders::mask::is_masked_out;
+@if(masks) import package::shaders::mask::is_masked_out;
 import package::shaders::surface_material::{material_factors, surface_base_color};
 @if(relief) import package::shaders::relief::{depth_again, sunk};
 
@@ -23,9 +23,11 @@ fn fs_ids(drawn: SurfaceVarying) -> IdTargets {
     @if(!relief) let in = drawn;
     @if(relief) let seen = sunk(drawn);
     @if(relief) let in = seen.surface;
-    @if(masked) {
-        if is_masked_out(in, surface_base_color(in, 0.0).a, 0.0) {
-            discard;
+    @if(masks) {
+        if masked != 0u {
+            if is_masked_out(in, surface_base_color(in, 0.0).a, 0.0) {
+                discard;
+            }
         }
     }
     @if(points) {

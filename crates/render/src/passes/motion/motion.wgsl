@@ -1,13 +1,13 @@
 // motion: how far the point of every pixel moved since the previous frame.
 // Reads: depth, whose surfaces it draws again; the previous pose. Writes: motion (rg32float, pixels).
-// Program: motion, also for points. Axes: textured, masked, deformed.
+// Program: motion, also for points. Axes: masks.
 
 import package::passes::motion::spaces::{motion, motion_px};
-import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, surface_varying, transform_point};
+import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, Rows, deformed, surface_varying, transform_point};
 import package::shaders::surface_vertex::{data_texel, object_id, skinned_rows, morph_displacement};
 import package::shaders::level_fade::{fades, is_faded};
-@if(masked) import package::shaders::mask::is_masked_out;
-@if(masked) import package::shaders::surface_material::surface_base_color;
+@if(masks) import package::shaders::mask::is_masked_out;
+@if(masks) import package::shaders::surface_material::surface_base_color;
 
 // Four texels a node: three rows of its previous `world_from_object`; its previous first joint and morph weight, which
 // lie in the tables of this frame.
@@ -22,7 +22,7 @@ struct MotionVarying {
     @location(3) previous_clip: vec4f,
     @if(points) @location(4) corner: vec2f,
     @location(5) @interpolate(flat, either) object: u32,
-    @if(masked && !points) @location(6) position_object: vec3f,
+    @if(masks && !points) @location(6) position_object: vec3f,
 }
 
 fn previous_position_world(in: SurfaceInput) -> vec3f {
@@ -33,7 +33,7 @@ fn previous_position_world(in: SurfaceInput) -> vec3f {
         textureLoad(previous_nodes, data_texel(first + 2u), 0),
     );
     var position = in.position;
-    @if(deformed) {
+    if deformed != 0u {
         let tables = textureLoad(previous_nodes, data_texel(first + 3u), 0);
         position += morph_displacement(in, u32(tables.y)).position;
         if in.instance.y != 0xffffffffu {
@@ -54,7 +54,7 @@ fn vs_motion(in: SurfaceInput) -> MotionVarying {
     }
     out.color = surface.color;
     out.object = surface.object;
-    @if(masked && !points) {
+    @if(masks && !points) {
         out.position_object = surface.position_object;
     }
     out.clip = motion.clip_from_world * vec4f(surface.position_world, 1.0);
@@ -67,7 +67,7 @@ fn vs_motion(in: SurfaceInput) -> MotionVarying {
 
 @fragment
 fn fs_motion(in: MotionVarying) -> @location(0) vec2f {
-    @if(masked) {
+    @if(masks) {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;

@@ -80,10 +80,13 @@ const OVER: wgpu::BlendState = wgpu::BlendState::ALPHA_BLENDING;
 /// # Errors
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>, display: &Handle, target: &Target) -> Result<(), ProgramError> {
-    let axes: &[&'static str] = if target.format.is_srgb() { &["srgb_target"] } else { &[] };
     let desc = TextureDesc::new_2d(target.width, target.height, target.format);
     let imported = r.graph.import("target", desc, target.texture_view.clone());
-    let step = r.fullscreen("present", "present", axes).blend(OVER).within(target.rectangle);
+    let step = r
+        .fullscreen("present", "present", &[])
+        .constant("srgb_target", u32::from(target.format.is_srgb()))
+        .blend(OVER)
+        .within(target.rectangle);
     let step = step.uniform("present", &PresentUniform::new(target)).read("display", display);
     let output = step.draw_into(imported, ColorLoad::Keep)?;
     r.graph.export(output);

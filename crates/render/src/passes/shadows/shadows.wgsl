@@ -1,14 +1,14 @@
 // shadows: the depth of what casts shadows, seen from a light.
 // The rows of an instance take its object into the space of a tile (see `shadows/projection.rs`), or, where joints take it
 // into the world, the world. Reads: materials, where fragments are dropped. Writes: depth.
-// Program: shadows, also with relief. Axes: textured, masked, deformed.
+// Program: shadows, also with relief. Axes: masks.
 
 import package::view::view;
 import package::shaders::surface_vertex::{
-    Rows, SurfaceInput, SurfaceVarying, morph_displacement, skinned_rows, transform_point,
+    Rows, SurfaceInput, SurfaceVarying, deformed, morph_displacement, skinned_rows, transform_point,
 };
 import package::shaders::hash::mixed;
-@if(masked) import package::shaders::mask::mask_threshold;
+@if(masks) import package::shaders::mask::mask_threshold;
 import package::shaders::surface_material::{material_factors, surface_base_color};
 @if(relief) import package::shaders::facet::facet_of;
 @if(relief) import package::shaders::height::height_level;
@@ -26,7 +26,7 @@ struct ShadowVarying {
     @if(relief) @location(3) position_tile: vec3f,
     @if(relief) @location(4) down_tile: vec3f,
     @if(relief) @location(5) @interpolate(flat, either) is_perspective: f32,
-    @if(masked) @location(6) position_object: vec3f,
+    @if(masks) @location(6) position_object: vec3f,
 }
 
 // The distance of a corner that is drawn, in units of the nearest: one in the light's own plane, or next to it, is moved forward
@@ -40,7 +40,7 @@ fn divisible(distance: f32) -> f32 {
 fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     var position = in.position;
     @if(relief) var down = in.normal;
-    @if(deformed) {
+    if deformed != 0u {
         let displacement = morph_displacement(in, in.instance.z);
         position += displacement.position;
         @if(relief) {
@@ -65,7 +65,7 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
     out.object = in.instance.x >> 1u;
-    @if(masked) {
+    @if(masks) {
         out.position_object = in.position;
     }
     @if(relief) {
@@ -123,7 +123,7 @@ fn fs_shadows(in: ShadowVarying) {
 }
 
 fn drop_what_lets_through(in: ShadowVarying) {
-    @if(masked) {
+    @if(masks) {
         var surface: SurfaceVarying;
         surface.uv = in.uv;
         surface.color = in.color;

@@ -19,8 +19,11 @@ pub fn record(r: &mut Recorder<'_, '_>, linear_depth: &Handle) -> Result<Handle,
     let rows = r.texture_of("tile_depth.rows", TextureDesc::new_2d(across, r.view.size.1, BOUNDS));
     let rows = r
         .fullscreen("tile_depth.rows", "tile_depth", &[])
-        .read("linear_depth", linear_depth)
+        .read("bounded", linear_depth)
         .draw_into(rows, ColorLoad::Discard)?;
     let tiles = r.texture_of("tile_depth", TextureDesc::new_2d(across, down, BOUNDS));
-    r.fullscreen("tile_depth", "tile_depth", &["columns"]).read("rows", &rows).draw_into(tiles, ColorLoad::Discard)
+    r.fullscreen("tile_depth", "tile_depth", &[])
+        .constant("columns", 1)
+        .read("bounded", &rows)
+        .draw_into(tiles, ColorLoad::Discard)
 }

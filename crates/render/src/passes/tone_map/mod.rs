@@ -84,22 +84,22 @@ pub fn record(
     (radiance, glow): (&Handle, Option<&Handle>),
     output: Handle,
 ) -> Result<Handle, ProgramError> {
-    let mut axes = left.curve.axes().to_vec();
-    if left.background.colors().is_some() {
-        axes.push("over_color");
-    }
     let (from, to) = (radiance.desc(), output.desc());
-    if (from.width, from.height) != (to.width, to.height) {
-        axes.push("scaled");
-    }
-    if glow.is_some() {
-        axes.push("glow");
-    }
+    let is_scaled = (from.width, from.height) != (to.width, to.height);
+    let curve = left.curve.constant();
+    let over_color = left.background.colors().is_some();
     let uniform = ToneMapUniform::new(left, settings.dither, &to);
-    let mut step = r.fullscreen("tone_map", "tone_map", &axes).read("radiance", radiance).uniform("tone_map", &uniform);
-    if let Some(glow) = glow {
-        step = step.read("glow", glow);
-    }
+    let step = r
+        .fullscreen("tone_map", "tone_map", &[])
+        .constants(&[curve, ("over_color", u32::from(over_color))])
+        .constants(&[("scaled", u32::from(is_scaled)), ("has_glow", u32::from(glow.is_some()))])
+        .uniform("tone_map", &uniform)
+        .read("radiance", radiance);
+    let step = if is_scaled { step.read("filtered", radiance) } else { step.stand_in("filtered") };
+    let step = match glow {
+        Some(glow) => step.read("glow", glow),
+        None => step.stand_in("glow"),
+    };
     step.draw_into(output, ColorLoad::Discard)
 }
 

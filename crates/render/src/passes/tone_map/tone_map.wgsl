@@ -2,9 +2,9 @@
 // already), background colour, sRGB, dithering.
 // Source of the noise: Jimenez 2014. Reads: the mean (associated alpha; negative alpha marks clamped pixels) or the frame's
 // radiance, which is filtered linearly where it was shaded at another size than the picture's (`scaled`). Writes: display
-// colour, unassociated alpha; opaque over a background colour. With `glow` there is a mean of display colours beside the mean of
+// colour, unassociated alpha; opaque over a background colour. With `has_glow` there is a mean of display colours beside the mean of
 // radiance, each of its own part of every sample.
-// Program: tone_map. Axes: curve_0, curve_1, curve_2, over_color, scaled, glow.
+// Program: tone_map.
 
 import package::shaders::colour::{linear_from_srgb, srgb_from_linear};
 import package::shaders::scrub::scrubbed;
@@ -33,16 +33,24 @@ struct ToneMap {
 
 @group(1) @binding(0) var<uniform> tone_map: ToneMap;
 @group(1) @binding(1) var radiance: texture_2d<f32>;
-@if(scaled) @group(0) @binding(2) var linear_clamp: sampler;
-@if(glow) @group(1) @binding(2) var glow: texture_2d<f32>;
+@group(0) @binding(2) var linear_clamp: sampler;
+// Looked at with `has_glow` alone.
+@group(1) @binding(2) var glow: texture_2d<f32>;
+// Radiance again, looked at with `scaled` alone: not every format of means can be filtered.
+@group(1) @binding(3) var filtered: texture_2d<f32>;
+
+// 1 if the picture comes over a background colour.
+override over_color: u32 = 0u;
+// 1 if radiance has another size than the picture.
+override scaled: u32 = 0u;
+// 1 if there is a mean of display colours as well.
+override has_glow: u32 = 0u;
 
 fn radiance_at(position_px: vec2f) -> vec4f {
-    @if(scaled) {
-        return textureSampleLevel(radiance, linear_clamp, position_px * tone_map.inverse_size_px, 0.0);
+    if scaled != 0u {
+        return textureSampleLevel(filtered, linear_clamp, position_px * tone_map.inverse_size_px, 0.0);
     }
-    @if(!scaled) {
-        return textureLoad(radiance, vec2i(position_px), 0);
-    }
+    return textureLoad(radiance, vec2i(position_px), 0);
 }
 
 // Interleaved gradient noise (Jimenez 2014): the same for the same pixel on every run.
@@ -63,13 +71,14 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let found = radiance_at(position.xy);
     let alpha = max(found.a, 0.0) - tone_map.negative_alpha * min(found.a, 0.0);
     let texel = scrubbed(vec4f(found.rgb, alpha));
-    @if(!glow) let coverage = texel.a;
-    @if(!glow) let color = display_linear(texel.rgb / max(coverage, 1e-6) * tone_map.exposure);
-    @if(glow) let beside = textureLoad(glow, vec2i(position.xy), 0);
-    @if(glow) let coverage = texel.a + beside.a;
-    @if(glow) let rest = display_linear(texel.rgb / max(texel.a, 1e-6) * tone_map.exposure) * texel.a;
-    @if(glow) let color = min((rest + beside.rgb) / max(coverage, 1e-6), vec3f(1.0));
-    @if(over_color) {
+    var coverage = texel.a;
+    var color = display_linear(texel.rgb / max(texel.a, 1e-6) * tone_map.exposure);
+    if has_glow != 0u {
+        let beside = textureLoad(glow, vec2i(position.xy), 0);
+        coverage += beside.a;
+        color = min((color * texel.a + beside.rgb) / max(coverage, 1e-6), vec3f(1.0));
+    }
+    if over_color != 0u {
         // Alpha in steps of 1/255, and so much less dither: the same as the transparent picture laid over the colour.
         let alpha = round(min(coverage, 1.0) * 255.0) / 255.0;
         let place = position.y * tone_map.inverse_size_px.y;
@@ -81,7 +90,5 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let noise = (dither_noise(floor(position.xy)) - 0.5) * tone_map.dither * tone_map.is_gradient / 255.0;
         return vec4f(select(display, behind_srgb + noise, alpha == 0.0), 1.0);
     }
-    @if(!over_color) {
-        return vec4f(encoded(color, position.xy, tone_map.dither), min(coverage, 1.0));
-    }
+    return vec4f(encoded(color, position.xy, tone_map.dither), min(coverage, 1.0));
 }

@@ -3,6 +3,9 @@
 import package::constants::DATA_WIDTH;
 import package::view::view;
 
+// 1 if they are cones, and no balls.
+override cones: u32 = 0u;
+
 struct VolumeVarying {
     @builtin(position) position_clip: vec4f,
     @location(0) @interpolate(flat, either) light: u32,
@@ -16,11 +19,11 @@ fn reach_texel(index: u32) -> vec4f {
 }
 
 // The enlargement of a cone to all sides, as a share of its range: rounding must not cut off what it reaches.
-@if(cones) const CONE_SLACK: f32 = 0.002;
+const CONE_SLACK: f32 = 0.002;
 
 // What a cone of half angle a cuts out of a ball of radius 1 lies within a cone up to its rim, at cos a, and from there
 // within the planes that touch the ball at the rim and at the end of the axis: they meet at the tangent of a / 2.
-@if(cones) fn corner_world(corner: vec3f, first: u32) -> vec3f {
+fn corner_of_cone(corner: vec3f, first: u32) -> vec3f {
     let tip = reach_texel(first);
     let axis = reach_texel(first + 1u);
     let cos_angle = inverseSqrt(1.0 + axis.w * axis.w);
@@ -37,9 +40,16 @@ fn reach_texel(index: u32) -> vec4f {
     return tip.xyz + tip.w * (axis.xyz * along + (across * corner.y + beside * corner.z) * wide);
 }
 
-@if(!cones) fn corner_world(corner: vec3f, first: u32) -> vec3f {
+fn corner_of_ball(corner: vec3f, first: u32) -> vec3f {
     let ball = reach_texel(first);
     return ball.xyz + ball.w * corner;
+}
+
+fn corner_world(corner: vec3f, first: u32) -> vec3f {
+    if cones != 0u {
+        return corner_of_cone(corner, first);
+    }
+    return corner_of_ball(corner, first);
 }
 
 fn volume_varying(corner: vec3f, instance: u32) -> VolumeVarying {

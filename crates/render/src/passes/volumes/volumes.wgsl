@@ -1,7 +1,7 @@
 // volumes: the light of one lamp on the pixels of its volume, added to `radiance`.
 // Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"). Reads: G-buffer, linear_depth, the table of lights,
 // the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
-// Program: volumes. Axes: cones, shadowed.
+// Program: volumes.
 
 import package::view::{position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
@@ -9,6 +9,7 @@ import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::lights::{counts_pairs, pair_counts};
+import package::shaders::shadows::shadowed;
 import package::shaders::light_lists::single_light_sums;
 import package::shaders::colour::half_float_clamped;
 import package::passes::volumes::volume_vertex::{VolumeVarying, volume_varying};
@@ -28,7 +29,7 @@ fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
     }
     let position_world = position_world_from_pixel(in.position_clip.xy, distance_m);
     var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
-    @if(shadowed) {
+    if shadowed != 0u {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
     }
     let sums = single_light_sums(in.light, position_world, shading);

@@ -1,5 +1,5 @@
 // volumes.mark: draws volumes for the stencil alone, which keeps the pixels inside of them. Writes: no colour.
-// Program: volumes_mark. Axes: cones.
+// Program: volumes_mark.
 
 import package::passes::volumes::volume_vertex::{VolumeVarying, volume_varying};
 

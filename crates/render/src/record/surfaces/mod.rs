@@ -103,7 +103,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.blend = Some(blend);
     }
 
-    /// Axes of the program that are on whatever is drawn.
+    /// Axes of the program that are on whatever is drawn, or constants that are 1.
     pub fn axes(&mut self, axes: &[&'static str]) {
         self.axes.extend(axes);
     }
@@ -113,15 +113,15 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.resources.push((name, Resource::Uniform(self.frame.uniforms.push(value))));
     }
 
-    /// The shader finds a texel under `name`, which it is not to look at.
-    pub fn no_texture(&mut self, name: &'static str) {
-        self.resources.push((name, Resource::Texture(self.frame.resources.textures.white().clone())));
-    }
-
     /// The shader reads `handle` under `name`.
     pub fn read(&mut self, name: &'static str, handle: &Handle) {
         let read = self.pass.read(handle);
         self.reads.push((name, read));
+    }
+
+    /// The shader's constants keep it from looking at its texture `name`, but something has to be bound: a white texel.
+    pub fn stand_in(&mut self, name: &'static str) {
+        self.resources.push((name, Resource::Texture(self.frame.resources.textures.white().clone())));
     }
 
     /// The shader's `override` constant `name` is `value`: branches that depend on it alone are gone when it runs.
@@ -194,8 +194,8 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         }
         // What is read is known when the pass runs; names and programs are checked now, with a texel in its place.
         let of_graph = reads.len();
-        let stand_in = || Resource::Texture(frame.resources.textures.white().clone());
-        of_pass.extend(reads.iter().map(|(name, _)| (*name, stand_in())));
+        let white = || Resource::Texture(frame.resources.textures.white().clone());
+        of_pass.extend(reads.iter().map(|(name, _)| (*name, white())));
         prepare(&of_pass, &targets)?;
         pass.draw(move |context| {
             of_pass.truncate(of_pass.len() - of_graph);

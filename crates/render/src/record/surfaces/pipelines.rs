@@ -1,8 +1,8 @@
 //! The pipelines of programs that draw surfaces.
 
-use crate::draws::{AXES, Axes, Faces, MASKED};
+use crate::draws::{AXES, Axes, BINDING_AXES, DEFORMED, Faces, MASKED};
 use crate::levels::FADES;
-use crate::resources::{ATTRIBUTES, STRIDES};
+use crate::resources::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, STRIDES};
 use crate::shader::program::{Constant, ProgramError};
 use crate::shader::{Program, Shaders, compose};
 use manypass_scene::Topology;
@@ -36,7 +36,7 @@ pub(super) const ALPHA_TO_COVERAGE: Constant = ("alpha_to_coverage", 1);
 pub(super) struct Key {
     pub program: &'static str,
     pub axes: Axes,
-    /// Axes that are on for all of a pass.
+    /// Axes that are on for all of a pass, or constants that are 1.
     pub pass_axes: Vec<&'static str>,
     pub targets: Targets,
     pub topology: Topology,
@@ -73,21 +73,29 @@ impl SurfacePipelines {
         if let Some(pipeline) = self.pipelines.borrow().get(&key) {
             return Ok(pipeline.clone());
         }
-        let on = AXES
-            .iter()
-            .enumerate()
-            .filter(|(bit, axis)| key.axes >> bit & 1 == 1 && compose::has_axis(key.program, axis));
-        let axes: Vec<_> = on.map(|(_, axis)| *axis).chain(key.pass_axes.iter().copied()).collect();
+        let (mut axes, mut constants) = compose::axes_and_constants(key.program, &key.pass_axes);
+        let binds = BINDING_AXES.iter().filter(|(axis, of)| key.axes & of != 0 && compose::has_axis(key.program, axis));
+        axes.extend(binds.map(|(axis, _)| *axis));
+        // The discs of points are cut out in any case, so that their masks, whose cutoff is 0 where there is none, are on.
+        let of_shape = key.axes | if key.topology == Topology::Points { MASKED } else { 0 };
+        constants.extend(AXES.iter().enumerate().map(|(bit, axis)| (*axis, of_shape >> bit & 1)));
+        constants.extend(&key.targets.constants);
         let program = shaders.program(key.program, &axes)?;
-        let pipeline = shaders.compiling(|| create(device, &program, &key))?;
+        let pipeline = shaders.compiling(|| create(device, &program, &key, &constants))?;
         let pipeline = Arc::new(SurfacePipeline { pipeline, program });
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
     }
 }
 
-fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::RenderPipeline, ProgramError> {
-    let attributes = program.attributes(&ATTRIBUTES, STRIDES.len())?;
+fn create(
+    device: &wgpu::Device,
+    program: &Program,
+    key: &Key,
+    constants: &[Constant],
+) -> Result<wgpu::RenderPipeline, ProgramError> {
+    let known = if key.axes & DEFORMED == 0 { ATTRIBUTES_WITHOUT_SKINS } else { ATTRIBUTES };
+    let attributes = program.attributes(&known, STRIDES.len())?;
     let buffers: Vec<_> = attributes
         .iter()
         .zip(STRIDES)
@@ -118,8 +126,7 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             })
         })
         .collect();
-    let constants = program.constants(&key.targets.constants);
-    let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let specialised = program.specialised(constants);
     // Without a colour target fragments are shaded to be dropped, if at all.
     let fades = key.targets.constants.contains(&(FADES, 1));
     let drops_fragments = key.axes & MASKED != 0 || fades || key.topology == Topology::Points;
@@ -127,9 +134,9 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
         label: Some(key.program),
         layout: Some(&program.layout),
         vertex: wgpu::VertexState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options: compilation_options.clone(),
+            compilation_options: specialised.options(),
             buffers: &buffers,
         },
         primitive: wgpu::PrimitiveState {
@@ -161,9 +168,9 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key) -> Result<wgpu::R
             ..Default::default()
         },
         fragment: (!targets.is_empty() || drops_fragments).then(|| wgpu::FragmentState {
-            module: &program.module,
+            module: &specialised.module,
             entry_point: None,
-            compilation_options: compilation_options.clone(),
+            compilation_options: specialised.options(),
             targets: &targets,
         }),
         multiview_mask: None,
