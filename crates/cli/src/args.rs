@@ -141,7 +141,7 @@ pub struct FrameArgs {
     /// Width and height in pixels; the vertical field of view stays.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: String,
-    /// Jittered frames that are averaged.
+    /// Jittered frames that are averaged; later ones leave out what earlier ones agree on (adaptive.threshold in docs/settings.md).
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,
     /// A scene of the file [default: the one that the file names].

@@ -76,12 +76,7 @@ pub fn view_passes(
 ) -> Result<ViewOutputs, ProgramError> {
     let forward = match settings.render.path {
         Path::Deferred => None,
-        Path::Forward => Some(forward::record_opaque(r, &settings.fog)?),
-        Path::ForwardBatched => Some(forward::record_batched(r, &settings.fog)?),
-        Path::Gouraud => {
-            let (radiance, depth) = gouraud::record_opaque(r, &settings.fog)?;
-            Some(forward::record_layered(r, Some(&settings.fog), radiance, LayeredDepth::Missing(depth))?)
-        }
+        path => Some(forward_passes(r, settings, path)?),
     };
     if let Some((radiance, depth)) = forward {
         let radiance = coverage::record_masks(r, &depth, radiance)?;
@@ -109,6 +104,20 @@ pub fn view_passes(
     let radiance = fog::record_light(r, &settings.fog, &gbuffer.linear_depth, radiance)?;
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), ..outputs })
+}
+
+/// Opaque surfaces that are shaded where they are drawn: radiance and depth.
+fn forward_passes(r: &mut Recorder<'_, '_>, settings: &Settings, path: Path) -> Result<(Handle, Handle), ProgramError> {
+    let begun = adaptive::begin_depth(r)?;
+    match path {
+        Path::Deferred | Path::Forward => forward::record_opaque(r, &settings.fog, begun),
+        Path::ForwardBatched => forward::record_batched(r, &settings.fog, begun),
+        Path::Gouraud => {
+            let fog = if r.view.counts_pairs() { None } else { Some(&settings.fog) };
+            let (radiance, depth) = gouraud::record_opaque(r, &settings.fog, begun)?;
+            forward::record_layered(r, fog, radiance, LayeredDepth::Missing(depth))
+        }
+    }
 }
 
 /// Surfaces that light comes through, before what lies behind them; then those that alpha covers, of which those behind come before
@@ -245,12 +254,7 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
             let (pairs, depth) = light_passes(r, settings, &gbuffer, depth, pairs)?;
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
         }
-        Path::Forward => forward::record_opaque(r, &settings.fog)?,
-        Path::ForwardBatched => forward::record_batched(r, &settings.fog)?,
-        Path::Gouraud => {
-            let (pairs, depth) = gouraud::record_opaque(r, &settings.fog)?;
-            forward::record_layered(r, None, pairs, LayeredDepth::Missing(depth))?
-        }
+        path => forward_passes(r, settings, path)?,
     };
     Ok(translucent_passes(r, settings, pairs, depth)?.0)
 }
@@ -267,7 +271,8 @@ pub fn variable_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Resul
 
 /// The G-buffer and the passes that variables need; `radiance` holds emission so far.
 fn surface_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
-    let geometry = geometry::record(r)?;
+    let begun = adaptive::begin_depth(r)?;
+    let geometry = geometry::record(r, begun)?;
     let linear_depth = linear_depth::record(r, "linear_depth", &geometry.depth)?;
     let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;
     let gbuffer =

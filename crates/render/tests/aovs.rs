@@ -276,7 +276,8 @@ fn passes_for_variables_run_only_for_them() {
     let names = |renderer: &mut Renderer, request: &FrameRequest| -> Vec<String> {
         renderer.plan(&test.scene, request).unwrap().passes.iter().map(|pass| pass.name.to_string()).collect()
     };
-    let has = |names: &[String], name: &str| names.iter().any(|known| known == name);
+    // Those of a still of several samples have a view of their own.
+    let has = |names: &[String], name: &str| names.iter().any(|known| known.trim_start_matches("aov/") == name);
     let plain = names(&mut renderer, &request);
     assert!(!["ids", "motion", "motion.background", "emission"].iter().any(|name| has(&plain, name)), "{plain:?}");
     assert!(renderer.read_aov(Aov::Depth).is_err() && renderer.read_aov(Aov::Radiance).is_err());

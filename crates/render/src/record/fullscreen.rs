@@ -3,6 +3,7 @@
 use super::bind_groups::Resource;
 use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
+use crate::lights::Rectangle;
 use crate::shader::Program;
 use crate::shader::cache::{DepthTest, FullscreenPipeline, FullscreenTarget};
 use crate::shader::program::{Constant, ProgramError};
@@ -62,6 +63,8 @@ pub struct Fullscreen<'r, 'f> {
     depth: Option<DepthTest>,
     /// The depth of the triangle.
     triangle_depth: f32,
+    /// Whether nothing is drawn where tiles are settled.
+    leaves_out: bool,
     rectangles: Option<Vec<[u32; 4]>>,
     constants: Vec<Constant>,
 }
@@ -77,6 +80,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             blend: None,
             depth: None,
             triangle_depth: 0.0,
+            leaves_out: false,
             rectangles: None,
             constants: Vec::new(),
         }
@@ -154,6 +158,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         self.pass.depth_stencil_read_only(depth);
         self.depth = Some(DepthTest { format: depth.desc().format, compare, writes: false });
         self.triangle_depth = triangle_depth;
+        self.leave_out_settled()
+    }
+
+    /// What is drawn where tiles of a still are settled means nothing: it is left out as far as that is known.
+    pub fn leave_out_settled(mut self) -> Self {
+        self.leaves_out = true;
         self
     }
 
@@ -206,9 +216,18 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { pass, frame, view, rectangles, triangle_depth, .. } = self;
+        let Self { pass, frame, view, rectangles, triangle_depth, leaves_out, .. } = self;
+        let whole = [0, 0, desc.width, desc.height];
         // The triangle is at depth 0 of the viewport's.
-        let rectangles = rectangles.or((triangle_depth > 0.0).then(|| vec![[0, 0, desc.width, desc.height]]));
+        let rectangles = rectangles.or((triangle_depth > 0.0).then(|| vec![whole]));
+        let rectangles = match &view.unsettled {
+            Some(unsettled) if leaves_out => {
+                let all = rectangles.unwrap_or_else(|| vec![whole]);
+                let within = |rectangle: Rectangle| unsettled.iter().filter_map(move |of| intersection(rectangle, *of));
+                Some(all.into_iter().flat_map(within).collect())
+            }
+            _ => rectangles,
+        };
         pass.draw(move |context| {
             let resources = slots.into_iter().map(|slot| slot.resource(context));
             let group = frame.bind_groups.of_program(context.device, &program, 1, resources.collect());
@@ -264,5 +283,23 @@ impl Slot {
             Self::Read(read) => Resource::Texture(context.view(read).clone()),
             Self::Ready(resource) => resource,
         }
+    }
+}
+
+/// What two rectangles have in common, if anything.
+fn intersection(a: Rectangle, b: Rectangle) -> Option<Rectangle> {
+    let low = [a[0].max(b[0]), a[1].max(b[1])];
+    let high = [(a[0] + a[2]).min(b[0] + b[2]), (a[1] + a[3]).min(b[1] + b[3])];
+    (low[0] < high[0] && low[1] < high[1]).then(|| [low[0], low[1], high[0] - low[0], high[1] - low[1]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_two_rectangles_have_in_common() {
+        assert_eq!(intersection([0, 0, 10, 10], [5, 6, 10, 2]), Some([5, 6, 5, 2]));
+        assert_eq!(intersection([0, 0, 10, 10], [10, 0, 1, 1]), None);
     }
 }

@@ -75,6 +75,8 @@ pub struct PreparedView {
     pub(crate) ground: Option<ViewGround>,
     /// The texture that says which tiles are settled, if any may be: the frame leaves those out.
     pub(crate) settled: Option<wgpu::TextureView>,
+    /// Rectangles around all that is not settled, if they are known.
+    pub(crate) unsettled: Option<Arc<[Rectangle]>>,
 }
 
 impl PreparedView {
@@ -238,6 +240,8 @@ pub(crate) struct Viewed<'a> {
     pub ground: Option<ViewGround>,
     /// Which tiles are settled.
     pub settled: Option<wgpu::TextureView>,
+    /// Rectangles around all that is not.
+    pub unsettled: Option<Arc<[Rectangle]>>,
     /// The tiles of the environment, if that is a picture or the studio.
     pub environment_tiles: Option<&'a wgpu::TextureView>,
 }
@@ -292,6 +296,7 @@ impl Viewed<'_> {
             has_shadows: self.shadows.is_some(),
             ground: self.ground,
             settled: self.settled,
+            unsettled: self.unsettled,
         }
     }
 }

@@ -6,12 +6,14 @@ use crate::environment::Background;
 use crate::frame::Means;
 use crate::gpu::{Gpu, readback};
 use crate::lights::KeptLists;
+use crate::lights::Rectangle;
 use crate::passes::accumulate::{Mean, SUM};
 use crate::passes::adaptive::{self, Settling};
 use crate::record::ViewTables;
 use crate::request::{FrameRequest, RenderError};
 use manypass_graph::{Graph, Handle, TextureDesc};
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Beside other means.
@@ -50,6 +52,8 @@ pub(super) struct ViewState {
     pub latest_sum: usize,
     /// Whether tiles of the picture were looked for that are settled.
     pub has_settled: bool,
+    /// Rectangles around those that are not, if they are known.
+    pub unsettled: Option<Arc<[Rectangle]>>,
     /// Of how many samples the picture of the last frame is.
     pub sample_count: u32,
     /// What the last frame left means of, and what their radiance is multiplied by.
@@ -71,6 +75,7 @@ impl ViewState {
             output: None,
             latest_sum: 0,
             has_settled: false,
+            unsettled: None,
             sample_count: 1,
             means_of: MeansOf::Nothing,
             pre_exposure: 1.0,
@@ -78,6 +83,12 @@ impl ViewState {
             clamped_pixels: AtomicU64::new(0),
             aovs: None,
         }
+    }
+
+    /// The texture that says which tiles are settled, if they were looked for.
+    pub fn settled_texture(&self) -> Option<&wgpu::Texture> {
+        let [settled, _] = self.output.as_ref()?.settling.as_ref()?;
+        self.has_settled.then_some(&settled.texture)
     }
 
     /// Which tiles of the picture that `sample_index` goes on with are settled, if that was looked for.

@@ -236,7 +236,7 @@ impl Renderer {
         let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
         let uniform = self.view_uniform(asked, range, *size, filtering);
         let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
-        let ViewState { tables, lists, .. } = state;
+        let ViewState { tables, lists, unsettled, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
         stats.draws += (draws.opaque.len() + draws.transmissive.len() + draws.blended.len()) as u32;
         stats.triangles += draws.triangles;
@@ -279,6 +279,7 @@ impl Renderer {
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
                 ground: ground.clone(),
                 settled: settled.clone().filter(|_| !is_of_variables && !asked.counts_pairs),
+                unsettled: unsettled.clone().filter(|_| settled.is_some() && !is_of_variables && !asked.counts_pairs),
                 environment_tiles: tiles.map(|tiles| &tiles.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
@@ -346,6 +347,7 @@ impl Renderer {
             shadows: None,
             ground: None,
             settled: None,
+            unsettled: None,
             environment_tiles: None,
         }
         .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)

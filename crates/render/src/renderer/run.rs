@@ -86,8 +86,24 @@ impl Renderer {
         if let Some(run) = run {
             self.fetch(run, export, &legends, purpose).await?;
             self.keep_environment().await?;
+            if purpose.is_picture() {
+                self.find_unsettled(&asked).await?;
+            }
         }
         Ok(plan)
+    }
+
+    /// Finds the rectangles that later samples of stills are added to, after tiles were looked for that are settled. A live view does not
+    /// wait for that: there depth alone leaves them out.
+    async fn find_unsettled(&mut self, asked: &[Asked]) -> Result<(), RenderError> {
+        let has_looked = |asked: &&Asked| matches!(asked.adaptive_step(), adaptive::Step::Settle { .. });
+        for asked in asked.iter().filter(has_looked).filter(|asked| !asked.request.goes_on) {
+            let Some(state) = self.views.get_mut(&asked.name) else { continue };
+            let Some(settled) = state.settled_texture() else { continue };
+            let texels = readback::read_texture(&self.gpu, settled).await?;
+            state.unsettled = Some(adaptive::unsettled_rectangles(&texels, asked.output_size).into());
+        }
+        Ok(())
     }
 
     /// Puts tiles that were drawn into the cache that lacks them.
@@ -338,6 +354,7 @@ fn keep(
             let goes_on = state.has_settled && asked.request.sample_index > 0;
             let looks = matches!(asked.adaptive_step(), adaptive::Step::Settle { .. });
             (_, state.sample_count) = asked.request.sample();
+            state.unsettled = state.unsettled.take().filter(|_| goes_on);
             state.has_settled = ready.is_adaptive && (goes_on || looks);
             state.means_of = asked.means_of;
             state.pre_exposure = asked.request.pre_exposure();

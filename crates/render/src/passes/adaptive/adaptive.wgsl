@@ -7,6 +7,9 @@
 
 import package::constants::SETTLED_TILE_PX;
 
+// The side of a tile with the pixels beside it.
+const WITH_BORDER_PX: i32 = SETTLED_TILE_PX + 2;
+
 struct Settling {
     // What may change, of display values encoded by a square root.
     threshold: f32,
@@ -30,14 +33,14 @@ fn encoded(color: vec4f) -> vec4f {
 @fragment
 fn fs_adaptive(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let last = vec2i(textureDimensions(mean)) - 1;
-    let first = vec2i(position.xy) * SETTLED_TILE_PX;
+    let first = vec2i(position.xy) * SETTLED_TILE_PX - 1;
     var is_settled = true;
-    for (var y = -1; y <= SETTLED_TILE_PX; y++) {
-        for (var x = -1; x <= SETTLED_TILE_PX; x++) {
+    for (var y = 0; y < WITH_BORDER_PX; y++) {
+        for (var x = 0; x < WITH_BORDER_PX; x++) {
             let pixel = clamp(first + vec2i(x, y), vec2i(0), last);
             let change = abs(encoded(textureLoad(mean, pixel, 0)) - encoded(textureLoad(mean_of_half, pixel, 0)));
             // Where an edge just beside the tile moves, samples may have missed that it reaches into it.
-            let is_inside = all(vec2(x, y) == clamp(vec2(x, y), vec2(0), vec2(SETTLED_TILE_PX - 1)));
+            let is_inside = all(vec2i(x, y) == clamp(vec2i(x, y), vec2i(1), vec2i(SETTLED_TILE_PX)));
             let threshold = select(settling.threshold_beside, settling.threshold, is_inside);
             is_settled = is_settled && all(change <= vec4f(threshold));
         }

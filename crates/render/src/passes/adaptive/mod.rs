@@ -8,8 +8,10 @@
 //! Every pass draws where depth lets it. A settled tile begins with the nearest depth there is, so that neither surfaces nor what
 //! lies behind them is drawn there; what the frame's textures hold there means nothing, and the mean stays as it is.
 
+mod blocks;
 mod settings;
 
+pub use blocks::unsettled_rectangles;
 pub use settings::AdaptiveSettings;
 
 use crate::constants::SETTLED_TILE_PX;
@@ -88,11 +90,13 @@ struct SettlingUniform {
     padding: f32,
 }
 
-/// How depth begins, of a frame of the view: with the far plane, and where tiles are settled with the near one.
+/// The depth that a frame of the view begins with: the far plane, and where tiles are settled the near one. Also says how the first pass
+/// that draws surfaces loads it.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn begin_depth(r: &mut Recorder<'_, '_>, depth: Handle) -> Result<(Handle, DepthLoad), ProgramError> {
+pub fn begin_depth(r: &mut Recorder<'_, '_>) -> Result<(Handle, DepthLoad), ProgramError> {
+    let depth = r.multisampled("geometry.depth", r.frame.gpu.capabilities.depth_format);
     let clear = DepthLoad::Clear { depth: 0.0, stencil: 0 };
     let Some(settled) = &r.view.settled else { return Ok((depth, clear)) };
     let step = r.fullscreen("adaptive.depth", "adaptive_depth", &[]).table("settled", settled);

@@ -6,7 +6,6 @@
 //! through if it draws what lies on one side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a
 //! weighted mean; or, for the report, the numbers of pairs of light and fragment.
 
-use super::adaptive;
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
@@ -38,10 +37,12 @@ const LATER_BATCH: u32 = 2;
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
+pub fn record_batched(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    (depth, depth_load): (Handle, DepthLoad),
+) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
-    let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
-    let (depth, depth_load) = adaptive::begin_depth(r, depth)?;
     let (view, world) = (r.view, r.frame.world);
     // Lists are in the order of classes, so that few batches have lights that cast shadows.
     let axes_of = |first| view.light_axes_of(&(first..first + LIGHTS_PER_BATCH), world);
@@ -74,14 +75,16 @@ pub fn record_batched(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Ha
     Ok((radiance, depth))
 }
 
-/// Radiance and depth of all opaque and masked surfaces.
+/// Radiance and depth of all opaque and masked surfaces, from depth that is begun and loaded so.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
+pub fn record_opaque(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    (depth, depth_load): (Handle, DepthLoad),
+) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
-    let depth = r.multisampled("geometry.depth", r.frame.gpu.capabilities.depth_format);
-    let (depth, depth_load) = adaptive::begin_depth(r, depth)?;
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");

@@ -3,7 +3,6 @@
 //! Source: Saito & Takahashi 1990, "Comprehensible Rendering of 3-D Shapes"; the layout is `gbuffer.rs`'s.
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 
-use super::adaptive;
 use crate::gbuffer::{BASE_COLOR, MATERIAL, NORMAL, RADIANCE};
 use crate::record::{Recorder, Which};
 use crate::shader::program::ProgramError;
@@ -43,13 +42,11 @@ fn record_depth(
     Ok((depth, DepthLoad::Keep))
 }
 
-/// Records the passes.
+/// Records the passes; `begun` is depth, and how it is loaded.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(r: &mut Recorder<'_, '_>) -> Result<Outputs, ProgramError> {
-    let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
-    let begun = adaptive::begin_depth(r, depth)?;
+pub fn record(r: &mut Recorder<'_, '_>, begun: (Handle, DepthLoad)) -> Result<Outputs, ProgramError> {
     let (depth, depth_load) = record_depth(r, begun)?;
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);

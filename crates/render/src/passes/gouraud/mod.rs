@@ -5,22 +5,23 @@
 //! environment, depth, and as `forward` the distances of the nearest surfaces that light comes through. Writes: radiance
 //! (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and vertex.
 
-use super::adaptive;
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::record::{Recorder, SurfacePass, Which};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, Peel, Side, Weighting};
-use manypass_graph::Handle;
+use manypass_graph::{DepthLoad, Handle};
 
-/// Radiance and depth of all opaque and masked surfaces.
+/// Radiance and depth of all opaque and masked surfaces, from depth that is begun and loaded so.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_opaque(r: &mut Recorder<'_, '_>, fog: &FogSettings) -> Result<(Handle, Handle), ProgramError> {
+pub fn record_opaque(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    (depth, depth_load): (Handle, DepthLoad),
+) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
-    let depth = r.texture("geometry.depth", r.frame.gpu.capabilities.depth_format);
-    let (depth, depth_load) = adaptive::begin_depth(r, depth)?;
     let (axes, fog) = (r.view.light_axes(), FogUniform::new(fog, r.view.uniform.pre_exposure));
     let counts = r.view.counts_pairs();
     let mut pass = r.surfaces("gouraud.opaque", "gouraud");

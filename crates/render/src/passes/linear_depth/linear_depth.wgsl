@@ -6,6 +6,9 @@
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, distance_from_depth_ndc};
 
+// 1 if what is nearest of all is left out of the frame, see the pass `adaptive`.
+override leaves_out: u32 = 0u;
+
 @group(1) @binding(0) var depth: texture_2d<f32>;
 @group(0) @binding(7) var nearest_clamp: sampler;
 
@@ -13,6 +16,11 @@ import package::view::{view, distance_from_depth_ndc};
 fn fs_linear_depth(@builtin(position) position: vec4f) -> @location(0) f32 {
     // Sampled, not loaded: a depth texture without a sampler reads 0 on WebGL 2.
     let depth_ndc = textureSampleLevel(depth, nearest_clamp, position.xy * view.inverse_size_px, 0.0).r;
+    if leaves_out != 0u {
+        if depth_ndc >= 1.0 {
+            discard;
+        }
+    }
     if depth_ndc <= 0.0 {
         return DISTANCE_BACKGROUND_M;
     }

@@ -13,5 +13,7 @@ use manypass_graph::{ColorLoad, Handle};
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>, name: &'static str, depth: &Handle) -> Result<Handle, ProgramError> {
     let target = r.texture(name, LINEAR_DEPTH);
-    r.fullscreen(name, "linear_depth", &[]).read_depth("depth", depth).draw_into(target, ColorLoad::Discard)
+    let leaves_out = u32::from(r.view.settled.is_some());
+    let step = r.fullscreen(name, "linear_depth", &[]).constant("leaves_out", leaves_out);
+    step.read_depth("depth", depth).leave_out_settled().draw_into(target, ColorLoad::Discard)
 }
