@@ -161,7 +161,7 @@ fn a_value_comes_from_the_file_then_the_flags_then_set_and_graph_takes_them_with
     assert!(has(&flag, "geometry") && !has(&flag, "forward.opaque"));
     assert!(has(&[&["--set", "render.path=forward"], &flag[..]].concat(), "forward.opaque"));
     // What else changes the frame.
-    assert!(has(&["--effect", "lines.wgsl"], "lines") && has(&["--aov", "object_id"], "ids"));
+    assert!(has(&["--effect", "lines.wgsl"], "lines") && has(&["--aov", "object_id"], "aov/ids"));
     assert!(!has(&["--background", "ff0000"], "background") && has(&[], "background"));
     for (flags, code, part) in [
         (&["--settings", "forward.toml", "--aov", "depth"][..], 2, "only --path deferred"),

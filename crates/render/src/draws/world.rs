@@ -280,6 +280,7 @@ impl WorldDraws {
             if deformed.joints.is_none() && deformed.first_weight.is_none() && primitive.bounds.is_empty() {
                 continue;
             }
+            let layers_deform = resources.layers_deform;
             let own = primitive.material_in(scene.variant);
             let mesh_levels = self.mesh_levels.append(primitive, node, deformed.joints.is_some());
             let levels = ItemLevels { of_mesh: mesh_levels, of_node: node_level, of_material: None };
@@ -287,7 +288,14 @@ impl WorldDraws {
             let coarser = own.and_then(|own| scene.materials.get(own)).and_then(|material| material.levels.as_ref());
             let Some(coarser) = coarser else {
                 let material = resources.materials.index(own);
-                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed, reduced };
+                let drawn = Drawn {
+                    node,
+                    primitive,
+                    properties: resources.materials.get(material),
+                    deformed,
+                    reduced,
+                    layers_deform,
+                };
                 self.push(drawn, (id, place, material), levels);
                 continue;
             };
@@ -296,7 +304,14 @@ impl WorldDraws {
             let all = std::iter::once(own).chain(coarser.coarser.iter().copied().map(Some)).enumerate();
             let bounds = all.fold(Aabb::EMPTY, |_, (level, material)| {
                 let material = resources.materials.index(material);
-                let drawn = Drawn { node, primitive, properties: resources.materials.get(material), deformed, reduced };
+                let drawn = Drawn {
+                    node,
+                    primitive,
+                    properties: resources.materials.get(material),
+                    deformed,
+                    reduced,
+                    layers_deform,
+                };
                 let of_material = Some(LevelTag { group, level: level as u32 });
                 self.push(drawn, (id, place, material), ItemLevels { of_material, ..levels.clone() })
             });
@@ -340,6 +355,7 @@ struct Drawn<'d> {
     properties: &'d GpuMaterial,
     deformed: Deformed,
     reduced: &'d ReducedMaterials,
+    layers_deform: bool,
 }
 
 impl Drawn<'_> {
@@ -364,8 +380,9 @@ impl Drawn<'_> {
         let Self { node, primitive, properties, deformed, .. } = self;
         let has_sides = primitive.topology == Topology::Triangles && !properties.double_sided;
         let extent = self.extent();
-        // Points have no layers.
-        let layers = properties.layers.as_ref().filter(|_| primitive.topology != Topology::Points);
+        // Points have no layers, nor has what is deformed where there are too few textures.
+        let has_room = primitive.topology != Topology::Points && (self.layers_deform || !self.is_deformed());
+        let layers = properties.layers.as_ref().filter(|_| has_room);
         let layers = layers.map_or(0, |layers| layers.bits);
         // A skin's joints place the mesh; the node's own transform does not.
         let center = match deformed.joints {

@@ -31,6 +31,9 @@ pub struct Capabilities {
     /// Whether textures of layers may have any number of them; on OpenGL and WebGL 2, one layer is taken for a plain texture and
     /// square ones of six for a cube.
     pub arrays_of_any_length: bool,
+    /// Whether a pipeline has room for the textures of layers beside those of skins and morph targets: wgpu gives those of both stages numbers
+    /// of one row on OpenGL and WebGL 2, which ends at 16.
+    pub layers_deform: bool,
     /// The compressed blocks that textures may keep, if the device samples any at a bearable price: software adapters unpack
     /// a block for every texel.
     pub block_format: Option<BlockFormat>,
@@ -91,6 +94,7 @@ impl Capabilities {
                 .get_downlevel_capabilities()
                 .flags
                 .contains(wgpu::DownlevelFlags::BUFFER_BINDINGS_NOT_16_BYTE_ALIGNED),
+            layers_deform: adapter.get_info().backend != wgpu::Backend::Gl,
             arrays_of_any_length: adapter.get_info().backend != wgpu::Backend::Gl,
             block_format: block_format(device.features()).filter(|_| !is_software),
             float32_blendable: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),

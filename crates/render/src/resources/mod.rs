@@ -30,7 +30,7 @@ use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use environment::EnvironmentTiles;
 use manypass_scene::Cache;
-use manypass_scene::{EnvironmentMap, Material, Scene, Texture};
+use manypass_scene::{EnvironmentMap, Material, Primitive, Scene, Texture};
 use std::sync::Arc;
 
 /// A scene on the device.
@@ -57,6 +57,10 @@ pub(crate) struct SceneResources {
     /// Whether joints and weights, and the previous nodes, did not fit their tables in the last frame.
     is_deformation_too_large: bool,
     are_nodes_too_many: bool,
+    /// Whether surfaces that are deformed have the layers of their materials.
+    pub layers_deform: bool,
+    /// Whether any should have some and has none.
+    are_layers_left_out: bool,
 }
 
 /// What [`SceneResources::follow`] did.
@@ -111,6 +115,8 @@ impl SceneResources {
             followed: None,
             is_deformation_too_large: false,
             are_nodes_too_many: false,
+            layers_deform: gpu.capabilities.layers_deform,
+            are_layers_left_out: false,
         }
     }
 
@@ -139,6 +145,13 @@ impl SceneResources {
             followed.has_changed = true;
             self.reduced.forget_materials();
             self.followed = Some(Surfaces::of(scene));
+        }
+        if followed.has_changed && !self.layers_deform {
+            let primitives = || scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
+            let is_deformed = |part: &&Primitive| !part.joints.is_empty() || !part.morph_targets.is_empty();
+            let has_layers =
+                |part: &Primitive| self.materials.get(self.materials.index(part.material)).layers.is_some();
+            self.are_layers_left_out = primitives().filter(is_deformed).any(has_layers);
         }
         let maps = scene.environment.iter().chain(computed);
         let count = self.environments.len();
@@ -169,6 +182,11 @@ impl SceneResources {
             (
                 self.is_deformation_too_large,
                 "the joints or morph weights do not fit a texture of this adapter; they keep their last pose",
+            ),
+            (
+                self.are_layers_left_out,
+                "this adapter has too few textures for materials with layers (KHR_materials_clearcoat, …) on what skins or morph targets move; \
+                 it is drawn without them",
             ),
             (self.are_nodes_too_many, "the nodes do not fit a texture of this adapter; motion is 0"),
         ];
