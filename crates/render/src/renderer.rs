@@ -4,11 +4,12 @@ mod ground;
 mod metering;
 mod output;
 mod prepare;
+mod reading;
 mod run;
 mod shadows;
 mod variables;
 
-pub use output::RenderedView;
+pub use reading::RenderedView;
 
 use crate::draws::WorldDraws;
 use crate::environment::ComputedEnvironments;

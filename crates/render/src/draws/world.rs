@@ -280,7 +280,10 @@ impl WorldDraws {
             if deformed.joints.is_none() && deformed.first_weight.is_none() && primitive.bounds.is_empty() {
                 continue;
             }
-            let layers_deform = resources.layers_deform;
+            let drawn = |material: usize| {
+                let (properties, layers_deform) = (resources.materials.get(material), resources.layers_deform);
+                Drawn { node, primitive, properties, deformed, reduced, layers_deform }
+            };
             let own = primitive.material_in(scene.variant);
             let mesh_levels = self.mesh_levels.append(primitive, node, deformed.joints.is_some());
             let levels = ItemLevels { of_mesh: mesh_levels, of_node: node_level, of_material: None };
@@ -288,15 +291,7 @@ impl WorldDraws {
             let coarser = own.and_then(|own| scene.materials.get(own)).and_then(|material| material.levels.as_ref());
             let Some(coarser) = coarser else {
                 let material = resources.materials.index(own);
-                let drawn = Drawn {
-                    node,
-                    primitive,
-                    properties: resources.materials.get(material),
-                    deformed,
-                    reduced,
-                    layers_deform,
-                };
-                self.push(drawn, (id, place, material), levels);
+                self.push(drawn(material), (id, place, material), levels);
                 continue;
             };
             // The same surface once for each of its materials, of which views show one.
@@ -304,16 +299,8 @@ impl WorldDraws {
             let all = std::iter::once(own).chain(coarser.coarser.iter().copied().map(Some)).enumerate();
             let bounds = all.fold(Aabb::EMPTY, |_, (level, material)| {
                 let material = resources.materials.index(material);
-                let drawn = Drawn {
-                    node,
-                    primitive,
-                    properties: resources.materials.get(material),
-                    deformed,
-                    reduced,
-                    layers_deform,
-                };
                 let of_material = Some(LevelTag { group, level: level as u32 });
-                self.push(drawn, (id, place, material), ItemLevels { of_material, ..levels.clone() })
+                self.push(drawn(material), (id, place, material), ItemLevels { of_material, ..levels.clone() })
             });
             self.groups.push(group_of(&bounds, coarser));
         }

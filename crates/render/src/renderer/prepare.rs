@@ -258,6 +258,7 @@ impl Renderer {
         let shows_first_surface = settings.aov.first_surface;
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform, is_of_variables: bool| {
             let shows_first_surface = shows_first_surface && is_of_variables;
+            let leaves_out = settled.is_some() && !is_of_variables && !asked.counts_pairs;
             let viewed = Viewed {
                 name: name.into(),
                 size,
@@ -278,8 +279,8 @@ impl Renderer {
                 instances: self.instances.buffer().clone(),
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
                 ground: ground.clone(),
-                settled: settled.clone().filter(|_| !is_of_variables && !asked.counts_pairs),
-                unsettled: unsettled.clone().filter(|_| settled.is_some() && !is_of_variables && !asked.counts_pairs),
+                settled: settled.clone().filter(|_| leaves_out),
+                unsettled: unsettled.clone().filter(|_| leaves_out),
                 environment_tiles: tiles.map(|tiles| &tiles.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)

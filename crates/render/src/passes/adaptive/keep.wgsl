@@ -1,4 +1,4 @@
-// adaptive.half: keeps the mean as it is now, to be compared with that of twice as many samples.
+// adaptive.keep: keeps the mean as it is now, to be compared with that of twice as many samples.
 // Reads: the mean. Writes: the same in half floats.
 // Program: adaptive_keep.
 

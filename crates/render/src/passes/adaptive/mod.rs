@@ -25,7 +25,8 @@ pub const HALF: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// The fewest samples that anything is told from.
 const SAMPLES_MIN: u32 = 4;
 
-/// How much more may change just beside a tile, after enough samples that an edge there is unlikely to have been missed.
+/// How much more may change just beside a tile, after enough samples that an edge there is unlikely to have been missed: edges change by
+/// many 255ths, the grain of textures by one or two, so that it is the edges that this tells.
 const BESIDE: f32 = 4.0;
 
 /// The shape of the texture that says which tiles of a picture are settled: the share of the samples that each is left out of, or 0.
