@@ -6,7 +6,7 @@ use crate::input::{Input, Opened};
 use crate::memory;
 use crate::scenes;
 use crate::session::{self, print};
-use manypass::{Gpu, GpuError, View};
+use manypass::{Gpu, GpuError, ShadedIn, View};
 use manypass_offline::camera::{CameraData, scene_cameras};
 use manypass_offline::manifest;
 use manypass_scene::gltf_file::SUPPORTED_EXTENSIONS;
@@ -155,6 +155,18 @@ fn automatic_camera(scene: &Scene) -> Result<CameraData, Failure> {
 /// What people read of a camera.
 const CAMERA_KEYS: [&str; 8] = ["index", "name", "kind", "eye_world_m", "fov_y_deg", "height_m", "near_m", "far_m"];
 
+/// What people read of a material: its name, and if it is not shaded from the G-buffer, where it is and because of what.
+fn material(material: &Value) -> Value {
+    let name = material["name"].as_str().filter(|name| !name.is_empty()).unwrap_or("(no name)");
+    let layers: Vec<&str> = material["layers"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    let shading = material["shading"].as_str().unwrap_or_default();
+    if shading == ShadedIn::Deferred.name() {
+        return name.into();
+    }
+    let because = if layers.is_empty() { String::new() } else { format!(" because of {}", layers.join(", ")) };
+    format!("{name} ({shading}{because})").into()
+}
+
 /// What people read of a value: of nodes their number, of materials their names, of cameras no matrices.
 fn shortened(key: &str, value: &Value) -> Value {
     let camera = |camera: &Value| {
@@ -181,15 +193,7 @@ fn shortened(key: &str, value: &Value) -> Value {
             .into()
         })
         .unwrap_or_default(),
-        "materials" => list(&|material| match material["layers"].as_array() {
-            Some(layers) if !layers.is_empty() => {
-                let name = material["name"].as_str().filter(|name| !name.is_empty()).unwrap_or("(no name)");
-                let layers: Vec<&str> = layers.iter().filter_map(Value::as_str).collect();
-                format!("{name} ({}: shaded where it is drawn)", layers.join(", ")).into()
-            }
-            _ => material["name"].clone(),
-        })
-        .unwrap_or_default(),
+        "materials" => list(&material).unwrap_or_default(),
         "cameras" => list(&camera).unwrap_or_default(),
         "automatic_camera" => camera(value),
         _ => value.clone(),

@@ -102,8 +102,8 @@ pub struct Entry<'a> {
     pub stats: &'a FrameStats,
     /// What is said of its shadows, by [`shadow_numbers`].
     pub shadows: &'a serde_json::Value,
-    /// The materials that are shaded where they are drawn, and why, by `manifest::layered_materials`.
-    pub layered_materials: &'a [serde_json::Value],
+    /// The materials that are shaded where they are drawn, and why, by `manifest::forward_materials`.
+    pub forward_materials: &'a [serde_json::Value],
     /// The passes of its first sample.
     pub plan: &'a Plan,
     /// Measured in the first sample, drawn once more.
@@ -206,7 +206,7 @@ impl Report {
             "list_entries": stats.list_entries,
             "light_lists_made": stats.light_lists_made,
             "shadows": entry.shadows,
-            "layered_materials": entry.layered_materials,
+            "forward_materials": entry.forward_materials,
             "bind_groups_made": stats.bind_groups_made,
             "bundles_executed": stats.bundles_executed,
             "pipelines_made": stats.pipelines_made,

@@ -9,9 +9,13 @@ pub fn nodes(scene: &Scene) -> Vec<Value> {
     scene.nodes.iter().enumerate().map(node).collect()
 }
 
-/// The materials of a scene by index: `{index, name, layers}`. Those with layers are shaded where they are drawn.
+/// The materials of a scene by index: `{index, name, shading, layers}`: where its surfaces are shaded ([`manypass::ShadedIn`]), and
+/// the layers for which the G-buffer has no room.
 pub fn materials(scene: &Scene) -> Vec<Value> {
-    let material = |(index, material): (usize, &manypass_scene::Material)| json!({ "index": index, "name": material.name, "layers": manypass::layer_names(material) });
+    let material = |(index, material): (usize, &manypass_scene::Material)| {
+        let shading = manypass::ShadedIn::of(material).name();
+        json!({ "index": index, "name": material.name, "shading": shading, "layers": manypass::layer_names(material) })
+    };
     scene.materials.iter().enumerate().map(material).collect()
 }
 
@@ -44,10 +48,11 @@ pub fn levels(scene: &Scene) -> Vec<Value> {
     nodes.chain(scene.materials.iter().enumerate().filter_map(of_material)).collect()
 }
 
-/// Those of [`materials`] that have layers.
-pub fn layered_materials(scene: &Scene) -> Vec<Value> {
-    let has_layers = |material: &Value| material["layers"].as_array().is_some_and(|layers| !layers.is_empty());
-    materials(scene).into_iter().filter(has_layers).collect()
+/// Those of [`materials`] that are shaded where they are drawn.
+pub fn forward_materials(scene: &Scene) -> Vec<Value> {
+    let mut all = materials(scene);
+    all.retain(|material| material["shading"] != manypass::ShadedIn::Deferred.name());
+    all
 }
 
 /// The names of a path; chains of a hundred thousand nodes would otherwise fill the memory.

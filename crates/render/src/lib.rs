@@ -77,7 +77,7 @@ pub use render_settings::Path;
 pub use renderer::{RenderedView, Renderer};
 pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 pub use resources::estimate::upload_bytes;
-pub use resources::layers::layer_names;
+pub use resources::layers::{ShadedIn, layer_names};
 pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsFile};
 pub use shading_settings::ReflectanceModel;
 pub use shadows::ShadowFilter;

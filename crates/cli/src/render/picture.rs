@@ -29,7 +29,7 @@ struct Drawn {
     stats: FrameStats,
     /// What the report says of its shadows.
     shadows: serde_json::Value,
-    layered_materials: Vec<serde_json::Value>,
+    forward_materials: Vec<serde_json::Value>,
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     clamped_pixels: Option<u64>,
     warnings: Vec<String>,
@@ -116,7 +116,7 @@ impl Batch<'_> {
         phases.frames = ms_since(start) - (renderer.compile_ms() - looked_ms);
         let stats = renderer.stats();
         let shadows = report::shadow_numbers(renderer, scene);
-        let layered_materials = manifest::layered_materials(scene);
+        let forward_materials = manifest::forward_materials(scene);
         let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
         let samples_mean = if self.report.is_some() { self.renderer.read_samples_mean().map_err(failed)? } else { 0.0 };
         Ok(Drawn {
@@ -126,7 +126,7 @@ impl Batch<'_> {
             phases,
             stats,
             shadows,
-            layered_materials,
+            forward_materials,
             clamped_pixels: None,
             warnings,
         })
@@ -188,7 +188,7 @@ impl Batch<'_> {
             phases: drawn.phases,
             stats: &drawn.stats,
             shadows: &drawn.shadows,
-            layered_materials: &drawn.layered_materials,
+            forward_materials: &drawn.forward_materials,
             plan: &plan,
             pass_times: &pass_times,
             pairs,

@@ -11,7 +11,7 @@ use crate::constants::{
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3, Vec4};
 use manypass_scene::material::HeightMethod;
-use manypass_scene::{LayerMap, Material, Sampler, Scene, ShadingModel, TextureRef};
+use manypass_scene::{AlphaMode, LayerMap, Material, Sampler, Scene, ShadingModel, TextureRef};
 
 /// The bit of reflection that is not as a refractive index makes it, which costs no shader anything.
 const LAYER_SPECULAR: u32 = 1 << 26;
@@ -189,6 +189,42 @@ pub fn layer_names(material: &Material) -> Vec<&'static str> {
     names.into_iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| name).collect()
 }
 
+/// Where the surfaces of a material are shaded when the path is deferred.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShadedIn {
+    /// In the passes of deferred shading, from the G-buffer.
+    Deferred,
+    /// Where they are drawn, after the direct light, because of layers for which the G-buffer has no room.
+    Layered,
+    /// Where they are drawn, after the background, because light comes through them.
+    Transmissive,
+    /// Where they are drawn, last of all, because they blend.
+    Blended,
+}
+
+impl ShadedIn {
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Deferred => "deferred",
+            Self::Layered => "layered",
+            Self::Transmissive => "transmissive",
+            Self::Blended => "blended",
+        }
+    }
+
+    /// Where those of a material are.
+    pub fn of(material: &Material) -> Self {
+        let bits = needed(material) | needed_detail(material);
+        match material.alpha_mode {
+            _ if bits & LAYER_TRANSMISSION != 0 => Self::Transmissive,
+            AlphaMode::Blend => Self::Blended,
+            _ if bits & SHADED_WHERE_DRAWN != 0 => Self::Layered,
+            _ => Self::Deferred,
+        }
+    }
+}
+
 impl Layers {
     /// Those of a material; none if it has neither layers nor detail.
     pub fn of(scene: &Scene, (index, material): (usize, &Material), textures: &Textures) -> Option<Self> {
@@ -339,7 +375,7 @@ mod tests {
         };
         let coated = Material { clearcoat: Some(coat), ..plain.clone() };
         assert_eq!(needed(&coated), LAYER_CLEARCOAT);
-        assert_eq!(needed(&Material { shading_model: ShadingModel::Unlit, ..coated }), 0);
+        assert_eq!(needed(&Material { shading_model: ShadingModel::Unlit, ..coated.clone() }), 0);
         let half = Specular { weight: Mapped::new(0.5), ..Specular::default() };
         assert_eq!(needed(&Material { specular: Some(half), ..plain.clone() }), LAYER_SPECULAR);
         assert_eq!(needed(&Material { ior: 0.0, ..plain.clone() }), LAYER_SPECULAR);
@@ -349,5 +385,11 @@ mod tests {
         let glass = Material { volume: Some(Volume { thickness, ..Volume::default() }), ..glass };
         assert_eq!(layer_names(&glass), ["transmission", "volume", "dispersion"]);
         assert!(layer_names(&plain).is_empty());
+        let blended = Material { alpha_mode: AlphaMode::Blend, ..plain.clone() };
+        let blended_glass = Material { alpha_mode: AlphaMode::Blend, ..glass.clone() };
+        let all = [(plain, "deferred"), (coated, "layered"), (glass, "transmissive"), (blended, "blended")];
+        for (material, name) in all.into_iter().chain([(blended_glass, "transmissive")]) {
+            assert_eq!(ShadedIn::of(&material).name(), name);
+        }
     }
 }
