@@ -4,8 +4,11 @@
 
 mod common;
 
+use common::watch::watch;
 use common::{Folder, Run, has_adapter, triangle_glb};
+use serde_json::json;
 use std::process::Command;
+use std::time::Duration;
 
 /// Runs the program in `folder` with an address space of so many KiB.
 fn run_limited(folder: &Folder, address_space_kib: u64, args: &[&str]) -> Run {
@@ -61,4 +64,79 @@ fn pictures_that_do_not_fit_are_refused_and_the_batch_goes_on() {
     assert_eq!(folder.names(), ["a.glb", "b.glb"]);
     run_limited(&folder, limit_kib, &[&large[..], &["64x64"]].concat()).expect(0);
     assert_eq!(folder.names(), ["a.exr", "a.glb", "b.exr", "b.glb"]);
+}
+
+/// A grid of `edge` × `edge` vertices under four maps of `size_px` × `size_px`, as files in `folder`; gives how many bytes its images
+/// have as RGBA8, and its mesh.
+fn write_grid(folder: &Folder, edge: u32, size_px: u32) -> u64 {
+    let mut bin = Vec::new();
+    let vertices = || (0..edge * edge).map(|i| [(i % edge) as f32 / edge as f32, (i / edge) as f32 / edge as f32]);
+    let mut append = |floats: &[f32]| bin.extend(floats.iter().flat_map(|float| float.to_le_bytes()));
+    vertices().for_each(|[x, y]| append(&[x, y, 0.1 * (40.0 * x).sin()]));
+    vertices().for_each(|_| append(&[0.0, 0.0, 1.0]));
+    vertices().for_each(|uv| append(&uv));
+    let corners = (0..(edge - 1) * (edge - 1)).flat_map(|i| {
+        let first = i / (edge - 1) * edge + i % (edge - 1);
+        [first, first + 1, first + edge, first + edge, first + 1, first + edge + 1]
+    });
+    bin.extend(corners.flat_map(u32::to_le_bytes));
+    let (count, index_count) = (edge * edge, 6 * (edge - 1) * (edge - 1));
+    let views = [(0, 12 * count), (12 * count, 12 * count), (24 * count, 8 * count), (32 * count, 4 * index_count)];
+    let views = views.map(|(at, length)| json!({ "buffer": 0, "byteOffset": at, "byteLength": length }));
+    let maps: Vec<String> = (0..4).map(|map| format!("map{map}.png")).collect();
+    for (map, name) in (0..).zip(&maps) {
+        let picture = image::RgbaImage::from_pixel(size_px, size_px, image::Rgba([128, 128 + map, 255 - map, 255]));
+        picture.save(folder.join(name)).expect("a picture");
+    }
+    let accessor = |view: u32, kind: u32, count: u32, shape: &str| json!({ "bufferView": view, "componentType": kind, "count": count, "type": shape });
+    let mut positions = accessor(0, 5126, count, "VEC3");
+    (positions["min"], positions["max"]) = (json!([0, 0, -0.1]), json!([1, 1, 0.1]));
+    let scene = json!({
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{
+            "attributes": { "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2 }, "indices": 3, "material": 0,
+        }] }],
+        "materials": [{
+            "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "metallicRoughnessTexture": { "index": 1 } },
+            "occlusionTexture": { "index": 2 }, "emissiveTexture": { "index": 3 },
+        }],
+        "textures": (0..4).map(|map| json!({ "source": map })).collect::<Vec<_>>(),
+        "images": maps.iter().map(|name| json!({ "uri": name })).collect::<Vec<_>>(),
+        "accessors": [
+            positions, accessor(1, 5126, count, "VEC3"), accessor(2, 5126, count, "VEC2"), accessor(3, 5125, index_count, "SCALAR"),
+        ],
+        "bufferViews": views,
+        "buffers": [{ "uri": "grid.bin", "byteLength": bin.len() }],
+    });
+    folder.write("grid.bin", &bin);
+    folder.write("grid.gltf", scene.to_string().as_bytes());
+    4 * 4 * u64::from(size_px) * u64::from(size_px) + bin.len() as u64
+}
+
+#[test]
+fn every_byte_of_textures_and_meshes_takes_two_and_a_half_at_most() {
+    if !has_adapter() {
+        return;
+    }
+    // What the driver, the shaders and the targets take is the same for both, and cancels.
+    let peak = |name: &str, edge: u32, size_px: u32| {
+        let folder = Folder::new(name);
+        let decoded = write_grid(&folder, edge, size_px);
+        // Drivers without a GPU take memory for every triangle that is in view, of shadows too, so none is.
+        let still = ["render", "grid.gltf", "-o", "a.png", "--size", "64x64", "--samples", "1", "--no-cache"];
+        let away = ["--environment", "none", "--eye", "0,0,5", "--target", "0,0,9"];
+        let watched = watch(&folder, &[&still[..], &away].concat(), Duration::from_secs(60));
+        assert_eq!(watched.run.code, 0, "{}", watched.run.stderr);
+        (watched.peak_mib as f64, decoded as f64 / f64::from(1 << 20))
+    };
+    let (small_peak, small) = peak("memory-small", 16, 16);
+    let cases = [("memory-textures", 16, 2048, 2.0), ("memory-mesh", 1200, 16, 3.0), ("memory-both", 1200, 2048, 2.5)];
+    for (name, edge, size_px, most) in cases {
+        let (large_peak, large) = peak(name, edge, size_px);
+        let ratio = (large_peak - small_peak) / (large - small);
+        println!("{name}: {large:.0} MiB decoded, {large_peak} MiB at the most, {small_peak} without: {ratio:.2}");
+        assert!((0.5..most).contains(&ratio), "{name}: {ratio} bytes for each");
+    }
 }

@@ -6,6 +6,7 @@
 
 mod fit;
 mod interior;
+mod outer;
 mod panorama;
 mod points;
 #[cfg(test)]
@@ -85,6 +86,7 @@ impl Framing {
     fn of_points(mut points: Vec<Vec3>) -> Self {
         // Beyond that, squares of distances are not finite.
         points.retain(|point| point.abs().max_element() < 1e18);
+        outer::drop_inner(&mut points);
         let bounds_world = Aabb::from_points(points.iter().copied());
         if points.is_empty() {
             points = Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }.corners().to_vec();

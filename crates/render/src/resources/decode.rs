@@ -185,7 +185,7 @@ fn pack(occlusion: Option<Pixels>, rough_metal: Option<Pixels>) -> Option<Pixels
     }
 }
 
-/// Decodes on two threads, and hands over in order as results come; at most four images wait in memory.
+/// Decodes on up to four threads, and hands over as results come; a thread has one image in memory, and waits until it is taken.
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) fn decode_all(
     scene: &Scene,
@@ -196,7 +196,7 @@ pub(super) fn decode_all(
     use std::sync::atomic::{AtomicUsize, Ordering};
     let next = AtomicUsize::new(0);
     let workers = std::thread::available_parallelism().map_or(1, usize::from).clamp(1, 4).min(wanted.len().max(1));
-    let (sender, receiver) = std::sync::mpsc::sync_channel(2);
+    let (sender, receiver) = std::sync::mpsc::sync_channel(0);
     std::thread::scope(|scope| {
         let mut has_worker = false;
         for _ in 0..workers {

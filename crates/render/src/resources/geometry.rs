@@ -1,7 +1,7 @@
 //! Meshes on the device: vertices, skins and indices in pages, morph targets in a table.
 
 use super::pages::{Pages, Place};
-use super::vertices::{Packed, SkinVertex, Vertex, drawn_vertices};
+use super::vertices::{self, SkinVertex, Vertex, drawn_vertices, in_drawing_order, is_deformed};
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -109,10 +109,9 @@ impl Expected {
         let of_primitive = |primitive: &Primitive| {
             let count = drawn_vertices(primitive) as u64;
             let targets = primitive.morph_targets.len() as u64;
-            let is_deformed = targets > 0 || !primitive.joints.is_empty();
             Self {
                 vertices: count,
-                skins: if is_deformed { count } else { 0 },
+                skins: if is_deformed(primitive) { count } else { 0 },
                 indices: index_count(primitive),
                 displacements: 3 * count * targets,
             }
@@ -304,8 +303,7 @@ impl Geometry {
             let count = level.indices.len() as u32;
             let Some(place) = self.indices.take(&gpu.device, count, expected.indices) else { return };
             expected.indices = expected.indices.saturating_sub(count.into());
-            let indices: Vec<u32> = level.indices.iter().map(|index| index + first).collect();
-            self.indices.write(&gpu.queue, &place, bytemuck::cast_slice(&indices));
+            self.indices.write(&gpu.queue, &place, level.indices.iter().map(|index| index + first));
             placed.levels.push(GpuLevel { indices: place, error_m: level.error_m });
         }
     }
@@ -313,9 +311,10 @@ impl Geometry {
     /// None if no buffer is large enough.
     fn upload_primitive(&mut self, gpu: &Gpu, primitive: &Primitive, expected: &mut Expected) -> Option<GpuPrimitive> {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let mut packed = Packed::of(primitive);
+        let primitive = &*in_drawing_order(primitive);
         let count = |length: usize| u32::try_from(length).ok();
-        let vertex_count = count(packed.vertices.len())?;
+        let vertex_count = count(primitive.positions.len())?;
+        let is_deformed = is_deformed(primitive);
         let vertices = self.vertices.take(device, vertex_count, expected.vertices)?;
         expected.vertices = expected.vertices.saturating_sub(vertex_count.into());
         let mut placed = GpuPrimitive {
@@ -333,37 +332,35 @@ impl Geometry {
             without_normals: primitive.topology != Topology::Triangles && primitive.normals.is_empty(),
             bounds: primitive.bounds,
         };
-        if !packed.skins.is_empty() {
+        if is_deformed {
             placed.skin = self.skins.take(device, vertex_count, expected.skins);
             expected.skins = expected.skins.saturating_sub(vertex_count.into());
         }
-        if !packed.indices.is_empty() {
-            placed.count = count(packed.indices.len())?;
+        if !primitive.indices.is_empty() {
+            placed.count = count(primitive.indices.len())?;
             placed.indices = self.indices.take(device, placed.count, expected.indices);
             expected.indices = expected.indices.saturating_sub(placed.count.into());
         }
-        if placed.skin.is_none() != packed.skins.is_empty() || placed.indices.is_none() != packed.indices.is_empty() {
+        if placed.skin.is_some() != is_deformed || placed.indices.is_none() != primitive.indices.is_empty() {
             self.vertices.give_back(&placed.vertices);
             placed.skin.iter().for_each(|place| self.skins.give_back(place));
             placed.indices.iter().for_each(|place| self.indices.give_back(place));
             return None;
         }
-        if !packed.displacements.is_empty()
-            && let Ok(range) = self.morphs.free.allocate_range(packed.displacements.len() as u32)
+        let displacements = vertices::displacements(primitive);
+        if !displacements.is_empty()
+            && let Ok(range) = self.morphs.free.allocate_range(displacements.len() as u32)
         {
-            self.morphs.texture.write_at(queue, range.start, &packed.displacements);
+            self.morphs.texture.write_at(queue, range.start, &displacements);
             (placed.morph, placed.morph_count) = (range, primitive.morph_targets.len() as u32);
         }
-        self.vertices.write(queue, &placed.vertices, bytemuck::cast_slice(&packed.vertices));
+        self.vertices.write(queue, &placed.vertices, vertices::vertices(primitive));
         if let Some(place) = &placed.skin {
-            self.skins.write(queue, place, bytemuck::cast_slice(&packed.skins));
+            self.skins.write(queue, place, vertices::skins(primitive));
         }
         if let Some(place) = &placed.indices {
-            if !placed.is_bound_apart() {
-                let first = placed.vertices.units.start;
-                packed.indices.iter_mut().for_each(|index| *index = index.wrapping_add(first));
-            }
-            self.indices.write(queue, place, bytemuck::cast_slice(&packed.indices));
+            let first = if placed.is_bound_apart() { 0 } else { placed.vertices.units.start };
+            self.indices.write(queue, place, primitive.indices.iter().map(|index| index.wrapping_add(first)));
         }
         self.upload_levels(gpu, primitive, &mut placed, expected);
         Some(placed)

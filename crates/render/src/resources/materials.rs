@@ -169,11 +169,10 @@ impl Materials {
         }
         for (index, material) in scene.materials.iter().chain([&default]).enumerate() {
             let described = Described::of(scene, material, index, textures);
-            let bytes = bytemuck::bytes_of(&described.factors);
             match self.materials.get_mut(index) {
                 Some(known) => {
-                    if bytemuck::bytes_of(&known.described.factors) != bytes {
-                        self.pages.write(&gpu.queue, &known.place, bytes);
+                    if bytemuck::bytes_of(&known.described.factors) != bytemuck::bytes_of(&described.factors) {
+                        self.pages.write(&gpu.queue, &known.place, [described.factors]);
                     }
                     let layer_textures = |described: &Described| {
                         described.layers.as_ref().map(|layers| (layers.textures.clone(), layers.light_map.clone()))
@@ -188,7 +187,7 @@ impl Materials {
                 None => {
                     let expected = (count - index) as u64;
                     let Some(place) = self.pages.take(&gpu.device, 1, expected) else { continue };
-                    self.pages.write(&gpu.queue, &place, bytes);
+                    self.pages.write(&gpu.queue, &place, [described.factors]);
                     let bind_groups = RefCell::default();
                     self.materials.push(GpuMaterial { place, placed_layers: None, described, bind_groups });
                 }
@@ -218,7 +217,7 @@ impl Materials {
             let is_written = known.as_ref().is_some_and(|(_, factors)| *factors == layers.factors);
             let place = known.map(|(place, _)| place).or_else(|| pages.take(&gpu.device, 1, expected));
             if let Some(place) = place.as_ref().filter(|_| !is_written) {
-                pages.write(&gpu.queue, place, bytemuck::bytes_of(&layers.factors));
+                pages.write(&gpu.queue, place, [layers.factors]);
             }
             material.placed_layers = place.map(|place| (place, layers.factors));
         }

@@ -5,8 +5,10 @@ use std::ops::Range;
 
 /// A page is as large as that, unless what it is made for is larger, or all that is known to come is smaller.
 const PAGE_BYTES: u64 = 4 << 20;
-/// Writes to places that follow each other are put together up to so many bytes.
-const PENDING_BYTES: usize = 4 << 20;
+/// Writes to places that follow each other are put together up to so many bytes, and larger ones are cut.
+const PENDING_BYTES: usize = 1 << 20;
+/// The device copies what is written, and gives the memory of copies back when work is handed over: at the latest after so many bytes.
+const STAGED_BYTES: u64 = 1 << 20;
 
 /// Where something lies: a page, and a range of units in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,12 +40,21 @@ pub(crate) struct Pages {
     pages: Vec<Option<Page>>,
     pending: Option<Pending>,
     written_bytes: u64,
+    staged_bytes: u64,
 }
 
 impl Pages {
     pub fn new(label: &'static str, usage: wgpu::BufferUsages, unit_bytes: usize) -> Self {
         let usage = usage | wgpu::BufferUsages::COPY_DST;
-        Self { label, usage, unit_bytes: unit_bytes as u64, pages: Vec::new(), pending: None, written_bytes: 0 }
+        Self {
+            label,
+            usage,
+            unit_bytes: unit_bytes as u64,
+            pages: Vec::new(),
+            pending: None,
+            written_bytes: 0,
+            staged_bytes: 0,
+        }
     }
 
     /// Room for `units`, of `expected` that are known to come with them. None if no buffer of this device is that large.
@@ -76,28 +87,53 @@ impl Pages {
         Some(Place { page, units })
     }
 
-    /// Writes `bytes` to the beginning of `place`, at the latest when [`Self::flush`] is called.
-    pub fn write(&mut self, queue: &wgpu::Queue, place: &Place, bytes: &[u8]) {
+    /// Writes `values` to the beginning of `place`, at the latest when [`Self::flush`] is called. They never lie in memory all
+    /// together.
+    pub fn write<T: bytemuck::NoUninit>(
+        &mut self,
+        queue: &wgpu::Queue,
+        place: &Place,
+        values: impl IntoIterator<Item = T>,
+    ) {
         let offset_bytes = u64::from(place.units.start) * self.unit_bytes;
-        let follows = |pending: &Pending| {
-            let end_bytes = pending.offset_bytes + pending.bytes.len() as u64;
-            (pending.page, end_bytes) == (place.page, offset_bytes) && pending.bytes.len() < PENDING_BYTES
-        };
+        let end_bytes = |pending: &Pending| pending.offset_bytes + pending.bytes.len() as u64;
+        let follows = |pending: &Pending| (pending.page, end_bytes(pending)) == (place.page, offset_bytes);
         if !self.pending.as_ref().is_some_and(follows) {
             self.flush(queue);
         }
-        let empty = || Pending { page: place.page, offset_bytes, bytes: Vec::new() };
-        self.pending.get_or_insert_with(empty).bytes.extend_from_slice(bytes);
+        let mut pending =
+            self.pending.take().unwrap_or_else(|| Pending { page: place.page, offset_bytes, bytes: Vec::new() });
+        for value in values {
+            if pending.bytes.len() + size_of::<T>() > PENDING_BYTES {
+                let offset_bytes = end_bytes(&pending);
+                self.hand_over(queue, &mut pending);
+                pending.offset_bytes = offset_bytes;
+            }
+            pending.bytes.extend_from_slice(bytemuck::bytes_of(&value));
+        }
+        self.pending = Some(pending);
     }
 
     /// Hands what was written to the device.
     pub fn flush(&mut self, queue: &wgpu::Queue) {
-        let Some(mut pending) = self.pending.take() else { return };
+        if let Some(mut pending) = self.pending.take() {
+            self.hand_over(queue, &mut pending);
+        }
+    }
+
+    fn hand_over(&mut self, queue: &wgpu::Queue, pending: &mut Pending) {
         if let Some(Some(page)) = self.pages.get(pending.page) {
             pending.bytes.resize(pending.bytes.len().next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT as usize), 0);
             queue.write_buffer(&page.buffer, pending.offset_bytes, &pending.bytes);
-            self.written_bytes += pending.bytes.len() as u64;
+            let bytes = pending.bytes.len() as u64;
+            self.written_bytes += bytes;
+            self.staged_bytes += bytes;
+            if self.staged_bytes >= STAGED_BYTES {
+                queue.submit([]);
+                self.staged_bytes = 0;
+            }
         }
+        pending.bytes.clear();
     }
 
     /// Bytes that were handed to the device since this was last asked.

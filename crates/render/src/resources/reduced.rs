@@ -189,16 +189,15 @@ fn place(
         former.iter().for_each(|former| pages.give_back(&former.place));
         return former.is_some();
     };
-    let bytes = bytemuck::bytes_of(&factors);
     if let Some(known) = known {
-        if bytemuck::bytes_of(&known.factors) != bytes {
-            pages.write(&gpu.queue, &known.place, bytes);
+        if bytemuck::bytes_of(&known.factors) != bytemuck::bytes_of(&factors) {
+            pages.write(&gpu.queue, &known.place, [factors]);
             known.factors = factors;
         }
         return false;
     }
     let Some(place) = pages.take(&gpu.device, 1, expected) else { return false };
-    pages.write(&gpu.queue, &place, bytes);
+    pages.write(&gpu.queue, &place, [factors]);
     *known = Some(Placed { place, factors });
     true
 }

@@ -2,19 +2,21 @@
 
 use crate::shader::program::Attribute;
 use bytemuck::{Pod, Zeroable};
+use half::f16;
 use manypass_scene::{MorphTarget, Primitive, Topology};
 use std::borrow::Cow;
 
-/// One vertex of the first stream, 64 bytes.
+/// One vertex of the first stream, 52 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Vertex {
     position: [f32; 3],
-    normal: [f32; 3],
+    /// The fourth is not looked at.
+    normal: [i16; 4],
     tangent: [i16; 4],
     uv0: [f32; 2],
     uv1: [f32; 2],
-    color: [f32; 4],
+    color: [f16; 4],
 }
 
 /// One vertex of the stream of skins.
@@ -48,11 +50,11 @@ const fn attribute(name: &'static str, format: wgpu::VertexFormat, offset: usize
 /// Everything that a vertex shader can read of a surface, by its WGSL name.
 pub const ATTRIBUTES: [Attribute; 13] = [
     attribute("position", wgpu::VertexFormat::Float32x3, std::mem::offset_of!(Vertex, position), 0),
-    attribute("normal", wgpu::VertexFormat::Float32x3, std::mem::offset_of!(Vertex, normal), 0),
+    attribute("normal", wgpu::VertexFormat::Snorm16x4, std::mem::offset_of!(Vertex, normal), 0),
     attribute("tangent", wgpu::VertexFormat::Snorm16x4, std::mem::offset_of!(Vertex, tangent), 0),
     attribute("uv0", wgpu::VertexFormat::Float32x2, std::mem::offset_of!(Vertex, uv0), 0),
     attribute("uv1", wgpu::VertexFormat::Float32x2, std::mem::offset_of!(Vertex, uv1), 0),
-    attribute("color", wgpu::VertexFormat::Float32x4, std::mem::offset_of!(Vertex, color), 0),
+    attribute("color", wgpu::VertexFormat::Float16x4, std::mem::offset_of!(Vertex, color), 0),
     attribute("joints", wgpu::VertexFormat::Uint16x4, std::mem::offset_of!(SkinVertex, joints), 1),
     attribute("weights", wgpu::VertexFormat::Float32x4, std::mem::offset_of!(SkinVertex, weights), 1),
     attribute("world_from_object_row0", wgpu::VertexFormat::Float32x4, 0, 2),
@@ -75,49 +77,51 @@ pub const ATTRIBUTES_WITHOUT_SKINS: [Attribute; 13] = {
     attributes
 };
 
-/// A primitive as the device reads it.
-#[derive(Debug, Default)]
-pub(super) struct Packed {
-    pub vertices: Vec<Vertex>,
-    /// One a vertex where skins or morph targets move it, else none.
-    pub skins: Vec<SkinVertex>,
-    pub indices: Vec<u32>,
-    /// Of positions, normals and tangents, vertex by vertex, target by target.
-    pub displacements: Vec<[f32; 4]>,
-}
-
-impl Packed {
-    pub fn of(primitive: &Primitive) -> Self {
-        let primitive = &*in_drawing_order(primitive);
-        // A point without a normal faces the eye; zero says so to `surface_vertex.wgsl`.
-        let no_normal = if primitive.topology == Topology::Points { [0.0; 3] } else { [0.0, 0.0, 1.0] };
-        // Without tangents nobody knows where a normal map points; zero leaves the normal as it is.
-        let no_tangent = [0.0, 0.0, 0.0, 1.0];
-        let count = primitive.positions.len();
-        let vertices = (0..count).map(|i| Vertex {
+/// The vertices of a primitive that is [`in_drawing_order`].
+pub(super) fn vertices(primitive: &Primitive) -> impl Iterator<Item = Vertex> {
+    // A point without a normal faces the eye; zero says so to `surface_vertex.wgsl`.
+    let no_normal = if primitive.topology == Topology::Points { [0.0; 3] } else { [0.0, 0.0, 1.0] };
+    // Without tangents nobody knows where a normal map points; zero leaves the normal as it is.
+    let no_tangent = [0.0, 0.0, 0.0, 1.0];
+    (0..primitive.positions.len()).map(move |i| {
+        let [x, y, z] = primitive.normals.get(i).copied().unwrap_or(no_normal);
+        Vertex {
             position: primitive.positions[i],
-            normal: primitive.normals.get(i).copied().unwrap_or(no_normal),
+            normal: [x, y, z, 0.0].map(snorm16),
             tangent: primitive.tangents.get(i).copied().unwrap_or(no_tangent).map(snorm16),
             uv0: primitive.uv0.get(i).copied().unwrap_or_default(),
             uv1: primitive.uv1.get(i).copied().unwrap_or_default(),
-            color: primitive.colors.get(i).copied().unwrap_or([1.0; 4]),
-        });
-        let is_deformed = !primitive.joints.is_empty() || !primitive.morph_targets.is_empty();
-        let skins = (0..if is_deformed { count } else { 0 }).map(|i| SkinVertex {
-            joints: primitive.joints.get(i).copied().unwrap_or_default(),
-            weights: primitive.weights.get(i).copied().unwrap_or_default(),
-        });
-        let mut displacements = Vec::with_capacity(primitive.morph_targets.len() * count * 3);
-        for target in &primitive.morph_targets {
-            for i in 0..count {
-                for displacement in [&target.positions, &target.normals, &target.tangents] {
-                    let [x, y, z] = displacement.get(i).copied().unwrap_or_default();
-                    displacements.push([x, y, z, 0.0]);
-                }
+            color: primitive.colors.get(i).map_or([f16::ONE; 4], |color| color.map(f16::from_f32)),
+        }
+    })
+}
+
+/// Whether skins or morph targets move the vertices of a primitive.
+pub(super) fn is_deformed(primitive: &Primitive) -> bool {
+    !primitive.joints.is_empty() || !primitive.morph_targets.is_empty()
+}
+
+/// The stream of skins of a primitive that is deformed.
+pub(super) fn skins(primitive: &Primitive) -> impl Iterator<Item = SkinVertex> {
+    (0..primitive.positions.len()).map(|i| SkinVertex {
+        joints: primitive.joints.get(i).copied().unwrap_or_default(),
+        weights: primitive.weights.get(i).copied().unwrap_or_default(),
+    })
+}
+
+/// Displacements of positions, normals and tangents, vertex by vertex, target by target.
+pub(super) fn displacements(primitive: &Primitive) -> Vec<[f32; 4]> {
+    let count = primitive.positions.len();
+    let mut displacements = Vec::with_capacity(primitive.morph_targets.len() * count * 3);
+    for target in &primitive.morph_targets {
+        for i in 0..count {
+            for displacement in [&target.positions, &target.normals, &target.tangents] {
+                let [x, y, z] = displacement.get(i).copied().unwrap_or_default();
+                displacements.push([x, y, z, 0.0]);
             }
         }
-        Self { vertices: vertices.collect(), skins: skins.collect(), indices: primitive.indices.clone(), displacements }
     }
+    displacements
 }
 
 /// How many vertices a primitive has on the device.
@@ -130,7 +134,7 @@ fn are_gathered(primitive: &Primitive) -> bool {
 }
 
 /// Points in the order of their indices, without indices: they are drawn as instances, which have none.
-fn in_drawing_order(primitive: &Primitive) -> Cow<'_, Primitive> {
+pub(super) fn in_drawing_order(primitive: &Primitive) -> Cow<'_, Primitive> {
     if are_gathered(primitive) { Cow::Owned(gathered(primitive)) } else { Cow::Borrowed(primitive) }
 }
 
