@@ -158,3 +158,26 @@ fn ten_thousand_shadowed_lights_shine() {
     assert_eq!((stats.shadowed_lights, stats.shadow_tiles_drawn + stats.shadow_tiles_kept), (10_000, 50_000));
     assert!((shadowed / lit - 1.0).abs() < 1e-4, "{shadowed} of {lit}");
 }
+
+#[test]
+fn the_atlas_is_as_large_as_its_lights_want() {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 5.0, 9.0), Vec3::ZERO, perspective());
+    builder.put(primitives::plane(10.0), grey(0.5), at(Vec3::ZERO));
+    builder.put(primitives::cube(Vec3::ONE), grey(0.5), at(Vec3::Y));
+    builder.light(light(LightKind::Directional, 1.0), Vec3::ZERO, Vec3::new(0.4, -1.0, 0.2));
+    let one = builder.finish();
+    let many = many_lights().finish();
+    let request = request(&one).with(|settings| settings.shadows.cascades = 1);
+    let mut renderer = shared();
+    let mut bytes_of = |scene: &Scene| {
+        renderer.load(scene).unwrap();
+        render(&mut renderer, scene, &request).texture_bytes_of_shadows
+    };
+    let of_one = bytes_of(&one);
+    // A map of a light from far away has twice the texels of the picture's longer side.
+    let side = 2 * u64::from(request.width.max(request.height)).next_power_of_two();
+    assert_eq!(of_one, 4 * side * side, "one map of {side}² texels");
+    let of_many = bytes_of(&many);
+    assert!(of_many > of_one, "{of_many} bytes for 64 lights");
+    assert_eq!(bytes_of(&one), of_many, "what is there is used again");
+}

@@ -64,7 +64,7 @@ impl ShadowState {
     }
 }
 
-/// The settings of the shadows of a frame, and the side of their atlas: those of the first of its views that has some. None if
+/// The settings of the shadows of a frame, and the largest side of their atlas: those of the first of its views that has some. None if
 /// no light casts any.
 fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a ShadowSettings, u32)> {
     let casts = |light: &usize| scene.lights.get(*light).is_some_and(|light| light.casts_shadows);
@@ -75,7 +75,7 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
     }
     let settings = asked.iter().map(|asked| &asked.request.settings.shadows).find(|settings| settings.enabled)?;
     let longest_px = asked.iter().map(|asked| asked.size.0.max(asked.size.1)).max()?;
-    Some((settings, Shadows::side(settings, limit, longest_px, lights)))
+    Some((settings, Shadows::side_allowed(settings, limit, longest_px, lights)))
 }
 
 /// Whether this one of so many samples of a still compares but once with a map, by turns at the four places of a filter: in their mean
@@ -97,11 +97,11 @@ pub(super) fn filter_uniform(settings: &ShadowSettings, sample_index: u32) -> [f
 }
 
 impl Renderer {
-    /// Bytes of the atlas that a frame needs beyond what there is.
+    /// Bytes of the atlas that a frame may need beyond what there is; of one that there is already, none.
     pub(super) fn missing_shadow_bytes(&self, asked: &[Asked], scene: &Scene) -> u64 {
         let settings = settings_of(asked, scene, self.gpu.capabilities.max_texture_size);
-        let known = self.shadows.atlas.as_ref().map(|atlas| atlas.side);
-        settings.filter(|(_, side)| known != Some(*side)).map_or(0, |(_, side)| Atlas::desc(side).bytes())
+        let is_known = |side| self.shadows.atlas.is_some() && self.shadows.tiles.side_max() == side;
+        settings.filter(|(_, side)| !is_known(*side)).map_or(0, |(_, side)| Atlas::desc(side).bytes())
     }
 
     /// The shadows of the views of a frame, of which some have any; and the atlas that holds them.
@@ -114,7 +114,7 @@ impl Renderer {
         stats: &mut FrameStats,
         purpose: &Purpose<'_>,
     ) -> Option<(FrameShadows, Atlas)> {
-        let (settings, side) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
+        let (settings, side_max) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
         let of_view = |((asked, state), lit): ((&'_ Asked, &'_ ViewState), &'_ Lit)| {
             let table = state.lists.as_ref().map(|lists| lists.table.clone())?;
             asked.request.settings.shadows.enabled.then_some((
@@ -141,12 +141,8 @@ impl Renderer {
         let dealing = asked.first().map(|asked| asked.request.dealing())?;
         // A plan leaves no trace.
         let mut of_plan = is_plan.then(Shadows::default);
-        let known = self.shadows.atlas.as_ref().filter(|atlas| atlas.side == side).cloned();
-        let is_new = known.is_none();
         let tiles = of_plan.as_mut().unwrap_or(&mut self.shadows.tiles);
-        if is_plan || is_new {
-            tiles.reset(side);
-        }
+        tiles.allow(side_max);
         if matches!(purpose, Purpose::Pictures(_)) {
             // Whoever wants the pictures of all passes wants those of shadow maps, too.
             tiles.redraw();
@@ -155,7 +151,8 @@ impl Renderer {
         let mut of_viewers = std::mem::take(&mut frame.views).into_iter();
         let in_order = views.iter().map(|view| view.as_ref().and_then(|_| of_viewers.next()).unwrap_or_default());
         frame.views = in_order.collect();
-        let atlas = match known {
+        let side = tiles.atlas_side();
+        let atlas = match self.shadows.atlas.clone().filter(|atlas| atlas.side == side) {
             Some(atlas) => atlas,
             None if is_plan => Atlas { side, view: self.tables.no_shadows.clone() },
             None => {

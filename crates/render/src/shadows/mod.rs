@@ -130,21 +130,50 @@ type OfLights<'w> = BTreeMap<&'w LightKey, (Vec<[[f32; 4]; 4]>, f32)>;
 /// What lasts from frame to frame.
 #[derive(Debug)]
 pub struct Shadows {
+    /// The atlas may grow to that.
+    side_max: u32,
     allocator: Allocator,
     tiles: BTreeMap<TileKey, Kept>,
 }
 
 impl Default for Shadows {
     fn default() -> Self {
-        Self { allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new() }
+        Self { side_max: SIDE_MIN, allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new() }
     }
 }
 
 impl Shadows {
-    /// Forgets what the tiles hold, in an atlas of the side `side`, a power of two.
-    pub fn reset(&mut self, side: u32) {
+    /// Lets the atlas grow to the side `side_max`, a power of two. Where it was allowed another one, what the tiles hold is forgotten.
+    pub fn allow(&mut self, side_max: u32) {
+        if self.side_max != side_max {
+            self.side_max = side_max;
+            self.reset(SIDE_MIN);
+        }
+    }
+
+    /// The side that the atlas is allowed.
+    pub fn side_max(&self) -> u32 {
+        self.side_max
+    }
+
+    /// The side of the atlas, which has as much room as lights have wanted so far.
+    pub fn atlas_side(&self) -> u32 {
+        self.allocator.side()
+    }
+
+    fn reset(&mut self, side: u32) {
         self.allocator = Allocator::new(side);
         self.tiles.clear();
+    }
+
+    /// Makes room for tiles of these `sides`. What the tiles hold is forgotten if the atlas has to grow for them.
+    fn grow(&mut self, wanting: &[Wanting], sides: &[u32]) {
+        let tiles = wanting.iter().zip(sides).map(|(light, side)| (light.tile_count(), u64::from(*side)));
+        let area: u64 = tiles.map(|(count, side)| count * side * side).sum();
+        let side = SIDE_MIN << (0..16).find(|shift| u64::from(SIDE_MIN << shift).pow(2) >= area).unwrap_or(16);
+        if side > self.allocator.side() {
+            self.reset(side.min(self.side_max));
+        }
     }
 
     /// Forgets what the tiles hold, so that all are drawn.
@@ -152,9 +181,9 @@ impl Shadows {
         self.tiles.values_mut().for_each(|kept| kept.signature = 0);
     }
 
-    /// The side of the atlas that `settings` allow, where textures have at most `limit` texels a side. A picture whose
+    /// The largest side of the atlas that `settings` allow, where textures have at most `limit` texels a side. A picture whose
     /// longer side is `longest_px` makes no use of more than four times as many, unless so many `lights` have small tiles.
-    pub fn side(settings: &ShadowSettings, limit: u32, longest_px: u32, lights: usize) -> u32 {
+    pub fn side_allowed(settings: &ShadowSettings, limit: u32, longest_px: u32, lights: usize) -> u32 {
         // Six of the second smallest size for each.
         let of_lights = (24.0 * lights as f32).sqrt() as u32 * SIDE_MIN;
         let used = longest_px.saturating_mul(4).max(of_lights).clamp(SIDE_MIN * 16, 1 << 20).next_power_of_two();
@@ -174,7 +203,7 @@ impl Shadows {
         let casters = Casters::new(world, chooser, version, dealing.pattern());
         let mut wanting = self.wanting(&casters, world, views, settings, dealing);
         wanting.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));
-        let mut frame = FrameShadows { is_first: self.tiles.is_empty(), ..FrameShadows::default() };
+        let mut frame = FrameShadows::default();
         let turns = if dealing.deals() { Some(self.turns(&wanting)) } else { None };
         let sides = match &turns {
             Some(turns) => turns.sides_in(dealing),
@@ -186,6 +215,8 @@ impl Shadows {
             let beyond = wanting.iter().zip(&sides).filter(|(_, side)| **side == 0);
             frame.beyond.extend(beyond.map(|(light, _)| light.key.node));
         }
+        self.grow(&wanting, &sides);
+        frame.is_first = self.tiles.is_empty();
         let placed = self.place(&wanting, &sides);
         let mut of_lights: OfLights<'_> = BTreeMap::new();
         for (at, (wanting, squares)) in wanting.iter().zip(&placed).enumerate() {
@@ -211,12 +242,9 @@ impl Shadows {
     fn turns(&self, wanting: &[Wanting]) -> Turns {
         let demanded: Vec<(u32, u32)> = wanting
             .iter()
-            .map(|light| {
-                let tiles = light.has_casters.iter().filter(|has| **has).count() as u32;
-                ((light.side as u32).max(SIDE_MIN).next_power_of_two(), tiles)
-            })
+            .map(|light| ((light.side as u32).max(SIDE_MIN).next_power_of_two(), light.tile_count() as u32))
             .collect();
-        Turns::new(&demanded, u64::from(self.allocator.side()).pow(2), SIDE_MIN)
+        Turns::new(&demanded, u64::from(self.side_max).pow(2), SIDE_MIN)
     }
 
     /// The records of a light's tiles, and what of them is to be drawn.

@@ -17,14 +17,14 @@ impl Shadows {
     /// The side of the tiles of every light, 0 where there is no place for them, or where there would be more than `most` of
     /// lights at a place. All are made smaller alike until they fit.
     pub(super) fn sides(&self, wanting: &[Wanting], most: u32) -> Vec<u32> {
-        let area = u64::from(self.allocator.side()).pow(2);
+        let area = u64::from(self.side_max).pow(2);
         let mut tiles = 0;
         // The demanded side, that which is there, and how many of them; none of a light beyond `most`.
         let demands: Vec<Option<(f32, Option<u32>, u64)>> = wanting
             .iter()
             .map(|light| {
                 let kept = self.tiles.get(&(light.key, first_part(light))).map(|kept| kept.square.side);
-                let count = light.has_casters.iter().filter(|has| **has).count() as u64;
+                let count = light.tile_count();
                 tiles += if light.is_directional { 0 } else { count };
                 (tiles <= u64::from(most)).then_some((light.side, kept, count))
             })

@@ -24,7 +24,7 @@ settings! {
         /// How the edge of a shadow is filtered.
         filter: ShadowFilter = ShadowFilter::Pcf, needs "shadows.enabled=true";
         /// The greatest width and height of the texture that holds all shadow maps, rounded up to a power of two; it takes four
-        /// bytes a texel. A small picture has a smaller one.
+        /// bytes a texel. It grows with what the lights in view want, and is smaller for small pictures.
         atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
         /// The most shadow maps of lights at a place in a frame that stands for itself, as in `bench` and in the browser: six
         /// for a point light, one for a spot. Those of the lights that matter least are left out, and counted. Stills have

@@ -40,6 +40,13 @@ pub(super) struct Wanting {
     pub has_casters: Vec<bool>,
 }
 
+impl Wanting {
+    /// How many tiles it wants: those that anything casts a shadow into.
+    pub fn tile_count(&self) -> u64 {
+        self.has_casters.iter().filter(|has| **has).count() as u64
+    }
+}
+
 /// What a tile is to see, before it is known how large it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Aim {
@@ -168,7 +175,7 @@ impl Shadows {
     ) -> Vec<Wanting> {
         let mut wanting: BTreeMap<LightKey, Wanting> = BTreeMap::new();
         let mut everywhere = None;
-        let side_max = self.allocator.side();
+        let side_max = self.side_max;
         for (viewer, table) in views {
             for source in table.lights.iter().filter(|light| light.casts_shadows) {
                 let light = &dealing.moved(source);
