@@ -33,6 +33,12 @@ use manypass_scene::Cache;
 use manypass_scene::{EnvironmentMap, Material, Primitive, Scene, Texture};
 use std::sync::Arc;
 
+/// What is written to the device is cut into pieces of so many bytes. The device copies it first, and the memory of small copies is used
+/// again and again.
+const WRITE_BYTES: usize = 1 << 20;
+/// Copies are done with when work is handed over: after so many bytes.
+const STAGED_BYTES: usize = 2 << 20;
+
 /// A scene on the device.
 #[derive(Debug)]
 pub(crate) struct SceneResources {

@@ -1,14 +1,11 @@
 //! Pages: buffers of one use that many things share, so that what comes and goes moves nothing else.
 
+use super::{STAGED_BYTES, WRITE_BYTES};
 use range_alloc::RangeAllocator;
 use std::ops::Range;
 
 /// A page is as large as that, unless what it is made for is larger, or all that is known to come is smaller.
 const PAGE_BYTES: u64 = 4 << 20;
-/// Writes to places that follow each other are put together up to so many bytes, and larger ones are cut.
-const PENDING_BYTES: usize = 1 << 20;
-/// The device copies what is written, and gives the memory of copies back when work is handed over: at the latest after so many bytes.
-const STAGED_BYTES: u64 = 1 << 20;
 
 /// Where something lies: a page, and a range of units in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,7 +37,7 @@ pub(crate) struct Pages {
     pages: Vec<Option<Page>>,
     pending: Option<Pending>,
     written_bytes: u64,
-    staged_bytes: u64,
+    staged_bytes: usize,
 }
 
 impl Pages {
@@ -87,8 +84,8 @@ impl Pages {
         Some(Place { page, units })
     }
 
-    /// Writes `values` to the beginning of `place`, at the latest when [`Self::flush`] is called. They never lie in memory all
-    /// together.
+    /// Writes `values` to the beginning of `place`, at the latest when [`Self::flush`] is called. Writes that follow each other are put
+    /// together up to [`WRITE_BYTES`], and larger ones are cut.
     pub fn write<T: bytemuck::NoUninit>(
         &mut self,
         queue: &wgpu::Queue,
@@ -104,7 +101,7 @@ impl Pages {
         let mut pending =
             self.pending.take().unwrap_or_else(|| Pending { page: place.page, offset_bytes, bytes: Vec::new() });
         for value in values {
-            if pending.bytes.len() + size_of::<T>() > PENDING_BYTES {
+            if pending.bytes.len() + size_of::<T>() > WRITE_BYTES {
                 let offset_bytes = end_bytes(&pending);
                 self.hand_over(queue, &mut pending);
                 pending.offset_bytes = offset_bytes;
@@ -125,9 +122,8 @@ impl Pages {
         if let Some(Some(page)) = self.pages.get(pending.page) {
             pending.bytes.resize(pending.bytes.len().next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT as usize), 0);
             queue.write_buffer(&page.buffer, pending.offset_bytes, &pending.bytes);
-            let bytes = pending.bytes.len() as u64;
-            self.written_bytes += bytes;
-            self.staged_bytes += bytes;
+            self.written_bytes += pending.bytes.len() as u64;
+            self.staged_bytes += pending.bytes.len();
             if self.staged_bytes >= STAGED_BYTES {
                 queue.submit([]);
                 self.staged_bytes = 0;

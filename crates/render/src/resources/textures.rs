@@ -1,10 +1,10 @@
 //! Textures on the device: those that materials use, by the images that they are made from.
 
-use super::Followed;
 use super::decode::{Decoded, Limits, decode_all};
 use super::filtering::Sampling;
 use super::mips::{MipChain, Texels};
 use super::packing::{ImageSource, layer_images, wanted};
+use super::{Followed, STAGED_BYTES, WRITE_BYTES};
 use crate::gpu::Gpu;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
@@ -221,26 +221,39 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool, has_layers: b
         Texels::HalfFloats => [1, 8],
         Texels::Bytes => [1, 4],
     };
+    let mut staged_bytes = 0;
     for (level, pixels) in chain.levels.iter().enumerate() {
         let (across, down) = (pixels.width.div_ceil(unit_texels), pixels.height.div_ceil(unit_texels));
-        gpu.queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture: &texture,
-                mip_level: level as u32,
-                origin: wgpu::Origin3d::ZERO,
-                aspect: wgpu::TextureAspect::All,
-            },
-            &pixels.data,
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(across * unit_bytes),
-                rows_per_image: Some(down),
-            },
-            // Of blocks that are not full, too, all is written.
-            wgpu::Extent3d { width: across * unit_texels, height: down * unit_texels, depth_or_array_layers: layers },
-        );
+        let row_bytes = across * unit_bytes;
+        let band_rows = (WRITE_BYTES as u32 / row_bytes).max(1);
+        let layers = pixels.data.chunks_exact(row_bytes as usize * down as usize).take(layers as usize);
+        for (layer, rows) in (0..).zip(layers) {
+            for (band, rows) in (0..).zip(rows.chunks(band_rows as usize * row_bytes as usize)) {
+                let height = rows.len() as u32 / row_bytes;
+                gpu.queue.write_texture(
+                    wgpu::TexelCopyTextureInfo {
+                        texture: &texture,
+                        mip_level: level as u32,
+                        origin: wgpu::Origin3d { x: 0, y: band * band_rows * unit_texels, z: layer },
+                        aspect: wgpu::TextureAspect::All,
+                    },
+                    rows,
+                    wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None },
+                    // Of blocks that are not full, too, all is written.
+                    wgpu::Extent3d {
+                        width: across * unit_texels,
+                        height: height * unit_texels,
+                        depth_or_array_layers: 1,
+                    },
+                );
+                staged_bytes += rows.len();
+                if staged_bytes >= STAGED_BYTES {
+                    gpu.queue.submit([]);
+                    staged_bytes = 0;
+                }
+            }
+        }
     }
-    // Staging memory is given back after every image, not after the last.
     gpu.queue.submit([]);
     let dimension = has_layers.then_some(wgpu::TextureViewDimension::D2Array);
     texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
