@@ -77,14 +77,16 @@ shared_constants! {
     /// Texels along each side of the table of directional albedo.
     DIRECTIONAL_ALBEDO_SIZE: u32 = 32;
 
-    /// The roughness of the first level after the mirror's; three levels double it, up to [`ENVIRONMENT_LEVEL_HALF`].
+    /// The roughness of the first level after the mirror's; four levels double it, up to [`ENVIRONMENT_LEVEL_HALF`].
     ENVIRONMENT_ROUGHNESS_FIRST: f32 = 0.0625;
+    /// The first level whose tile is of medium size.
+    ENVIRONMENT_LEVEL_MEDIUM: f32 = 6.0;
     /// The first level whose tile is coarse.
-    ENVIRONMENT_LEVEL_COARSE: f32 = 7.0;
-    /// The level of roughness 0.5; after it roughness rises by 1/8 a level.
-    ENVIRONMENT_LEVEL_HALF: f32 = 10.0;
+    ENVIRONMENT_LEVEL_COARSE: f32 = 12.0;
+    /// The level of roughness 0.5; after it roughness rises by 1/16 a level.
+    ENVIRONMENT_LEVEL_HALF: f32 = 13.0;
     /// The level of roughness 1, which seen along the normal is that of irradiance, too.
-    ENVIRONMENT_LEVEL_LAST: f32 = 14.0;
+    ENVIRONMENT_LEVEL_LAST: f32 = 21.0;
 
     /// Texels along the sides of the map of the ground.
     GROUND_MAP_SIDE: f32 = 256.0;

@@ -124,14 +124,14 @@ pub struct EnvironmentUniform {
     pub backdrop_above: Vec4,
     /// Of the picture: what its light is multiplied by, zero, the cosine and the sine of its rotation.
     pub picture: Vec4,
-    /// The sides of its tiles in texels: the mirror's, those of little roughness, those of more; zero.
+    /// The sides of its tiles in texels: the mirror's, fine, medium and coarse ones.
     pub tile_sides: Vec4,
     /// What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
     pub picture_backdrop: Vec4,
     /// Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
     /// integral times how much of them is not in the mirror's tile; zeros.
     pub backdrop_lobe: Vec4,
-    /// Where strong small sources of the picture are; w is 0.
+    /// Where strong small sources of the picture are; w is their spread ([`suns::Sun::spread`]).
     pub sun_directions: [Vec4; suns::SUNS_MAX],
     /// Their irradiance, pre-exposed; w is 0.
     pub sun_irradiances: [Vec4; suns::SUNS_MAX],
@@ -204,13 +204,14 @@ impl PlacedPicture<'_> {
         uniform.picture_backdrop = Vec4::new(backdrop_scale, level, 1.0 / desc.width as f32, 1.0 / desc.height as f32);
         for (at, sun) in suns.iter().enumerate() {
             let Vec3 { x, y, z } = sun.direction;
-            uniform.sun_directions[at] = Vec4::new(cos * x + sin * z, y, cos * z - sin * x, 0.0);
+            uniform.sun_directions[at] = Vec4::new(cos * x + sin * z, y, cos * z - sin * x, sun.spread);
             let irradiance = sun.irradiance.map(|value| finite_product(value, scale));
             uniform.sun_irradiances[at] = irradiance.extend(0.0);
         }
         if let Some(light) = &self.tiles.light {
             let Vec3 { x, y, z } = light.direction;
-            uniform.sun_directions[0] = Vec4::new(cos * x + sin * z, y, cos * z - sin * x, 0.0);
+            let spread = 0.25 * light.half_angle_tan * light.half_angle_tan;
+            uniform.sun_directions[0] = Vec4::new(cos * x + sin * z, y, cos * z - sin * x, spread);
             uniform.sun_irradiances[0] = light.irradiance.map(|value| finite_product(value, scale)).extend(0.0);
             uniform.sun_disc = disc(light, backdrop_scale * (1.0 - level.min(1.0)));
         }

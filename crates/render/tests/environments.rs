@@ -4,165 +4,13 @@
 
 mod common;
 
-use common::{plain_request, renderer};
+use common::renderer;
+use common::skies::{SIDE, Surroundings, radiance, request, room, scene};
 use glam::{DVec3, Mat4, Quat, Vec3};
-use manypass::{Background, Environment, Exposure, FrameRequest, LightCulling, Path, Renderer, Settings, Tonemap};
-use manypass_scene::environment::equirectangular_direction;
+use manypass::{Background, Environment, Exposure, FrameRequest, LightCulling, Path, Settings, Tonemap};
 use manypass_scene::{
-    Camera, EnvironmentLight, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, Sky,
-    primitives,
+    EnvironmentLight, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, Sky, primitives,
 };
-use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
-
-/// Directions with their solid angles and radiance.
-struct Texels(Vec<(DVec3, f64, DVec3)>);
-
-impl Texels {
-    /// Of a map's texels.
-    fn of(map: &EnvironmentMap) -> Self {
-        let (width, height) = (map.width, map.height);
-        let texel = |i: u32| {
-            let (x, y) = (i % width, i / width);
-            let edge = |row: u32| (PI * f64::from(row) / f64::from(height)).cos();
-            let [r, g, b, _] = map.texels[i as usize].map(f64::from);
-            let solid_angle = TAU / f64::from(width) * (edge(y) - edge(y + 1));
-            (equirectangular_direction((x, y), (width, height)).as_dvec3(), solid_angle, DVec3::new(r, g, b))
-        };
-        let mut texels: Vec<_> = (0..width * height).map(texel).collect();
-        for (index, beyond) in &map.peaks {
-            texels[*index as usize].2 += beyond.as_dvec3();
-        }
-        Self(texels)
-    }
-
-    fn mean(&self) -> f64 {
-        self.0.iter().map(|(_, solid_angle, radiance)| radiance.element_sum() / 3.0 * solid_angle).sum::<f64>()
-            / (4.0 * PI)
-    }
-
-    /// The mean over the lobe of GGX about a direction, seen along it, weighted by n·l.
-    fn reflection(&self, normal: DVec3, roughness: f64) -> DVec3 {
-        let a2 = roughness.powi(4);
-        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-        for (to, solid_angle, radiance) in &self.0 {
-            let n_dot_l = to.dot(normal);
-            if n_dot_l > 0.0 {
-                let d = 1.0 - 0.5 * (1.0 + n_dot_l) * (1.0 - a2);
-                let weight = n_dot_l * a2 / (d * d) * solid_angle;
-                sum += radiance * weight;
-                weights += weight;
-            }
-        }
-        sum / weights
-    }
-}
-
-/// Two soft windows and a bright floor.
-fn room() -> EnvironmentMap {
-    EnvironmentMap::from_fn("room", 512, 256, |to| {
-        let window = |middle: Vec3| (40.0 * (to.dot(middle.normalize()) - 0.85)).clamp(0.0, 1.0);
-        let floor = if to.y < 0.0 { Vec3::new(0.5, 0.4, 0.3) } else { Vec3::splat(0.2) };
-        floor
-            + Vec3::new(9.0, 8.0, 7.0) * window(Vec3::new(1.0, 0.5, 0.3))
-            + Vec3::new(2.0, 3.0, 5.0) * window(Vec3::new(-0.4, 0.6, -1.0))
-    })
-}
-
-/// A sky whose sun is a few texels wide and gives three quarters of all light.
-fn sunny() -> EnvironmentMap {
-    let sun = Vec3::new(0.5, 0.4, -0.7).normalize();
-    EnvironmentMap::from_fn("sunny", 1024, 512, |to| {
-        let sky = if to.y > 0.0 { Vec3::new(0.3, 0.5, 0.9) * (1.2 - to.y) } else { Vec3::new(0.2, 0.18, 0.1) };
-        if to.dot(sun) > 0.99993 { Vec3::new(26_000.0, 24_000.0, 20_000.0) } else { sky }
-    })
-}
-
-/// Those made here, and those of the shared files.
-fn maps() -> Vec<EnvironmentMap> {
-    let mut maps = vec![room(), sunny()];
-    if let Some(folder) = manypass_testkit::needs::assets("environments") {
-        for name in ["spruit_sunrise_1k.hdr", "lightroom_14b_approx_1k.hdr"] {
-            maps.push(EnvironmentMap::decode(name, &std::fs::read(folder.join(name)).unwrap()).unwrap());
-        }
-    }
-    maps
-}
-
-const SIDE: u32 = 40;
-
-/// A scene with a camera that turns.
-fn scene(map: EnvironmentMap, projection: Projection) -> Scene {
-    let mut scene = Scene { environment: Some(Arc::new(map)), ..Scene::default() };
-    scene.cameras.push(Camera { name: "camera".into(), projection });
-    scene.add_node(None, Node { camera: Some(0), ..Node::default() });
-    scene
-}
-
-fn radiance(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Vec<DVec3> {
-    renderer.render(scene, request).unwrap();
-    let texels = renderer.read_radiance().unwrap();
-    texels.chunks_exact(4).map(|p| DVec3::new(p[0].into(), p[1].into(), p[2].into())).collect()
-}
-
-fn request(scene: &Scene, turn: Quat, from_m: f32) -> FrameRequest {
-    let mut request = plain_request(scene, (SIDE, SIDE));
-    request.camera.world_from_view = Mat4::from_quat(turn) * Mat4::from_translation(Vec3::Z * from_m);
-    request.settings.environment.source = Environment::File;
-    request.settings.render.path = Path::Forward;
-    request
-}
-
-const TURNS: [(f32, f32); 4] = [(0.3, 0.2), (2.0, -0.6), (3.7, 0.9), (5.1, -1.4)];
-
-fn turns() -> impl Iterator<Item = Quat> {
-    TURNS.into_iter().map(|(yaw, pitch)| Quat::from_rotation_y(yaw) * Quat::from_rotation_x(pitch))
-}
-
-/// The middle of a pixel, from −1 to 1.
-fn place(at: usize) -> (f64, f64) {
-    let side = SIDE as usize;
-    let to = |i: usize| (2.0 * i as f64 + 1.0) / side as f64 - 1.0;
-    (to(at % side), -to(at / side))
-}
-
-/// What the camera sees of a blurred environment is what a surface of that roughness reflects along its normal; of roughness 1 it
-/// is irradiance.
-#[test]
-fn reflections_are_integrals_over_the_lobe() {
-    let mut renderer = renderer();
-    for map in maps() {
-        let (name, sky) = (map.name.clone(), Texels::of(&map));
-        let wide = Projection::Perspective { fov_y_rad: std::f32::consts::FRAC_PI_2, near_m: 0.1, far_m: None };
-        let scene = scene(map, wide);
-        renderer.load(&scene).unwrap();
-        let mean = sky.mean();
-        for roughness in [0.15, 0.3, 0.5, 0.6, 0.8, 1.0] {
-            let (mut sum, mut all, mut worst, mut upside_down) = (0.0, 0.0, 0.0f64, 0.0);
-            for turn in turns() {
-                let mut request = request(&scene, turn, 0.0);
-                request.settings.background.source = Background::Environment;
-                request.settings.background.blur = roughness as f32;
-                let found = radiance(&mut renderer, &scene, &request);
-                for at in (0..found.len()).step_by(37) {
-                    let (x, y) = place(at);
-                    let to = turn.as_dquat() * DVec3::new(x, y, -1.0).normalize();
-                    let truth = sky.reflection(to, roughness);
-                    let error = |found: DVec3| (found - truth).abs().element_sum() / 3.0;
-                    sum += error(found[at]);
-                    upside_down += error(found[found.len() - 1 - at]);
-                    all += truth.element_sum() / 3.0;
-                    worst = worst.max(error(found[at]));
-                }
-            }
-            let (of_all, of_mean) = (sum / all, worst / mean);
-            println!("{name} at {roughness}: mean error {of_all:.4}, worst {of_mean:.4} of the mean");
-            assert!(of_all < 0.02, "{name} at {roughness}: {of_all}");
-            assert!(roughness < 1.0 || of_mean < 0.02, "{name}: irradiance is off by {of_mean} of its mean");
-            assert!(upside_down > 5.0 * sum, "the test cannot tell up from down");
-        }
-    }
-}
 
 /// Levels are taken as they are; irradiance, which a few levels seldom hold well, is that of the first.
 #[test]
@@ -213,7 +61,7 @@ fn a_sun_in_a_picture_is_a_directional_light() {
         if to.dot(sun) > disc { Vec3::splat(radiance_of_sun) } else { Vec3::ZERO }
     });
     // Of the texels that are drawn.
-    let irradiance: f64 = Texels::of(&map).0.iter().map(|(_, solid_angle, radiance)| radiance.x * solid_angle).sum();
+    let irradiance: f64 = Surroundings::of(&map).integral().x;
     let mut scene = scene(map, Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None });
     with_floor(&mut scene);
     let view = Quat::from_rotation_x(-0.5);

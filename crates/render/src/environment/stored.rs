@@ -12,12 +12,12 @@ use manypass_scene::EnvironmentMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Rises whenever tiles of the same picture become others.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 const MAGIC: &[u8] = b"manypass environment 1\n";
 
-/// Numbers of a sun: direction, irradiance, surroundings.
-const SUN_NUMBERS: usize = 9;
+/// Numbers of a sun: direction, irradiance, surroundings, spread.
+const SUN_NUMBERS: usize = 10;
 
 /// Bytes before the texels.
 const HEAD: usize = MAGIC.len() + 8 + 4 * SUN_NUMBERS * SUNS_MAX;
@@ -28,7 +28,7 @@ pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, sides: TileSides) -> Stri
     let mut hasher = DefaultHasher::new();
     let adapter = &gpu.adapter;
     (&adapter.name, &adapter.backend, &adapter.driver).hash(&mut hasher);
-    (VERSION, map.width, map.height, map.light.is_some(), sides.mirror).hash(&mut hasher);
+    (VERSION, map.width, map.height, map.light.is_some(), sides).hash(&mut hasher);
     format!("{:?}", map.layout).hash(&mut hasher);
     hasher.write(bytemuck::cast_slice(&map.texels));
     let prefiltered = map.prefiltered.iter().flat_map(|prefiltered| prefiltered.texels());
@@ -48,9 +48,9 @@ pub(crate) fn entry(suns: &Suns, texels: &[u8]) -> Vec<u8> {
     let mut entry = Vec::with_capacity(HEAD + texels.len());
     entry.extend_from_slice(MAGIC);
     entry.extend_from_slice(&[0; 8]);
-    for Sun { direction, irradiance, surroundings } in suns {
+    for Sun { direction, irradiance, surroundings, spread } in suns {
         let numbers = [direction, irradiance, surroundings].into_iter().flat_map(|of| of.to_array());
-        numbers.for_each(|number| entry.extend_from_slice(&number.to_le_bytes()));
+        numbers.chain([*spread]).for_each(|number| entry.extend_from_slice(&number.to_le_bytes()));
     }
     entry.extend_from_slice(texels);
     let hash = hash_of(&entry[MAGIC.len() + 8..]);
@@ -70,7 +70,7 @@ pub(crate) fn tiles_of(entry: &[u8], texels: usize) -> Option<(Suns, Vec<[f16; 4
     for (sun, bytes) in suns.iter_mut().zip(of_suns.chunks_exact(4 * SUN_NUMBERS)) {
         let [direction, irradiance, surroundings] =
             [0, 3, 6].map(|at| Vec3::from([0, 1, 2].map(|part| number(&bytes[4 * (at + part)..4 * (at + part) + 4]))));
-        *sun = Sun { direction, irradiance, surroundings };
+        *sun = Sun { direction, irradiance, surroundings, spread: number(&bytes[36..40]) };
     }
     Some((suns, bytemuck::pod_collect_to_vec(of_texels)))
 }
@@ -82,7 +82,12 @@ mod tests {
     #[test]
     fn entries_come_back_and_broken_ones_do_not() {
         let mut suns = Suns::default();
-        suns[0] = Sun { direction: Vec3::Y, irradiance: Vec3::new(1.0, 2.0, 3.0), surroundings: Vec3::splat(0.5) };
+        suns[0] = Sun {
+            direction: Vec3::Y,
+            irradiance: Vec3::new(1.0, 2.0, 3.0),
+            surroundings: Vec3::splat(0.5),
+            spread: 0.1,
+        };
         let texels: Vec<[f16; 4]> = (0..12u8).map(|i| [f16::from_f32(i.into()); 4]).collect();
         let whole = entry(&suns, bytemuck::cast_slice(&texels));
         assert_eq!(tiles_of(&whole, 12), Some((suns, texels)));

@@ -8,14 +8,14 @@
 
 use super::lobe::{Lobe, roughness_of_level};
 use super::tiles::{Tile, TileSides, texture_size};
-use crate::constants::{ENVIRONMENT_LEVEL_COARSE, ENVIRONMENT_LEVEL_LAST};
+use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use glam::{Mat3, Vec3};
 use half::f16;
 use manypass_scene::EnvironmentLight;
 use std::sync::OnceLock;
 
 /// The sides of its tiles. Its edges are soft, so that small ones do.
-pub(crate) const SIDES: TileSides = TileSides { mirror: 256, fine: 128, coarse: 32 };
+pub(crate) const SIDES: TileSides = TileSides { mirror: 256, fine: 128, medium: 32, coarse: 32 };
 
 /// The share of the key that is a light with shadows, and not in the tiles.
 const KEY_LIGHT_SHARE: f32 = 0.7;
@@ -24,7 +24,7 @@ const KEY_LIGHT_SHARE: f32 = 0.7;
 pub(crate) const WITHOUT_KEY_LIGHT: f32 = 1.3;
 
 /// Up to this level lobes are narrow: the tangents of their half widths are far from 1. Of its last the closed form is within 4 %.
-const LEVEL_NARROW_LAST: u32 = ENVIRONMENT_LEVEL_COARSE as u32 - 1;
+const LEVEL_NARROW_LAST: u32 = 8;
 
 /// The sides of the faces of a cube whose texels are all directions, of the two levels that come first and of those of wide lobes.
 const SPHERE_SIDES: [u32; 2] = [32, 16];

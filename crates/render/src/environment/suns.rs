@@ -24,6 +24,9 @@ pub(crate) struct Sun {
     pub irradiance: Vec3,
     /// The radiance of its surroundings.
     pub surroundings: Vec3,
+    /// The square of half the half angle of a disc whose light is as far from its middle as this one's: half the mean of that distance
+    /// squared. `environment_suns.wgsl` has the disc in lobes.
+    pub spread: f32,
 }
 
 impl Sun {
@@ -108,11 +111,15 @@ fn take_suns(cells: &mut [Cell]) -> Suns {
             break;
         }
         let surroundings = sum / weight;
-        let (mut irradiance, mut direction) = (Vec3::ZERO, Vec3::ZERO);
+        let (mut irradiance, mut light, mut offset, mut squares) = (Vec3::ZERO, 0.0, Vec3::ZERO, 0.0);
         for cell in cells.iter_mut().filter(|cell| cell.direction.dot(middle) > SUN_COS) {
             let beyond = (cell.radiance - surroundings).max(Vec3::ZERO) * cell.solid_angle;
             irradiance += beyond;
-            direction += cell.direction * luminance(beyond);
+            let (share, from_middle) = (luminance(beyond), cell.direction - middle);
+            light += share;
+            offset += from_middle * share;
+            // A square is as wide as a third of the square of half its side, in both directions.
+            squares += (from_middle.length_squared() + cell.solid_angle / 6.0) * share;
         }
         if luminance(irradiance) <= SUN_SHARE_MIN * all {
             break;
@@ -120,7 +127,9 @@ fn take_suns(cells: &mut [Cell]) -> Suns {
         for cell in cells.iter_mut().filter(|cell| cell.direction.dot(middle) > SUN_COS) {
             cell.radiance = cell.radiance.min(surroundings);
         }
-        *found = Sun { direction: direction.normalize_or(middle), irradiance, surroundings };
+        let offset = offset / light;
+        let spread = 0.5 * (squares / light - offset.length_squared()).max(0.0);
+        *found = Sun { direction: (middle + offset).normalize_or(middle), irradiance, surroundings, spread };
     }
     suns
 }

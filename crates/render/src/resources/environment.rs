@@ -14,9 +14,6 @@ use manypass_scene::environment::{PrefilteredEnvironment, RADIANCE_MAX};
 use manypass_scene::{EnvironmentLight, EnvironmentMap};
 use std::sync::{Arc, Weak};
 
-/// The largest side of the mirror's tile.
-const MIRROR_SIDE_MAX: u32 = 2048;
-
 /// The least and the largest side of the faces that lobes are sampled from.
 const SOURCE_SIDES: (u32, u32) = (16, 512);
 
@@ -53,10 +50,7 @@ pub(crate) struct Unfinished {
 impl EnvironmentTiles {
     /// Of a map: as the cache has them, or yet to be drawn from its picture, which is uploaded.
     pub fn new(gpu: &Gpu, map: &Arc<EnvironmentMap>, cache: Option<&dyn Cache>) -> Self {
-        let largest = gpu.capabilities.max_texture_size;
-        // Below the mirror's tile lie the others.
-        let mirror_side = (map.width / 2).clamp(16, MIRROR_SIDE_MAX.min(largest.saturating_sub(1024)));
-        let sides = TileSides::of_picture(mirror_side);
+        let sides = TileSides::of_picture(map.width, gpu.capabilities.max_texture_size);
         let (width, height) = texture_size(sides);
         let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
         let texture = create(gpu, "environment", desc, wgpu::TextureUsages::RENDER_ATTACHMENT);
@@ -74,7 +68,7 @@ impl EnvironmentTiles {
         let picture_desc = TextureDesc::new_2d(map.width, map.height, ENVIRONMENT_FORMAT);
         let picture = create(gpu, "environment.picture", picture_desc, wgpu::TextureUsages::empty());
         write(gpu, &picture, (map.width, map.height), &map.texels);
-        let source_side = (map.width / 4).clamp(SOURCE_SIDES.0, SOURCE_SIDES.1).next_power_of_two();
+        let source_side = (map.width / 2).clamp(SOURCE_SIDES.0, SOURCE_SIDES.1).next_power_of_two();
         let lobes = Lobe::of_levels(source_side);
         Self {
             view,
@@ -137,8 +131,8 @@ impl EnvironmentTiles {
 /// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map with its halves.
 pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
-    let (width, height) = texture_size(TileSides::of_picture((map.width / 2).min(MIRROR_SIDE_MAX)));
-    let source_side = u64::from((map.width / 4).min(SOURCE_SIDES.1));
+    let (width, height) = texture_size(TileSides::of_picture(map.width, u32::MAX));
+    let source_side = u64::from((map.width / 2).min(SOURCE_SIDES.1));
     let texels = 2 * u64::from(map.width) * u64::from(map.height)
         + u64::from(width) * u64::from(height)
         + 6 * source_side * source_side * 4 / 3;

@@ -10,17 +10,23 @@ import package::shaders::environment::{
     environment, environment_irradiance, environment_reflection, grazing_share, lobe_direction, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
+import package::shaders::environment_suns::disc_share;
 
 // `shares` are what of the lobes, of the surface and of a clear coat, is not the mirror's, whose tile has the suns; and what of
 // diffuse light.
 fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec3f) -> vec3f {
+    let n_dot_h = dot(shading.normal, normalize(shading.to_eye + direction.xyz));
+    let disc = disc_share(shading.roughness_alpha, n_dot_h * n_dot_h, direction.w);
     @if(layered) {
         let layered = layered_reflectance(shading, direction.xyz);
-        return (layered.diffuse * shares.z + layered.specular * shares.x + layered.coat * shares.y) * irradiance.rgb;
+        let coat_n_dot_h = dot(shading.layers.coat_normal, normalize(shading.to_eye + direction.xyz));
+        let coat_disc = disc_share(shading.layers.coat_alpha, coat_n_dot_h * coat_n_dot_h, direction.w);
+        return (layered.diffuse * shares.z + layered.specular * (shares.x * disc)
+            + layered.coat * (shares.y * coat_disc)) * irradiance.rgb;
     }
     let n_dot_l = max(dot(shading.normal, direction.xyz), 0.0);
     let parts = reflectance(shading, direction.xyz, n_dot_l);
-    return (parts.diffuse * shares.z + parts.specular * shares.x) * (irradiance.rgb * n_dot_l);
+    return (parts.diffuse * shares.z + parts.specular * (shares.x * disc)) * (irradiance.rgb * n_dot_l);
 }
 
 fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {

@@ -4,6 +4,7 @@
 import package::shaders::brdf::PI;
 import package::constants::ENVIRONMENT_LEVEL_LAST;
 import package::shaders::shading::linear_clamp;
+import package::shaders::environment_suns::disc_share;
 import package::shaders::octahedral::octahedral_from_direction;
 import package::shaders::environment_tiles::{environment_level, environment_texel};
 
@@ -16,14 +17,14 @@ struct Environment {
     backdrop_above: vec4f,
     // Of a picture: what its light is multiplied by, zero, the cosine and the sine of its rotation.
     picture: vec4f,
-    // The sides of its tiles in texels: the mirror's, those of little roughness, those of more; zero.
+    // The sides of its tiles in texels: the mirror's, fine, medium and coarse ones.
     tile_sides: vec4f,
     // What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
     picture_backdrop: vec4f,
     // Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
     // integral times how much of them is not in the mirror's tile; zeros.
     backdrop_lobe: vec4f,
-    // Strong small sources of the picture: where, and their irradiance, pre-exposed. Where there are fewer, the others have none.
+    // Strong small sources of the picture: where, with their spread (`suns.rs`), and their irradiance, pre-exposed. Where there are fewer, the others have none.
     sun_directions: array<vec4f, 4>,
     sun_irradiances: array<vec4f, 4>,
     // The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half its angle.
@@ -65,7 +66,8 @@ fn sun_backdrop(sun_direction: vec4f, sun_irradiance: vec4f, direction: vec3f) -
     let n_dot_l = max(dot(direction, sun_direction.xyz), 0.0);
     let a2 = environment.backdrop_lobe.x;
     let d = 1.0 - 0.5 * (1.0 + n_dot_l) * (1.0 - a2);
-    return sun_irradiance.rgb * (n_dot_l * a2 / (4.0 * PI * d * d) * environment.backdrop_lobe.y);
+    let disc = disc_share(sqrt(a2), 0.5 + 0.5 * n_dot_l, sun_direction.w);
+    return sun_irradiance.rgb * (n_dot_l * a2 / (4.0 * PI * d * d) * environment.backdrop_lobe.y * disc);
 }
 
 // What the camera sees of a picture where there is no surface.

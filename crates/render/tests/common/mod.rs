@@ -3,6 +3,7 @@
 #![allow(dead_code, clippy::unwrap_used, reason = "each test file uses a part, and panics where it expects something")]
 
 pub mod shadows;
+pub mod skies;
 
 use manypass::{AovPixels, Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Tonemap, View};
 use manypass_scene::Scene;

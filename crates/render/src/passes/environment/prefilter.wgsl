@@ -1,6 +1,6 @@
 // environment.prefilter: what a surface of one roughness reflects, seen along its normal, as an octahedral map.
-// Source: filtered importance sampling (Colbert & Křivánek 2007) of GGX (Walter et al. 2007), weighted by n.l (Karis 2013); of wide
-// lobes the sum over all directions. Reads: source (halves of the environment without suns), lobe (the samples of each level, a row
+// Source: filtered samples (Colbert & Křivánek 2007) of GGX (Walter et al. 2007), weighted by n.l (Karis 2013), see `lobe.rs`; of the
+// widest lobe the sum over all directions. Reads: source (halves of the environment without suns), lobe (the samples of each level, a row
 // each). Writes: a tile.
 // Program: environment_prefilter.
 
@@ -39,16 +39,18 @@ fn fs_environment_prefilter(@builtin(position) position: vec4f) -> @location(0) 
     for (var i = 0u; i < count; i++) {
         let sample = textureLoad(lobe, vec2i(i32(i), i32(samples.x)), 0);
         var direction = sample.xyz;
-        var weight = sample.z;
+        var weight = sample.w;
         var level = sample.w;
         if is_of_sphere != 0u {
             let n_dot_l = max(dot(normal, direction), 0.0);
             // Seen along the normal, the square of the half vector's cosine is (1 + n.l) / 2.
             let d = 1.0 - 0.5 * (1.0 + n_dot_l) * (1.0 - a2);
-            weight = sample.w * n_dot_l / (d * d);
+            weight *= n_dot_l / (d * d);
             level = environment_prefilter.scales.y;
         } else {
-            direction = tangent * sample.x + bitangent * sample.y + normal * sample.z;
+            weight = sample.z;
+            let z = sqrt(max(1.0 - dot(sample.xy, sample.xy), 0.0));
+            direction = tangent * sample.x + bitangent * sample.y + normal * z;
         }
         sum += textureSampleLevel(source, linear_clamp, direction, level).rgb * weight;
         weights += weight;
