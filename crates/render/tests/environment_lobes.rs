@@ -4,12 +4,15 @@
 
 mod common;
 
-use common::renderer;
-use common::skies::{Surroundings, maps, place, radiance, request, scene, turns};
+use common::skies::{SIDE, Surroundings, maps, place, radiance, request, scene, turns};
+use common::{inner_pixels, plain_request, renderer};
 use glam::{DVec3, Quat, Vec3};
-use manypass::Background;
-use manypass_scene::Projection;
+use manypass::{Background, Environment};
+use manypass_scene::{EnvironmentMap, Projection};
+use manypass_testkit::raycast::Options;
+use manypass_testkit::scenes;
 use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// How far what is reflected may be off, as shares of its own brightness in a direction or of the environment's mean, whichever is more.
 struct Bounds {
@@ -25,10 +28,10 @@ struct Bounds {
 /// is tiles' resolution that edges of lamps are off by; from 0.2 on it is the number of samples, at lamps of 5 degrees and less.
 const BOUNDS: [Bounds; 8] = [
     Bounds { roughness: 0.05, mean_square: 0.015, worst: 0.18, by_the_brightest: 0.25 },
-    Bounds { roughness: 0.1, mean_square: 0.006, worst: 0.05, by_the_brightest: 0.05 },
-    Bounds { roughness: 0.15, mean_square: 0.004, worst: 0.04, by_the_brightest: 0.11 },
+    Bounds { roughness: 0.1, mean_square: 0.008, worst: 0.06, by_the_brightest: 0.05 },
+    Bounds { roughness: 0.15, mean_square: 0.004, worst: 0.04, by_the_brightest: 0.12 },
     Bounds { roughness: 0.2, mean_square: 0.004, worst: 0.025, by_the_brightest: 0.04 },
-    Bounds { roughness: 0.3, mean_square: 0.008, worst: 0.03, by_the_brightest: 0.02 },
+    Bounds { roughness: 0.3, mean_square: 0.008, worst: 0.04, by_the_brightest: 0.02 },
     Bounds { roughness: 0.5, mean_square: 0.004, worst: 0.02, by_the_brightest: 0.02 },
     Bounds { roughness: 0.7, mean_square: 0.004, worst: 0.012, by_the_brightest: 0.012 },
     Bounds { roughness: 1.0, mean_square: 0.005, worst: 0.015, by_the_brightest: 0.01 },
@@ -39,6 +42,7 @@ const BOUNDS: [Bounds; 8] = [
 #[test]
 fn reflections_are_integrals_over_the_lobe() {
     let mut renderer = renderer();
+    let mut faults = Vec::new();
     for map in maps() {
         let (name, sky) = (map.name.clone(), Surroundings::of(&map));
         let fov_of = |fov_y_rad: f32| Projection::Perspective { fov_y_rad, near_m: 0.1, far_m: None };
@@ -72,8 +76,93 @@ fn reflections_are_integrals_over_the_lobe() {
             println!("{name} at {}: {found:.4?}", bounds.roughness);
             let allowed = [bounds.mean_square, bounds.worst, bounds.by_the_brightest];
             let is_within = found.iter().zip(allowed).all(|(found, allowed)| *found <= allowed);
-            assert!(is_within, "{name} at {}: {found:.4?}, allowed {allowed:?}", bounds.roughness);
+            if !is_within {
+                faults.push(format!("{name} at {}: {found:.4?}, allowed {allowed:?}", bounds.roughness));
+            }
             assert!(mean_square(1) > 5.0 * found[0], "the test cannot tell up from down");
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// Pixels that are brighter than all of their eight neighbours by more than a share of the brightest of these.
+fn sparks(pixels: &[usize], width: usize, luminance: &[f64], more: f64) -> Vec<usize> {
+    let brightest_about = |at: usize| {
+        let rows = [at - width, at, at + width];
+        rows.into_iter()
+            .flat_map(|row| row - 1..=row + 1)
+            .filter(|other| *other != at)
+            .map(|other| luminance[other])
+            .fold(0.0, f64::max)
+    };
+    pixels.iter().copied().filter(|at| luminance[*at] > (1.0 + more) * brightest_about(*at)).collect()
+}
+
+/// A grey sky with a sun of so many texels squared.
+fn small_sun(texels: u32) -> EnvironmentMap {
+    let mut map = EnvironmentMap::from_fn("small sun", 1024, 512, |_| Vec3::splat(0.3));
+    for i in 0..texels * texels {
+        let (x, y) = (640 + i % texels, 150 + i / texels);
+        map.texels[(y * map.width + x) as usize] = [half::f16::from_f32(50_000.0); 4];
+    }
+    map
+}
+
+#[test]
+fn one_small_sun_does_not_sparkle() {
+    const SIZE: (u32, u32) = (320, 132);
+    const ROUGHNESS: [f32; 5] = [0.15, 0.25, 0.4, 0.6, 0.9];
+    let mut renderer = renderer();
+    let spheres = scenes::furnace(0, [0.5, 0.9]);
+    let truth = spheres.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
+    let inner: Vec<usize> = inner_pixels(&truth.object_id, (SIZE.0 as usize, SIZE.1 as usize));
+    let inner: Vec<usize> = inner.into_iter().filter(|at| truth.object_id[*at] != 0).collect();
+    for texels in [2, 4] {
+        let map = small_sun(texels);
+        let sun = Surroundings::of(&map).brightest();
+        // Spheres with one highlight each.
+        let mut lit = spheres.scene.clone();
+        for (at, material) in lit.materials.iter_mut().enumerate() {
+            material.roughness_factor = ROUGHNESS[at / 2];
+        }
+        lit.environment = Some(Arc::new(map));
+        let mut request = plain_request(&lit, SIZE);
+        request.settings.environment.source = Environment::File;
+        renderer.load(&lit).unwrap();
+        let found = radiance(&mut renderer, &lit, &request);
+        let mut luminance: Vec<f64> = found.iter().map(|value| value.element_sum() / 3.0).collect();
+        for sphere in 1..=10 {
+            let of_sphere: Vec<usize> = inner.iter().copied().filter(|at| truth.object_id[*at] == sphere).collect();
+            let highest = of_sphere.iter().map(|at| luminance[*at]).fold(0.0, f64::max);
+            let least = of_sphere.iter().map(|at| luminance[*at]).fold(f64::MAX, f64::min);
+            assert!(highest > 1.3 * least, "sphere {sphere} has no highlight: {least} to {highest}");
+            let of_highlight = |at: &usize| luminance[*at] == highest;
+            let sparks: Vec<usize> = sparks(&of_sphere, SIZE.0 as usize, &luminance, 0.01);
+            assert!(
+                sparks.iter().all(of_highlight),
+                "sphere {sphere} with a sun of {texels} texels sparkles at {sparks:?}"
+            );
+        }
+        // What shines by itself is found.
+        luminance[inner[inner.len() / 2]] *= 1.5;
+        assert!(sparks(&inner, SIZE.0 as usize, &luminance, 0.01).contains(&inner[inner.len() / 2]));
+
+        // What is reflected in all directions, away from the sun.
+        let side = SIDE as usize;
+        let inside: Vec<usize> = (side..side * (side - 1)).filter(|at| (1..side - 1).contains(&(at % side))).collect();
+        for (turn, blur) in turns().flat_map(|turn| [0.05, 0.1, 0.3, 0.7].map(|blur| (turn, blur))) {
+            let mut request = common::skies::request(&lit, turn, 0.0);
+            request.camera.projection = Projection::Perspective { fov_y_rad: FRAC_PI_2, near_m: 10.0, far_m: None };
+            request.settings.background.source = Background::Environment;
+            request.settings.background.blur = blur;
+            let found = radiance(&mut renderer, &lit, &request);
+            let luminance: Vec<f64> = found.iter().map(|value| value.element_sum() / 3.0).collect();
+            let away = |at: &usize| {
+                let (x, y) = place(*at);
+                (turn.as_dquat() * DVec3::new(x, y, -1.0).normalize()).dot(sun) < 0.97
+            };
+            let away: Vec<usize> = inside.iter().copied().filter(away).collect();
+            assert!(sparks(&away, side, &luminance, 0.005).is_empty(), "blur {blur}, a sun of {texels} texels");
         }
     }
 }

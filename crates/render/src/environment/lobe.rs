@@ -12,7 +12,7 @@ use std::f32::consts::PI;
 use std::f64;
 
 /// The samples of the lobes of fine tiles, of those of medium size and of coarse ones.
-const SAMPLES: [u32; 3] = [80, 320, SAMPLES_MAX];
+const SAMPLES: [u32; 3] = [64, 320, 1024];
 
 /// By which power the solid angle that a sample stands for grows with the height that the lobe has lost: importance has 2.
 const TAIL: f64 = 1.5;
@@ -24,8 +24,8 @@ const LEVEL_BIAS: f64 = -0.5;
 /// One turn less that of the golden angle: points on a spiral that are turned by it are about as far from each other everywhere.
 const GOLDEN_TURN: f64 = 0.618_033_988_749_894_9;
 
-/// The most samples of a lobe, a row of the table.
-const SAMPLES_MAX: u32 = 2048;
+/// The most samples of a lobe, a row of the table: all texels of the faces.
+const SAMPLES_MAX: u32 = 6 * SPHERE_SIDE * SPHERE_SIDE;
 
 /// The side of the faces whose texels are all directions of wide lobes.
 const SPHERE_SIDE: u32 = 16;
