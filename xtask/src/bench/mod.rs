@@ -2,6 +2,7 @@
 //! one that brute force draws.
 
 mod baseline;
+mod environment;
 mod fields;
 mod levels;
 mod limit;
@@ -80,6 +81,7 @@ impl Bench<'_> {
             (TableName::Fields, _) => fields::print(self),
             (TableName::Textures, _) => self.print_textures(),
             (TableName::Levels, _) => levels::print(self),
+            (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),
         }

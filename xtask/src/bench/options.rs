@@ -17,6 +17,7 @@ Tables:
             measured in the same run (`cargo bench -p manypass --bench limit`), and the frame against forward and brute force
   textures  memory of the textures of a frame of 1920x1080
   levels    10,000 small things with and without levels of detail of meshes and materials
+  environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
 
 A cell counts only if its picture is that of brute force, which visits every light for every pixel. Otherwise it says
@@ -45,17 +46,19 @@ pub(crate) enum TableName {
     Fields,
     Textures,
     Levels,
+    Environment,
     Baseline,
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 7] = [
+    const ALL: [(&str, Self); 8] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
         ("fields", Self::Fields),
         ("textures", Self::Textures),
         ("levels", Self::Levels),
+        ("environment", Self::Environment),
         ("baseline", Self::Baseline),
     ];
 
@@ -105,11 +108,11 @@ impl Options {
                 _ => program = Some(PathBuf::from(value)),
             }
         }
-        use TableName::{Baseline, Fields, Graph, Levels, Shadows, Textures, Ways};
+        use TableName::{Baseline, Environment, Fields, Graph, Levels, Shadows, Textures, Ways};
         let tables = match (only, &baseline) {
             (Some(only), _) => only,
             (None, Some(_)) => vec![Baseline],
-            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels],
+            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Environment],
         };
         if tables.contains(&Baseline) != baseline.is_some() {
             return Err("the table baseline and --baseline PROGRAM need each other".into());
@@ -146,7 +149,7 @@ mod tests {
         assert_eq!(tables(&["--baseline", "old"]), Ok(vec![TableName::Baseline]));
         let both = tables(&["--baseline", "old", "--only", "baseline,ways"]);
         assert_eq!(both, Ok(vec![TableName::Baseline, TableName::Ways]));
-        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(6));
+        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(7));
     }
 
     #[test]
