@@ -79,7 +79,10 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
         }
     };
     if pixels.width.max(pixels.height) > limit {
-        warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
+        let (width, height) = (pixels.width, pixels.height);
+        warnings.push(format!(
+            "image {image} `{name}`: {width}x{height} is larger than the adapter's {limit} texels a side; halved"
+        ));
     }
     while pixels.width.max(pixels.height) > limit {
         pixels = half(&pixels, is_srgb);
@@ -102,9 +105,12 @@ fn decode_heights(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<St
     if most <= limit {
         return Some(heights);
     }
-    warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; made smaller"));
     let scaled = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(most)).max(1) as u32;
     let (width, height) = (scaled(heights.width), scaled(heights.height));
+    warnings.push(format!(
+        "image {image} `{name}`: {}x{} is larger than the adapter's {limit} texels a side; made smaller, {width}x{height}",
+        heights.width, heights.height
+    ));
     Some(heights.resized(width, height))
 }
 
@@ -126,7 +132,10 @@ fn decode_light(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<Stri
         ));
     }
     if light.width.max(light.height) > limit {
-        warnings.push(format!("image {image} `{name}` is larger than the adapter's {limit} texels; halved"));
+        let (width, height) = (light.width, light.height);
+        warnings.push(format!(
+            "image {image} `{name}`: {width}x{height} is larger than the adapter's {limit} texels a side; halved"
+        ));
     }
     Some(baked::mip_chain(light, limit))
 }

@@ -168,11 +168,14 @@ pub fn sunny() -> EnvironmentMap {
     })
 }
 
+/// The pictures among the shared files.
+pub const FILES: [&str; 2] = ["spruit_sunrise_1k.hdr", "lightroom_14b_approx_1k.hdr"];
+
 /// Those made here, and those of the shared files.
 pub fn maps() -> Vec<EnvironmentMap> {
     let mut maps = vec![room(), sunny()];
     if let Some(folder) = manypass_testkit::needs::assets("environments") {
-        for name in ["spruit_sunrise_1k.hdr", "lightroom_14b_approx_1k.hdr"] {
+        for name in FILES {
             maps.push(EnvironmentMap::decode(name, &std::fs::read(folder.join(name)).unwrap()).unwrap());
         }
     }

@@ -1,0 +1,91 @@
+//! Every model of the shared files is drawn but for those of `models.rs`, which compares pictures of the sample models,
+//! and those of the broken sets, which the command line's tests go through.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{ids, skies};
+use glam::{Mat4, Quat, Vec3};
+use manypass::{Aov, FrameRequest, View};
+use manypass_scene::{Aabb, Projection, formats};
+use manypass_testkit::needs::{assets, assets_folder};
+use std::path::{Path, PathBuf};
+
+const SIZE_PX: u32 = 48;
+
+/// They have tests of their own.
+const FOLDERS_ELSEWHERE: [&str; 3] = ["khronos-validator", "khronos-sample-assets", "assimp"];
+
+/// Files with one of these ends, in order.
+fn files(ends: &[&str]) -> Vec<PathBuf> {
+    let (mut folders, mut found) = (vec![assets_folder()], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+            if path.is_dir() && !FOLDERS_ELSEWHERE.iter().any(|name| path.ends_with(name)) {
+                folders.push(path);
+            } else if path.extension().is_some_and(|end| ends.iter().any(|known| end.eq_ignore_ascii_case(known))) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// From the right and above, all of `bounds`.
+fn framed(bounds: &Aabb) -> View {
+    let radius_m = bounds.center().distance(bounds.max).max(1e-4);
+    let rotation = Quat::from_rotation_y(0.5) * Quat::from_rotation_x(-0.35);
+    let eye = bounds.center() + rotation * Vec3::Z * (3.0 * radius_m);
+    let projection = Projection::Perspective { fov_y_rad: 0.7, near_m: 1e-3 * radius_m, far_m: None };
+    View { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection }
+}
+
+/// How many pixels show something; none where there is nothing to see.
+fn seen(renderer: &mut manypass::Renderer, path: &Path) -> Result<Option<usize>, String> {
+    let mut scene = formats::load_path(path).map_err(|error| error.to_string())?.scene;
+    scene.update_transforms();
+    let bounds = scene.posed_bounds_world();
+    let seen = if bounds.is_empty() { Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE } } else { bounds };
+    renderer.load(&scene).map_err(|error| error.to_string())?;
+    let mut request = FrameRequest::new(SIZE_PX, SIZE_PX, framed(&seen));
+    request.settings.shadows.enabled = false;
+    request.settings.aov.first_surface = true;
+    request.want_aovs = vec![Aov::ObjectId];
+    renderer.render(&scene, &request).map_err(|error| error.to_string())?;
+    let count = ids(renderer.read_aov(Aov::ObjectId).unwrap()).into_iter().filter(|id| *id != 0).count();
+    Ok((!bounds.is_empty()).then_some(count))
+}
+
+#[test]
+fn every_file_is_drawn() {
+    if assets("bevy").is_none() {
+        return;
+    }
+    let started = std::time::Instant::now();
+    let mut renderer = common::renderer();
+    let mut wrong = Vec::new();
+    let models = files(&["gltf", "glb", "obj", "ply", "stl", "3mf"]);
+    for path in &models {
+        let model_started = started.elapsed();
+        match seen(&mut renderer, path) {
+            // Some have lights alone.
+            Ok(None) => (),
+            Ok(Some(count)) if count > 20 => (),
+            Ok(Some(count)) => wrong.push(format!("{}: {count} pixels show something", path.display())),
+            Err(error) => wrong.push(error),
+        }
+        println!("{}: {:.2} s", path.display(), (started.elapsed() - model_started).as_secs_f32());
+    }
+    // Those are drawn, and measured, in `environment_lobes.rs`.
+    let environments = files(&["hdr", "exr"]);
+    for path in &environments {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        assert!(skies::FILES.contains(&&*name), "{name} is measured in no test");
+    }
+    let count = models.len() + environments.len();
+    println!("{count} files in {:.1} s", started.elapsed().as_secs_f32());
+    assert!(count > 25, "{count} files");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
