@@ -1,7 +1,7 @@
 """A small reader of glTF 2.0 that shares no code with the renderer: triangles in world space, materials, punctual lights.
 
 Read are core glTF (node transforms, skins and morph targets in the pose of the file, sparse accessors not) and KHR_lights_punctual,
-KHR_materials_emissive_strength, KHR_materials_unlit, KHR_texture_transform. Anything else that a file uses is named in `unread`.
+KHR_texture_transform, and those extensions of materials that `surfaces.py` knows. Anything else that a file uses is named in `unread`.
 """
 
 import base64
@@ -15,7 +15,11 @@ import numpy as np
 
 TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 COUNTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-READ = {"KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_materials_unlit", "KHR_texture_transform"}
+READ = {"KHR_lights_punctual", "KHR_texture_transform"} | {
+    f"KHR_materials_{name}"
+    for name in ("anisotropy", "diffuse_transmission", "dispersion", "emissive_strength", "ior", "pbrSpecularGlossiness", "transmission",
+                 "unlit", "volume")
+}
 
 
 class Model:

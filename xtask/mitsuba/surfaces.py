@@ -1,9 +1,6 @@
-"""glTF's materials as Mitsuba's shapes and textures, and the reflectance of glTF 2.0, appendix B.
+"""glTF's materials as Mitsuba's shapes and textures.
 
-Mitsuba finds surfaces and looks up textures; the reflectance is written here, because none of Mitsuba's own is glTF's: GGX (Walter et
-al. 2007) with height-correlated Smith masking (Heitz 2014) and Schlick's Fresnel (1994), over Lambert's diffuse light times 1 - F.
-The specular lobe is multiplied by 1 + f0 (1 / E - 1), where E is its directional albedo at f0 = 1 (Kulla & Conty 2017, in the form of
-Turquin 2019): the specification leaves light scattered more than once open, and without it rough metals lose a part.
+Mitsuba finds surfaces and looks up textures; what they reflect is in `reflectance.py`, what they let through in `glass.py`.
 """
 
 import math
@@ -12,29 +9,39 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-GRAZING = 0.01
 WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+
+
+# What a surface has of an extension that its material does not use.
+WITHOUT = {"specular": [0.04] * 3, "stretch": [0, 0, 0], "passed": [0, 0, 0], "shares": [0, 0, 0], "iors": [1.5] * 3, "absorption": [0, 0, 0]}
 
 
 class Surface(mi.BSDF):
     """Holds textures, which the integrator reads by name: `base`, `orm`, `occlusion`, `normal`, `emission`, and
-    `kind`: alpha, 1 if it is drawn from behind too, 1 if it takes no light."""
+    `kind`: alpha, 1 if it is drawn from behind too, 1 if it takes no light. Of extensions there are
+    `specular`: what is not metal reflects at normal incidence;
+    `stretch`: along which direction of the tangents' plane highlights are stretched (two numbers), and how strongly;
+    `passed`: the colour of light that comes through diffusely;
+    `shares`: of light that comes through as through glass, of light that comes through diffusely, 1 if there is a volume;
+    `iors`: refractive indices of red, green and blue; `absorption`: in the volume, for each metre."""
 
     def __init__(self, props):
         super().__init__(props)
-        names = ("base", "orm", "occlusion", "normal", "emission", "kind", "color")
+        names = ("base", "orm", "occlusion", "normal", "emission", "kind", "color", *WITHOUT)
         self.textures = {name: props[name] for name in names if name in props}
         self.m_flags = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
         self.m_components = [self.m_flags]
 
     def eval_attribute_3(self, name, si, active=True):
+        if name not in self.textures:
+            return mi.Color3f(WITHOUT[name])
         value = self.textures[name].eval(si, active)
         if name == "base" and "color" in self.textures:
             value *= self.textures["color"].eval(si, active)
         return value
 
     def has_attribute(self, name, active=True):
-        return name in self.textures
+        return name in self.textures or name in WITHOUT
 
     def eval_diffuse_reflectance(self, si, active=True):
         return self.eval_attribute_3("base", si, active)
@@ -82,10 +89,73 @@ def texture(model, slot, pixels):
     return bitmap(pixels, **options)
 
 
+def extensions(model, material):
+    """The textures of the extensions that a material uses."""
+    known = material.get("extensions", {})
+    described = {}
+    if "KHR_materials_anisotropy" in known:
+        stretched = known["KHR_materials_anisotropy"]
+        strength, turn = stretched.get("anisotropyStrength", 0.0), stretched.get("anisotropyRotation", 0.0)
+        slot = stretched.get("anisotropyTexture")
+        pixels = decoded(model, slot, False)[..., :3] if slot else np.array([[[1, 0.5, 1]]], np.float32)
+        x, y = pixels[..., 0] * 2 - 1, pixels[..., 1] * 2 - 1
+        c, s = math.cos(turn), math.sin(turn)
+        pixels = np.stack([c * x - s * y, s * x + c * y, strength * pixels[..., 2]], axis=-1)
+        described["stretch"] = texture(model, slot, pixels) if slot else bitmap(pixels)
+    if "KHR_materials_diffuse_transmission" in known:
+        passing = known["KHR_materials_diffuse_transmission"]
+        if any(name.endswith("Texture") for name in passing):
+            raise ValueError("textures of diffuse transmission are not read")
+        described["passed"] = plain(passing.get("diffuseTransmissionColorFactor", [1, 1, 1]))
+    index = known.get("KHR_materials_ior", {}).get("ior", 1.5)
+    if "KHR_materials_ior" in known:
+        described["specular"] = plain([((index - 1) / (index + 1)) ** 2] * 3)
+    volume, transmission = known.get("KHR_materials_volume", {}), known.get("KHR_materials_transmission", {})
+    if "transmissionTexture" in transmission:
+        raise ValueError("textures of transmission are not read")
+    if transmission or "passed" in described:
+        diffuse = known.get("KHR_materials_diffuse_transmission", {}).get("diffuseTransmissionFactor", 0.0)
+        described["shares"] = plain([transmission.get("transmissionFactor", 0.0), diffuse, float(volume.get("thicknessFactor", 0) > 0)])
+        # Red and blue are refracted less and more (KHR_materials_dispersion).
+        spread = (index - 1) * 0.025 * known.get("KHR_materials_dispersion", {}).get("dispersion", 0.0)
+        described["iors"] = plain([index - spread, index, index + spread])
+        reach = volume.get("attenuationDistance", math.inf)
+        described["absorption"] = plain(-np.log(np.maximum(volume.get("attenuationColor", [1, 1, 1]), 1e-6)) / reach)
+    return described
+
+
+def slots(material):
+    """The slots of a material's textures."""
+    pbr, known = material.get("pbrMetallicRoughness", {}), material.get("extensions", {})
+    gloss = known.get("KHR_materials_pbrSpecularGlossiness", {})
+    found = [pbr.get("baseColorTexture"), pbr.get("metallicRoughnessTexture"), material.get("normalTexture"),
+             material.get("emissiveTexture"), material.get("occlusionTexture"), gloss.get("diffuseTexture"),
+             gloss.get("specularGlossinessTexture"), known.get("KHR_materials_anisotropy", {}).get("anisotropyTexture")]
+    return [slot for slot in found if slot]
+
+
+def read_glossiness(model, gloss, described):
+    """What KHR_materials_pbrSpecularGlossiness has in place of metals and roughness. Its diffuse light is what enters below the
+    specular light of its strongest channel, as that of any dielectric: 1 - max F, at normal incidence the extension's 1 - max specular."""
+    color, glossiness = np.array(gloss.get("specularFactor", [1, 1, 1]), np.float32), gloss.get("glossinessFactor", 1.0)
+    if "specularGlossinessTexture" in gloss:
+        slot = gloss["specularGlossinessTexture"]
+        pixels = decoded(model, slot, True)
+        rough = 1 - pixels[..., 3] * glossiness
+        described["specular"] = texture(model, slot, pixels[..., :3] * color)
+        described["orm"] = texture(model, slot, np.stack([np.ones_like(rough), rough, np.zeros_like(rough)], axis=-1))
+    else:
+        described["specular"], described["orm"] = plain(color), plain([1, 1 - glossiness, 0])
+
+
 def surface(model, index, has_colors):
     """The description of a material's surface."""
     material = model.doc["materials"][index] if index is not None else {}
-    pbr = material.get("pbrMetallicRoughness", {})
+    pbr, gloss = material.get("pbrMetallicRoughness", {}), material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness")
+    if gloss is not None:
+        pbr = {"baseColorFactor": gloss.get("diffuseFactor", [1, 1, 1, 1])}
+        if "diffuseTexture" in gloss:
+            pbr["baseColorTexture"] = gloss["diffuseTexture"]
     factor = np.array(pbr.get("baseColorFactor", [1, 1, 1, 1]), np.float32)
     mode, cutoff = material.get("alphaMode", "OPAQUE"), material.get("alphaCutoff", 0.5)
     is_double, is_unlit = bool(material.get("doubleSided")), "KHR_materials_unlit" in material.get("extensions", {})
@@ -95,7 +165,7 @@ def surface(model, index, has_colors):
         rest = [np.full_like(alpha, float(flag), dtype=np.float32) for flag in (is_double, is_unlit)]
         return np.stack([alpha.astype(np.float32), *rest], axis=-1)
 
-    described = {"type": "gltf_surface"}
+    described = {"type": "gltf_surface", **extensions(model, material)}
     if "baseColorTexture" in pbr:
         pixels = decoded(model, pbr["baseColorTexture"], True) * factor
         described["base"] = texture(model, pbr["baseColorTexture"], pixels[..., :3])
@@ -108,6 +178,8 @@ def surface(model, index, has_colors):
         described["orm"] = texture(model, pbr["metallicRoughnessTexture"], pixels)
     else:
         described["orm"] = plain([1, rough, metal])
+    if gloss is not None:
+        read_glossiness(model, gloss, described)
     if "occlusionTexture" in material:
         strength = material["occlusionTexture"].get("strength", 1.0)
         pixels = 1 + strength * (decoded(model, material["occlusionTexture"], False)[..., :1] - 1)
@@ -134,13 +206,23 @@ def surface(model, index, has_colors):
 def uv_set(model, index):
     """Which set of texture coordinates a material uses; Mitsuba has one a mesh, so it must be the same for all its textures."""
     material = model.doc["materials"][index] if index is not None else {}
-    pbr = material.get("pbrMetallicRoughness", {})
-    slots = [pbr.get("baseColorTexture"), pbr.get("metallicRoughnessTexture"), material.get("normalTexture"),
-             material.get("emissiveTexture"), material.get("occlusionTexture")]
-    sets = {slot.get("extensions", {}).get("KHR_texture_transform", {}).get("texCoord", slot.get("texCoord", 0)) for slot in slots if slot}
+    sets = {slot.get("extensions", {}).get("KHR_texture_transform", {}).get("texCoord", slot.get("texCoord", 0)) for slot in slots(material)}
     if len(sets) > 1:
         raise ValueError("a material has two sets of texture coordinates")
     return sets.pop() if sets else 0
+
+
+def features(model):
+    """What reflectance and the integrator need beyond core glTF: others pay nothing for it."""
+    used = {name for material in model.doc.get("materials", []) for name in material.get("extensions", {})}
+    wanted = {
+        "stretch": {"KHR_materials_anisotropy"},
+        "passed": {"KHR_materials_diffuse_transmission"},
+        "glass": {"KHR_materials_transmission"},
+        "specular": {"KHR_materials_pbrSpecularGlossiness", "KHR_materials_ior"},
+        "dispersion": {"KHR_materials_dispersion"},
+    }
+    return {feature for feature, names in wanted.items() if names & used}
 
 
 def shapes(model):
@@ -189,90 +271,6 @@ def tangents_of(primitive, uv):
     length = np.linalg.norm(tangents, axis=1, keepdims=True)
     fallback = np.cross(normals, np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]]))
     return np.hstack([np.where(length > 1e-12, tangents / np.maximum(length, 1e-30), fallback), signs])
-
-
-def albedo_table(size=64, samples=4096):
-    """E over cos θ and α, both as their square roots: what a lobe of f0 = 1 reflects of light from all around."""
-    rng = np.random.default_rng(1)
-    u, phi = (np.arange(samples) + 0.5) / samples, rng.random(samples) * math.pi
-    cosines = np.maximum((np.arange(size) / (size - 1)) ** 2, 1e-4)
-    table = np.zeros((size, size), np.float32)
-    for row, rough in enumerate(np.arange(size) / (size - 1)):
-        alpha = max(rough, 0.045) ** 2
-        h_cos = 1 / np.sqrt(1 + alpha * alpha * u / (1 - u))
-        h_sin = np.sqrt(np.maximum(1 - h_cos * h_cos, 0))
-        for column, cos in enumerate(cosines):
-            v_dot_h = np.sqrt(1 - cos * cos) * h_sin * np.cos(phi) + cos * h_cos
-            n_dot_l = 2 * v_dot_h * h_cos - cos
-            lit = (v_dot_h > 0) & (n_dot_l > 0)
-            n_dot_l = np.maximum(n_dot_l, 1e-6)
-            smith = n_dot_l * np.sqrt(cos * cos * (1 - alpha * alpha) + alpha * alpha) + cos * np.sqrt(n_dot_l * n_dot_l * (1 - alpha * alpha) + alpha * alpha)
-            table[row, column] = np.mean(np.where(lit, 0.5 / smith * n_dot_l * 4 * v_dot_h / h_cos, 0))
-    return mi.Texture2f(mi.TensorXf(table[..., None]), wrap_mode=dr.WrapMode.Clamp)
-
-
-class Reflectance:
-    """The reflectance of points seen from `to_eye`, both sides of everything in world space."""
-
-    def __init__(self, table, base, orm, normal, to_eye):
-        # What is interpolated or mapped may be turned away from the eye, where no reflectance is defined: it is turned back to where
-        # it is just seen.
-        n_dot_v = dr.dot(normal, to_eye)
-        normal = dr.select(n_dot_v < GRAZING, dr.normalize(normal + to_eye * (GRAZING - n_dot_v)), normal)
-        self.normal, self.to_eye = normal, to_eye
-        rough = dr.maximum(orm.y, 0.045)
-        self.alpha = dr.square(rough)
-        self.diffuse = base * (1 - orm.z)
-        self.f0 = dr.lerp(mi.Color3f(0.04), base, orm.z)
-        self.n_dot_v = dr.maximum(dr.dot(normal, to_eye), 1e-4)
-        albedo = table.eval(mi.Point2f(self._texel(dr.sqrt(self.n_dot_v)), self._texel(rough)))[0]
-        self.compensation = 1 + self.f0 * (1 / dr.maximum(albedo, 1e-3) - 1)
-
-    @staticmethod
-    def _texel(place, size=64):
-        return (place * (size - 1) + 0.5) / size
-
-    def _density(self, half):
-        """D; 1 - (n·h)² as a cross product, which loses nothing beside 1."""
-        a2 = dr.square(self.alpha)
-        n_dot_h2 = dr.square(dr.dot(self.normal, half))
-        return a2 / (dr.pi * dr.square(dr.squared_norm(dr.cross(self.normal, half)) + n_dot_h2 * a2))
-
-    def value(self, to_light):
-        """The reflectance times n·l, 0 from below."""
-        half = dr.normalize(to_light + self.to_eye)
-        n_dot_l = dr.maximum(dr.dot(self.normal, to_light), 0)
-        a2 = dr.square(self.alpha)
-        smith = n_dot_l * dr.sqrt(dr.square(self.n_dot_v) * (1 - a2) + a2) + self.n_dot_v * dr.sqrt(dr.square(n_dot_l) * (1 - a2) + a2)
-        grazing = dr.maximum(1 - dr.dot(self.to_eye, half), 0)
-        fresnel = self.f0 + (1 - self.f0) * dr.square(dr.square(grazing)) * grazing
-        specular = fresnel * self.compensation * self._density(half) * 0.5 / dr.maximum(smith, 1e-7)
-        return ((1 - fresnel) * self.diffuse * dr.inv_pi + specular) * n_dot_l
-
-    def pdf(self, to_light):
-        """The density of `sample`: half of it as the cosine, half as the half vectors that the eye sees."""
-        half = dr.normalize(to_light + self.to_eye)
-        n_dot_l, a2 = dr.dot(self.normal, to_light), dr.square(self.alpha)
-        masking = 2 / (self.n_dot_v + dr.sqrt(dr.square(self.n_dot_v) * (1 - a2) + a2))
-        return dr.select(n_dot_l > 0, 0.5 * n_dot_l * dr.inv_pi + 0.5 * 0.25 * masking * self._density(half), 0)
-
-    def sample(self, which, uv):
-        """A direction to light; half vectors after Heitz, "Sampling the GGX Distribution of Visible Normals" (2018)."""
-        frame = mi.Frame3f(self.normal)
-        around = frame.to_world(mi.warp.square_to_cosine_hemisphere(uv))
-        eye = frame.to_local(self.to_eye)
-        eye = dr.normalize(mi.Vector3f(self.alpha * eye.x, self.alpha * eye.y, dr.maximum(eye.z, 1e-4)))
-        across = dr.square(eye.x) + dr.square(eye.y)
-        side = dr.select(across > 1e-12, mi.Vector3f(-eye.y, eye.x, 0) * dr.rsqrt(dr.maximum(across, 1e-12)), mi.Vector3f(1, 0, 0))
-        other = dr.cross(eye, side)
-        radius, (s, c) = dr.sqrt(uv.x), dr.sincos(2 * dr.pi * uv.y)
-        first, share = radius * c, 0.5 * (1 + eye.z)
-        second = (1 - share) * dr.sqrt(dr.maximum(1 - first * first, 0)) + share * radius * s
-        third = dr.sqrt(dr.maximum(1 - first * first - second * second, 0))
-        half = side * first + other * second + eye * third
-        half = frame.to_world(dr.normalize(mi.Vector3f(self.alpha * half.x, self.alpha * half.y, dr.maximum(half.z, 1e-6))))
-        mirrored = 2 * dr.dot(self.to_eye, half) * half - self.to_eye
-        return dr.normalize(dr.select(which < 0.5, around, mirrored))
 
 
 def register():

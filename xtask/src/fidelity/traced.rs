@@ -1,6 +1,7 @@
 //! The table of path-traced pictures: Mitsuba 3 (`xtask/mitsuba`) and our frame, of the same files, in linear light.
 
 use super::Fidelity;
+use super::made::{self, Subject};
 use super::pictures::vector;
 use super::scenarios;
 use crate::setup;
@@ -18,12 +19,24 @@ const SAMPLES: u32 = 64;
 /// The pixels of the longer side.
 const SIDE_PX: f64 = 288.0;
 
-/// A scene: its name, its model below the folder of assets (none: that of the published scene of that name, with its camera), and its
-/// environment (none: the file's lights alone).
+/// A scene: its name, its model, and its environment (none: the file's lights alone).
 struct Traced {
     name: &'static str,
-    model: Option<&'static str>,
+    model: Model,
     environment: Option<&'static str>,
+    /// Flags of the camera, which otherwise frames the model.
+    camera: &'static [&'static str],
+}
+
+/// Where a model is from.
+#[derive(Clone, Copy)]
+enum Model {
+    /// That of the published scene of the same name, with its camera.
+    Published,
+    /// Below the folder of assets.
+    Asset(&'static str),
+    /// Written here, with lights of its own where there is no environment.
+    Made(Subject),
 }
 
 const ROOM: Option<&str> = Some("environments/lightroom_14b_approx_1k.hdr");
@@ -31,16 +44,34 @@ const DAWN: Option<&str> = Some("environments/spruit_sunrise_1k.hdr");
 
 /// A published scene under an environment.
 const fn sky(name: &'static str, environment: Option<&'static str>) -> Traced {
-    Traced { name, model: None, environment }
+    Traced { name, model: Model::Published, environment, camera: &[] }
+}
+
+/// A file under an environment.
+const fn asset(name: &'static str, model: &'static str, environment: Option<&'static str>) -> Traced {
+    Traced { name, model: Model::Asset(model), environment, camera: &[] }
+}
+
+/// A model that is written here, seen from the front.
+const fn made(name: &'static str, subject: Subject, environment: Option<&'static str>) -> Traced {
+    Traced {
+        name,
+        model: Model::Made(subject),
+        environment,
+        camera: &["--eye", "1.5,1,6.5", "--target", "0,0,0", "--fov-y", "32"],
+    }
 }
 
 /// A file with lights of its own, without environment.
 const fn lamps(name: &'static str, model: &'static str) -> Traced {
-    Traced { name, model: Some(model), environment: None }
+    asset(name, model, None)
 }
 
-/// What core glTF can say, since only that has a reflectance in `xtask/mitsuba`.
-const SCENES: [Traced; 15] = [
+const ANISOTROPY: &str = "khronos-sample-assets/Models/AnisotropyStrengthTest/glTF-Binary/AnisotropyStrengthTest.glb";
+const GLOSSINESS: &str = "gltf-transform/core/test/in/BoxTextured_glTF-pbrSpecularGlossiness/BoxTextured.gltf";
+
+/// What core glTF can say, and the extensions of which no one has published a picture that we have.
+const SCENES: [Traced; 24] = [
     sky("Duck", ROOM),
     sky("BoxTextured", ROOM),
     sky("DamagedHelmet", DAWN),
@@ -56,6 +87,18 @@ const SCENES: [Traced; 15] = [
     lamps("lightfield_16", "lightfield/lightfield_16.glb"),
     lamps("shadow_mapping_points", "renderling/shadow_mapping_points.glb"),
     lamps("shadow_mapping_spots", "renderling/shadow_mapping_spots.glb"),
+    asset("AnisotropyStrengthTest", ANISOTROPY, ROOM),
+    made("anisotropy", Subject::Anisotropy, ROOM),
+    made("anisotropy", Subject::Anisotropy, None),
+    made("diffuse_transmission", Subject::DiffuseTransmission, ROOM),
+    made("diffuse_transmission", Subject::DiffuseTransmission, None),
+    asset("BoxTextured-glossiness", GLOSSINESS, ROOM),
+    made("specular_glossiness", Subject::SpecularGlossiness, ROOM),
+    made("specular_glossiness", Subject::SpecularGlossiness, None),
+    Traced {
+        camera: &["--eye", "0.04,0.03,0.2", "--target", "0,0,0", "--fov-y", "35"],
+        ..asset("DispersionTest", "threejs/DispersionTest.glb", ROOM)
+    },
 ];
 
 /// Whether a scene is path-traced.
@@ -117,16 +160,13 @@ impl Fidelity<'_> {
         command.arg("render");
         let mut size = (SIDE_PX, (SIDE_PX * 0.5625).round());
         let model = match scene.model {
-            Some(model) => {
-                let model = assets.join(model);
-                command.arg(&model);
-                model
-            }
-            None => {
+            Model::Asset(model) => assets.join(model),
+            Model::Made(subject) => made::write(subject, scene.environment.is_none(), &self.folder)?,
+            Model::Published => {
                 let all = scenarios::read(assets)?;
                 let known = all.into_iter().find(|known| known.name == scene.name).context("no such scene")?;
                 let model = known.model.context("its model is not on this machine")?;
-                command.arg(&model).args(["--eye", &vector(known.eye), "--target", &vector(known.target)]);
+                command.args(["--eye", &vector(known.eye), "--target", &vector(known.target)]);
                 command.args(["--fov-y", &known.fov_y_deg.to_string()]);
                 let (width, height) = known.size_px;
                 let scale = SIDE_PX / width.max(height);
@@ -134,6 +174,7 @@ impl Fidelity<'_> {
                 model
             }
         };
+        command.arg(&model).args(scene.camera);
         let environment = scene.environment.map(|file| assets.join(file));
         match &environment {
             Some(file) => command.arg("--environment").arg(file),
@@ -234,7 +275,11 @@ fn scripts() -> Result<String> {
         let path = root().join("xtask/mitsuba").join(name);
         std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))
     };
-    Ok(["truth.py", "surfaces.py", "gltf.py"].into_iter().map(read).collect::<Result<Vec<_>>>()?.concat())
+    Ok(["truth.py", "surfaces.py", "reflectance.py", "glass.py", "gltf.py"]
+        .into_iter()
+        .map(read)
+        .collect::<Result<Vec<_>>>()?
+        .concat())
 }
 
 /// FNV-1a (Fowler, Noll and Vo 1991).

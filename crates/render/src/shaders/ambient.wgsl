@@ -3,7 +3,7 @@
 
 import package::gbuffer::{Surface, diffuse_environment_share};
 import package::shaders::brdf::{Shading, PI, reflectance};
-@if(layered) import package::constants::LAYER_CLEARCOAT;
+@if(layered) import package::constants::{LAYER_ANISOTROPY, LAYER_CLEARCOAT};
 @if(layered) import package::shaders::layer_maps::has_layer;
 @if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::environment::{
@@ -32,6 +32,9 @@ fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: v
 fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {
     var share = vec3f(min(environment_level(sqrt(shading.roughness_alpha)), 1.0), 1.0, diffuse_share);
     @if(layered) {
+        if has_layer(LAYER_ANISOTROPY) {
+            share.x = min(environment_level(sqrt(shading.layers.alpha_lookup)), 1.0);
+        }
         if has_layer(LAYER_CLEARCOAT) {
             share.y = min(environment_level(sqrt(shading.layers.coat_alpha)), 1.0);
         }

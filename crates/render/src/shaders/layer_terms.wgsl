@@ -17,7 +17,8 @@ struct LayerTerms {
     tangent: vec3f,
     bitangent: vec3f,
     alpha_along: f32,
-    anisotropy: f32,
+    // How rough what is looked up of the environment is.
+    alpha_lookup: f32,
     coat_normal: vec3f,
     coat_n_dot_v: f32,
     coat_weight: f32,

@@ -4,27 +4,45 @@ import package::gbuffer::Surface;
 import package::constants::{
     LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_LIGHT_MAP, LAYER_SHEEN,
 };
+import package::view::view;
 import package::shaders::brdf::{PI, Shading};
 import package::shaders::ambient::suns_radiance;
 import package::shaders::environment::{
     environment_irradiance, environment_reflection, grazing_share, lobe_direction, sun_count,
 };
 import package::shaders::layer_maps::has_layer;
-import package::shaders::layers::below_coat;
+import package::shaders::layers::{STRETCHED_LOOKUPS, below_coat};
 
-// The normal about which stretched highlights are mirrored, in place of several samples along them (Revie 2012, GPU Pro 2, in the
-// form of KHR_materials_anisotropy).
-fn reflection_normal(shading: Shading) -> vec3f {
-    if !has_layer(LAYER_ANISOTROPY) {
-        return shading.normal;
-    }
+// Radiance averaged over a stretched lobe: several round lobes as wide as it is across, along where half vectors that the eye sees lie in
+// the plane of the tangent and the normal. Of the visible normals of GGX (Heitz 2018) a share in that plane is even by the cut through
+// the disc on which they are even, so that each lobe stands for as many. Samples of a picture have theirs between each other.
+fn stretched_reflection(shading: Shading, grazing: f32) -> vec3f {
     let terms = shading.layers;
-    let across = cross(terms.bitangent, shading.to_eye);
-    let stretched = cross(across, terms.bitangent);
-    let keep = 1.0 - terms.anisotropy * (1.0 - sqrt(shading.roughness_alpha));
-    let keep_squared = keep * keep;
-    let bent = mix(stretched, shading.normal, keep_squared * keep_squared);
-    return bent * inverseSqrt(max(dot(bent, bent), 1e-12));
+    let alpha = terms.alpha_lookup;
+    let spread = sqrt(max(terms.alpha_along * terms.alpha_along - alpha * alpha, 0.0));
+    let eye_along = dot(terms.tangent, shading.to_eye);
+    let eye = normalize(vec2f(spread * eye_along, shading.n_dot_v));
+    let side = vec2f(-eye.y, eye.x) * select(1.0, -1.0, eye.x < 0.0);
+    let visible = 0.5 + 0.5 * eye.y;
+    let shift = fract(0.5 + f32(view.sample_index) * 0.618034);
+    let eye_length = length(vec2f(spread * eye_along, shading.n_dot_v));
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < STRETCHED_LOOKUPS; i++) {
+        let place = (f32(i) + shift) * (2.0 / f32(STRETCHED_LOOKUPS)) - 1.0;
+        let cut = 1.0 - visible + visible * place;
+        let found = side * cut + eye * sqrt(max(1.0 - cut * cut, 0.0));
+        let halfway = normalize(terms.tangent * (spread * found.x) + shading.normal * max(found.y, 1e-4));
+        let mirrored = reflect(-shading.to_eye, halfway);
+        // What of it other facets hide from light (Heitz 2014).
+        let n_dot_l = max(dot(shading.normal, mirrored), 0.0);
+        let light_length = length(vec2f(spread * dot(terms.tangent, mirrored), n_dot_l));
+        let open = n_dot_l * (shading.n_dot_v + eye_length)
+            / max(n_dot_l * eye_length + shading.n_dot_v * light_length, 1e-6);
+        let v_dot_half = max(dot(shading.to_eye, halfway), 1e-4);
+        let direction = lobe_direction(mirrored, halfway, v_dot_half, alpha, grazing);
+        sum += vec4f(environment_reflection(direction, alpha), 1.0) * max(open, 1e-3);
+    }
+    return sum.rgb / sum.a;
 }
 
 // How much of the light that is seen through a surface its layers leave.
@@ -45,11 +63,15 @@ fn dielectric_albedo(shading: Shading) -> f32 {
 fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
     let terms = shading.layers;
     let specular_albedo = (shading.f0 * shading.dfg.x + terms.f90 * shading.dfg.y) * shading.energy_compensation;
-    let normal = reflection_normal(shading);
-    let mirrored = reflect(-shading.to_eye, normal);
     let grazing = grazing_share(shading.f0, terms.f90, shading.dfg);
-    let reflected = lobe_direction(mirrored, normal, shading.n_dot_v, shading.roughness_alpha, grazing);
-    let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
+    var specular = vec3f(0.0);
+    if has_layer(LAYER_ANISOTROPY) {
+        specular = stretched_reflection(shading, grazing) * specular_albedo;
+    } else {
+        let mirrored = reflect(-shading.to_eye, shading.normal);
+        let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha, grazing);
+        specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
+    }
     let entering = 1.0 - dielectric_albedo(shading);
     var diffuse = environment_irradiance(shading.normal) * shading.albedo;
     if has_layer(LAYER_DIFFUSE_TRANSMISSION) {

@@ -2,8 +2,9 @@
 // follow the ratified extensions of glTF 2.0; which there are is constant when a shader runs, so that others cost nothing.
 
 import package::gbuffer::Surface;
+import package::view::view;
 import package::constants::{
-    LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_GLOSSINESS, LAYER_IRIDESCENCE, LAYER_SHEEN,
+    ENVIRONMENT_ROUGHNESS_FIRST, LAYER_ANISOTROPY, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_GLOSSINESS, LAYER_IRIDESCENCE, LAYER_SHEEN,
     LAYER_TRANSMISSION, LAYER_VOLUME, ROUGHNESS_PERCEPTUAL_MIN,
 };
 import package::shaders::brdf::{PI, Shading};
@@ -21,6 +22,8 @@ import package::shaders::surface_vertex::SurfaceVarying;
 // Below this the sheen of a fibre is narrower than half floats can hold.
 const SHEEN_ROUGHNESS_MIN: f32 = 0.07;
 const COAT_F0: f32 = 0.04;
+// How often the environment is looked up along a stretched highlight, for every sample of a picture.
+const STRETCHED_LOOKUPS: u32 = 8u;
 
 // The layers of a material at a fragment, as its factors and maps have them.
 struct LayerSample {
@@ -134,6 +137,12 @@ fn set_layers(shading: ptr<function, Shading>, surface: Surface, sample: LayerSa
     if has_layer(LAYER_ANISOTROPY) {
         let alpha = (*shading).roughness_alpha;
         terms.alpha_along = mix(alpha, 1.0, sample.anisotropy * sample.anisotropy);
+        // As wide as the surface is rough across, but so that those of all samples leave no gaps along it, and are not the mirror's
+        // where it is stretched: suns are no part of others.
+        let samples = exp2(2.0 * view.mip_gain);
+        let gap = terms.alpha_along / (f32(STRETCHED_LOOKUPS) * samples);
+        let mirror = min(terms.alpha_along, ENVIRONMENT_ROUGHNESS_FIRST * ENVIRONMENT_ROUGHNESS_FIRST);
+        terms.alpha_lookup = max(alpha, max(gap, mirror));
         // The table is that of round lobes; what stretched ones reflect lies between those as rough as either direction.
         (*shading).dfg = mix((*shading).dfg, dfg_at((*shading).n_dot_v, sqrt(terms.alpha_along)).xy, 0.6);
     }
@@ -148,7 +157,6 @@ fn set_layers(shading: ptr<function, Shading>, surface: Surface, sample: LayerSa
         terms.tangent = select(normalize(cross(normal, fallback)), along * inverseSqrt(max(length_squared, 1e-30)),
             length_squared > 1e-12);
         terms.bitangent = cross(normal, terms.tangent);
-        terms.anisotropy = sample.anisotropy;
     }
     terms.through = 1.0;
     if has_layer(LAYER_SHEEN) {

@@ -3,7 +3,7 @@
 // where the ray leaves the picture.
 
 import package::view::view;
-import package::constants::{LAYER_DISPERSION, LAYER_VOLUME};
+import package::constants::{LAYER_DISPERSION, LAYER_VOLUME, ROUGHNESS_PERCEPTUAL_MIN};
 import package::shaders::brdf::Shading;
 import package::shaders::environment::environment_reflection;
 import package::shaders::layer_maps::has_layer;
@@ -14,6 +14,10 @@ import package::shaders::shading::linear_clamp;
 
 // A cubic B-spline of four by four texels by four samples (Sigg & Hadwiger 2005, GPU Gems 2), because squares of coarse mips show.
 fn behind_at_mip(uv: vec2f, mip: f32) -> vec4f {
+    if mip < 0.5 {
+        // As sharp as it is.
+        return textureSampleLevel(behind, linear_clamp, uv, 0.0);
+    }
     let size = vec2f(textureDimensions(behind, i32(mip)));
     let texel = uv * size - 0.5;
     let first = floor(texel);
@@ -53,9 +57,10 @@ fn seen_through(shading: Shading, position_world: vec3f, ior: f32) -> vec4f {
     let clip = view.clip_from_world * vec4f(position_world + ray * length_m, 1.0);
     let uv = clip.xy / max(clip.w, 1e-6) * vec2f(0.5, -0.5) + 0.5;
     // A thin wall refracts twice, and not at all; rough ones blur by their index.
-    let roughness = sqrt(shading.roughness_alpha);
+    // Smooth ones do not: the least roughness of highlights is none here.
+    let roughness = (sqrt(shading.roughness_alpha) - ROUGHNESS_PERCEPTUAL_MIN) / (1.0 - ROUGHNESS_PERCEPTUAL_MIN);
     let mip_last = floor(log2(max(view.size_px.x, view.size_px.y)) + 1e-3);
-    let blur = roughness * clamp(2.0 * ior - 2.0, 0.0, 1.0);
+    let blur = max(roughness, 0.0) * clamp(2.0 * ior - 2.0, 0.0, 1.0);
     let mip = clamp(log2(view.size_px.x) * blur, 0.0, max(mip_last - 1.0, 0.0));
     let seen = behind_at(clamp(uv, vec2f(0.0), vec2f(1.0)), mip);
     let beyond = max(abs(uv - 0.5) - 0.5, vec2f(0.0));
