@@ -5,10 +5,10 @@
 
 mod common;
 
-use common::{floats, ids};
-use glam::{Mat4, Quat, Vec3};
-use manypass::{Aov, Environment, FrameRequest, LightCulling, Pose, Renderer, Tonemap, View};
-use manypass_scene::{Aabb, Light, LightKind, Node, Projection, Scene, gltf_file};
+use common::{floats, framed, ids};
+use glam::Vec3;
+use manypass::{Aov, Environment, FrameRequest, LightCulling, Pose, Renderer, Tonemap};
+use manypass_scene::{Aabb, Light, LightKind, Node, Scene, gltf_file};
 use manypass_testkit::compare::{Difference, Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,17 +31,6 @@ fn models() -> Option<Vec<PathBuf>> {
     }
     found.sort();
     Some(found)
-}
-
-/// A camera that sees all of `bounds` from the right and above.
-fn framed(bounds: &Aabb) -> View {
-    let radius_m = bounds.corners().iter().map(|c| c.distance(bounds.center())).fold(1e-4, f32::max);
-    let rotation = Quat::from_rotation_y(0.5) * Quat::from_rotation_x(-0.35);
-    let fov_y_rad = 0.7f32;
-    let distance_m = radius_m / (0.5 * fov_y_rad).sin();
-    let eye = bounds.center() + rotation * Vec3::Z * distance_m;
-    let projection = Projection::Perspective { fov_y_rad, near_m: 1e-3 * distance_m, far_m: None };
-    View { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection }
 }
 
 /// Twenty-four coloured lamps around `bounds`, of ranges that reach a part of it each, so that lists differ by cluster.

@@ -2,11 +2,13 @@
 
 #![allow(dead_code, clippy::unwrap_used, reason = "each test file uses a part, and panics where it expects something")]
 
+pub mod files;
 pub mod shadows;
 pub mod skies;
 
+use glam::{Mat4, Quat, Vec3};
 use manypass::{AovPixels, Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Tonemap, View};
-use manypass_scene::Scene;
+use manypass_scene::{Aabb, Projection, Scene};
 use std::path::PathBuf;
 
 /// A renderer on the first adapter.
@@ -36,6 +38,17 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     request.settings.shadows.enabled = false;
     request.averaging = Averaging::Both;
     request
+}
+
+/// A camera that sees all of `bounds` from the right and above.
+pub fn framed(bounds: &Aabb) -> View {
+    let radius_m = bounds.corners().iter().map(|c| c.distance(bounds.center())).fold(1e-4, f32::max);
+    let rotation = Quat::from_rotation_y(0.5) * Quat::from_rotation_x(-0.35);
+    let fov_y_rad = 0.7f32;
+    let distance_m = radius_m / (0.5 * fov_y_rad).sin();
+    let eye = bounds.center() + rotation * Vec3::Z * distance_m;
+    let projection = Projection::Perspective { fov_y_rad, near_m: 1e-3 * distance_m, far_m: None };
+    View { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection }
 }
 
 /// Radiance of one frame, red, green and blue.
