@@ -2,6 +2,7 @@
 
 mod cases;
 mod judge;
+mod made;
 mod variables;
 
 use crate::{
@@ -25,7 +26,11 @@ pub(crate) fn test() -> Result<Tally> {
     let wanted = std::env::var("MANYPASS_BROWSER_CASES").ok();
     let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.split(',').any(|word| word == name));
     let cases: Vec<&Case> = CASES.iter().filter(|case| is_wanted(case.name)).collect();
-    let found: Vec<(&Case, String)> = cases.iter().filter_map(|case| Some((*case, case.input(&assets)?))).collect();
+    made::write_cube()?;
+    let mut found: Vec<(&Case, String)> = Vec::new();
+    for case in &cases {
+        found.extend(case.input(&assets)?.map(|input| (*case, input)));
+    }
     let missing = cases.len() - found.len();
     if missing > 0 {
         println!("    {missing} of {} models are not on this machine and are skipped", cases.len());

@@ -3,8 +3,9 @@
 
 mod common;
 
-use common::{F32, I8, I16, Model, U8, U16, U32, data_uri, floats, integers};
+use common::{F32, I8, I16, Model, U8, U16, U32, floats, integers};
 use manypass_scene::{Primitive, Topology, load_bytes};
+use manypass_testkit::data_uri;
 use serde_json::{Value, json};
 
 /// Five points that differ.

@@ -3,11 +3,12 @@
 
 mod common;
 
-use common::{Model, data_uri, push};
+use common::{Model, push};
 use image::{ColorType, DynamicImage, ImageBuffer, ImageFormat, Luma, LumaA, Rgb, Rgba};
 use manypass_scene::{
     AlphaMode, Material, Sampler, ShadingModel, TextureRef, TextureTransform, Wrap, load_bytes, load_path,
 };
+use manypass_testkit::data_uri;
 use serde_json::{Value, json};
 
 /// A 2 by 2 picture of one colour as a file.

@@ -2,10 +2,8 @@
 //! picture uncompressed, and broken ones.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::data_uri;
 use manypass_scene::{BlockFormat, Image, ImageSource, load_bytes};
+use manypass_testkit::data_uri;
 use manypass_testkit::ktx2::{picture, solid_block};
 use manypass_testkit::needs::assets;
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 //! What is drawn, and in which ways.
 
-use super::variables;
+use super::{made, variables};
 use crate::step::root;
 use anyhow::Result;
 use manypass_testkit::compare::Tolerance;
@@ -70,7 +70,7 @@ const SPHERES: &str =
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 35] = [
+pub(super) const CASES: [Case; 39] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -139,6 +139,13 @@ pub(super) const CASES: [Case; 35] = [
     Case { tolerance: together(88, 38), ..case("AttenuationTest", "", SQUARE) },
     Case { is_forward: true, ..case("SpecularTest", "", SQUARE) },
     case("IridescenceSuzanne", "", SQUARE),
+    // Sheen, and glass that refracts colours apart, smooth and rough.
+    case("layers", "xtask/browser/layers.gltf", SQUARE),
+    // Textures of KTX2 (UASTC), one of which has directions of anisotropy.
+    case("AnisotropyBarnLamp", "bevy/AnisotropyBarnLamp/AnisotropyBarnLamp.gltf", SQUARE),
+    case("Draco", "khronos-sample-assets/Models/Duck/glTF-Draco/Duck.gltf", SQUARE),
+    // Six faces, which the page is given as one container.
+    Case { settings: &[("environment.file", made::CUBE)], ..case("cube", SPHERES, WIDE) },
     // Two targets of one blend state: sums, and weights.
     Case {
         settings: &[("transparency.mode", "weighted")],
@@ -204,9 +211,12 @@ impl Case {
     }
 
     /// What the command line and the browser are given; none if this machine does not have the model.
-    pub fn input(&self, assets: &Path) -> Option<String> {
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn input(&self, assets: &Path) -> Result<Option<String>> {
         if self.model.starts_with("demo:") {
-            return Some(self.model.to_owned());
+            return Ok(Some(self.model.to_owned()));
         }
         let name = self.name;
         let path = match self.model {
@@ -214,6 +224,7 @@ impl Case {
             model if model.starts_with("xtask/") || model.starts_with("docs/") => root().join(model),
             model => assets.join(model),
         };
-        path.is_file().then(|| path.display().to_string())
+        let whole = path.is_file().then(|| made::whole(path, name)).transpose()?;
+        Ok(whole.map(|path| path.display().to_string()))
     }
 }

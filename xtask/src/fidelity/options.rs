@@ -20,8 +20,8 @@ Cycles, beside the distance of Filament's pictures from the same.
   ours are rendered twice as large as the published pictures and scaled by Lanczos's filter, as those were. For every scene
   there is a sheet: theirs, ours, and the map of FLIP. The command fails if the median of our distance is above Filament's.
 
-traced: path-traces scenes of core glTF with Mitsuba 3 (xtask/mitsuba; installed by pip into target/mitsuba), once under each
-light, and compares radiance (EXR): the ratio of means, the mean absolute difference, and HDR-FLIP.
+traced: path-traces scenes of core glTF, and of four extensions, with Mitsuba 3 (xtask/mitsuba; installed by pip into
+target/mitsuba), once under each light, and compares radiance (EXR): the ratio of means, the mean absolute difference, and HDR-FLIP.
 
 Options:
   --tables TABLES    published, traced, or both with a comma [default: both]
@@ -30,7 +30,7 @@ Options:
   --markdown FILE    write the tables to FILE, too
   --program PROGRAM  this build of manypass; otherwise the release build, which is made first
 
-Takes about 3 and 8 minutes on two cores with a software adapter, and 4 more to build. Path-traced pictures are kept in DIR.
+Takes about 3 and 13 minutes on two cores with a software adapter, and 4 more to build. Path-traced pictures are kept in DIR.
 The assets lie in MANYPASS_ASSETS, else beside the repository in shared/assets.
 ";
 
