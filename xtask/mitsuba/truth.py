@@ -108,9 +108,10 @@ class Hit:
 
 def first_hit(world, ray, rng, layers):
     """The first surface that is drawn: single-sided ones are not from behind, others as their alpha says."""
-    hit, active = Hit(world, ray, mi.Bool(True)), mi.Bool(True)
+    hit, active, passes = Hit(world, ray, mi.Bool(True)), mi.Bool(True), mi.Bool(True)
     for _ in range(layers - 1):
-        passes = hit.valid & (~(hit.is_front | (hit.kind.y > 0.5)) | (rng.rest.next_float32() >= hit.kind.x))
+        # What a ray was stopped by stops it for good.
+        passes &= hit.valid & (~(hit.is_front | (hit.kind.y > 0.5)) | (rng.rest.next_float32() >= hit.kind.x))
         ray = mi.Ray3f(dr.select(passes, hit.si.spawn_ray(ray.d).o, ray.o), ray.d)
         hit = Hit(world, ray, active)
     return hit, ray
