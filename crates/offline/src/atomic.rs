@@ -127,6 +127,7 @@ pub struct AtomicFile {
     temporary: Option<PathBuf>,
     file: Option<File>,
     stop: Option<&'static AtomicBool>,
+    is_synced: bool,
 }
 
 impl AtomicFile {
@@ -146,19 +147,33 @@ impl AtomicFile {
             let _waiting = Waiting::begin();
             // What stands in an open file already is not this file's to overwrite.
             let file = OpenOptions::new().append(true).open(target).map_err(failed)?;
-            return Ok(Self { target: target.to_owned(), temporary: None, file: Some(file), stop: None });
+            return Ok(Self {
+                target: target.to_owned(),
+                temporary: None,
+                file: Some(file),
+                stop: None,
+                is_synced: true,
+            });
         }
         // Only a link to something that is there can be followed; another is replaced.
         let is_link = target.is_symlink();
         let target = fs::canonicalize(target).ok().filter(|_| is_link).unwrap_or_else(|| target.to_owned());
         let (temporary, file) = create_temporary(&target).map_err(failed)?;
-        Ok(Self { target, temporary: Some(temporary), file: Some(file), stop: None })
+        Ok(Self { target, temporary: Some(temporary), file: Some(file), stop: None, is_synced: true })
     }
 
     /// The same file; once `stop` is raised, it can neither be written nor put in its place.
     #[must_use]
     pub fn heeding(mut self, stop: &'static AtomicBool) -> Self {
         self.stop = Some(stop);
+        self
+    }
+
+    /// The same file, which is put in its place before its bytes have reached the disk: for what its reader checks. After a power cut a
+    /// part of it may stand there.
+    #[must_use]
+    pub fn unsynced(mut self) -> Self {
+        self.is_synced = false;
         self
     }
 
@@ -189,7 +204,9 @@ impl AtomicFile {
         check(self.stop).map_err(failed)?;
         // What goes to a device has arrived; many cannot be synchronised.
         let (Some(temporary), Some(file)) = (&self.temporary, self.file.take()) else { return Ok(()) };
-        file.sync_all().map_err(failed)?;
+        if self.is_synced {
+            file.sync_all().map_err(failed)?;
+        }
         drop(file);
         check(self.stop).map_err(failed)?;
         fs::rename(temporary, &self.target).map_err(failed)

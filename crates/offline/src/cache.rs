@@ -3,7 +3,7 @@
 //! Files appear whole or not at all ([`crate::atomic`]), so that processes need not wait for each other. When there is more than fits, those
 //! go that nobody has read for the longest time. Where the folder cannot be read or written there is simply no cache.
 
-use crate::atomic;
+use crate::atomic::{AtomicFile, WriteError};
 use manypass::Cache;
 use std::env;
 use std::fs::{self, File};
@@ -111,7 +111,13 @@ impl Cache for DiskCache {
     }
 
     fn put(&self, name: &str, bytes: &[u8]) {
-        if bytes.len() as u64 <= self.bytes_max && atomic::write_file(&self.path(name), bytes).is_ok() {
+        let write = || -> Result<(), WriteError> {
+            // Whoever reads an entry finds out whether it is whole.
+            let mut file = AtomicFile::create(&self.path(name))?.unsynced();
+            file.write(bytes)?;
+            file.commit()
+        };
+        if bytes.len() as u64 <= self.bytes_max && write().is_ok() {
             self.make_room();
         }
     }
