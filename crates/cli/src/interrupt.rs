@@ -28,12 +28,27 @@ pub fn heed(quiet: bool) {
             atomic::remove_unfinished();
             let failure = still_failure(&StillError::Stopped);
             failure.print();
-            std::process::exit(i32::from(failure.code()));
+            end(i32::from(failure.code()));
         }
         if !quiet {
             say(format_args!("interrupting after this step; once more stops at once"));
         }
     });
+}
+
+/// Ends the process, whatever its other threads do. Destructors do not run: those of a graphics driver would free what its threads
+/// still use.
+#[cfg(unix)]
+#[allow(unsafe_code, reason = "the end without destructors is a function of the system")]
+fn end(code: i32) -> ! {
+    // SAFETY: it takes a number and does not return; what it leaves out, other code cannot see any more.
+    unsafe { libc::_exit(code) }
+}
+
+/// Ends the process.
+#[cfg(not(unix))]
+fn end(code: i32) -> ! {
+    std::process::exit(code)
 }
 
 /// Lets writing beyond the limit for a file's size (`ulimit -f`) fail, where it would end the program.

@@ -103,6 +103,8 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     batch.warn("the inputs", &inputs.warnings)?;
     batch.warn("--effect", &hidden)?;
     let result = batch.render_all(inputs);
+    // A software driver that still compiles for what was submitted would crash when the process ends.
+    batch.renderer.wait();
     batch.bar.finish_and_clear();
     let finished = batch.report.map_or(Ok(()), Report::finish);
     result.and(finished)

@@ -103,7 +103,7 @@ fn ids_have_names_in_headers_and_info() {
     let info: Value =
         serde_json::from_str(&run_in(&folder, &["info", "tri.glb", "--json"]).expect(0).text()).expect("");
     assert_eq!(info["nodes"], json!([{ "index": 0, "name": "tri", "mesh": 0, "parent": null }]));
-    assert_eq!(info["materials"], json!([{ "index": 0, "name": "paint", "layers": [] }]));
+    assert_eq!(info["materials"], json!([{ "index": 0, "name": "paint", "layers": [], "shading": "deferred" }]));
     assert!(info["automatic_camera"]["opencv"]["fx"].as_f64() > Some(0.0) && info["cameras"] == json!([]));
     let text = run_in(&folder, &["info", "tri.glb"]).expect(0).text();
     assert!(text.contains("nodes: 1\n") && text.contains("  paint\n") && !text.contains("view from world"), "{text}");

@@ -116,7 +116,7 @@ fn write_grid(folder: &Folder, edge: u32, size_px: u32) -> u64 {
 }
 
 #[test]
-fn every_byte_of_textures_and_meshes_takes_two_and_a_half_at_most() {
+fn textures_take_twice_their_size_at_most_meshes_three_times_and_both_two_and_a_half() {
     if !has_adapter() {
         return;
     }

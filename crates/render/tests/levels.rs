@@ -349,11 +349,12 @@ fn coated() -> Scene {
     scene
 }
 
-/// A ball with grooves.
+/// A ball with grooves, whose bottoms are darker: relief moves what is seen of them.
 fn carved() -> Scene {
     let mut scene = coated();
     let texture = scene.materials[0].normal_texture.take().unwrap();
     scene.materials[0].clearcoat = None;
+    scene.materials[0].base_color_texture = Some(texture);
     let method = HeightMethod::Occlusion;
     scene.materials[0].height = Some(HeightMap { texture, depth_m: 0.03, method, self_shadow: true });
     scene

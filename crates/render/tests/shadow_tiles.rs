@@ -168,16 +168,20 @@ fn the_atlas_is_as_large_as_its_lights_want() {
     let one = builder.finish();
     let many = many_lights().finish();
     let request = request(&one).with(|settings| settings.shadows.cascades = 1);
-    let mut renderer = shared();
-    let mut bytes_of = |scene: &Scene| {
+    let drawn = |renderer: &mut Renderer, scene: &Scene| {
         renderer.load(scene).unwrap();
-        render(&mut renderer, scene, &request).texture_bytes_of_shadows
+        let picture = radiance(renderer, scene, &request, 1);
+        (picture, render(renderer, scene, &request).texture_bytes_of_shadows)
     };
-    let of_one = bytes_of(&one);
+    let mut renderer = shared();
+    let (picture_of_one, of_one) = drawn(&mut renderer, &one);
     // A map of a light from far away has twice the texels of the picture's longer side.
     let side = 2 * u64::from(request.width.max(request.height)).next_power_of_two();
     assert_eq!(of_one, 4 * side * side, "one map of {side}² texels");
-    let of_many = bytes_of(&many);
+    let (picture_of_many, of_many) = drawn(&mut renderer, &many);
     assert!(of_many > of_one, "{of_many} bytes for 64 lights");
-    assert_eq!(bytes_of(&one), of_many, "what is there is used again");
+    assert!(picture_of_many == drawn(&mut shared(), &many).0, "an atlas that has grown gives another picture");
+    let (picture, bytes) = drawn(&mut renderer, &one);
+    assert_eq!(bytes, of_many, "what is there is used again");
+    assert!(picture == picture_of_one, "a larger atlas gives another picture");
 }

@@ -86,12 +86,12 @@ impl Framing {
     fn of_points(mut points: Vec<Vec3>) -> Self {
         // Beyond that, squares of distances are not finite.
         points.retain(|point| point.abs().max_element() < 1e18);
-        outer::drop_inner(&mut points);
         let bounds_world = Aabb::from_points(points.iter().copied());
         if points.is_empty() {
             points = Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }.corners().to_vec();
         }
         let center = bounds_world.center();
+        outer::drop_inner(&mut points, center);
         let points = Points::new(points.iter().map(|point| (*point - center).to_array()));
         // What is smaller than that at its distance from the origin is one point.
         let least_m = 1e-6 * center.length();

@@ -51,7 +51,7 @@ pub struct Primitive {
     pub uv0: Vec<[f32; 2]>,
     /// The second UV set.
     pub uv1: Vec<[f32; 2]>,
-    /// Linear colour and alpha that multiply the base colour.
+    /// Linear colour and alpha that multiply the base colour, up to 65,504; half floats on the device.
     pub colors: Vec<[f32; 4]>,
     /// Indices into [`crate::Skin::joints`].
     pub joints: Vec<[u16; 4]>,

@@ -97,11 +97,11 @@ pub(super) fn filter_uniform(settings: &ShadowSettings, sample_index: u32) -> [f
 }
 
 impl Renderer {
-    /// Bytes of the atlas that a frame may need beyond what there is; of one that there is already, none.
+    /// Bytes that the atlas may take beyond what it does, in this frame or a later one.
     pub(super) fn missing_shadow_bytes(&self, asked: &[Asked], scene: &Scene) -> u64 {
         let settings = settings_of(asked, scene, self.gpu.capabilities.max_texture_size);
-        let is_known = |side| self.shadows.atlas.is_some() && self.shadows.tiles.side_max() == side;
-        settings.filter(|(_, side)| !is_known(*side)).map_or(0, |(_, side)| Atlas::desc(side).bytes())
+        let known = self.shadows.atlas.as_ref().map_or(0, |atlas| Atlas::desc(atlas.side).bytes());
+        settings.map_or(0, |(_, side_max)| Atlas::desc(side_max).bytes().saturating_sub(known))
     }
 
     /// The shadows of the views of a frame, of which some have any; and the atlas that holds them.

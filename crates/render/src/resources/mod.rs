@@ -23,6 +23,7 @@ pub(crate) use materials::{GpuMaterial, Materials, Sampled};
 pub(crate) use pages::Place;
 pub(crate) use reduced::{FactorsOf, ReducedMaterials};
 pub(crate) use textures::Textures;
+use vertices::is_deformed;
 pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES};
 
 use crate::constants::DATA_WIDTH;
@@ -154,10 +155,9 @@ impl SceneResources {
         }
         if followed.has_changed && !self.layers_deform {
             let primitives = || scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
-            let is_deformed = |part: &&Primitive| !part.joints.is_empty() || !part.morph_targets.is_empty();
             let has_layers =
                 |part: &Primitive| self.materials.get(self.materials.index(part.material)).layers.is_some();
-            self.are_layers_left_out = primitives().filter(is_deformed).any(has_layers);
+            self.are_layers_left_out = primitives().filter(|part| is_deformed(part)).any(has_layers);
         }
         let maps = scene.environment.iter().chain(computed);
         let count = self.environments.len();

@@ -2,6 +2,7 @@
 
 use crate::shader::program::Attribute;
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 use half::f16;
 use manypass_scene::{MorphTarget, Primitive, Topology};
 use std::borrow::Cow;
@@ -11,7 +12,7 @@ use std::borrow::Cow;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Vertex {
     position: [f32; 3],
-    /// The fourth is not looked at.
+    /// The fourth is 1 where the normal that was given is no number, else 0.
     normal: [i16; 4],
     tangent: [i16; 4],
     uv0: [f32; 2],
@@ -83,15 +84,19 @@ pub(super) fn vertices(primitive: &Primitive) -> impl Iterator<Item = Vertex> {
     let no_normal = if primitive.topology == Topology::Points { [0.0; 3] } else { [0.0, 0.0, 1.0] };
     // Without tangents nobody knows where a normal map points; zero leaves the normal as it is.
     let no_tangent = [0.0, 0.0, 0.0, 1.0];
+    // Callers may have lengths and colours that a file cannot; what is endless would be no number in the picture.
+    let color = |color: &[f32; 4]| color.map(|part| f16::from_f32(part.clamp(f16::MIN.to_f32(), f16::MAX.to_f32())));
     (0..primitive.positions.len()).map(move |i| {
-        let [x, y, z] = primitive.normals.get(i).copied().unwrap_or(no_normal);
+        let normal = Vec3::from(primitive.normals.get(i).copied().unwrap_or(no_normal));
+        let [x, y, z] = normal.normalize_or_zero().to_array();
+        let is_wrong = f32::from(u8::from(!normal.is_finite()));
         Vertex {
             position: primitive.positions[i],
-            normal: [x, y, z, 0.0].map(snorm16),
+            normal: [x, y, z, is_wrong].map(snorm16),
             tangent: primitive.tangents.get(i).copied().unwrap_or(no_tangent).map(snorm16),
             uv0: primitive.uv0.get(i).copied().unwrap_or_default(),
             uv1: primitive.uv1.get(i).copied().unwrap_or_default(),
-            color: primitive.colors.get(i).map_or([f16::ONE; 4], |color| color.map(f16::from_f32)),
+            color: primitive.colors.get(i).map_or([f16::ONE; 4], color),
         }
     })
 }

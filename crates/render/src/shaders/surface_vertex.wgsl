@@ -12,7 +12,8 @@ override masked: u32 = 0u;
 
 struct SurfaceInput {
     @location(0) position: vec3f,
-    @location(1) normal: vec3f,
+    // The fourth is 1 where the normal that was given is no number.
+    @location(1) normal: vec4f,
     @location(2) tangent: vec4f,
     @location(3) uv0: vec2f,
     @location(4) uv1: vec2f,
@@ -153,7 +154,7 @@ fn transform_point(rows: Rows, position: vec3f) -> vec3f {
 
 fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     var position = in.position;
-    var normal = in.normal;
+    var normal = in.normal.xyz;
     var tangent = in.tangent.xyz;
     var rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
     @if(skins) {

@@ -134,11 +134,13 @@ pub struct Shadows {
     side_max: u32,
     allocator: Allocator,
     tiles: BTreeMap<TileKey, Kept>,
+    /// Whether nothing was drawn into the atlas yet.
+    is_empty: bool,
 }
 
 impl Default for Shadows {
     fn default() -> Self {
-        Self { side_max: SIDE_MIN, allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new() }
+        Self { side_max: SIDE_MIN, allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new(), is_empty: true }
     }
 }
 
@@ -151,11 +153,6 @@ impl Shadows {
         }
     }
 
-    /// The side that the atlas is allowed.
-    pub fn side_max(&self) -> u32 {
-        self.side_max
-    }
-
     /// The side of the atlas, which has as much room as lights have wanted so far.
     pub fn atlas_side(&self) -> u32 {
         self.allocator.side()
@@ -164,6 +161,7 @@ impl Shadows {
     fn reset(&mut self, side: u32) {
         self.allocator = Allocator::new(side);
         self.tiles.clear();
+        self.is_empty = true;
     }
 
     /// Makes room for tiles of these `sides`. What the tiles hold is forgotten if the atlas has to grow for them.
@@ -216,7 +214,6 @@ impl Shadows {
             frame.beyond.extend(beyond.map(|(light, _)| light.key.node));
         }
         self.grow(&wanting, &sides);
-        frame.is_first = self.tiles.is_empty();
         let placed = self.place(&wanting, &sides);
         let mut of_lights: OfLights<'_> = BTreeMap::new();
         for (at, (wanting, squares)) in wanting.iter().zip(&placed).enumerate() {
@@ -234,6 +231,8 @@ impl Shadows {
             let records = self.tiles_of(&casters, wanting, squares, &mut frame);
             of_lights.insert(&wanting.key, (records, weight));
         }
+        frame.is_first = self.is_empty;
+        self.is_empty &= frame.tiles.is_empty();
         frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights, dealing)).collect();
         frame
     }

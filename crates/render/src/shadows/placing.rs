@@ -55,11 +55,12 @@ impl Shadows {
 
     /// The squares of every light's tiles, none of a tile without casters; none at all of a light that has no place.
     pub(super) fn place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Vec<Option<Vec<Option<Square>>>> {
-        // First what stays where it is, then what is new; if that finds no gap, what nobody wants now is given up, and if that
-        // does not help, everything is placed anew, which always fits.
+        // First what stays where it is, then what is new; if that finds no gap, the atlas grows, if it may; else what nobody wants now is
+        // given up, and if that does not help, everything is placed anew, which always fits.
         for attempt in 0..3 {
             match attempt {
                 0 => (),
+                1 if self.allocator.side() < self.side_max => self.reset(2 * self.allocator.side()),
                 1 => {
                     let is_wanted = |light: &Wanting, side: &u32| (*side > 0).then_some(light.key);
                     let wanted: BTreeSet<_> =

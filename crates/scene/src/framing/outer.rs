@@ -27,17 +27,18 @@ const DIRECTIONS: [Vec3; 14] = [
 const MARGIN: f32 = 1e-4;
 
 /// Takes points out that lie inside the convex hull of 14 others, if there are many: whatever direction is looked along, none of
-/// them is the farthest.
-pub(super) fn drop_inner(points: &mut Vec<Vec3>) {
+/// them is the farthest. `center` is among them: far from the origin nothing else is exact.
+pub(super) fn drop_inner(points: &mut Vec<Vec3>, center: Vec3) {
     if points.len() < MANY {
         return;
     }
     let farthest = |direction: Vec3| {
         let mut most = (f32::NEG_INFINITY, Vec3::ZERO);
         for point in points.iter() {
-            let reach = point.dot(direction);
+            let from_center = *point - center;
+            let reach = from_center.dot(direction);
             if reach > most.0 {
-                most = (reach, *point);
+                most = (reach, from_center);
             }
         }
         most.1
@@ -46,7 +47,8 @@ pub(super) fn drop_inner(points: &mut Vec<Vec3>) {
     let size = corners.iter().fold(0.0, |size: f32, corner| size.max(corner.distance(corners[0])));
     let faces = faces(&corners, MARGIN * size);
     if !faces.is_empty() {
-        points.retain(|point| faces.iter().any(|(normal, distance)| point.dot(*normal) > distance - MARGIN * size));
+        let is_beyond = |point: Vec3, (normal, distance): &(Vec3, f32)| point.dot(*normal) > distance - MARGIN * size;
+        points.retain(|point| faces.iter().any(|face| is_beyond(*point - center, face)));
         points.shrink_to_fit();
     }
 }
@@ -89,21 +91,26 @@ mod tests {
     fn the_farthest_in_every_direction_stays() {
         let on_sphere =
             |x: f32, y: f32, z: f32| (Vec3::new(x, y, z) - 0.5).normalize_or_zero() * (0.2 + 0.8 * z) + 40.0;
-        let shapes: [(&str, Vec<Vec3>, bool); 4] = [
+        let far = Vec3::new(1e5, 10.0, 2e5);
+        let shapes: [(&str, Vec<Vec3>, bool); 6] = [
             ("a block", many(|x, y, z| Vec3::new(x, 3.0 * y, 0.1 * z) - 7.0), true),
             ("a ball", many(on_sphere), true),
+            ("a block far away", many(|x, y, z| 10.0 * Vec3::new(x, y, z) + far), true),
+            ("a ball far away", many(|x, y, z| 10.0 * (on_sphere(x, y, z) - 40.0) + far), true),
             ("a plane", many(|x, y, _| Vec3::new(x, y, x - y)), false),
             ("one point", many(|_, _, _| Vec3::splat(3.0)), false),
         ];
         for (name, points, gets_fewer) in shapes {
             let mut outer = points.clone();
-            drop_inner(&mut outer);
+            let center = crate::Aabb::from_points(points.iter().copied()).center();
+            drop_inner(&mut outer, center);
             assert_eq!(4 * outer.len() < 3 * points.len(), gets_fewer, "{name}: {} of {}", outer.len(), points.len());
             for turn in 0..500 {
                 let (turn, height) = (f32::from(turn as u16), f32::from(turn as u16) / 250.0 - 1.0);
                 let around = (1.0 - height * height).max(0.0).sqrt();
                 let direction = Vec3::new(turn.cos() * around, height, turn.sin() * around);
-                let most = |points: &[Vec3]| points.iter().fold(f32::MIN, |most, point| most.max(point.dot(direction)));
+                let reach = |point: &Vec3| (*point - center).dot(direction);
+                let most = |points: &[Vec3]| points.iter().map(reach).fold(f32::MIN, f32::max);
                 assert_eq!(most(&outer), most(&points), "{name} along {direction}");
             }
         }

@@ -26,7 +26,7 @@ fn drawable(position: vec3f) -> vec3f {
 
 // Whether a vertex holds what is no number, and whether it has no tangent.
 fn wrong_of(in: SurfaceInput, surface: SurfaceVarying) -> vec2f {
-    let is_wrong = has_no_number(in.position) | has_no_number(in.normal) | has_no_number(vec3f(in.uv0, in.uv1.x))
+    let is_wrong = has_no_number(in.position) | (in.normal.w > 0.0) | has_no_number(vec3f(in.uv0, in.uv1.x))
         | has_no_number(vec3f(in.uv1.y, in.color.rg)) | has_no_number(vec3f(in.color.ba, 0.0))
         | has_no_number(surface.position_world) | has_no_number(surface.normal_world);
     let has_no_tangent = dot(in.tangent.xyz, in.tangent.xyz) <= 0.0;

@@ -39,7 +39,7 @@ fn divisible(distance: f32) -> f32 {
 @vertex
 fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     var position = in.position;
-    @if(relief) var down = in.normal;
+    @if(relief) var down = in.normal.xyz;
     if deformed != 0u {
         let displacement = morph_displacement(in, in.instance.z);
         position += displacement.position;
