@@ -6,12 +6,14 @@ mod common;
 
 use common::skies::{SIDE, Surroundings, maps, place, radiance, request, scene, turns};
 use common::{inner_pixels, plain_request, renderer};
-use glam::{DVec3, Quat, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec3, Vec4};
 use manypass::{Background, Environment};
-use manypass_scene::{EnvironmentMap, Projection};
+use manypass_scene::environment::equirectangular_direction;
+use manypass_scene::material::Anisotropy;
+use manypass_scene::{EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, primitives};
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes;
-use std::f32::consts::FRAC_PI_2;
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 /// How far what is reflected may be off, as shares of its own brightness in a direction or of the environment's mean, whichever is more.
@@ -98,12 +100,17 @@ fn sparks(pixels: &[usize], width: usize, luminance: &[f64], more: f64) -> Vec<u
     pixels.iter().copied().filter(|at| luminance[*at] > (1.0 + more) * brightest_about(*at)).collect()
 }
 
+/// The radiance of the sky of [`small_sun`] and of its sun, and the sun's first texel.
+const SKY: Vec3 = Vec3::splat(0.3);
+const SUN_RADIANCE: f32 = 50_000.0;
+const SUN_PLACE: (u32, u32) = (640, 150);
+
 /// A grey sky with a sun of so many texels squared.
 fn small_sun(texels: u32) -> EnvironmentMap {
-    let mut map = EnvironmentMap::from_fn("small sun", 1024, 512, |_| Vec3::splat(0.3));
+    let mut map = EnvironmentMap::from_fn("small sun", 1024, 512, |_| SKY);
     for i in 0..texels * texels {
-        let (x, y) = (640 + i % texels, 150 + i / texels);
-        map.texels[(y * map.width + x) as usize] = [half::f16::from_f32(50_000.0); 4];
+        let (x, y) = (SUN_PLACE.0 + i % texels, SUN_PLACE.1 + i / texels);
+        map.texels[(y * map.width + x) as usize] = [half::f16::from_f32(SUN_RADIANCE); 4];
     }
     map
 }
@@ -164,5 +171,70 @@ fn one_small_sun_does_not_sparkle() {
             let away: Vec<usize> = inside.iter().copied().filter(away).collect();
             assert!(sparks(&away, side, &luminance, 0.005).is_empty(), "blur {blur}, a sun of {texels} texels");
         }
+    }
+}
+
+/// The streak of a sun on brushed metal is brightest in its middle, falls off to both sides, and is as bright everywhere as that of many
+/// lights which lie where the sun is.
+#[test]
+fn a_streak_is_brightest_in_its_middle() {
+    const SIZE: (u32, u32) = (129, 33);
+    const MIDDLE: usize = SIZE.0 as usize / 2;
+    /// Lights along the side of a texel: closer to each other than the narrowest lobe is wide.
+    const PARTS: u32 = 4;
+    let mut renderer = renderer();
+    let map = small_sun(3);
+    let [(left, top), size] = [SUN_PLACE, (map.width, map.height)];
+    // The camera is above the plane, and both lie along the sun's direction.
+    let turn = Quat::from_rotation_arc(Vec3::Y, equirectangular_direction((left + 1, top + 1), size));
+    let view = Mat4::from_quat(turn * Quat::from_rotation_x(-FRAC_PI_2)) * Mat4::from_translation(Vec3::Z * 2.0);
+    let mut by_sun = scene(map, Projection::Perspective { fov_y_rad: 0.6, near_m: 0.1, far_m: None });
+    let mut plane = primitives::plane(20.0);
+    plane.material = Some(0);
+    by_sun.meshes.push(Mesh { primitives: vec![plane], ..Mesh::default() }.into());
+    by_sun.add_node(None, Node { mesh: Some(0), rotation: turn, ..Node::default() });
+    let mut by_lights = by_sun.clone();
+    by_lights.environment = Some(Arc::new(EnvironmentMap::from_fn("no sun", 64, 32, |_| SKY)));
+    let fine = (size.0 * PARTS, size.1 * PARTS);
+    for i in 0..9 * PARTS * PARTS {
+        let place = (left * PARTS + i % (3 * PARTS), top * PARTS + i / (3 * PARTS));
+        let towards = equirectangular_direction(place, fine);
+        let solid_angle = TAU / fine.0 as f32 * PI / fine.1 as f32 * (1.0 - towards.y * towards.y).sqrt();
+        let rotation = Quat::from_rotation_arc(Vec3::Z, towards);
+        by_lights.add_node(None, Node { light: Some(i as usize), rotation, ..Node::default() });
+        let intensity = SUN_RADIANCE * solid_angle;
+        by_lights.lights.push(Light { intensity, kind: LightKind::Directional, ..Light::default() });
+    }
+    for (strength, roughness) in [(0.5f32, 0.05f32), (0.9, 0.05), (0.5, 0.2), (0.9, 0.2)] {
+        let mut row = |lit: &mut Scene| -> Vec<f64> {
+            lit.update_transforms();
+            lit.materials = vec![Material {
+                base_color_factor: Vec4::ONE,
+                metallic_factor: 1.0,
+                roughness_factor: roughness,
+                anisotropy: Some(Anisotropy { strength, ..Anisotropy::default() }),
+                ..Material::default()
+            }];
+            let mut request = plain_request(lit, SIZE);
+            request.camera.world_from_view = view;
+            request.settings.environment.source = Environment::File;
+            renderer.load(lit).unwrap();
+            let first = (SIZE.1 / 2 * SIZE.0) as usize;
+            let all = radiance(&mut renderer, lit, &request);
+            all[first..][..SIZE.0 as usize].iter().map(|value| value.x).collect()
+        };
+        let [found, truth] = [row(&mut by_sun), row(&mut by_lights)];
+        let (left, right) = found.split_at(MIDDLE);
+        // Those of more roughness are even over the whole picture.
+        let is_narrow = roughness < 0.1;
+        assert!(
+            !is_narrow || (left.is_sorted() && right.is_sorted_by(|a, b| a >= b)),
+            "{strength}, {roughness}: {found:.3?}"
+        );
+        let ratios = found.iter().zip(&truth).map(|(found, truth)| found / truth);
+        let [least, most] = [f64::min, f64::max].map(|pick| ratios.clone().reduce(pick).unwrap());
+        println!("{strength}, {roughness}: {least:.3} to {most:.3} of the lights', {:.1} in the middle", found[MIDDLE]);
+        // The sun is a rectangle, and taken for a disc.
+        assert!(least > 0.92 && most < 1.04, "{strength}, {roughness}: {found:.2?}, by lights {truth:.2?}");
     }
 }

@@ -2,7 +2,7 @@
 // lights without shadows.
 
 import package::gbuffer::{Surface, diffuse_environment_share};
-import package::shaders::brdf::{Shading, PI, reflectance};
+import package::shaders::brdf::{Shading, PI, reflectance, reflectance_model};
 @if(layered) import package::constants::{LAYER_ANISOTROPY, LAYER_CLEARCOAT};
 @if(layered) import package::shaders::layer_maps::has_layer;
 @if(layered) import package::shaders::layers::layered_reflectance;
@@ -10,20 +10,46 @@ import package::shaders::environment::{
     environment, environment_irradiance, environment_reflection, grazing_share, lobe_direction, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
-import package::shaders::environment_suns::disc_share;
+import package::shaders::environment_suns::{disc_share, strip_share};
+
+// What a round lobe of GGX about `normal` has of a sun's disc, see `disc_share`.
+fn sun_share(normal: vec3f, to_eye: vec3f, alpha: f32, direction: vec4f) -> f32 {
+    let sum = to_eye + direction.xyz;
+    let n_dot_sum = dot(normal, sum);
+    return disc_share(alpha, n_dot_sum * n_dot_sum / max(dot(sum, sum), 1e-8), direction.w);
+}
 
 // `shares` are what of the lobes, of the surface and of a clear coat, is not the mirror's, whose tile has the suns; and what of
 // diffuse light.
 fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec3f) -> vec3f {
-    let n_dot_h = dot(shading.normal, normalize(shading.to_eye + direction.xyz));
-    let disc = disc_share(shading.roughness_alpha, n_dot_h * n_dot_h, direction.w);
     @if(layered) {
-        let layered = layered_reflectance(shading, direction.xyz);
-        let coat_n_dot_h = dot(shading.layers.coat_normal, normalize(shading.to_eye + direction.xyz));
-        let coat_disc = disc_share(shading.layers.coat_alpha, coat_n_dot_h * coat_n_dot_h, direction.w);
+        var disc = 1.0;
+        var widened = shading;
+        if has_layer(LAYER_ANISOTROPY) {
+            // Half vectors as slopes, and how far the disc spreads them: along the lobe, which is as much lower in its middle as if
+            // it were wider by the disc, and across it, where it is narrow.
+            let sum = shading.to_eye + direction.xyz;
+            let scale = 1.0 / max(dot(shading.normal, sum), 1e-2);
+            let slope = vec2f(dot(shading.layers.tangent, sum), dot(shading.layers.bitangent, sum)) * scale;
+            let tilted_along = shading.layers.tangent - slope.x * shading.normal;
+            let tilted_across = shading.layers.bitangent - slope.y * shading.normal;
+            let away = vec2f(dot(tilted_along, direction.xyz), dot(tilted_across, direction.xyz));
+            let spread = (1.0 + slope * slope - away * away) * (4.0 * scale * scale * direction.w);
+            let along_squared = shading.layers.alpha_along * shading.layers.alpha_along + min(spread.x, 1.0);
+            let height = shading.roughness_alpha * shading.roughness_alpha * (1.0 + slope.x * slope.x / along_squared);
+            widened.layers.alpha_along = sqrt(along_squared);
+            disc = strip_share(slope.y, height, spread.y);
+        } else {
+            disc = sun_share(shading.normal, shading.to_eye, shading.roughness_alpha, direction);
+        }
+        let layered = layered_reflectance(widened, direction.xyz);
+        let coat_disc = sun_share(shading.layers.coat_normal, shading.to_eye, shading.layers.coat_alpha, direction);
         return (layered.diffuse * shares.z + layered.specular * (shares.x * disc)
             + layered.coat * (shares.y * coat_disc)) * irradiance.rgb;
     }
+    // Phong's and Blinn's lobes have other shapes, for which the share of a disc is not known here.
+    let of_ggx = sun_share(shading.normal, shading.to_eye, shading.roughness_alpha, direction);
+    let disc = select(1.0, of_ggx, reflectance_model == 0u);
     let n_dot_l = max(dot(shading.normal, direction.xyz), 0.0);
     let parts = reflectance(shading, direction.xyz, n_dot_l);
     return (parts.diffuse * shares.z + parts.specular * (shares.x * disc)) * (irradiance.rgb * n_dot_l);
