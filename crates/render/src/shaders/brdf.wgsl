@@ -72,7 +72,8 @@ fn lobe_reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflecta
         let cosine = clamp(dot(reflected, shading.to_eye), 1e-6, 1.0);
         lobe = (phong_exponent + 2.0) / (2.0 * PI) * pow(cosine, phong_exponent);
     } else {
-        let halfway = normalize(to_light + shading.to_eye);
+        let sum = to_light + shading.to_eye;
+        let halfway = sum * inverseSqrt(max(dot(sum, sum), 1e-8));
         let cosine = clamp(dot(shading.normal, halfway), 1e-6, 1.0);
         let norm = (exponent + 2.0) * (exponent + 4.0) / (8.0 * PI * (exp2(-0.5 * exponent) + exponent));
         lobe = norm * pow(cosine, exponent);

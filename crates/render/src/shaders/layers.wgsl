@@ -208,7 +208,8 @@ fn ggx_lobe(normal: vec3f, to_light: vec3f, to_eye: vec3f, n_dot_v: f32, alpha: 
 
 // The same stretched along the tangent (Burley 2012; visibility after Heitz 2014).
 fn anisotropic_lobe(shading: Shading, to_light: vec3f, n_dot_l: f32) -> f32 {
-    let halfway = normalize(to_light + shading.to_eye);
+    let sum = to_light + shading.to_eye;
+    let halfway = sum * inverseSqrt(max(dot(sum, sum), 1e-8));
     let along = shading.layers.alpha_along;
     let across = shading.roughness_alpha;
     let tangent = shading.layers.tangent;
