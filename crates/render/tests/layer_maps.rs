@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::files::{File, SIDE_PX, picture};
+use common::files::{File, SIDE_PX, keep, picture};
 use glam::{Mat4, Vec3};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use manypass::View;
@@ -183,13 +183,7 @@ fn maps_of_layers_take_either_set_and_a_transform() {
     let view = View { world_from_view: Mat4::from_translation(Vec3::Z * 5.0), projection };
     let [first, second, untransformed] =
         [Way::First, Way::Second, Way::Untransformed].map(|way| picture(&mut renderer, &file(way).scene(), view));
-    if let Some(folder) = std::env::var_os("MANYPASS_TWINS") {
-        for (name, picture) in [("first", &first), ("second", &second), ("untransformed", &untransformed)] {
-            let path = std::path::Path::new(&folder).join(format!("maps.{name}.png"));
-            image::save_buffer(path, picture.pixels.as_flattened(), SIDE_PX, SIDE_PX, ExtendedColorType::Rgba8)
-                .unwrap();
-        }
-    }
+    keep("maps", &[("first", &first), ("second", &second), ("untransformed", &untransformed)]);
     for (map, (extension, slot, _)) in MAPS.iter().enumerate() {
         let (same, other) = (difference(map, [&first, &second]), difference(map, [&first, &untransformed]));
         println!("{slot}: {same:.3} levels, without the transform {other:.2}");

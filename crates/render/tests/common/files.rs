@@ -80,6 +80,15 @@ pub fn picture(renderer: &mut Renderer, scene: &Scene, view: View) -> Picture {
     Picture::from_rgba8(SIDE_PX as usize, SIDE_PX as usize, &renderer.read_display().unwrap())
 }
 
+/// Writes pictures to the folder that `MANYPASS_TWINS` names, for whoever wants to look at them; without it none.
+pub fn keep(name: &str, pictures: &[(&str, &Picture)]) {
+    let Some(folder) = std::env::var_os("MANYPASS_TWINS") else { return };
+    for (which, picture) in pictures {
+        let path = Path::new(&folder).join(format!("{}.{which}.png", name.replace(['/', ' '], "_")));
+        image::save_buffer(path, picture.pixels.as_flattened(), SIDE_PX, SIDE_PX, image::ColorType::Rgba8).unwrap();
+    }
+}
+
 /// Asserts that two scenes look the same by the camera that frames the first one, and that there is something to look at. Gives the
 /// first picture.
 #[track_caller]
@@ -87,12 +96,7 @@ pub fn assert_twins(name: &str, [first, second]: [&Scene; 2], most: f64) -> Pict
     let mut renderer = super::renderer();
     let view = framed(&first.posed_bounds_world());
     let [first, second] = [first, second].map(|scene| picture(&mut renderer, scene, view));
-    if let Some(folder) = std::env::var_os("MANYPASS_TWINS") {
-        for (which, picture) in [("a", &first), ("b", &second)] {
-            let path = Path::new(&folder).join(format!("{}.{which}.png", name.replace(['/', ' '], "_")));
-            image::save_buffer(path, picture.pixels.as_flattened(), SIDE_PX, SIDE_PX, image::ColorType::Rgba8).unwrap();
-        }
-    }
+    keep(name, &[("a", &first), ("b", &second)]);
     let corner = first.pixels[0];
     let shown = first.pixels.iter().filter(|pixel| **pixel != corner).count();
     let least = (SIDE_PX * SIDE_PX / 12) as usize;
