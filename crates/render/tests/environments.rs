@@ -5,9 +5,10 @@
 mod common;
 
 use common::renderer;
-use common::skies::{SIDE, Surroundings, radiance, request, room, scene};
+use common::skies::{SIDE, Surroundings, place, radiance, request, room, scene};
 use glam::{DVec3, Mat4, Quat, Vec3};
-use manypass::{Background, Environment, Exposure, FrameRequest, LightCulling, Path, Settings, Tonemap};
+use manypass::gpu::Gpu;
+use manypass::{Background, Environment, Exposure, FrameRequest, LightCulling, Path, Renderer, Settings, Tonemap};
 use manypass_scene::{
     EnvironmentLight, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene, Sky, primitives,
 };
@@ -32,6 +33,29 @@ fn levels_that_a_file_brings_are_what_rough_surfaces_reflect() {
             let truth = DVec3::new(expected, 0.5 * expected, 0.25);
             assert!((found - truth).length() < 0.01 * truth.length(), "at {roughness}: {found}, expected {truth}");
         }
+    }
+}
+
+#[test]
+fn a_picture_larger_than_the_adapter_takes_is_made_smaller_and_named() {
+    let seen = |to: Vec3| Vec3::new(1.5 + to.x, 1.5 + to.y, 1.5 + to.z);
+    let map = EnvironmentMap::from_fn("wide", 4096, 2048, seen);
+    let scene = scene(map, Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None });
+    let mut gpu = Gpu::headless(None).unwrap();
+    gpu.capabilities.max_texture_size = 2048;
+    let mut renderer = Renderer::new(gpu).unwrap();
+    renderer.load(&scene).unwrap();
+    let expected =
+        "environment \"wide\": 4096x2048 is larger than the adapter's 2048 texels a side; made smaller, 2048x1024";
+    assert_eq!(renderer.warnings(), [expected]);
+    let mut request = request(&scene, Quat::IDENTITY, 0.0);
+    request.settings.background.source = Background::Environment;
+    let found = radiance(&mut renderer, &scene, &request);
+    for (at, found) in found.iter().enumerate().step_by(97) {
+        let (x, y) = place(at);
+        let half = 0.5f64.tan();
+        let truth = seen(DVec3::new(x * half, y * half, -1.0).normalize().as_vec3()).as_dvec3();
+        assert!((found - truth).length() < 0.01 * truth.length(), "{found}, expected {truth}");
     }
 }
 

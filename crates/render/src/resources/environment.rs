@@ -30,6 +30,8 @@ pub(crate) struct EnvironmentTiles {
     /// The map; of the studio none.
     of: Weak<EnvironmentMap>,
     unfinished: Option<Unfinished>,
+    /// What is to be said of the picture.
+    warning: Option<String>,
     /// The name under which a cache lacks them.
     missing: Option<String>,
 }
@@ -56,19 +58,25 @@ impl EnvironmentTiles {
         let texture = create(gpu, "environment", desc, wgpu::TextureUsages::RENDER_ATTACHMENT);
         let view = texture.create_view(&Default::default());
         let of = Arc::downgrade(map);
+        let factor = shrink_factor(map, gpu.capabilities.max_texture_size);
+        let picture_size = (map.width / factor, map.height / factor);
+        let warning = (factor > 1).then(|| shrink_warning(map, picture_size, gpu.capabilities.max_texture_size));
         let missing = cache.map(|_| stored::name_of(gpu, map, sides));
         let entry = cache.zip(missing.as_ref()).and_then(|(cache, name)| cache.get(name));
         if let Some((suns, texels)) = entry.and_then(|entry| stored::tiles_of(&entry, (width * height) as usize)) {
             write(gpu, &texture, (width, height), &texels);
-            return Self { view, desc, sides, suns, light: map.light, of, unfinished: None, missing: None };
+            return Self { view, desc, sides, suns, light: map.light, of, unfinished: None, warning, missing: None };
         }
         if let Some(prefiltered) = &map.prefiltered {
             write_prefiltered(gpu, &texture, sides, prefiltered);
         }
-        let picture_desc = TextureDesc::new_2d(map.width, map.height, ENVIRONMENT_FORMAT);
+        let picture_desc = TextureDesc::new_2d(picture_size.0, picture_size.1, ENVIRONMENT_FORMAT);
         let picture = create(gpu, "environment.picture", picture_desc, wgpu::TextureUsages::empty());
-        write(gpu, &picture, (map.width, map.height), &map.texels);
-        let source_side = (map.width / 2).clamp(SOURCE_SIDES.0, SOURCE_SIDES.1).next_power_of_two();
+        match factor {
+            1 => write(gpu, &picture, picture_size, &map.texels),
+            _ => write(gpu, &picture, picture_size, &shrunk(map, factor)),
+        }
+        let source_side = source_side(map.width);
         let lobes = Lobe::of_levels(source_side);
         Self {
             view,
@@ -78,6 +86,7 @@ impl EnvironmentTiles {
             suns: if map.light.is_some() || map.prefiltered.is_some() { Suns::default() } else { suns(map) },
             light: map.light,
             of,
+            warning,
             missing,
             unfinished: Some(Unfinished {
                 picture: picture.create_view(&Default::default()),
@@ -99,7 +108,7 @@ impl EnvironmentTiles {
         write(gpu, &texture, (width, height), studio::texels());
         let view = texture.create_view(&Default::default());
         let (suns, of) = (Suns::default(), Weak::new());
-        Self { view, desc, sides, suns, light: None, of, unfinished: None, missing: None }
+        Self { view, desc, sides, suns, light: None, of, unfinished: None, warning: None, missing: None }
     }
 
     /// Whether they are those of `map`.
@@ -117,6 +126,11 @@ impl EnvironmentTiles {
         if self.unfinished.is_some() { None } else { self.missing.take() }
     }
 
+    /// What is to be said of the picture.
+    pub fn warning(&self) -> Option<&String> {
+        self.warning.as_ref()
+    }
+
     /// How many suns it has; they are the first.
     pub fn sun_count(&self) -> u32 {
         self.suns.iter().filter(|sun| sun.irradiance != Vec3::ZERO).count() as u32
@@ -128,11 +142,43 @@ impl EnvironmentTiles {
     }
 }
 
+/// The side of the faces that lobes are sampled from, of a picture of a width.
+fn source_side(width: u32) -> u32 {
+    (width / 2).clamp(SOURCE_SIDES.0, SOURCE_SIDES.1).next_power_of_two()
+}
+
+/// By which whole factor a picture is made smaller so that no side is longer than `limit` texels.
+fn shrink_factor(map: &EnvironmentMap, limit: u32) -> u32 {
+    map.width.max(map.height).div_ceil(limit).max(1)
+}
+
+fn shrink_warning(map: &EnvironmentMap, (width, height): (u32, u32), limit: u32) -> String {
+    let EnvironmentMap { name, width: from_width, height: from_height, .. } = map;
+    format!(
+        "environment \"{name}\": {from_width}x{from_height} is larger than the adapter's {limit} texels a side; \
+         made smaller, {width}x{height}"
+    )
+}
+
+/// The texels of a picture that is smaller by a whole factor: means.
+fn shrunk(map: &EnvironmentMap, factor: u32) -> Vec<[f16; 4]> {
+    let (width, height) = (map.width / factor, map.height / factor);
+    let mean = |i: u32| {
+        let (left, top) = (i % width * factor, i / width * factor);
+        let rows = (top..top + factor).map(|row| (row * map.width + left) as usize);
+        let texels = rows.flat_map(|first| &map.texels[first..][..factor as usize]);
+        let sum = texels.fold(Vec3::ZERO, |sum, [r, g, b, _]| sum + Vec3::new(r.to_f32(), g.to_f32(), b.to_f32()));
+        let [r, g, b] = (sum / (factor * factor) as f32).to_array().map(f16::from_f32);
+        [r, g, b, f16::ONE]
+    };
+    (0..width * height).map(mean).collect()
+}
+
 /// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map with its halves.
 pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
     let (width, height) = texture_size(TileSides::of_picture(map.width, u32::MAX));
-    let source_side = u64::from((map.width / 2).min(SOURCE_SIDES.1));
+    let source_side = u64::from(source_side(map.width));
     let texels = 2 * u64::from(map.width) * u64::from(map.height)
         + u64::from(width) * u64::from(height)
         + 6 * source_side * source_side * 4 / 3;
@@ -188,4 +234,26 @@ fn write_at(gpu: &Gpu, texture: &wgpu::Texture, [x, y, width, height]: [u32; 4],
     let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
     let place = wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() };
     gpu.queue.write_texture(place, bytemuck::cast_slice(texels), layout, extent);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_fits_the_adapter_and_keeps_its_light() {
+        let map = EnvironmentMap::from_fn("wide", 64, 32, |to| Vec3::new(to.x + 1.0, 2.0 * to.y + 2.0, 4.0));
+        assert_eq!([64, 4096].map(|limit| shrink_factor(&map, limit)), [1, 1]);
+        let factor = shrink_factor(&map, 20);
+        let texels = shrunk(&map, factor);
+        assert_eq!((factor, texels.len()), (4, 16 * 8));
+        let small = EnvironmentMap::from_fn("small", 16, 8, |to| Vec3::new(to.x + 1.0, 2.0 * to.y + 2.0, 4.0));
+        for (found, expected) in texels.iter().zip(&small.texels) {
+            // Four texels are a quarter of a radian wide, and what they see goes as a sine.
+            let differ = |channel: usize| (found[channel].to_f32() - expected[channel].to_f32()).abs();
+            assert!((0..4).map(differ).fold(0.0, f32::max) < 0.03, "{found:?} {expected:?}");
+        }
+        let warning = shrink_warning(&map, (16, 8), 20);
+        assert!(warning.contains("\"wide\": 64x32") && warning.ends_with("16x8"), "{warning}");
+    }
 }

@@ -197,7 +197,11 @@ impl SceneResources {
             (self.are_nodes_too_many, "the nodes do not fit a texture of this adapter; motion is 0"),
         ];
         let of_tables = tables.into_iter().filter(|(is_so, _)| *is_so).map(|(_, warning)| warning.to_owned());
-        self.textures.warnings().chain(self.geometry.warnings()).cloned().chain(of_tables).collect()
+        let of_environments = self.environments.iter().filter_map(EnvironmentTiles::warning);
+        let of_scene = self.textures.warnings().chain(self.geometry.warnings()).chain(of_environments).cloned();
+        // An image that is colour in one place and data in another is decoded twice, and says the same.
+        let mut said = std::collections::BTreeSet::new();
+        of_scene.chain(of_tables).filter(|warning| said.insert(warning.clone())).collect()
     }
 
     /// Bytes of meshes and textures.
