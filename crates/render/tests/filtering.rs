@@ -286,27 +286,51 @@ fn textures_that_stay_compressed_look_the_same_in_a_quarter_of_the_memory() {
     assert!(plain.1.iter().any(|red| *red > 0.5) && plain.1.iter().any(|red| *red < 0.05));
 }
 
+/// A plane with a clear coat whose weight and roughness come from textures of the same plane, by their indices.
+fn lacquered(scene: &mut Scene, weight: usize, roughness: usize) {
+    let map = |texture| {
+        let texture = TextureRef { texture, uv_set: 0, transform: TextureTransform::default() };
+        Mapped { factor: 1.0, texture: Some(texture) }
+    };
+    scene.materials[0] = Material {
+        name: "lacquer".into(),
+        clearcoat: Some(Clearcoat { weight: map(weight), roughness: map(roughness), ..Clearcoat::default() }),
+        ..Material::default()
+    };
+}
+
 #[test]
 fn layers_that_ask_for_different_samplers_are_named() {
     let mut scene = compressed_plane();
     scene.images.push(image(4, |_, _| [255; 4]));
     scene.textures.push(Texture { image: 1, sampler: Sampler::default() });
     scene.textures.push(Texture { image: 1, sampler: Sampler { wrap_u: Wrap::ClampToEdge, ..Sampler::default() } });
-    let map = |texture| {
-        let texture = TextureRef { texture, uv_set: 0, transform: TextureTransform::default() };
-        Mapped { factor: 1.0, texture: Some(texture) }
-    };
     let mut renderer = renderer();
     for (texture, is_named) in [(1, false), (2, true)] {
-        scene.materials[0] = Material {
-            name: "lacquer".into(),
-            clearcoat: Some(Clearcoat { weight: map(1), roughness: map(texture), ..Clearcoat::default() }),
-            ..Material::default()
-        };
+        lacquered(&mut scene, 1, texture);
         renderer.load(&scene).unwrap();
         let warnings = renderer.warnings();
         let names = |warning: &String| warning.contains("`lacquer`") && warning.contains("different samplers");
         assert_eq!(warnings.iter().any(names), is_named, "{warnings:?}");
+        renderer.unload();
+    }
+}
+
+#[test]
+fn maps_of_layers_that_are_resized_to_share_a_texture_are_named() {
+    let mut scene = compressed_plane();
+    for side in [4, 8, 8] {
+        scene.images.push(image(side, |_, _| [255; 4]));
+        scene.textures.push(Texture { image: scene.images.len() - 1, sampler: Sampler::default() });
+    }
+    scene.images[1].name = "small".into();
+    let mut renderer = renderer();
+    for (weight, is_named) in [(1, true), (2, false)] {
+        lacquered(&mut scene, weight, 3);
+        renderer.load(&scene).unwrap();
+        let expected = "material 0 `lacquer`: its layers' maps of data are one texture of 8x8; resized to it: \
+                        image 1 `small` (4x4)";
+        assert_eq!(renderer.warnings(), if is_named { vec![expected] } else { vec![] });
         renderer.unload();
     }
 }

@@ -44,12 +44,13 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
                     "material {index} `{name}`: its layers' maps of {what} are one texture, and ask for different samplers; that of the first counts"
                 ));
             }
-            let images = material.map(|material| layer_images(scene, material, is_srgb));
-            let decode = |layer: LayerImage| match layer.is_height {
+            let images = material.map(|material| layer_images(scene, material, is_srgb)).unwrap_or_default();
+            let decode = |layer: &LayerImage| match layer.is_height {
                 true => decode_heights(scene, layer.image, limit, &mut warnings).map(Layer::Heights),
                 false => decode_base(scene, layer.image, is_srgb, limit, &mut warnings).map(Layer::Pixels),
             };
-            let decoded = images.unwrap_or_default().into_iter().map(decode).collect();
+            let decoded: Vec<_> = images.iter().map(decode).collect();
+            warnings.extend(resizing_warning(scene, index, is_srgb, &images, &decoded));
             return Decoded { chain: layers(decoded, is_srgb), warnings };
         }
         ImageSource::Light { image } => {
@@ -78,16 +79,19 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
             return None;
         }
     };
-    if pixels.width.max(pixels.height) > limit {
-        let (width, height) = (pixels.width, pixels.height);
-        warnings.push(format!(
-            "image {image} `{name}`: {width}x{height} is larger than the adapter's {limit} texels a side; halved"
-        ));
-    }
+    warnings.extend(halving_warning(image, name, (pixels.width, pixels.height), limit));
     while pixels.width.max(pixels.height) > limit {
         pixels = half(&pixels, is_srgb);
     }
     Some(pixels)
+}
+
+/// What is said of an image that is larger than `limit` texels a side, and so is halved until it is not.
+fn halving_warning(image: usize, name: &str, (width, height): (u32, u32), limit: u32) -> Option<String> {
+    let is_halved = width.max(height) > limit;
+    is_halved.then(|| {
+        format!("image {image} `{name}`: {width}x{height} is larger than the adapter's {limit} texels a side; halved")
+    })
 }
 
 /// Heights no larger than `limit` texels; none, with a warning, if they cannot be decoded.
@@ -131,12 +135,7 @@ fn decode_light(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<Stri
             "image {image} `{name}`: {count} values are no light, or too bright; what is no number is 0"
         ));
     }
-    if light.width.max(light.height) > limit {
-        let (width, height) = (light.width, light.height);
-        warnings.push(format!(
-            "image {image} `{name}`: {width}x{height} is larger than the adapter's {limit} texels a side; halved"
-        ));
-    }
+    warnings.extend(halving_warning(image, name, (light.width, light.height), limit));
     Some(baked::mip_chain(light, limit))
 }
 
@@ -146,14 +145,50 @@ enum Layer {
     Heights(Heights),
 }
 
+impl Layer {
+    fn size(&self) -> (u32, u32) {
+        match self {
+            Self::Pixels(image) => (image.width, image.height),
+            Self::Heights(heights) => (heights.width, heights.height),
+        }
+    }
+}
+
+/// The size that all of `layers` get; none where none is there.
+fn size_of_all(layers: &[Option<Layer>]) -> Option<(u32, u32)> {
+    layer_size(&layers.iter().flatten().map(Layer::size).collect::<Vec<_>>())
+}
+
+/// What is said of the layers' maps of a material that have another size than the texture which they share.
+fn resizing_warning(
+    scene: &Scene,
+    material: usize,
+    is_srgb: bool,
+    images: &[LayerImage],
+    layers: &[Option<Layer>],
+) -> Option<String> {
+    let (width, height) = size_of_all(layers)?;
+    let is_resized = |layer: &Layer| layer.size() != (width, height);
+    let resized =
+        images.iter().zip(layers).filter_map(|(of, layer)| Some((of.image, layer.as_ref().filter(|l| is_resized(l))?)));
+    let named: Vec<String> = resized
+        .map(|(image, layer)| {
+            let (width, height) = layer.size();
+            format!("image {image} `{}` ({width}x{height})", scene.images[image].name)
+        })
+        .collect();
+    let (name, what) = (&scene.materials[material].name, if is_srgb { "colours" } else { "data" });
+    (!named.is_empty()).then(|| {
+        format!(
+            "material {material} `{name}`: its layers' maps of {what} are one texture of {width}x{height}; resized to it: {}",
+            named.join(", ")
+        )
+    })
+}
+
 /// Images as the layers of one texture, all of one size. What is missing is white.
 fn layers(images: Vec<Option<Layer>>, is_srgb: bool) -> Option<MipChain> {
-    let size_of = |layer: &Layer| match layer {
-        Layer::Pixels(image) => (image.width, image.height),
-        Layer::Heights(heights) => (heights.width, heights.height),
-    };
-    let sizes: Vec<_> = images.iter().flatten().map(size_of).collect();
-    let (width, height) = layer_size(&sizes)?;
+    let (width, height) = size_of_all(&images)?;
     let white = || {
         let data = vec![255; width as usize * height as usize * 4];
         Pixels { width, height, format: PixelFormat::Rgba8, data }
