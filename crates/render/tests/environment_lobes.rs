@@ -22,7 +22,7 @@ struct Bounds {
     /// The root of the mean square, and the most in any direction.
     mean_square: f64,
     worst: f64,
-    /// The most within 12 degrees of the brightest place: a sun, which is a disc here and has whatever shape there.
+    /// The most in a square of 17 degrees, or 0.3 radians, about the brightest place: a sun, which is a disc here and has whatever shape there.
     by_the_brightest: f64,
 }
 

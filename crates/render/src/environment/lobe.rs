@@ -11,7 +11,7 @@ pub(crate) use manypass_scene::environment::CUBE_FACES as FACES;
 use std::f32::consts::PI;
 use std::f64;
 
-/// The samples of the lobes of fine tiles, of those of medium size and of coarse ones.
+/// The samples of the lobes of fine tiles, of those of medium size, and of coarse ones up to roughness 0.5.
 const SAMPLES: [u32; 3] = [64, 320, 1024];
 
 /// By which power the solid angle that a sample stands for grows with the height that the lobe has lost: importance has 2.
@@ -21,10 +21,11 @@ const CORE_TEXELS: f64 = 0.5;
 /// How much finer levels are than what a sample stands for: bilinear samples of them are wider than their texels.
 const LEVEL_BIAS: f64 = -0.5;
 
-/// One turn less that of the golden angle: points on a spiral that are turned by it are about as far from each other everywhere.
+/// The golden angle as a share of a turn, counted the other way around: points on a spiral that turns by it from one to the
+/// next are about as far from their neighbours everywhere.
 const GOLDEN_TURN: f64 = 0.618_033_988_749_894_9;
 
-/// The most samples of a lobe, a row of the table: all texels of the faces.
+/// The most samples of a lobe, which are those of wide ones, and the texels of a row of the table.
 const SAMPLES_MAX: u32 = 6 * SPHERE_SIDE * SPHERE_SIDE;
 
 /// The side of the faces whose texels are all directions of wide lobes.
@@ -33,12 +34,13 @@ const SPHERE_SIDE: u32 = 16;
 /// What the lobe of a level is summed from.
 #[derive(Clone, Debug)]
 pub(crate) struct Lobe {
-    /// The square of the perceptual roughness.
+    /// The square of the perceptual roughness; of all directions less what the source is blurred by.
     pub alpha: f32,
     /// Whether the samples are all directions, and not those of the lobe.
     pub is_of_sphere: bool,
-    /// X and y of directions about +Z, along which the lobe is seen; their weights; and the level of the halves of the environment
-    /// whose texels are about as large as what a sample stands for. Or all directions with their solid angles.
+    /// X and y of directions about +Z, along which the lobe is seen; their weights, n·l times what the lobe has of the ring that
+    /// a sample stands for; and the level of the halves of the environment whose texels are about as large as what it stands
+    /// for. Or all directions with their solid angles.
     pub samples: Vec<[f32; 4]>,
     /// The level of the halves for all directions.
     pub source_level: f32,
@@ -83,7 +85,8 @@ impl Lobe {
         let levels = f64::from(source_side.ilog2());
         let level_of =
             |s: f64| (0.5 * (4.0 * f64::consts::PI * s / texel).log2() + LEVEL_BIAS).clamp(0.0, levels).round();
-        // Texels of a level are as wide as four of it to 1 : 3 : 3 : 1 over and over, and so is what lies between them by a sixth.
+        // A texel of a level is the mean of four finer ones across, as 1 : 3 : 3 : 1, over and over, so that its variance goes
+        // to a quarter of its area; bilinear samples add a sixth of it.
         let core_level = level_of(at(1.0 / f64::from(count)));
         let quarter = 4.0f64.powf(core_level);
         let variance = (0.25 * (1.0 - 1.0 / quarter) + 1.0 / 6.0) * quarter * texel;
@@ -128,8 +131,8 @@ impl Lobe {
                 level if level < ENVIRONMENT_LEVEL_COARSE => Self::of_rings(alpha, SAMPLES[1], source_side),
                 level if level <= ENVIRONMENT_LEVEL_HALF => Self::of_rings(alpha, SAMPLES[2], source_side),
                 _ => {
-                    // Texels of a level are as wide as four of it to 1 : 3 : 3 : 1 over and over, whose variance goes to a quarter of a
-                    // texel's square; a lobe that is narrower by it makes up for that.
+                    // The blur of the level that is read, as in `of_rings`: a quarter of a texel's area, 4 π / 6 side². A lobe
+                    // that is narrower by as much makes up for it.
                     let variance = PI / (6 * SPHERE_SIDE * SPHERE_SIDE) as f32;
                     Self::of_sphere((alpha * alpha - variance).sqrt(), SPHERE_SIDE, source_side)
                 }

@@ -27,7 +27,8 @@ pub(crate) const WITHOUT_KEY_LIGHT: f32 = 1.3;
 /// Up to this level lobes are narrow: the tangents of their half widths are far from 1. Of its last the closed form is within 2 %.
 const LEVEL_NARROW_LAST: u32 = 7;
 
-/// The sides of the faces of a cube whose texels are all directions, of the two levels that come first and of those of wide lobes.
+/// The sides of the faces of a cube whose texels are all directions, of the first three levels after
+/// [`LEVEL_NARROW_LAST`] and of the wider ones.
 const SPHERE_SIDES: [u32; 2] = [32, 16];
 
 /// A rectangle that shines, seen from the middle of the room.

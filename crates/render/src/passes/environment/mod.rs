@@ -1,9 +1,11 @@
 //! environment: a picture of the environment becomes what surfaces of more and more roughness reflect of it, tiles of one texture. It
 //! is drawn once, when the picture is new, and not in every frame.
 //!
-//! Source: filtered importance sampling (Colbert & Křivánek 2007) of GGX, seen along the normal (Karis 2013). Where it differs:
-//! strong small sources are taken out, and added as lights where surfaces are shaded; and levels of roughness
-//! are tiles of their own, octahedral maps (Cigolle et al. 2014), because levels of a cube map are too few for what lies between.
+//! Source: filtered importance sampling (Colbert & Křivánek 2007) of GGX, seen along the normal (Karis 2013). Where it
+//! differs: samples lie on a spiral that turns by the golden angle, and are denser far from the lobe's middle than its
+//! importance asks for; above roughness 0.5 what is reflected is the sum over all directions; strong small sources are taken
+//! out, and surfaces are lit by them as by discs; and the 21 levels of roughness are tiles of their own, octahedral maps
+//! (Cigolle et al. 2014), because levels of a cube map are too few for what lies between.
 //! Reads: the equirectangular picture. Writes: the tiles.
 
 use crate::environment::ENVIRONMENT_FORMAT;
@@ -18,7 +20,7 @@ use glam::{UVec4, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use wgpu::TextureViewDimension::Cube;
 
-/// The uniform of `cube.wgsl`; a test compares the two layouts.
+/// `CubeFace` of `cube.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct FaceUniform {
@@ -86,7 +88,7 @@ struct PrefilterUniform {
     corner: Vec4,
     /// The row of the samples, and their number; zeros.
     samples: UVec4,
-    /// The square of the roughness alpha, the level of the source for all directions; zeros.
+    /// For all directions: the square of alpha, less what the source is blurred by, and the level of the source; zeros.
     scales: Vec4,
 }
 

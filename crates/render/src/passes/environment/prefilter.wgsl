@@ -1,7 +1,7 @@
 // environment.prefilter: what a surface of one roughness reflects, seen along its normal, as an octahedral map.
-// Source: filtered samples (Colbert & Křivánek 2007) of GGX (Walter et al. 2007), weighted by n.l (Karis 2013), see `lobe.rs`; of the
-// widest lobe the sum over all directions. Reads: source (halves of the environment without suns), lobe (the samples of each level, a row
-// each). Writes: a tile.
+// Source: filtered samples (Colbert & Křivánek 2007) of GGX (Walter et al. 2007), seen along the normal (Karis 2013), on a
+// spiral that turns by the golden angle, see `lobe.rs`; of lobes wider than that of roughness 0.5 the sum over all directions.
+// Reads: source (halves of the environment without suns), lobe (the samples of each level, a row each). Writes: a tile.
 // Program: environment_prefilter.
 
 import package::shaders::octahedral::direction_from_octahedral_border;
@@ -11,7 +11,7 @@ struct EnvironmentPrefilter {
     corner: vec4f,
     // The row of the samples, and their number; zeros.
     samples: vec4u,
-    // The square of the roughness alpha, the level of the source for all directions; zeros.
+    // For all directions: the square of alpha, less what the source is blurred by, and the level of the source; zeros.
     scales: vec4f,
 }
 
