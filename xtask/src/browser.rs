@@ -26,7 +26,6 @@ pub(crate) fn test() -> Result<Tally> {
     let wanted = std::env::var("MANYPASS_BROWSER_CASES").ok();
     let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.split(',').any(|word| word == name));
     let cases: Vec<&Case> = CASES.iter().filter(|case| is_wanted(case.name)).collect();
-    made::write_cube()?;
     let mut found: Vec<(&Case, String)> = Vec::new();
     for case in &cases {
         found.extend(case.input(&assets)?.map(|input| (*case, input)));

@@ -215,6 +215,9 @@ impl Case {
     /// # Errors
     /// It cannot be read.
     pub fn input(&self, assets: &Path) -> Result<Option<String>> {
+        if self.settings.iter().any(|(_, value)| *value == made::CUBE) {
+            made::write_cube()?;
+        }
         if self.model.starts_with("demo:") {
             return Ok(Some(self.model.to_owned()));
         }
