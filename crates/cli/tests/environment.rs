@@ -140,12 +140,13 @@ fn what_is_no_picture_is_refused_and_what_is_read_is_kept() {
 #[test]
 fn six_faces_are_a_picture_and_are_not_overwritten() {
     let folder = folder("environment_cube");
-    let face = |rgb: [u8; 3]| {
+    let face_of = |side: u32, rgb: [u8; 3]| {
         let mut bytes = std::io::Cursor::new(Vec::new());
-        let picture = image::RgbImage::from_pixel(4, 4, image::Rgb(rgb));
+        let picture = image::RgbImage::from_pixel(side, side, image::Rgb(rgb));
         picture.write_to(&mut bytes, image::ImageFormat::Png).expect("a PNG");
         bytes.into_inner()
     };
+    let face = |rgb| face_of(4, rgb);
     for name in ["px", "py", "ny", "pz", "nz"] {
         folder.write(&format!("cube/{name}.png"), &face([255, 0, 0]));
     }
@@ -155,6 +156,10 @@ fn six_faces_are_a_picture_and_are_not_overwritten() {
     };
     let lacking = call("lacking.png").expect(1);
     assert!(lacking.stderr.contains("there is no nx.hdr or .exr"), "{}", lacking.stderr);
+    folder.write("cube/nx.png", &face_of(8, [0, 0, 255]));
+    let larger = call("larger.png").expect(1);
+    assert!(larger.stderr.contains("nx.png: it has 8x8 pixels, and the first face 4x4"), "{}", larger.stderr);
+    assert!(!folder.join("larger.png").exists());
     folder.write("cube/nx.png", &face([0, 0, 255]));
     let replaced = call("cube/nx.png").expect(2);
     assert!(replaced.stderr.contains("would replace the environment"), "{}", replaced.stderr);
