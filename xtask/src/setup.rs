@@ -78,8 +78,8 @@ pub(crate) fn browser() -> Result<()> {
     check(Command::new("npm").args(["install", "--no-audit", "--no-fund", "playwright-core"]).current_dir(folder))
 }
 
-/// NumPy and OpenEXR in an environment of their own, `target/python`, for the scripts of the documentation. Without Python
-/// their test is skipped, and says so.
+/// NumPy and OpenEXR in an environment of their own, `target/python`, for the scripts of the documentation. Without
+/// Python their test is skipped, and says so.
 pub(crate) fn python() -> Result<()> {
     let folder = root().join("target/python");
     let has_modules =
@@ -102,7 +102,8 @@ pub(crate) fn python() -> Result<()> {
 /// Where Debian's package `libllvm19` has its library.
 const LLVM: &str = "/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1";
 
-/// Lets Mitsuba know of a libLLVM that is new enough: 15, which Mesa brings on Debian 12, lacks instructions that it needs.
+/// Lets Mitsuba know of a libLLVM that is new enough: 15, which Mesa brings on Debian 12, lacks instructions that it
+/// needs.
 pub(crate) fn with_llvm(command: &mut Command) -> &mut Command {
     match std::env::var_os("DRJIT_LIBLLVM_PATH") {
         None if Path::new(LLVM).is_file() => command.env("DRJIT_LIBLLVM_PATH", LLVM),

@@ -46,7 +46,8 @@ const PERMITTED: &[&str] = &[
     "Zlib",
 ];
 
-/// What `cargo metadata` says, without a network. None, with a message, where the target's crates are not on this machine.
+/// What `cargo metadata` says, without a network. None, with a message, where the target's crates are not on this
+/// machine.
 fn metadata(target: &str) -> Option<Value> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--offline", "--locked", "--format-version", "1", "--filter-platform", target])

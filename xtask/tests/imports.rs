@@ -79,7 +79,8 @@ fn no_file_lies_in_a_circle_with_the_frame() {
     assert!(circles.is_empty(), "`frame.rs` imports, by others or itself, what imports it: {circles:#?}");
 }
 
-/// What passes import, by others or themselves, is their vocabulary. It knows no pass: not even the one that imports it.
+/// What passes import, by others or themselves, is their vocabulary. It knows no pass: not even the one that imports
+/// it.
 #[test]
 fn the_vocabulary_of_passes_imports_no_pass() {
     // With a pass that imports it, for the message.

@@ -141,7 +141,8 @@ pub struct FrameArgs {
     /// Width and height in pixels; the vertical field of view stays.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: String,
-    /// Jittered frames that are averaged; later ones leave out what earlier ones agree on (adaptive.threshold in docs/settings.md).
+    /// Jittered frames that are averaged; later ones leave out what earlier ones agree on (adaptive.threshold in
+    /// docs/settings.md).
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,
     /// A scene of the file [default: the one that the file names].
@@ -178,9 +179,9 @@ pub struct FrameArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, a colour: sRGB (ff8800) or linear
-    /// (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, a cube map, FILE.ktx2, or a folder with the six faces of a cube
-    /// (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights, else studio].
+    /// auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, a colour: sRGB (ff8800)
+    /// or linear (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, a cube map, FILE.ktx2, or a folder
+    /// with the six faces of a cube (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights, else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
@@ -190,15 +191,16 @@ pub struct FrameArgs {
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub environment_intensity: Option<String>,
     /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), or two (ff8800,112233) at
-    /// the lower and the upper edge, which come out as they are under every tone mapper and exposure [default: environment].
+    /// the lower and the upper edge, which come out as they are under every tone mapper and exposure [default:
+    /// environment].
     #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
-    /// shadow: a plane under the model that is seen by the shadow on it alone; none; or a colour, which makes it a floor
-    /// [default: auto: shadow in the studio unless the background is transparent, else none].
+    /// shadow: a plane under the model that is seen by the shadow on it alone; none; or a colour, which makes it a
+    /// floor [default: auto: shadow in the studio unless the background is transparent, else none].
     #[arg(long, value_name = "WHAT")]
     pub ground: Option<String>,
-    /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto if it
-    /// has lights or is under the sky, else 0 [default: scene].
+    /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto
+    /// if it has lights or is under the sky, else 0 [default: scene].
     ///
     /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
     /// turns, at one size whatever --size is, under the file's lights and its glow. Within 2 stops of mid grey (0.18)
@@ -214,8 +216,8 @@ pub struct FrameArgs {
     pub aov: Option<String>,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; it comes after a stage's settings; flags and
-    /// `--set` come after it.
+    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; it comes after a stage's settings; flags
+    /// and `--set` come after it.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
 }
@@ -269,9 +271,11 @@ pub struct BenchArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's folder of caches.
+    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's
+    /// folder of caches.
     ///
-    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most. MANYPASS_NO_CACHE=1 is the same.
+    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most.
+    /// MANYPASS_NO_CACHE=1 is the same.
     #[arg(long)]
     pub no_cache: bool,
 }
@@ -280,12 +284,13 @@ pub struct BenchArgs {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
 pub struct RenderArgs {
-    /// Models (.glb, .gltf, .obj, .stl, .ply, .3mf; docs/inputs.md), .stage.toml files, folders of them, patterns ('models/**/*.glb'), `-` for standard input, or demo:NAME.
+    /// Models (.glb, .gltf, .obj, .stl, .ply, .3mf; docs/inputs.md), .stage.toml files, folders of them, patterns
+    /// ('models/**/*.glb'), `-` for standard input, or demo:NAME.
     ///
-    /// A stage names its model and adds lights, environment, fog and settings to it (docs/stage.md). In a folder, and among
-    /// what a pattern matches, it stands for that model, which is not drawn by itself, too; a model never reads a stage.
-    /// In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders are left
-    /// out.
+    /// A stage names its model and adds lights, environment, fog and settings to it (docs/stage.md). In a folder, and
+    /// among what a pattern matches, it stands for that model, which is not drawn by itself, too; a model never reads a
+    /// stage. In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders
+    /// are left out.
     #[arg(required = true)]
     pub inputs: Vec<String>,
     /// Look into the folders of folders, too.
@@ -295,12 +300,14 @@ pub struct RenderArgs {
     ///
     /// A name without an ending, or with a slash at its end, is a folder, which is made if it is not there.
     /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
-    /// where a folder has both m.glb and m.gltf), {variant}, {camera}, {frame} or {frame:04}, and {aov}. With --frames and
-    /// --turntable a folder gets STEM_FRAME, and a file must hold {frame}; with --variant all and --camera all likewise. An output that is also read, or written twice, is refused.
-    /// Files named .manypass-….partial beside it are being written; those that a killed process left may be deleted.
+    /// where a folder has both m.glb and m.gltf), {variant}, {camera}, {frame} or {frame:04}, and {aov}. With --frames
+    /// and --turntable a folder gets STEM_FRAME, and a file must hold {frame}; with --variant all and --camera all
+    /// likewise. An output that is also read, or written twice, is refused. Files named .manypass-….partial beside it
+    /// are being written; those that a killed process left may be deleted.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
-    /// png, jpg, webp or exr, for standard output, a folder or another ending, too [default: by the ending of OUT, else png].
+    /// png, jpg, webp or exr, for standard output, a folder or another ending, too [default: by the ending of OUT, else
+    /// png].
     #[arg(long)]
     pub format: Option<String>,
     #[command(flatten)]
@@ -324,23 +331,25 @@ pub struct RenderArgs {
     #[arg(long, default_value_t = 24.0, requires = "times")]
     pub fps: f32,
     /// Turn around the target, once in N frames: frames 0 to N - 1, or those of `--frames`, which play meanwhile. With
-    /// `--time` the animation stands still. It goes around the whole model from outside, whether the file has a camera or
-    /// is a room, unless --orbit says how far.
+    /// `--time` the animation stands still. It goes around the whole model from outside, whether the file has a camera
+    /// or is a room, unless --orbit says how far.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's folder of caches.
+    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's
+    /// folder of caches.
     ///
-    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most. MANYPASS_NO_CACHE=1 is the same.
+    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most.
+    /// MANYPASS_NO_CACHE=1 is the same.
     #[arg(long)]
     pub no_cache: bool,
     /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
     ///
-    /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all or --camera all. Each line is there as soon
-    /// as its picture is done. With --skip-existing lines are added to those that are there, and a report of one picture
-    /// that is left alone stays as it is.
+    /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all or --camera
+    /// all. Each line is there as soon as its picture is done. With --skip-existing lines are added to those that are
+    /// there, and a report of one picture that is left alone stays as it is.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Leave pictures alone that exist, with their contact sheet and passes where those are asked for.

@@ -154,7 +154,8 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     print(&format!("{line}\n"))
 }
 
-/// The times of the frames after the first, in milliseconds. The budget is for all of them; a quarter of it at most warms up.
+/// The times of the frames after the first, in milliseconds. The budget is for all of them; a quarter of it at most
+/// warms up.
 fn frames_after_the_first(
     args: &BenchArgs,
     mut frame: impl FnMut() -> Result<f64, Failure>,

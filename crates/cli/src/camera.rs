@@ -54,8 +54,8 @@ pub struct CameraSpec {
 pub const DEFAULT_ORBIT: Place =
     Place::Orbit { yaw_deg: framing::DEFAULT_YAW_DEG, pitch_deg: framing::DEFAULT_PITCH_DEG, radius_m: None };
 
-/// The camera of a scene whose models are those of `framing`: `world_from_view`, and how it projects. `turn_deg` is added
-/// to the yaw of an orbit; `aspect` is width / height.
+/// The camera of a scene whose models are those of `framing`: `world_from_view`, and how it projects. `turn_deg` is
+/// added to the yaw of an orbit; `aspect` is width / height.
 ///
 /// # Errors
 /// If the scene has no such camera, or the camera would stand on its target.

@@ -1,4 +1,5 @@
-//! Settings as they are chosen: the defaults, the input's stage, a file, flags, then `--set`; each comes after the one before.
+//! Settings as they are chosen: the defaults, the input's stage, a file, flags, then `--set`; each comes after the one
+//! before.
 
 use crate::args::{ChangeArgs, FrameArgs};
 use crate::failure::{Failure, Kind};

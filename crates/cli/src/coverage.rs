@@ -7,13 +7,13 @@ use manypass_scene::{Aabb, Material, Projection, Scene, ShadingModel};
 /// What is as large as this in the picture covers the middle of a pixel.
 const CERTAIN_PX: f32 = 4.0;
 
-/// The longer sides of the pictures in which surfaces are looked for, where the picture is no smaller: the second, which
-/// is drawn if nothing is seen in the first, is bounded because nobody has asked for the memory that it takes.
+/// The longer sides of the pictures in which surfaces are looked for, where the picture is no smaller: the second,
+/// which is drawn if nothing is seen in the first, is bounded because nobody has asked for the memory that it takes.
 const PROBES_PX: [f32; 2] = [128.0, 2048.0];
 
 /// Whether no pixel of what `request` asks for will show a surface, although the scene has some. Most pictures need no
-/// look at the device for it; where the camera sees no model whole, a small frame is drawn, and a larger one where that is
-/// empty. It is for a time at which nothing that was rendered waits to be read.
+/// look at the device for it; where the camera sees no model whole, a small frame is drawn, and a larger one where that
+/// is empty. It is for a time at which nothing that was rendered waits to be read.
 ///
 /// # Errors
 /// If the renderer fails.
@@ -64,9 +64,9 @@ pub fn is_dark(scene: &Scene) -> bool {
     !is_lit && !scene.materials.iter().any(glows)
 }
 
-/// The boxes of what is drawn, of each primitive, or of the whole mesh where that is deformed; and whether it is drawn in any case and
-/// has volume in its own space: a plane has none however it is turned, and from behind it may not show. Of several levels one is
-/// drawn, or none.
+/// The boxes of what is drawn, of each primitive, or of the whole mesh where that is deformed; and whether it is drawn
+/// in any case and has volume in its own space: a plane has none however it is turned, and from behind it may not show.
+/// Of several levels one is drawn, or none.
 fn boxes_world(scene: &Scene) -> impl Iterator<Item = (Aabb, bool)> + '_ {
     let of_node =
         |(id, level): (_, Option<_>)| {

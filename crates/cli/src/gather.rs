@@ -1,4 +1,5 @@
-//! Which inputs the arguments name: files, folders, patterns of files; and what stands for each in the names of outputs.
+//! Which inputs the arguments name: files, folders, patterns of files; and what stands for each in the names of
+//! outputs.
 
 use crate::failure::{Failure, Kind};
 use crate::input::Input;
@@ -49,7 +50,8 @@ impl Inputs {
     /// Everything that `arguments` name. A folder is every model and stage in it and, if `recursive`, in the folders
     /// below. An argument with `*`, `?` or `**` that is no file itself is every such file that matches. In both a stage
     /// stands for the model that it names, which is not drawn by itself, too. Hidden files and folders
-    /// are left out, links to folders are not followed. A folder or pattern without any does not hinder other arguments.
+    /// are left out, links to folders are not followed. A folder or pattern without any does not hinder other
+    /// arguments.
     ///
     /// # Errors
     /// Wrong usage, or the only argument is a folder that cannot be read or stands for no model.

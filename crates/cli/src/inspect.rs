@@ -155,7 +155,8 @@ fn automatic_camera(scene: &Scene) -> Result<CameraData, Failure> {
 /// What people read of a camera.
 const CAMERA_KEYS: [&str; 8] = ["index", "name", "kind", "eye_world_m", "fov_y_deg", "height_m", "near_m", "far_m"];
 
-/// What people read of a material: its name, and if it is not shaded from the G-buffer, where it is and because of what.
+/// What people read of a material: its name, and if it is not shaded from the G-buffer, where it is and because of
+/// what.
 fn material(material: &Value) -> Value {
     let name = material["name"].as_str().filter(|name| !name.is_empty()).unwrap_or("(no name)");
     let layers: Vec<&str> = material["layers"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();

@@ -17,9 +17,9 @@ pub fn check() -> Result<(), Failure> {
     if STOP.load(Ordering::SeqCst) { Err(still_failure(&StillError::Stopped)) } else { Ok(()) }
 }
 
-/// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the program
-/// up, ends it at once. What is being read is read to its end, and what is being drawn ends with its sample, which can take long: unless `quiet`, that is
-/// said.
+/// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the
+/// program up, ends it at once. What is being read is read to its end, and what is being drawn ends with its sample,
+/// which can take long: unless `quiet`, that is said.
 pub fn heed(quiet: bool) {
     // Without a handler an interrupt ends the program as the system does it.
     let _ = ctrlc::set_handler(move || {
@@ -36,8 +36,8 @@ pub fn heed(quiet: bool) {
     });
 }
 
-/// Ends the process, whatever its other threads do. Destructors do not run: those of a graphics driver would free what its threads
-/// still use.
+/// Ends the process, whatever its other threads do. Destructors do not run: those of a graphics driver would free what
+/// its threads still use.
 #[cfg(unix)]
 #[allow(unsafe_code, reason = "the end without destructors is a function of the system")]
 fn end(code: i32) -> ! {

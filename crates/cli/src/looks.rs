@@ -84,8 +84,9 @@ pub fn typed(args: &FrameArgs, camera: &CameraSpec) -> Look {
     Look { variant: None, variant_name: name(&args.variant), camera: camera.clone(), camera_name: name(&args.camera) }
 }
 
-/// Every look of a scene that is asked for, cameras of a variant one after the other. A file without variants has its own
-/// materials, called `default`, one without cameras what is seen without a flag, called `default`, too; both are warned of.
+/// Every look of a scene that is asked for, cameras of a variant one after the other. A file without variants has its
+/// own materials, called `default`, one without cameras what is seen without a flag, called `default`, too; both are
+/// warned of.
 ///
 /// # Errors
 /// If the scene has no such variant.
@@ -158,8 +159,8 @@ fn distinct<'a>(named: impl Iterator<Item = (usize, &'a str)>) -> Vec<(usize, St
     named.map(&mut name).collect()
 }
 
-/// A name as a part of a file's: letters, digits, dots, minus signs and underscores; every run of others becomes one minus
-/// sign.
+/// A name as a part of a file's: letters, digits, dots, minus signs and underscores; every run of others becomes one
+/// minus sign.
 pub fn safe_name(name: &str) -> String {
     let mut safe = String::new();
     for letter in name.chars() {

@@ -50,7 +50,8 @@ use std::time::Instant;
 #[allow(unsafe_code, reason = "the environment can only be changed by an unsafe call")]
 fn quiet_device_selection() {
     if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // SAFETY: this is done before anything that starts a thread, so no other thread reads the environment meanwhile.
+        // SAFETY: this is done before anything that starts a thread, so no other thread reads the environment
+        // meanwhile.
         unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
 }

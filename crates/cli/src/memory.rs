@@ -9,8 +9,8 @@ use manypass_offline::memory;
 use manypass_offline::still::StillError;
 use std::path::{Path, PathBuf};
 
-/// The least address space with which Mesa 22.3.6 on two cores draws 16 × 16 pixels: with 700,000 KiB it ends the process
-/// with a signal or hangs, in `LLVM` or when it starts threads; with 800,000 KiB it never did in 20 runs.
+/// The least address space with which Mesa 22.3.6 on two cores draws 16 × 16 pixels: with 700,000 KiB it ends the
+/// process with a signal or hangs, in `LLVM` or when it starts threads; with 800,000 KiB it never did in 20 runs.
 const DRIVER_ADDRESS_SPACE_BYTES: u64 = 800_000 * 1024;
 /// What every further core adds: measured 572 MB for six more threads of the driver, of which 64 MiB each are
 /// reserved for its allocations.
@@ -291,8 +291,8 @@ impl Budget {
     }
 }
 
-/// What a picture takes beside the textures of its frame: what is kept of its first sample, then at the moment that takes
-/// most what is read and written, or what is shown of its passes.
+/// What a picture takes beside the textures of its frame: what is kept of its first sample, then at the moment that
+/// takes most what is read and written, or what is shown of its passes.
 fn host_bytes(job: &Job, request: &FrameRequest, shows_passes: bool, reports: bool) -> u64 {
     let (width, height, aovs) = (job.width, job.height, request.want_aovs.as_slice());
     let scale = f64::from(request.settings.render.scale);

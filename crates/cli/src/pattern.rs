@@ -159,8 +159,8 @@ pub fn is_stdout(path: &Path) -> bool {
     [Path::new("-"), Path::new("/dev/stdout"), Path::new("/dev/fd/1"), Path::new("/proc/self/fd/1")].contains(&path)
 }
 
-/// The format and the place of pictures. `are_several` says that there is, or may be, more than one, `several` by what one input
-/// has several.
+/// The format and the place of pictures. `are_several` says that there is, or may be, more than one, `several` by what
+/// one input has several.
 ///
 /// # Errors
 /// Wrong usage.

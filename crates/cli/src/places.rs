@@ -18,7 +18,8 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The most pictures whose files are checked before the first is drawn; those of the rest are checked as their turn comes.
+/// The most pictures whose files are checked before the first is drawn; those of the rest are checked as their turn
+/// comes.
 const CHECKED_AT_START: u64 = 20_000;
 
 /// What a call reads and writes.
@@ -35,8 +36,8 @@ pub struct Places {
 }
 
 impl Places {
-    /// Everything that `args` reads and writes, as far as that can be known before anything is drawn; `environment` is the picture
-    /// that settings name.
+    /// Everything that `args` reads and writes, as far as that can be known before anything is drawn; `environment` is
+    /// the picture that settings name.
     ///
     /// # Errors
     /// Wrong usage, if an output would replace something that is read, or another output.
@@ -128,7 +129,8 @@ impl Places {
             }
             Input::File(path) => {
                 self.read(path, format!("the model {}", path.display()));
-                // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not read.
+                // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not
+                // read.
                 for file in formats::mentions(path).unwrap_or_default() {
                     self.read(&file, format!("a file that {} names", path.display()));
                 }

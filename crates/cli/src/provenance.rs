@@ -39,8 +39,9 @@ impl InputFile {
     }
 }
 
-/// The stage if there is one, the model's own file, then those that it names, then images that the stage names; those that cannot be
-/// read are left out. Standard input and built-in scenes have none. Last comes the picture of the environment.
+/// The stage if there is one, the model's own file, then those that it names, then images that the stage names; those
+/// that cannot be read are left out. Standard input and built-in scenes have none. Last comes the picture of the
+/// environment.
 pub fn input_files(input: &Input, environment: Option<&Path>) -> Vec<InputFile> {
     let mut files = model_files(input);
     files.extend(environment.into_iter().flat_map(files_of).filter_map(|path| InputFile::read(&path)));

@@ -37,7 +37,8 @@ struct Batch<'a> {
     plain_settings: &'a Settings,
     /// Of the input that was read last.
     settings: Settings,
-    /// Never dropped: the process ends with it, and the system takes back at once what would be given back piece by piece.
+    /// Never dropped: the process ends with it, and the system takes back at once what would be given back piece by
+    /// piece.
     renderer: ManuallyDrop<Renderer>,
     surroundings: Surroundings,
     /// The first input, if it is being read already.

@@ -126,8 +126,8 @@ fn arguments() -> Vec<String> {
 }
 
 impl Report {
-    /// Opens the file, or takes standard output; `is_lines` wherever there may be several pictures. With `goes_on` lines
-    /// are added to those that an earlier call left.
+    /// Opens the file, or takes standard output; `is_lines` wherever there may be several pictures. With `goes_on`
+    /// lines are added to those that an earlier call left.
     ///
     /// # Errors
     /// If it cannot be written.

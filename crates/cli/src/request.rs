@@ -19,8 +19,8 @@ const MOST_TEXT_BYTES: u64 = 4 << 20;
 /// The effects in files, checked without a device.
 ///
 /// # Errors
-/// A file that cannot be read or is no effect, with its place; two effects of one name, whose settings and passes nobody
-/// could tell apart.
+/// A file that cannot be read or is no effect, with its place; two effects of one name, whose settings and passes
+/// nobody could tell apart.
 pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
     let mut effects: Vec<EffectFile> = Vec::new();
     for path in paths {

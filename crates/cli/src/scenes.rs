@@ -4,8 +4,8 @@ use crate::failure::{Failure, Kind};
 use crate::listing::choices;
 use manypass_scene::Scene;
 
-/// Shows the scene that is asked for by name or index; without one, the scene that the file names stays. What was warned of
-/// the latter goes, and the same is said of the former.
+/// Shows the scene that is asked for by name or index; without one, the scene that the file names stays. What was
+/// warned of the latter goes, and the same is said of the former.
 ///
 /// # Errors
 /// If the file has no such scene, or it cannot be drawn.

@@ -1,4 +1,5 @@
-//! What settings add to a scene before it is drawn: the picture of the light around it, and coarser levels of its meshes.
+//! What settings add to a scene before it is drawn: the picture of the light around it, and coarser levels of its
+//! meshes.
 
 use crate::failure::{Failure, Kind};
 use manypass::{Cache, Environment, Settings};
@@ -27,8 +28,8 @@ impl Surroundings {
         Self { known: None, cache }
     }
 
-    /// Gives `scene` the picture that `settings` name, if they name one, and coarser levels of meshes where they ask for some. Says
-    /// what was changed, and what could not be done.
+    /// Gives `scene` the picture that `settings` name, if they name one, and coarser levels of meshes where they ask
+    /// for some. Says what was changed, and what could not be done.
     ///
     /// # Errors
     /// No picture is named where one is wanted, or it cannot be read.

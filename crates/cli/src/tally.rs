@@ -17,8 +17,8 @@ impl Tally {
         Self { input_count, failed_count: 0, first_kind: None }
     }
 
-    /// Reports that an input failed, and at which frame of a sequence. Gives the failure back to be said, with the name of
-    /// its input.
+    /// Reports that an input failed, and at which frame of a sequence. Gives the failure back to be said, with the name
+    /// of its input.
     ///
     /// # Errors
     /// The failure itself, if it is that of the only input or nothing can be done after it; or the report's.

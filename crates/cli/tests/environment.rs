@@ -167,7 +167,8 @@ fn six_faces_are_a_picture_and_are_not_overwritten() {
         return;
     }
     call("cube.png").expect(0);
-    // The camera looks along −Z, so that +X is on the right; there is the face that is called for −X, as three.js has it.
+    // The camera looks along −Z, so that +X is on the right; there is the face that is called for −X, as three.js has
+    // it.
     let words =
         ["render", "m.glb", "-o", "right.png", "--quiet", "--environment", "cube", "--environment-rotation", "90"];
     run_in(&folder, &[&words, &CAMERA[..]].concat()).expect(0);

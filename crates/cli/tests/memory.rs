@@ -66,8 +66,8 @@ fn pictures_that_do_not_fit_are_refused_and_the_batch_goes_on() {
     assert_eq!(folder.names(), ["a.exr", "a.glb", "b.exr", "b.glb"]);
 }
 
-/// A grid of `edge` × `edge` vertices under four maps of `size_px` × `size_px`, as files in `folder`; gives how many bytes its images
-/// have as RGBA8, and its mesh.
+/// A grid of `edge` × `edge` vertices under four maps of `size_px` × `size_px`, as files in `folder`; gives how many
+/// bytes its images have as RGBA8, and its mesh.
 fn write_grid(folder: &Folder, edge: u32, size_px: u32) -> u64 {
     let mut bin = Vec::new();
     let vertices = || (0..edge * edge).map(|i| [(i % edge) as f32 / edge as f32, (i / edge) as f32 / edge as f32]);

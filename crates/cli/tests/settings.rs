@@ -1,5 +1,5 @@
-//! Settings of the frame and of effects: what `settings` lists, what `--set` and `--settings` take, and errors that keep
-//! their places and lines.
+//! Settings of the frame and of effects: what `settings` lists, what `--set` and `--settings` take, and errors that
+//! keep their places and lines.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Stages as inputs: what they change, what they stand for, what is wrong with them, and what is kept from being overwritten.
+//! Stages as inputs: what they change, what they stand for, what is wrong with them, and what is kept from being
+//! overwritten.
 
 mod common;
 

@@ -1,7 +1,7 @@
 //! Spaces of colour: linear sRGB, XYZ relative to white, YyCxCz (Kolpatzik and Bouman 1992), CIELAB (CIE 1976).
 
-/// CIE XYZ of the primaries of sRGB and white D65 (IEC 61966-2-1), solved for chromaticities (0.64, 0.33), (0.30, 0.60),
-/// (0.15, 0.06) and (0.3127, 0.3290); as in CSS Color 4.
+/// CIE XYZ of the primaries of sRGB and white D65 (IEC 61966-2-1), solved for chromaticities (0.64, 0.33), (0.30,
+/// 0.60), (0.15, 0.06) and (0.3127, 0.3290); as in CSS Color 4.
 const XYZ_FROM_RGB: [[f32; 3]; 3] = [
     [0.412_390_8, 0.357_584_33, 0.180_480_8],
     [0.212_639, 0.715_168_7, 0.072_192_32],

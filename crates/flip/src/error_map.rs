@@ -40,8 +40,8 @@ impl ErrorMap {
         })
     }
 
-    /// The smallest errors such that all errors up to them make up these shares (0 to 1) of the sum of all: at 0.25, 0.5 and
-    /// 0.75 the paper's weighted quartiles and median. 0 where nothing differs.
+    /// The smallest errors such that all errors up to them make up these shares (0 to 1) of the sum of all: at 0.25,
+    /// 0.5 and 0.75 the paper's weighted quartiles and median. 0 where nothing differs.
     pub fn weighted_quantiles<const N: usize>(&self, shares: [f64; N]) -> [f32; N] {
         let mut sorted = self.errors.clone();
         sorted.sort_unstable_by(f32::total_cmp);

@@ -6,7 +6,8 @@ use crate::filters::Filters;
 use crate::picture::{FlipError, Picture, check};
 use crate::rows::ldr_as;
 
-/// The tone curve of the paper, (k₀x² + k₁x + k₂) / (k₃x² + k₄x + k₅): Narkowicz' fit of ACES, with its exposure of 0.6 taken in.
+/// The tone curve of the paper, (k₀x² + k₁x + k₂) / (k₃x² + k₄x + k₅): Narkowicz' fit of ACES, with its exposure of 0.6
+/// taken in.
 const CURVE: [f32; 6] = [0.9036, 0.018, 0.0, 0.8748, 0.354, 0.14];
 /// What the brightest pixel is shown as at the lowest exposure, and the median one at the highest.
 const SHOWN_AS: f64 = 0.85;
@@ -25,8 +26,8 @@ pub struct Exposures {
 }
 
 impl Exposures {
-    /// The exposures for a reference, as the paper chooses them. Black pixels have no exposure: where the median pixel is black,
-    /// the median of the others is taken, and in a picture that is all black, exposure 0.
+    /// The exposures for a reference, as the paper chooses them. Black pixels have no exposure: where the median pixel
+    /// is black, the median of the others is taken, and in a picture that is all black, exposure 0.
     pub fn of_reference(reference: &Picture) -> Self {
         let shown = |rgb: &[f32; 3]| luminance(rgb.map(|value| value.max(0.0)));
         let mut luminances: Vec<f32> = reference.rgb_linear().iter().map(shown).collect();
@@ -53,9 +54,9 @@ impl Exposures {
     }
 }
 
-/// HDR-FLIP (Andersson et al. 2021) of two pictures of radiance: of every pixel the largest LDR-FLIP over `Exposures`, chosen from
-/// the reference, which therefore cannot change places with the other. Negative values count as 0. It takes as long as
-/// [`crate::ldr`] as many times as there are exposures.
+/// HDR-FLIP (Andersson et al. 2021) of two pictures of radiance: of every pixel the largest LDR-FLIP over `Exposures`,
+/// chosen from the reference, which therefore cannot change places with the other. Negative values count as 0. It takes
+/// as long as [`crate::ldr`] as many times as there are exposures.
 ///
 /// # Errors
 /// As [`crate::ldr`].

@@ -21,7 +21,8 @@ impl Kernel {
         self.weights.len() / 2
     }
 
-    /// Convolves a row that has `border_px` values more at either end, and is `out.len()` long else, a multiple of [`LANES`].
+    /// Convolves a row that has `border_px` values more at either end, and is `out.len()` long else, a multiple of
+    /// [`LANES`].
     pub fn along_row(&self, padded: &[f32], border_px: usize, out: &mut [f32]) {
         let first = border_px - self.radius_px();
         for (chunk, out) in out.chunks_exact_mut(LANES).enumerate() {

@@ -1,12 +1,12 @@
 //! FLIP: how different two pictures look to somebody who flips between them, as a number from 0 to 1 for every pixel.
 //!
-//! [`ldr`] compares what displays show: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A
-//! Difference Evaluator for Alternating Images". [`hdr`] compares radiance: Andersson, Nilsson, Shirley and Akenine-Möller
-//! 2021, "Visualizing Errors in Rendered High Dynamic Range Images". Written from the papers' formulas; `tests/authors.rs`
-//! compares with numbers of the authors' program.
+//! [`ldr`] compares what displays show: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020,
+//! "FLIP: A Difference Evaluator for Alternating Images". [`hdr`] compares radiance: Andersson, Nilsson, Shirley and
+//! Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images". Written from the papers' formulas;
+//! `tests/authors.rs` compares with numbers of the authors' program.
 //!
-//! Pictures are rows from the top of linear red, green and blue with the primaries of sRGB. Nothing here reads files, and
-//! nothing depends on the machine but how many threads work.
+//! Pictures are rows from the top of linear red, green and blue with the primaries of sRGB. Nothing here reads files,
+//! and nothing depends on the machine but how many threads work.
 //!
 //! ```
 //! use manypass_flip::{PIXELS_PER_DEGREE, Picture, ldr};
@@ -32,8 +32,10 @@ pub use magma::magma;
 pub use picture::{FlipError, Picture};
 pub use rows::ldr;
 
-/// The pixels in a degree of the field of view: 0.7 m before a display that is 0.7 m wide and has 3840 pixels, as in the paper.
+/// The pixels in a degree of the field of view: 0.7 m before a display that is 0.7 m wide and has 3840 pixels, as in
+/// the paper.
 pub const PIXELS_PER_DEGREE: f32 = 67.0;
 
-/// The fewest and the most pixels a degree that are taken: beyond, filters are smaller than a pixel or larger than pictures.
+/// The fewest and the most pixels a degree that are taken: beyond, filters are smaller than a pixel or larger than
+/// pictures.
 pub const PIXELS_PER_DEGREE_RANGE: std::ops::RangeInclusive<f32> = 1.0..=1000.0;

@@ -1,7 +1,7 @@
 //! The colours that maps of errors are shown in.
 
-/// Every fifteenth of the 256 colours of the map *magma* (Smith and van der Walt 2015, dedicated to the public under CC0), sRGB.
-/// Straight lines between them are within 3 of 255 levels of the others.
+/// Every fifteenth of the 256 colours of the map *magma* (Smith and van der Walt 2015, dedicated to the public under
+/// CC0), sRGB. Straight lines between them are within 3 of 255 levels of the others.
 const COLOURS_SRGB: [[u8; 3]; 18] = [
     [0, 0, 4],
     [9, 7, 32],

@@ -48,8 +48,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// A picture of `width · height` pixels in linear light, rows from the top. Values outside of the range that is compared
-    /// (0 to 1 by [`crate::ldr`], from 0 by [`crate::hdr`]) count as the nearest within.
+    /// A picture of `width · height` pixels in linear light, rows from the top. Values outside of the range that is
+    /// compared (0 to 1 by [`crate::ldr`], from 0 by [`crate::hdr`]) count as the nearest within.
     ///
     /// # Errors
     /// If the number of pixels does not fit the size or is 0, or one of them is not finite.

@@ -10,7 +10,8 @@ use std::sync::{Mutex, PoisonError};
 /// The exponent that differences of colour are compressed by, and that of features.
 const COLOUR_EXPONENT: f32 = 0.7;
 const FEATURE_EXPONENT: f32 = 0.5;
-/// Differences up to this share of the largest are mapped to [`MAPPED_SHARE`] of the range, the rare larger ones to the rest.
+/// Differences up to this share of the largest are mapped to [`MAPPED_SHARE`] of the range, the rare larger ones to the
+/// rest.
 const COMMON_SHARE: f32 = 0.4;
 const MAPPED_SHARE: f32 = 0.95;
 
@@ -18,8 +19,8 @@ const MAPPED_SHARE: f32 = 0.95;
 const BAND_ROWS: usize = 64;
 
 /// LDR-FLIP (Andersson et al. 2020) of what two displays show, seen from where a degree has `pixels_per_degree` pixels
-/// ([`crate::PIXELS_PER_DEGREE`] as a rule). Values beyond 0 to 1 count as the nearest within. Beyond the edges of a picture its
-/// outermost pixels go on.
+/// ([`crate::PIXELS_PER_DEGREE`] as a rule). Values beyond 0 to 1 count as the nearest within. Beyond the edges of a
+/// picture its outermost pixels go on.
 ///
 /// The same but for the last bits if the two change places.
 ///
@@ -103,8 +104,8 @@ struct Workspace {
     /// The width, made a multiple of [`LANES`].
     stride: usize,
     border_px: usize,
-    /// Luminance, red against green, blue against yellow by two Gaussians; luminance by the Gaussian of features and by its two
-    /// derivatives.
+    /// Luminance, red against green, blue against yellow by two Gaussians; luminance by the Gaussian of features and by
+    /// its two derivatives.
     along_rows: [Vec<f32>; 7],
     /// A row of YyCxCz, and of relative luminance, with borders.
     padded: [Vec<f32>; 4],

@@ -5,8 +5,8 @@ mod pairs;
 use manypass_flip::{PIXELS_PER_DEGREE, hdr, ldr};
 use pairs::{Pair, pairs, pictures};
 
-/// The mean and the largest error of every pair, by the authors' package `flip-evaluator` 1.7 for Python, at its default of
-/// 67.02 pixels a degree: `evaluate(reference, test, "LDR", inputsRGB=True, applyMagma=False)`, and `"HDR"`,
+/// The mean and the largest error of every pair, by the authors' package `flip-evaluator` 1.7 for Python, at its
+/// default of 67.02 pixels a degree: `evaluate(reference, test, "LDR", inputsRGB=True, applyMagma=False)`, and `"HDR"`,
 /// `inputsRGB=False` for pairs of high range.
 const EXPECTED: [(&str, f64, f32); 10] = [
     ("gradient-tinted", 0.130_347, 0.232_421),

@@ -14,7 +14,8 @@ use crate::{Limits, TextureDesc};
 pub struct RunOptions<'a> {
     /// What to copy of what passes write. To copy everything turns off the merging of passes.
     pub taps: Taps<'a>,
-    /// Whether to measure GPU time of every pass, if the device has `TIMESTAMP_QUERY`. It turns off the merging of passes.
+    /// Whether to measure GPU time of every pass, if the device has `TIMESTAMP_QUERY`. It turns off the merging of
+    /// passes.
     pub time: Timing,
 }
 
@@ -26,8 +27,8 @@ pub enum Timing {
     Off,
     /// [`Run::read`] waits for them.
     Once,
-    /// [`Executor::latest_times`] has them some frames later, and nobody waits. While all buffers of the ring are under way,
-    /// frames are not timed.
+    /// [`Executor::latest_times`] has them some frames later, and nobody waits. While all buffers of the ring are under
+    /// way, frames are not timed.
     Live,
 }
 
@@ -127,8 +128,8 @@ impl Executor {
         Graph::with_histories(limits, self.histories.book())
     }
 
-    /// The times of the passes of the last frame that was run with [`Timing::Live`] and is done; `None` until there is one,
-    /// and where the device has no timestamps. Call it after a frame was submitted. It does not wait.
+    /// The times of the passes of the last frame that was run with [`Timing::Live`] and is done; `None` until there is
+    /// one, and where the device has no timestamps. Call it after a frame was submitted. It does not wait.
     pub fn latest_times(&mut self) -> Option<&[PassTime]> {
         self.times.latest()
     }
@@ -286,7 +287,8 @@ pub(crate) struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// Records passes that share their attachments as one render pass; `is_cut` says that more of them follow in another.
+    /// Records passes that share their attachments as one render pass; `is_cut` says that more of them follow in
+    /// another.
     fn group(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -47,8 +47,8 @@ pub struct Export {
 pub struct History {
     /// What the last frame wrote as [`History::next`]; zeros if there was none.
     pub previous: Handle,
-    /// What this frame writes: its writers run as if it were exported. If none writes it, the next frame finds what this one
-    /// found.
+    /// What this frame writes: its writers run as if it were exported. If none writes it, the next frame finds what
+    /// this one found.
     pub next: Handle,
     /// Whether there is no earlier frame of this name and shape.
     pub is_first: bool,
@@ -212,8 +212,8 @@ impl<'frame> Graph<'frame> {
         }
     }
 
-    /// Names the view whose passes are declared from here on: `mirror` makes `mirror/geometry` of `geometry`, in passes,
-    /// textures and histories alike. An empty name, as at first, changes nothing.
+    /// Names the view whose passes are declared from here on: `mirror` makes `mirror/geometry` of `geometry`, in
+    /// passes, textures and histories alike. An empty name, as at first, changes nothing.
     pub fn set_view(&mut self, name: impl Into<Cow<'static, str>>) {
         self.view = name.into();
     }
@@ -349,8 +349,8 @@ impl<'frame> Pass<'_, 'frame> {
         handle
     }
 
-    /// Writes the mean of the samples of the colour target that was declared last, which has several a texel, to `handle`, which
-    /// has the same shape and one. Returns the version that holds the mean.
+    /// Writes the mean of the samples of the colour target that was declared last, which has several a texel, to
+    /// `handle`, which has the same shape and one. Returns the version that holds the mean.
     pub fn resolve(&mut self, handle: Handle) -> Handle {
         self.add_use(&handle, UseKind::Resolve);
         handle

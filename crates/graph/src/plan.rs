@@ -150,7 +150,8 @@ impl Plan {
 }
 
 impl Plan {
-    /// Bytes that the passes write if each covers its targets once, as full-screen passes do and as surfaces do without overdraw.
+    /// Bytes that the passes write if each covers its targets once, as full-screen passes do and as surfaces do without
+    /// overdraw.
     pub fn written_bytes(&self) -> u64 {
         let of_pass = |pass: &PlannedPass| {
             let written = pass.attachments.iter().filter(|attachment| attachment.target != Target::DepthReadOnly);

@@ -99,8 +99,8 @@ fn ranged(data: &[f32], components: usize) -> (Vec<u8>, Option<PngRange>) {
     (bytes, range)
 }
 
-/// From −high…high to 1…65535 with 0 at 32768, where `high` is the largest magnitude, or 1 where that is smaller, so that
-/// rounding errors of what stands still are not spread over all numbers; a third channel of zeros.
+/// From −high…high to 1…65535 with 0 at 32768, where `high` is the largest magnitude, or 1 where that is smaller, so
+/// that rounding errors of what stands still are not spread over all numbers; a third channel of zeros.
 fn symmetric(data: &[f32], components: usize) -> (Vec<u8>, Option<PngRange>) {
     let high = data.iter().filter(|value| value.is_finite()).fold(1.0f32, |high, value| high.max(value.abs()));
     let mut bytes = Vec::with_capacity(data.len() / components.max(1) * 6);
@@ -116,8 +116,8 @@ fn symmetric(data: &[f32], components: usize) -> (Vec<u8>, Option<PngRange>) {
     (bytes, Some(PngRange { low: vec![-high], high: vec![high] }))
 }
 
-/// From 0 to the largest value of all colours to 0…65535. A fourth channel is alpha, from 0 to 1; colours are divided by
-/// it, as PNG wants them.
+/// From 0 to the largest value of all colours to 0…65535. A fourth channel is alpha, from 0 to 1; colours are divided
+/// by it, as PNG wants them.
 fn up_to_maximum(data: &[f32], components: usize) -> (Vec<u8>, Option<PngRange>) {
     let alpha_of = |values: &[f32]| values.get(3).copied();
     let color = |value: f32, alpha: Option<f32>| match alpha {

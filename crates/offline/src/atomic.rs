@@ -1,5 +1,5 @@
-//! Files that appear whole or not at all: written beside their place, then renamed. A link is followed. A device, a pipe
-//! or an open file of the process is written to as it is: to rename a file over it would take it away.
+//! Files that appear whole or not at all: written beside their place, then renamed. A link is followed. A device, a
+//! pipe or an open file of the process is written to as it is: to rename a file over it would take it away.
 
 use std::fs::{self, File, OpenOptions};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -169,8 +169,8 @@ impl AtomicFile {
         self
     }
 
-    /// The same file, which is put in its place before its bytes have reached the disk: for what its reader checks. After a power cut a
-    /// part of it may stand there.
+    /// The same file, which is put in its place before its bytes have reached the disk: for what its reader checks.
+    /// After a power cut a part of it may stand there.
     #[must_use]
     pub fn unsynced(mut self) -> Self {
         self.is_synced = false;

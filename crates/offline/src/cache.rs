@@ -1,7 +1,8 @@
 //! A folder of files that processes share, for what is dear to make.
 //!
-//! Files appear whole or not at all ([`crate::atomic`]), so that processes need not wait for each other. When there is more than fits, those
-//! go that nobody has read for the longest time. Where the folder cannot be read or written there is simply no cache.
+//! Files appear whole or not at all ([`crate::atomic`]), so that processes need not wait for each other. When there is
+//! more than fits, those go that nobody has read for the longest time. Where the folder cannot be read or written there
+//! is simply no cache.
 
 use crate::atomic::{AtomicFile, WriteError};
 use manypass::Cache;
@@ -43,8 +44,8 @@ impl DiskCache {
         Self { folder, bytes_max }
     }
 
-    /// That of the user: `manypass` in `$XDG_CACHE_HOME`, else where the system has caches. None where there is no such place, or
-    /// [`NO_CACHE`] is set.
+    /// That of the user: `manypass` in `$XDG_CACHE_HOME`, else where the system has caches. None where there is no such
+    /// place, or [`NO_CACHE`] is set.
     pub fn of_user() -> Option<Self> {
         let place = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
         if env::var_os(NO_CACHE).is_some_and(|value| !value.is_empty() && value != "0") {

@@ -70,8 +70,8 @@ fn display_format(bytes: &[u8]) -> Option<(ImageFormat, &'static str)> {
     names.into_iter().find(|(known, _)| *known == format)
 }
 
-/// Reads a picture; its bytes say which kind it is. Of an EXR file the first part with channels R, G and B (and A) is read. Colour
-/// profiles are not: numbers are taken as sRGB, or as linear with the primaries of sRGB.
+/// Reads a picture; its bytes say which kind it is. Of an EXR file the first part with channels R, G and B (and A) is
+/// read. Colour profiles are not: numbers are taken as sRGB, or as linear with the primaries of sRGB.
 ///
 /// # Errors
 /// If the kind is not known, the picture is too large, or its bytes are broken.

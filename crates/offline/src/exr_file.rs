@@ -1,5 +1,5 @@
-//! OpenEXR files: the picture as part `rgba`, and one part for every AOV. They are written part by part and band by band,
-//! so that a picture need not be in memory as a whole.
+//! OpenEXR files: the picture as part `rgba`, and one part for every AOV. They are written part by part and band by
+//! band, so that a picture need not be in memory as a whole.
 
 use crate::encode::{EncodeError, check_length};
 use crate::exr_header::{self, Part, PictureInfo};
@@ -66,8 +66,8 @@ fn band_rows(width: u32, components: usize) -> u32 {
     rows.next_multiple_of(BLOCK_ROWS)
 }
 
-/// Writes a file of `parts`, floats and whole numbers of 32 bits, ZIP compression. `pixels` gives the values of some rows
-/// of the part with that index; it is asked for one part after the other, from the top down.
+/// Writes a file of `parts`, floats and whole numbers of 32 bits, ZIP compression. `pixels` gives the values of some
+/// rows of the part with that index; it is asked for one part after the other, from the top down.
 ///
 /// # Errors
 /// If there are no pixels, no parts, values that do not fit, or the writer fails.

@@ -1,7 +1,8 @@
 //! Stills and sequences as a library: accumulates samples, reads pictures back and encodes them.
 //!
-//! Only [`atomic`], [`lines`] and [`cache`] touch the file system: the first writes files that appear whole or not at all, the second
-//! files that grow by whole lines, the third a folder of the first. So nothing half-written stays behind.
+//! Only [`atomic`], [`lines`] and [`cache`] touch the file system: the first writes files that appear whole or not at
+//! all, the second files that grow by whole lines, the third a folder of the first. So nothing half-written stays
+//! behind.
 
 pub mod aov_docs;
 pub mod aov_png;

@@ -9,8 +9,8 @@ pub fn nodes(scene: &Scene) -> Vec<Value> {
     scene.nodes.iter().enumerate().map(node).collect()
 }
 
-/// The materials of a scene by index: `{index, name, shading, layers}`: where its surfaces are shaded ([`manypass::ShadedIn`]), and
-/// the layers for which the G-buffer has no room.
+/// The materials of a scene by index: `{index, name, shading, layers}`: where its surfaces are shaded
+/// ([`manypass::ShadedIn`]), and the layers for which the G-buffer has no room.
 pub fn materials(scene: &Scene) -> Vec<Value> {
     let material = |(index, material): (usize, &manypass_scene::Material)| {
         let shading = manypass::ShadedIn::of(material).name();
@@ -19,8 +19,8 @@ pub fn materials(scene: &Scene) -> Vec<Value> {
     scene.materials.iter().enumerate().map(material).collect()
 }
 
-/// What has levels of detail: `{node or material, name, end_coverage, coarser}`, an index, the share of the picture's area down to
-/// which it is shown itself, and of each coarser level the index, the name and its own such share.
+/// What has levels of detail: `{node or material, name, end_coverage, coarser}`, an index, the share of the picture's
+/// area down to which it is shown itself, and of each coarser level the index, the name and its own such share.
 pub fn levels(scene: &Scene) -> Vec<Value> {
     fn described<T>(levels: &Levels<T>, named: impl Fn(&T) -> (usize, String)) -> Vec<Value> {
         let coarser = levels.coarser.iter().zip(1..).map(|(coarser, level)| {
@@ -59,8 +59,8 @@ pub fn forward_materials(scene: &Scene) -> Vec<Value> {
 const PATH_NAMES_MAX: usize = 64;
 
 /// JSON in ASCII of every `object_id` that can occur: the id to the names of the node and of those above it,
-/// `root/arm/hand`. A node without a name is `node_INDEX`. Of a path of more than 64 names only those nearest to the node
-/// stand there, after `…/`.
+/// `root/arm/hand`. A node without a name is `node_INDEX`. Of a path of more than 64 names only those nearest to the
+/// node stand there, after `…/`.
 pub fn object_ids(scene: &Scene) -> String {
     let mut manifest = Map::new();
     for (index, node) in scene.nodes.iter().enumerate().filter(|(_, node)| node.mesh.is_some()) {
@@ -82,8 +82,8 @@ pub fn object_ids(scene: &Scene) -> String {
     ascii(&Value::Object(manifest))
 }
 
-/// JSON in ASCII of every `material_id`: the id to the name. A material without a name is `material_INDEX`; the last id is
-/// that of surfaces without a material, `default`.
+/// JSON in ASCII of every `material_id`: the id to the name. A material without a name is `material_INDEX`; the last id
+/// is that of surfaces without a material, `default`.
 pub fn material_ids(scene: &Scene) -> String {
     let name = |(index, material): (usize, &manypass_scene::Material)| {
         let name = if material.name.is_empty() { format!("material_{index}") } else { material.name.clone() };

@@ -1,5 +1,5 @@
-//! How much memory it takes to read a picture back and to write it, so that one that does not fit can be refused before it
-//! is drawn.
+//! How much memory it takes to read a picture back and to write it, so that one that does not fit can be refused before
+//! it is drawn.
 //!
 //! The numbers are upper bounds of what was measured on pictures up to 3840 × 2160: of one picture, beyond what the
 //! scene, the driver and the textures of the frame take.
@@ -8,8 +8,8 @@ use crate::Format;
 use crate::exr_file::BAND_BYTES;
 use manypass::Aov;
 
-/// What is in memory of a band of an EXR file: the mapped rows, a copy without padding, the values, their planes, and the
-/// blocks that are being compressed.
+/// What is in memory of a band of an EXR file: the mapped rows, a copy without padding, the values, their planes, and
+/// the blocks that are being compressed.
 const BAND_COPIES: u64 = 5;
 
 /// Values a pixel of an AOV.
@@ -17,8 +17,8 @@ fn component_count(aov: Aov) -> u64 {
     aov.info().channels.len() as u64
 }
 
-/// Bytes of the targets that AOVs are decoded from. They stay on the device while further samples are drawn, so that the
-/// frame's own are made again.
+/// Bytes of the targets that AOVs are decoded from. They stay on the device while further samples are drawn, so that
+/// the frame's own are made again.
 pub fn kept_bytes(width: u32, height: u32, aovs: &[Aov]) -> u64 {
     let per_pixel = |bytes: u64, is_there: bool| if is_there { bytes } else { 0 };
     // Base colour, normal, material and depth; then emission, ids and motion.

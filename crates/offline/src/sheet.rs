@@ -96,8 +96,8 @@ fn text_width(text: &str) -> u32 {
     8 * text.chars().count() as u32
 }
 
-/// The lines of a label that is `width_px` wide at most: broken at spaces, and within words that are longer alone. At least
-/// one.
+/// The lines of a label that is `width_px` wide at most: broken at spaces, and within words that are longer alone. At
+/// least one.
 fn label_lines(label: &str, width_px: u32) -> Vec<String> {
     let letters = (width_px / 8).max(1) as usize;
     let mut lines = vec![String::new()];

@@ -165,8 +165,8 @@ pub fn accumulate(
     Ok(())
 }
 
-/// The request of the first frame of a still of so many samples, in which every light casts its shadow: where there are more
-/// lights than shadow maps, they take turns, if need be in several frames a sample.
+/// The request of the first frame of a still of so many samples, in which every light casts its shadow: where there are
+/// more lights than shadow maps, they take turns, if need be in several frames a sample.
 ///
 /// # Errors
 /// If the renderer fails.
@@ -205,8 +205,8 @@ pub fn read_picture(
     })
 }
 
-/// Reads a variable as [`crate::aov_png()`] wants it: positions where there is no surface are infinite, so that they can
-/// be told from the world's origin.
+/// Reads a variable as [`crate::aov_png()`] wants it: positions where there is no surface are infinite, so that they
+/// can be told from the world's origin.
 ///
 /// # Errors
 /// If the device was lost, or the frame did not record the variable.
@@ -224,8 +224,8 @@ pub fn read_for_png(renderer: &mut Renderer, aov: Aov) -> Result<AovLayer, Still
     Ok(AovLayer { aov, samples })
 }
 
-/// Writes what was added up as OpenEXR: the picture, and the variables that `request` wanted; reading and writing it band
-/// by band. Gives the time that it took to read.
+/// Writes what was added up as OpenEXR: the picture, and the variables that `request` wanted; reading and writing it
+/// band by band. Gives the time that it took to read.
 ///
 /// # Errors
 /// If the device was lost, nothing was rendered, or the writer fails.

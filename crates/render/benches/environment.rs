@@ -25,7 +25,8 @@ impl Cache for Kept {
     }
 }
 
-/// Milliseconds until a frame with the scene's environment is whole, of a new renderer that has drawn another frame before.
+/// Milliseconds until a frame with the scene's environment is whole, of a new renderer that has drawn another frame
+/// before.
 fn first_frame_ms(
     scene: &Scene,
     source: Environment,

@@ -1,5 +1,5 @@
-//! The limit of lighting: a bare full-screen loop over lights in a data texture, at 960×540. It says what a pair of pixel
-//! and light costs on an adapter if nothing else is done; `cargo xtask bench` holds the renderer against it.
+//! The limit of lighting: a bare full-screen loop over lights in a data texture, at 960×540. It says what a pair of
+//! pixel and light costs on an adapter if nothing else is done; `cargo xtask bench` holds the renderer against it.
 //! `cargo bench -p manypass --bench limit`, with `-- --json` for one line of JSON.
 
 use manypass::gpu::readback::read_texture;

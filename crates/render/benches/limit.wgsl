@@ -1,6 +1,6 @@
 // The bare loop over lights: what no way of lighting can beat that visits a pair of pixel and light at all.
-// The reflectance of shaders/brdf.wgsl and the falloff of KHR_lights_punctual, with all that is the same for every light of
-// a pixel taken out of the loop. There are no lists, no branches, no G-buffer.
+// The reflectance of shaders/brdf.wgsl and the falloff of KHR_lights_punctual, with all that is the same for every
+// light of a pixel taken out of the loop. There are no lists, no branches, no G-buffer.
 
 const PI: f32 = 3.14159265359;
 
@@ -20,8 +20,8 @@ fn vs_screen(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(f32(index / 2u) * 4.0 - 1.0, f32(index % 2u) * 4.0 - 1.0, 0.0, 1.0);
 }
 
-// With F = f0 + (1 - f0) m the sum over lights of E ((1 - F) albedo / pi + s F c) n.l falls into three sums that do not know
-// the material's colours: of E n.l (1 - m), E n.l s, and E n.l s m.
+// With F = f0 + (1 - f0) m the sum over lights of E ((1 - F) albedo / pi + s F c) n.l falls into three sums that do not
+// know the material's colours: of E n.l (1 - m), E n.l s, and E n.l s m.
 @fragment
 fn fs_lights(@builtin(position) position_px: vec4f) -> @location(0) vec4f {
     let uv = position_px.xy / vec2f(size.width, size.height);
@@ -42,7 +42,8 @@ fn fs_lights(@builtin(position) position_px: vec4f) -> @location(0) vec4f {
     var diffuse = vec3f(0.0);
     var specular = vec3f(0.0);
     var specular_grazing = vec3f(0.0);
-    // The count is mixed with what varies, because drivers compile a shader anew for each value of a uniform in a condition.
+    // The count is mixed with what varies, because drivers compile a shader anew for each value of a uniform in a
+    // condition.
     let end = select(0u, 2u * size.light_count, position_px.x >= 0.0);
     for (var at = 0u; at < end; at += 2u) {
         let place = textureLoad(lights, vec2u(at, 0u), 0);

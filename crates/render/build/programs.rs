@@ -14,7 +14,8 @@ const WITH_LAYERS: &str = ", also with layers";
 /// After these: there is one more program, for materials with maps over others, or with baked light.
 const WITH_DETAIL: &str = ", also with detail";
 
-/// After these: there is one more program, for materials with relief. It has the layers of the program, if that has any.
+/// After these: there is one more program, for materials with relief. It has the layers of the program, if that has
+/// any.
 const WITH_RELIEF: &str = ", also with relief";
 
 /// After the name, and after all of these: features that are on in all variants.
@@ -23,8 +24,8 @@ const FEATURES: &str = ". Features: ";
 /// After the features: the axes.
 const AXES: &str = ". Axes: ";
 
-/// The axis of what binds less where nothing is deformed. Only special materials are worth it, whose textures fill what a stage has
-/// on WebGL 2; in all other programs it is on.
+/// The axis of what binds less where nothing is deformed. Only special materials are worth it, whose textures fill what
+/// a stage has on WebGL 2; in all other programs it is on.
 const SKINS: &str = "skins";
 
 /// What is bound by programs for special materials, and by those for points, in any case: these are rare.
@@ -43,7 +44,8 @@ pub struct Declared {
     pub features: Vec<String>,
 }
 
-/// The programs of all shaders in `source`, by name. A shader is one if its first comment has a line such as one of these:
+/// The programs of all shaders in `source`, by name. A shader is one if its first comment has a line such as one of
+/// these:
 ///
 /// ```wgsl
 /// // Program: meter.

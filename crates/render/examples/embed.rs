@@ -1,5 +1,6 @@
-//! Renders into a texture of one's own, on one's own device and queue, between one's own commands: they clear the texture
-//! to a colour before and draw a bar over the picture afterwards. `cargo run --release --example embed -- [OUT.png]`.
+//! Renders into a texture of one's own, on one's own device and queue, between one's own commands: they clear the
+//! texture to a colour before and draw a bar over the picture afterwards. `cargo run --release --example embed --
+//! [OUT.png]`.
 
 use manypass::{Background, FrameRequest, Gpu, Renderer, Target, scene};
 

@@ -1,5 +1,5 @@
-//! The sRGB transfer functions (IEC 61966-2-1), of values from 0 to 1, the twin of `colour.wgsl`; and products that stay
-//! numbers.
+//! The sRGB transfer functions (IEC 61966-2-1), of values from 0 to 1, the twin of `colour.wgsl`; and products that
+//! stay numbers.
 
 use crate::constants::{SRGB_ENCODED_END, SRGB_LINEAR_END, SRGB_OFFSET, SRGB_POWER, SRGB_SLOPE};
 

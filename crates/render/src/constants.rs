@@ -17,8 +17,8 @@ macro_rules! shared_constants {
 }
 
 shared_constants! {
-    /// The distance in metres that stands for infinity in `linear_depth`: this, and nothing nearer, is the background. It
-    /// survives every comparison and every product with a weight up to 1.
+    /// The distance in metres that stands for infinity in `linear_depth`: this, and nothing nearer, is the background.
+    /// It survives every comparison and every product with a weight up to 1.
     DISTANCE_BACKGROUND_M: f32 = 3.0e38;
 
     /// Pixels along each side of a tile of a still that needs no more samples once it is settled.
@@ -121,15 +121,17 @@ shared_constants! {
     LAYER_BUMP: u32 = 268_435_456;
     /// Heights shadow each other.
     LAYER_SELF_SHADOW: u32 = 536_870_912;
-    /// All maps are shifted along the line of sight: alone once, with [`LAYER_STEPS`] to where fine steps meet the heights.
+    /// All maps are shifted along the line of sight: alone once, with [`LAYER_STEPS`] to where fine steps meet the
+    /// heights.
     LAYER_PARALLAX: u32 = 1_073_741_824;
     /// To where steps meet the heights; coarse ones without [`LAYER_PARALLAX`].
     LAYER_STEPS: u32 = 2_147_483_648;
 
-    /// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of points
-    /// and lines).
+    /// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of
+    /// points and lines).
     WITHOUT_NORMALS: u32 = 0x8000_0000;
-    /// Of what fades into another level of detail, object ids are below 2 to the power of this; above them stands how far.
+    /// Of what fades into another level of detail, object ids are below 2 to the power of this; above them stands how
+    /// far.
     FADE_SHIFT: u32 = 23;
     /// In so many steps.
     FADE_STEPS: u32 = 64;

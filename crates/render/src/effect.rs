@@ -26,8 +26,8 @@ use uniforms::{Block, OWN_GROUP, Uniforms};
 /// [`WgslEffect`] is the one for a single full-screen shader. Implement this trait for anything else: a blur of two
 /// passes, a pass with textures of its own.
 pub trait Effect: Debug + wgpu::WasmNotSendSync {
-    /// Records the passes and returns what holds the new radiance: the format of `radiance`, pre-exposed, with coverage in
-    /// alpha. `gbuffer` is none on the forward path.
+    /// Records the passes and returns what holds the new radiance: the format of `radiance`, pre-exposed, with coverage
+    /// in alpha. `gbuffer` is none on the forward path.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
@@ -42,9 +42,8 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 /// An effect of one full-screen fragment shader, which returns the new radiance of its pixel.
 ///
 /// The shader finds this declared, beside what WGSL has (all of it is [`compose::EFFECT_PRELUDE`]):
-/// - textures of the frame's size: `radiance`, `base_color`, `normal`, `material`, `linear_depth`, and `previous`, what the
-///   effect itself made in the frame before; samplers
-///   `linear_clamp` and `nearest_clamp`; the uniform `view`;
+/// - textures of the frame's size: `radiance`, `base_color`, `normal`, `material`, `linear_depth`, and `previous`, what
+///   the effect itself made in the frame before; samplers `linear_clamp` and `nearest_clamp`; the uniform `view`;
 /// - `radiance_at(pixel)`, `distance_at(pixel)` in metres (`DISTANCE_BACKGROUND_M` and more: nothing is there), and
 ///   `surface_at(pixel)` with `normal_world`, `base_color`, `metallic`, `roughness_perceptual`, `occlusion`;
 /// - `position_world_from_pixel(position.xy, distance_m)` and its like.
@@ -90,8 +89,8 @@ pub struct WgslEffect {
 }
 
 impl WgslEffect {
-    /// Compiles `source`. `file` appears in errors; its name without the ending is the name of the pass where the header
-    /// gives none. Settings have their defaults until they are set.
+    /// Compiles `source`. `file` appears in errors; its name without the ending is the name of the pass where the
+    /// header gives none. Settings have their defaults until they are set.
     ///
     /// # Errors
     /// As [`EffectFile::parse`] and [`Self::compile`].
@@ -151,8 +150,8 @@ impl WgslEffect {
         self.uniforms().values()
     }
 
-    /// Sets `key`, `EFFECT.MEMBER` or `EFFECT.UNIFORM.MEMBER`, from the next frame on: one number, or the components of a
-    /// vector with commas between; `EFFECT.enabled` to `false` leaves the effect out.
+    /// Sets `key`, `EFFECT.MEMBER` or `EFFECT.UNIFORM.MEMBER`, from the next frame on: one number, or the components of
+    /// a vector with commas between; `EFFECT.enabled` to `false` leaves the effect out.
     ///
     /// # Errors
     /// An unknown key, another number of numbers, or one outside the range.
@@ -197,8 +196,8 @@ impl WgslEffect {
     }
 }
 
-/// Sets `key` to what was written among the settings of `effects` and those of the frame. Keys of effects come first, so
-/// that a setting which a later version adds takes nothing from a file that works today.
+/// Sets `key` to what was written among the settings of `effects` and those of the frame. Keys of effects come first,
+/// so that a setting which a later version adds takes nothing from a file that works today.
 ///
 /// # Errors
 /// A key that nobody has, or a value that it does not take.

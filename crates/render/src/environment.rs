@@ -27,9 +27,9 @@ pub enum Environment {
     /// A room with soft boxes, in grey, before a calm backdrop. Its key is a light with shadows.
     Studio,
     /// The studio, faint, for a scene that brings its own lights: what they leave dark can still be seen. It has
-    /// [`FILL_SHARE`] of the studio's level in the picture that automatic exposure makes, however strong the lights are;
-    /// so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Its backdrop has [`FILL_BACKDROP_SHARE`].
-    /// Where the lights reach nothing that is seen it is the whole studio.
+    /// [`FILL_SHARE`] of the studio's level in the picture that automatic exposure makes, however strong the lights
+    /// are; so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Its backdrop has
+    /// [`FILL_BACKDROP_SHARE`]. Where the lights reach nothing that is seen it is the whole studio.
     Fill,
     /// The sky of the Earth, computed from sun, air and ground ([`manypass_scene::Sky`]); its sun casts shadows.
     Sky,
@@ -54,8 +54,9 @@ pub const FILL_SHARE: f32 = 1.0 / 16.0;
 pub const FILL_BACKDROP_SHARE: f32 = 0.25;
 
 impl Environment {
-    /// What surrounds `scene` where nobody says: its own picture; else the studio, [`Environment::Fill`] where the scene brings
-    /// its own lights, or nothing where it states an exposure as well, because then its light is meant as it is.
+    /// What surrounds `scene` where nobody says: its own picture; else the studio, [`Environment::Fill`] where the
+    /// scene brings its own lights, or nothing where it states an exposure as well, because then its light is meant as
+    /// it is.
     pub fn of_scene(scene: &Scene) -> Self {
         if scene.environment.is_some() {
             return Self::File;
@@ -99,7 +100,8 @@ impl Background {
         }
     }
 
-    /// The colour, linear Rec. 709, at a height in the picture, from 0 at the lower edge to 1 at the upper one, if it is of colours.
+    /// The colour, linear Rec. 709, at a height in the picture, from 0 at the lower edge to 1 at the upper one, if it
+    /// is of colours.
     pub(crate) fn color_at(self, height: f32) -> Option<[f32; 3]> {
         let Self::Gradient([below, above]) = self else { return self.colors().map(|[color, _]| color) };
         let between = |at: usize| {
@@ -126,29 +128,31 @@ pub struct EnvironmentUniform {
     pub picture: Vec4,
     /// The sides of its tiles in texels: the mirror's, fine, medium and coarse ones.
     pub tile_sides: Vec4,
-    /// What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
+    /// What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture
+    /// in texels.
     pub picture_backdrop: Vec4,
-    /// Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
-    /// integral times how much of them is not in the mirror's tile; zeros.
+    /// Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the
+    /// lobe's integral times how much of them is not in the mirror's tile; zeros.
     pub backdrop_lobe: Vec4,
     /// Where strong small sources of the picture are; w is their spread ([`suns::Sun::spread`]).
     pub sun_directions: [Vec4; suns::SUNS_MAX],
     /// Their irradiance, pre-exposed; w is 0.
     pub sun_irradiances: [Vec4; suns::SUNS_MAX],
-    /// The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half its angle.
+    /// The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half
+    /// its angle.
     pub sun_disc: Vec4,
 }
 
-/// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials, so
-/// that white and black ones stand out alike.
+/// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials,
+/// so that white and black ones stand out alike.
 const STUDIO_BACKDROP: [Vec3; 2] = [Vec3::splat(0.42), Vec3::splat(0.60)];
 
 /// The same where it is a fill, before a scene at night.
 const FILL_BACKDROP: [Vec3; 2] = [Vec3::new(0.06, 0.061, 0.064), Vec3::new(0.34, 0.35, 0.37)];
 
 impl EnvironmentUniform {
-    /// The environment with its light times `scale` (its intensity and the pre-exposure, and what makes the studio a fill)
-    /// and its backdrop times `backdrop_scale`.
+    /// The environment with its light times `scale` (its intensity and the pre-exposure, and what makes the studio a
+    /// fill) and its backdrop times `backdrop_scale`.
     pub fn new(environment: Environment, scale: f32, backdrop_scale: f32) -> Self {
         let scaled = |color: Vec3, scale: f32| color.map(|color| finite_product(color, scale).max(0.0));
         let mut uniform = Self::zeroed();
@@ -218,8 +222,8 @@ impl PlacedPicture<'_> {
     }
 }
 
-/// The disc of a light as the camera sees it. It is kept below what counts as too bright for half floats: in most pictures of the
-/// sun it is beyond them.
+/// The disc of a light as the camera sees it. It is kept below what counts as too bright for half floats: in most
+/// pictures of the sun it is beyond them.
 fn disc(light: &EnvironmentLight, scale: f32) -> Vec4 {
     let tangent = light.half_angle_tan;
     let radiance =

@@ -1,10 +1,10 @@
 //! Exposure: what a picture's radiance is multiplied by, given in stops or found by metering.
 //!
 //! # The curve
-//! Let x be the log-average luminance of what is metered, in stops above mid grey (0.18). Within 2 stops nothing changes.
-//! Beyond, of the t = |x| − 2 stops that exceed them, t / (1 + 4 t) remain: the level of the picture rises with the level
-//! of the light, so that night stays darker than day, and ends at 2.25 stops from mid grey. It is continuous, and so is
-//! its slope.
+//! Let x be the log-average luminance of what is metered, in stops above mid grey (0.18). Within 2 stops nothing
+//! changes. Beyond, of the t = |x| − 2 stops that exceed them, t / (1 + 4 t) remain: the level of the picture rises
+//! with the level of the light, so that night stays darker than day, and ends at 2.25 stops from mid grey. It is
+//! continuous, and so is its slope.
 
 mod settings;
 
@@ -56,8 +56,8 @@ impl Exposure {
         }
     }
 
-    /// With [`Self::Scene`] as it is for `scene` in an environment: under the sky, whose light is many times as bright at noon as in
-    /// the evening, it is metered, too, unless the scene states one.
+    /// With [`Self::Scene`] as it is for `scene` in an environment: under the sky, whose light is many times as bright
+    /// at noon as in the evening, it is metered, too, unless the scene states one.
     pub fn resolved(self, scene: &Scene, environment: Environment) -> Self {
         match (self, scene.exposure_stops, environment) {
             (Self::Scene, None, Environment::Sky) => Self::AUTO,
@@ -117,8 +117,8 @@ impl FromStr for Exposure {
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Metering {
     /// The log-average luminance of the surfaces, in the unit of radiance (Rec. 709 weights). Pixels count by their
-    /// coverage, and by L / (L + A / 64) with their luminance L and the mean A of all: surfaces that no light reaches do
-    /// not count. None if no light is seen at all.
+    /// coverage, and by L / (L + A / 64) with their luminance L and the mean A of all: surfaces that no light reaches
+    /// do not count. None if no light is seen at all.
     pub log_average_luminance: Option<f64>,
     /// The largest component of radiance that was seen.
     pub peak: f64,
@@ -126,8 +126,8 @@ pub struct Metering {
     pub surface_share: f64,
     /// What automatic exposure multiplies by, in stops.
     pub stops: f32,
-    /// What radiance is multiplied by, in stops, while it is in half floats, and divided by afterwards. A whole number, so
-    /// that nothing is lost.
+    /// What radiance is multiplied by, in stops, while it is in half floats, and divided by afterwards. A whole number,
+    /// so that nothing is lost.
     pub pre_exposure_stops: i32,
 }
 
@@ -137,11 +137,12 @@ pub fn picture_level_stops(stops: f64) -> f64 {
     if excess <= 0.0 { stops } else { stops.signum() * (UNCHANGED_STOPS + excess / (1.0 + COMPRESSION * excess)) }
 }
 
-/// Above this the metered peak is brought down, so that sparks that metering missed have room: ten times below the limit.
+/// Above this the metered peak is brought down, so that sparks that metering missed have room: ten times below the
+/// limit.
 const PRE_EXPOSED_PEAK: f64 = 2048.0;
 
-/// At most so many stops below what the average asks for: mid grey is then 7e-4, and what is three stops darker is still
-/// held with all bits of a half float.
+/// At most so many stops below what the average asks for: mid grey is then 7e-4, and what is three stops darker is
+/// still held with all bits of a half float.
 const PEAK_STOPS_MAX: i32 = 8;
 
 impl Metering {
@@ -161,8 +162,8 @@ impl Metering {
 }
 
 impl FrameRequest {
-    /// Whether [`Self::metering`] decides anything: automatic exposure, the faint studio beside the scene's own lights, and
-    /// radiance that will be read go by it.
+    /// Whether [`Self::metering`] decides anything: automatic exposure, the faint studio beside the scene's own lights,
+    /// and radiance that will be read go by it.
     pub fn needs_metering(&self, exposure: Exposure) -> bool {
         let has_fill = self.settings.environment.source == Environment::Fill;
         matches!(exposure, Exposure::Auto { .. }) || has_fill || self.averages_radiance()
@@ -193,13 +194,14 @@ impl FrameRequest {
         }
     }
 
-    /// The background, and what a colour of it is multiplied by to be the radiance that this exposure shows with its value.
+    /// The background, and what a colour of it is multiplied by to be the radiance that this exposure shows with its
+    /// value.
     pub(crate) fn background_radiance(&self) -> (Background, f32) {
         (self.settings.background.source, (-self.exposure_stops()).clamp(-120.0, 120.0).exp2())
     }
 
-    /// What light of the environment and what the camera sees of it are multiplied by: its intensity, and what makes it faint
-    /// where it is a fill.
+    /// What light of the environment and what the camera sees of it are multiplied by: its intensity, and what makes it
+    /// faint where it is a fill.
     fn environment_scales(&self) -> [f32; 2] {
         let environment = &self.settings.environment;
         let (light, backdrop) = match (environment.source, self.metering) {

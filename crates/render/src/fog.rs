@@ -1,5 +1,5 @@
-//! Distance fog: what the medium between eye and surface takes from a surface's radiance, and what it gives. The uniform of
-//! `fog.wgsl`, which the pass `fog` and surfaces that are shaded where they are drawn have in common.
+//! Distance fog: what the medium between eye and surface takes from a surface's radiance, and what it gives. The
+//! uniform of `fog.wgsl`, which the pass `fog` and surfaces that are shaded where they are drawn have in common.
 
 mod settings;
 
@@ -10,7 +10,8 @@ use crate::constants::RADIANCE_MAX;
 use crate::setting::choices;
 use bytemuck::{Pod, Zeroable};
 
-/// The constant of shaders that shade surfaces where they are drawn: whether they add the light that fog scatters before them.
+/// The constant of shaders that shade surfaces where they are drawn: whether they add the light that fog scatters
+/// before them.
 pub const IN_LIT_FOG: &str = "in_lit_fog";
 
 choices! {

@@ -120,8 +120,8 @@ fn forward_passes(r: &mut Recorder<'_, '_>, settings: &Settings, path: Path) -> 
     }
 }
 
-/// Surfaces that light comes through, before what lies behind them; then those that alpha covers, of which those behind come before
-/// if each of their fragments is opaque. Also gives depth.
+/// Surfaces that light comes through, before what lies behind them; then those that alpha covers, of which those behind
+/// come before if each of their fragments is opaque. Also gives depth.
 fn translucent_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
@@ -152,8 +152,8 @@ fn nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError
     linear_depth::record(r, "transmissive.linear_depth", &depth)
 }
 
-/// Surfaces that light comes through, before what lies behind them: that of others, too, if it is given how far away the nearest are.
-/// Also gives depth.
+/// Surfaces that light comes through, before what lies behind them: that of others, too, if it is given how far away
+/// the nearest are. Also gives depth.
 fn transmissive_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
@@ -204,7 +204,8 @@ fn blended_passes(
     transparency::record(r, blended)
 }
 
-/// All light that reaches opaque surfaces from the environment, and from lights in the way that the settings name. Also gives depth.
+/// All light that reaches opaque surfaces from the environment, and from lights in the way that the settings name. Also
+/// gives depth.
 fn light_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
@@ -227,7 +228,8 @@ fn light_passes(
     }
 }
 
-/// Light of the environment and of `lights`: in one pass, which reads the G-buffer once for both, where one of them reaches every pixel.
+/// Light of the environment and of `lights`: in one pass, which reads the G-buffer once for both, where one of them
+/// reaches every pixel.
 fn surface_light_passes(
     r: &mut Recorder<'_, '_>,
     lights: &Lights<'_>,
@@ -240,9 +242,9 @@ fn surface_light_passes(
     direct::record(r, lights, gbuffer, depth, radiance)
 }
 
-/// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded, in range
-/// and passed over, to be added up over all texels. What light is computed for are pixels of opaque surfaces, or where these are
-/// lit as they are drawn all of their fragments, or vertices; and those of blended surfaces.
+/// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded,
+/// in range and passed over, to be added up over all texels. What light is computed for are pixels of opaque surfaces,
+/// or where these are lit as they are drawn all of their fragments, or vertices; and those of blended surfaces.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
@@ -259,8 +261,8 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
     Ok(translucent_passes(r, settings, pairs, depth)?.0)
 }
 
-/// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known of
-/// surfaces before light reaches them.
+/// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known
+/// of surfaces before light reaches them.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
@@ -300,8 +302,8 @@ pub fn effect_passes<'f>(
     Ok(outputs)
 }
 
-/// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform, and
-/// the caller's target if there is one.
+/// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform,
+/// and the caller's target if there is one.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.

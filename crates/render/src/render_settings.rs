@@ -22,8 +22,8 @@ settings! {
     pub struct RenderSettings {
         /// Where shading happens: after opaque surfaces are in the G-buffer, or where each surface is drawn.
         path: Path = Path::Deferred;
-        /// Shading happens at this many times the output's width and height, each rounded to whole pixels; the output keeps
-        /// its size.
+        /// Shading happens at this many times the output's width and height, each rounded to whole pixels; the output
+        /// keeps its size.
         scale: f32 = 1.0, in 0.25..=2.0, unit "factor";
     }
 }

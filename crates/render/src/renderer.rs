@@ -132,8 +132,8 @@ impl Renderer {
         &self.gpu
     }
 
-    /// Uploads what `scene` has that is not on the device yet, and gives back what it no longer has. Every frame does this
-    /// first; whoever wants to know how long it takes, or what was left out ([`Self::warnings`]), calls it before.
+    /// Uploads what `scene` has that is not on the device yet, and gives back what it no longer has. Every frame does
+    /// this first; whoever wants to know how long it takes, or what was left out ([`Self::warnings`]), calls it before.
     ///
     /// # Errors
     /// The scene does not fit the device's memory, or the device was lost.
@@ -205,8 +205,8 @@ impl Renderer {
         &self.shadows.beyond
     }
 
-    /// Of the last frame the nodes of the lights whose shadow maps were less than half as fine as the picture asks for, because
-    /// the atlas was full.
+    /// Of the last frame the nodes of the lights whose shadow maps were less than half as fine as the picture asks for,
+    /// because the atlas was full.
     pub fn starved_lights(&self) -> &[NodeId] {
         &self.shadows.starved
     }
@@ -232,7 +232,8 @@ impl Renderer {
         self.memory_budget_bytes = bytes;
     }
 
-    /// Where what is dear to make of scenes from now on is looked for, and kept: what surfaces reflect of a picture of the environment.
+    /// Where what is dear to make of scenes from now on is looked for, and kept: what surfaces reflect of a picture of
+    /// the environment.
     pub fn set_cache(&mut self, cache: Option<Arc<dyn Cache>>) {
         self.cache = cache;
     }
@@ -265,9 +266,9 @@ impl Renderer {
         self.run(scene, &[("", request)], &mut Purpose::Picture).await.map(drop)
     }
 
-    /// Renders one frame of several cameras, each with a name, a size, samples and outputs of its own: innermost first, so
-    /// that a picture exists before whoever shows it. What the views share is prepared once. [`Self::rendered`] reads them;
-    /// the view with the empty name is that which the other functions read. Names are unique.
+    /// Renders one frame of several cameras, each with a name, a size, samples and outputs of its own: innermost first,
+    /// so that a picture exists before whoever shows it. What the views share is prepared once. [`Self::rendered`]
+    /// reads them; the view with the empty name is that which the other functions read. Names are unique.
     ///
     /// # Errors
     /// As [`Self::render`].
@@ -288,8 +289,8 @@ impl Renderer {
         self.run(scene, views, &mut Purpose::Picture).await.map(drop)
     }
 
-    /// As [`Self::render`], for all frames of a still but the last: the picture that [`Self::read_display`] gives is that
-    /// of the last frame rendered otherwise.
+    /// As [`Self::render`], for all frames of a still but the last: the picture that [`Self::read_display`] gives is
+    /// that of the last frame rendered otherwise.
     ///
     /// # Errors
     /// As [`Self::render`].
@@ -298,10 +299,12 @@ impl Renderer {
         pollster::block_on(self.run(scene, &[("", request)], &mut Purpose::Sample)).map(drop)
     }
 
-    /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target` holds.
+    /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target`
+    /// holds.
     ///
-    /// It submits to the device's queue: what the caller submitted before is done before, and what it submits afterwards
-    /// sees the picture. With [`crate::Background::Transparent`] the target shows through where there is no surface.
+    /// It submits to the device's queue: what the caller submitted before is done before, and what it submits
+    /// afterwards sees the picture. With [`crate::Background::Transparent`] the target shows through where there is no
+    /// surface.
     ///
     /// # Errors
     /// As [`Self::render_async`], and if the target cannot be drawn to.
@@ -369,9 +372,10 @@ impl Renderer {
         Ok(if let Purpose::Times(times) = purpose { times } else { Vec::new() })
     }
 
-    /// In how many rounds the lights of `scene` have to share the atlas of shadow maps so that every light casts its shadow in
-    /// the picture that `request` asks for: what to give as [`FrameRequest::light_rounds`]. 1 where all have room at once; none
-    /// where none casts shadows, or lights are not to take turns (`shadows.turns`). It renders nothing.
+    /// In how many rounds the lights of `scene` have to share the atlas of shadow maps so that every light casts its
+    /// shadow in the picture that `request` asks for: what to give as [`FrameRequest::light_rounds`]. 1 where all have
+    /// room at once; none where none casts shadows, or lights are not to take turns (`shadows.turns`). It renders
+    /// nothing.
     ///
     /// # Errors
     /// As [`Self::render_async`].
@@ -387,7 +391,8 @@ impl Renderer {
         Ok(if let Purpose::Rounds(rounds) = purpose { Some(rounds) } else { None })
     }
 
-    /// The plan of the frame that `request` asks for. It renders nothing, and disturbs no picture that is being accumulated.
+    /// The plan of the frame that `request` asks for. It renders nothing, and disturbs no picture that is being
+    /// accumulated.
     ///
     /// # Errors
     /// As [`Self::render_async`].

@@ -29,27 +29,29 @@ pub struct FrameRequest {
     pub height: u32,
     /// From where the scene is seen.
     pub camera: View,
-    /// What lies on the negative side of this plane (x, y, z, w with `x·X + y·Y + z·Z + w < 0` in world space) is not drawn:
-    /// what is behind a mirror, or before a portal. The plane must not lead through the eye.
+    /// What lies on the negative side of this plane (x, y, z, w with `x·X + y·Y + z·Z + w < 0` in world space) is not
+    /// drawn: what is behind a mirror, or before a portal. The plane must not lead through the eye.
     pub clip_plane_world: Option<Vec4>,
     /// Which of the accumulated frames this is; 0 starts anew.
     pub sample_index: u32,
     /// How many frames are accumulated. A single one needs no means: its picture is made of its radiance at once.
     pub sample_count: u32,
-    /// How many frames, one after the other, make up one sample: they show the scene through the same point of every pixel, each
-    /// under other lights. 1 unless [`Self::light_rounds`] is more than the number of samples.
+    /// How many frames, one after the other, make up one sample: they show the scene through the same point of every
+    /// pixel, each under other lights. 1 unless [`Self::light_rounds`] is more than the number of samples.
     pub frames_per_sample: u32,
-    /// In how many rounds lights share the atlas of shadow maps over the frames of a picture, so that every light casts its
-    /// shadow: what [`crate::Renderer::light_rounds`] says. There have to be at least so many frames, and of all but what
-    /// glows radiance is averaged. None where every frame stands for itself: then lights beyond the atlas, and beyond `shadows.maps` of the
-    /// settings, cast no shadow, and are counted.
+    /// In how many rounds lights share the atlas of shadow maps over the frames of a picture, so that every light casts
+    /// its shadow: what [`crate::Renderer::light_rounds`] says. There have to be at least so many frames, and of all
+    /// but what glows radiance is averaged. None where every frame stands for itself: then lights beyond the atlas, and
+    /// beyond `shadows.maps` of the settings, cast no shadow, and are counted.
     pub light_rounds: Option<u32>,
-    /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame lasts,
-    /// as a live view wants it. It is shown before its other samples are there, so its textures are filtered like those of a picture
-    /// of its own. Otherwise a picture depends on nothing before its first sample, and all its samples are filtered alike.
+    /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame
+    /// lasts, as a live view wants it. It is shown before its other samples are there, so its textures are filtered
+    /// like those of a picture of its own. Otherwise a picture depends on nothing before its first sample, and all its
+    /// samples are filtered alike.
     pub goes_on: bool,
-    /// The height of the ground, if there is one (`ground.mode`): where the scene's lowest point is, over an animation if it plays.
-    /// Without it the lower side of the bounds of what is drawn, which encloses what is turned with some room.
+    /// The height of the ground, if there is one (`ground.mode`): where the scene's lowest point is, over an animation
+    /// if it plays. Without it the lower side of the bounds of what is drawn, which encloses what is turned with some
+    /// room.
     pub ground_height_m: Option<f32>,
     /// Settings of the passes.
     pub settings: Settings,
@@ -71,8 +73,9 @@ pub struct FrameRequest {
 /// same whatever is averaged; its radiance is kept unless this is [`Self::Display`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Averaging {
-    /// Colours of the display, after the tone curve: edges are smooth however bright one side is. Where lights take turns
-    /// ([`FrameRequest::light_rounds`]) only what glows; of all else radiance is, in another pair of textures of 16 bytes a pixel.
+    /// Colours of the display, after the tone curve: edges are smooth however bright one side is. Where lights take
+    /// turns ([`FrameRequest::light_rounds`]) only what glows; of all else radiance is, in another pair of textures of
+    /// 16 bytes a pixel.
     #[default]
     Display,
     /// Radiance, for linear files. The picture is the tone curve of that mean.
@@ -102,8 +105,8 @@ impl FrameRequest {
         self.sample_count > 1 && self.averaging != Averaging::Radiance && !self.deals_lights() && !self.is_stochastic()
     }
 
-    /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours are averaged, and
-    /// no pass of the frame looks at what lies beside its pixel.
+    /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours
+    /// are averaged, and no pass of the frame looks at what lies beside its pixel.
     pub(crate) fn is_adaptive(&self) -> bool {
         let Settings { adaptive, render, msaa, fog, .. } = &self.settings;
         let is_of_pixels =
@@ -111,9 +114,9 @@ impl FrameRequest {
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 
-    /// Whether the part of samples that glows goes through the tone curve before it is averaged, and the rest afterwards: a
-    /// light that shines in some samples alone, and is so much brighter there, is right in the mean of radiance only. What
-    /// effects leave of the parts nobody knows.
+    /// Whether the part of samples that glows goes through the tone curve before it is averaged, and the rest
+    /// afterwards: a light that shines in some samples alone, and is so much brighter there, is right in the mean of
+    /// radiance only. What effects leave of the parts nobody knows.
     pub(crate) fn averages_parts(&self) -> bool {
         let (_, samples) = self.sample();
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
@@ -122,8 +125,8 @@ impl FrameRequest {
         is_asked && is_marked && !self.is_stochastic()
     }
 
-    /// Whether samples show one of several surfaces in place of their mixture, which goes through the tone curve afterwards,
-    /// what glows too.
+    /// Whether samples show one of several surfaces in place of their mixture, which goes through the tone curve
+    /// afterwards, what glows too.
     fn is_stochastic(&self) -> bool {
         self.settings.transparency.mode == TransparencyMode::Stochastic
     }
@@ -148,8 +151,8 @@ impl FrameRequest {
         self.averaging != Averaging::Display || self.want_aovs.contains(&Aov::Radiance)
     }
 
-    /// A request that shows `scene` through its first camera, or else all of it; under its own lights and a faint studio,
-    /// or else in the studio. Where the scene brings lights, [`crate::Renderer::expose`] finds the exposure.
+    /// A request that shows `scene` through its first camera, or else all of it; under its own lights and a faint
+    /// studio, or else in the studio. Where the scene brings lights, [`crate::Renderer::expose`] finds the exposure.
     pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
         let (aspect, framing) = (width as f32 / height.max(1) as f32, Framing::of_scene(scene));
         let (world_from_view, projection) = scene.first_camera().unwrap_or_else(|| framing.automatic(aspect));
@@ -279,8 +282,8 @@ impl RenderError {
 pub struct FrameStats {
     /// Draw calls of surfaces.
     pub draws: u32,
-    /// Draw calls that only light what others drew: one for each rectangle of the picture that lights reach, volumes and what
-    /// marks them, later batches of surfaces.
+    /// Draw calls that only light what others drew: one for each rectangle of the picture that lights reach, volumes
+    /// and what marks them, later batches of surfaces.
     pub light_draws: u32,
     /// Bytes that the frame's passes write if each covers its targets once.
     pub written_bytes: u64,
@@ -322,8 +325,8 @@ pub struct FrameStats {
     pub binding_changes: u64,
     /// Programs and pipelines that were made for the frame.
     pub pipelines_made: u64,
-    /// Bytes that were uploaded for the frame because they changed: uniforms, instances, lights, lists, poses, and what of the
-    /// scene is new since the last frame or [`crate::Renderer::load`].
+    /// Bytes that were uploaded for the frame because they changed: uniforms, instances, lights, lists, poses, and what
+    /// of the scene is new since the last frame or [`crate::Renderer::load`].
     pub uploaded_bytes: u64,
     /// Bytes of the frame's textures after aliasing.
     pub texture_bytes: u64,
@@ -331,8 +334,8 @@ pub struct FrameStats {
     pub texture_bytes_unaliased: u64,
 }
 
-/// Pairs of a light and what it may reach: a pixel of the picture, or on forward paths a fragment that is drawn, or with Gouraud
-/// shading a vertex.
+/// Pairs of a light and what it may reach: a pixel of the picture, or on forward paths a fragment that is drawn, or
+/// with Gouraud shading a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PairCounts {
     /// Iterations of the loop over lights.
@@ -341,8 +344,8 @@ pub struct PairCounts {
     pub pairs_shaded: u64,
     /// The place lies within the light's range, and within its cone.
     pub pairs_in_range: u64,
-    /// Visited, but not even tested for their distance, because the light lies before or behind all of the tile's surfaces
-    /// (tiled lighting alone).
+    /// Visited, but not even tested for their distance, because the light lies before or behind all of the tile's
+    /// surfaces (tiled lighting alone).
     pub pairs_passed_over: u64,
 }
 

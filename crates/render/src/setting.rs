@@ -177,9 +177,9 @@ fn suggestion(nearest: Option<&str>) -> String {
     nearest.map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default()
 }
 
-/// The known key with the smallest edit distance (Levenshtein 1966), if two of three letters stay; where the key has the last
-/// part of known keys, or is like the name of their group, among those. A key of a group that is not known at all has nothing in
-/// common with others but that last part.
+/// The known key with the smallest edit distance (Levenshtein 1966), if two of three letters stay; where the key has
+/// the last part of known keys, or is like the name of their group, among those. A key of a group that is not known at
+/// all has nothing in common with others but that last part.
 fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let last = |key: &str| key.rsplit('.').next().map(str::to_owned);
     let is_like = |known: &str| 3 * edit_distance(key, known) <= key.len();

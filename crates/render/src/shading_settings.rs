@@ -18,8 +18,9 @@ choices! {
 settings! {
     /// Settings of how surfaces reflect light.
     pub struct ShadingSettings {
-        /// How surfaces reflect the light of lamps: the physically based model, or for comparison Phong's or Blinn–Phong's lobe with
-        /// the exponent of the same roughness (docs/lighting.md). Light from the environment is the same under all.
+        /// How surfaces reflect the light of lamps: the physically based model, or for comparison Phong's or
+        /// Blinn–Phong's lobe with the exponent of the same roughness (docs/lighting.md). Light from the environment is
+        /// the same under all.
         model: ReflectanceModel = ReflectanceModel::Pbr;
     }
 }

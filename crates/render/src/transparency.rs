@@ -1,5 +1,5 @@
-//! Surfaces that alpha covers: in which way they become one picture with what lies behind them. What the passes that draw them
-//! and the pass `transparency` have in common, with the uniform of `transparency.wgsl`.
+//! Surfaces that alpha covers: in which way they become one picture with what lies behind them. What the passes that
+//! draw them and the pass `transparency` have in common, with the uniform of `transparency.wgsl`.
 
 mod peel;
 mod settings;
@@ -35,7 +35,8 @@ choices! {
         /// Those whose alpha is less than the cutoff.
         #[default]
         Cutoff = "cutoff",
-        /// Where texels are smaller than pixels those whose alpha is less than a hash of their place (Wyman & McGuire 2017).
+        /// Where texels are smaller than pixels those whose alpha is less than a hash of their place (Wyman & McGuire
+        /// 2017).
         Hashed = "hashed",
     }
 }
@@ -58,8 +59,8 @@ const STOCHASTIC: u32 = 2;
 /// The constant of `transparency.wgsl` that says which fragments are drawn.
 const PEELS: &str = "peels";
 
-/// Radiance times weight, and alpha times weight, are added up; what comes through all of them is multiplied into alpha: one blend
-/// state for all targets, because the floor has one.
+/// Radiance times weight, and alpha times weight, are added up; what comes through all of them is multiplied into
+/// alpha: one blend state for all targets, because the floor has one.
 const SUM: wgpu::BlendState = wgpu::BlendState {
     color: wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::One,
@@ -76,8 +77,8 @@ const SUM: wgpu::BlendState = wgpu::BlendState {
 /// The format of the sum of weights: half floats add up on every backend.
 const WEIGHTS: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
-/// A weight falls by so many octaves where the distance doubles: with the fourth power, two panes that let half through, of which
-/// one is 1.2 times as far away, have the shares that they have when they are sorted.
+/// A weight falls by so many octaves where the distance doubles: with the fourth power, two panes that let half
+/// through, of which one is 1.2 times as far away, have the shares that they have when they are sorted.
 const OCTAVES_PER_OCTAVE: f32 = 4.0;
 
 /// Weights span at most so many octaves, so that half floats hold the sums.
@@ -90,8 +91,8 @@ const NEAREST_SHARE: f32 = 1.0 / 4096.0;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct Weighting {
-    /// The logarithm to the base 2 of a weight is that of the distance times the first, plus the second, within plus and minus the
-    /// third.
+    /// The logarithm to the base 2 of a weight is that of the distance times the first, plus the second, within plus
+    /// and minus the third.
     exponent: [f32; 3],
     /// What is nearer lies before all surfaces that light comes through.
     glass_m: f32,
@@ -110,7 +111,8 @@ impl Weighting {
         }
     }
 
-    /// For the blended surfaces of `world`, in view or not, so that the weights of one do not change when others leave the view.
+    /// For the blended surfaces of `world`, in view or not, so that the weights of one do not change when others leave
+    /// the view.
     fn weighted(view: &PreparedView, world: &WorldDraws) -> Self {
         let blended = world.items[world.opaque_count..].iter().filter(|item| !item.transmissive);
         let (nearest, farthest) = distances(view, blended.map(|item| &item.bounds_world));
@@ -131,7 +133,8 @@ impl Weighting {
     }
 }
 
-/// The nearest and the farthest distance of `boxes` along the view axis, in metres; the nearest is infinite if there are none.
+/// The nearest and the farthest distance of `boxes` along the view axis, in metres; the nearest is infinite if there
+/// are none.
 fn distances<'b>(view: &PreparedView, boxes: impl Iterator<Item = &'b Aabb>) -> (f32, f32) {
     let row = view.uniform.view_from_world.row(2);
     let of_box = |Aabb { min, max }: &Aabb| {

@@ -73,11 +73,12 @@ pub struct CameraStep {
 }
 
 impl ViewUniform {
-    /// The same view without what lies on the negative side of a plane (`plane_world · (x, y, z, 1) < 0`): the plane takes the
-    /// place of the near plane. A plane through the eye leaves depth nothing to tell distances by. Depth is then no function of the distance alone, and `depth_slope` says how it differs.
+    /// The same view without what lies on the negative side of a plane (`plane_world · (x, y, z, 1) < 0`): the plane
+    /// takes the place of the near plane. A plane through the eye leaves depth nothing to tell distances by. Depth is
+    /// then no function of the distance alone, and `depth_slope` says how it differs.
     ///
-    /// Source: Lengyel 2005, "Oblique View Frustum Depth Projection and Clipping", for reversed depth: z = w − s · plane,
-    /// with s so large that depth spans all of its range and reaches 0 nowhere in the frustum.
+    /// Source: Lengyel 2005, "Oblique View Frustum Depth Projection and Clipping", for reversed depth: z = w − s ·
+    /// plane, with s so large that depth spans all of its range and reaches 0 nowhere in the frustum.
     pub(crate) fn cut_by(mut self, plane_world: Vec4, range: DepthRange) -> Self {
         let plane = self.world_from_view.transpose() * plane_world;
         let is_orthographic = self.orthographic > 0.5;
@@ -104,8 +105,8 @@ impl ViewUniform {
 }
 
 impl View {
-    /// The scene's first camera; without one, what [`Framing::automatic`] gives: all of the scene from 30° to the right and
-    /// 28° above, or a room from inside. `aspect` is the picture's width / height. As of the last
+    /// The scene's first camera; without one, what [`Framing::automatic`] gives: all of the scene from 30° to the right
+    /// and 28° above, or a room from inside. `aspect` is the picture's width / height. As of the last
     /// [`Scene::update_transforms`].
     pub fn of_scene(scene: &Scene, aspect: f32) -> Self {
         if let Some((world_from_view, projection)) = scene.first_camera() {
@@ -156,9 +157,9 @@ impl View {
         matches!(self.projection, Projection::Perspective { far_m: Some(limit_m), .. } if range.far_m >= limit_m)
     }
 
-    /// The projection with reversed depth: 1 at the near plane, 0 infinitely far away, where nothing is; at the far plane
-    /// where the camera's own one cuts something off, and with parallel rays, whose range ends behind the scene. Surfaces
-    /// near a plane of depth 0 would be background where depth has 24 bits or is remapped (WebGL 2).
+    /// The projection with reversed depth: 1 at the near plane, 0 infinitely far away, where nothing is; at the far
+    /// plane where the camera's own one cuts something off, and with parallel rays, whose range ends behind the scene.
+    /// Surfaces near a plane of depth 0 would be background where depth has 24 bits or is remapped (WebGL 2).
     pub fn clip_from_view(&self, range: DepthRange, aspect: f32, jitter_ndc: Vec2) -> Mat4 {
         let scale = self.half_extent(aspect).recip();
         let DepthRange { near_m: n, far_m: f } = range;
@@ -217,7 +218,8 @@ impl View {
     }
 
     /// The uniform for a picture of `output_size` that is shaded at `shaded_size`, both in pixels. Sides are rounded to
-    /// whole pixels, so the two may differ in shape; what is seen is the picture's shape. The jitter is in shaded pixels.
+    /// whole pixels, so the two may differ in shape; what is seen is the picture's shape. The jitter is in shaded
+    /// pixels.
     pub(crate) fn uniform_shaded(
         &self,
         range: DepthRange,
@@ -236,8 +238,8 @@ impl View {
 }
 
 /// The offset of a sample from the pixel's middle, in pixels: the R2 sequence (Roberts 2018), which fills the square
-/// evenly for any number of samples. A single sample lies in the middle. A sample stays within its pixel: lists of lights
-/// are those of all samples.
+/// evenly for any number of samples. A single sample lies in the middle. A sample stays within its pixel: lists of
+/// lights are those of all samples.
 pub fn jitter_px(sample_index: u32, sample_count: u32) -> Vec2 {
     if sample_count <= 1 {
         return Vec2::ZERO;

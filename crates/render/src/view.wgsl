@@ -22,7 +22,8 @@ struct View {
     mip_gain: f32,
     // The most samples that samplers of textures take along the long side of a pixel's footprint.
     anisotropy: f32,
-    // From pre-exposed radiance to the display, for the marks of what glows (`shaders/glow.wgsl`); 0 where there are none.
+    // From pre-exposed radiance to the display, for the marks of what glows (`shaders/glow.wgsl`); 0 where there are
+    // none.
     glow_exposure: f32,
     // By how much depth rises along x and y of view space, where a plane cuts the view; else 0.
     depth_slope: vec2f,

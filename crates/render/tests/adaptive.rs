@@ -70,7 +70,8 @@ fn a_greater_threshold_leaves_out_more() {
     let request = request(&scene);
     let means = [0.0, 0.5, 2.0, 16.0].map(|threshold| still(&mut renderer, &scene, &request, threshold).1);
     assert!(means.is_sorted_by(|a, b| a > b), "{means:?}");
-    // A live view leaves them out by depth alone; the picture differs by how its first sample is filtered, which plain surfaces do not show.
+    // A live view leaves them out by depth alone; the picture differs by how its first sample is filtered, which plain
+    // surfaces do not show.
     let live = FrameRequest { goes_on: true, ..request.clone() };
     assert_eq!(still(&mut renderer, &scene, &live, 2.0), still(&mut renderer, &scene, &request, 2.0));
 }

@@ -1,4 +1,5 @@
-//! What rough surfaces reflect of pictures of the environment, direction by direction, against integrals over all of their texels.
+//! What rough surfaces reflect of pictures of the environment, direction by direction, against integrals over all of
+//! their texels.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -16,18 +17,21 @@ use manypass_testkit::scenes;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-/// How far what is reflected may be off, as shares of its own brightness in a direction or of the environment's mean, whichever is more.
+/// How far what is reflected may be off, as shares of its own brightness in a direction or of the environment's mean,
+/// whichever is more.
 struct Bounds {
     roughness: f64,
     /// The root of the mean square, and the most in any direction.
     mean_square: f64,
     worst: f64,
-    /// The most in a square of 17 degrees, or 0.3 radians, about the brightest place: a sun, which is a disc here and has whatever shape there.
+    /// The most in a square of 17 degrees, or 0.3 radians, about the brightest place: a sun, which is a disc here and
+    /// has whatever shape there.
     by_the_brightest: f64,
 }
 
-/// Lobes are narrower than texels of the picture at the first of them (the half width of its peak is 0.2 degrees, a texel 0.35), so that it
-/// is tiles' resolution that edges of lamps are off by; from 0.2 on it is the number of samples, at lamps of 5 degrees and less.
+/// Lobes are narrower than texels of the picture at the first of them (the half width of its peak is 0.2 degrees, a
+/// texel 0.35), so that it is tiles' resolution that edges of lamps are off by; from 0.2 on it is the number of
+/// samples, at lamps of 5 degrees and less.
 const BOUNDS: [Bounds; 8] = [
     Bounds { roughness: 0.05, mean_square: 0.015, worst: 0.18, by_the_brightest: 0.25 },
     Bounds { roughness: 0.1, mean_square: 0.008, worst: 0.06, by_the_brightest: 0.05 },
@@ -39,8 +43,8 @@ const BOUNDS: [Bounds; 8] = [
     Bounds { roughness: 1.0, mean_square: 0.005, worst: 0.015, by_the_brightest: 0.01 },
 ];
 
-/// What the camera sees of a blurred environment is what a surface of that roughness reflects along its normal; of roughness 1 it
-/// is irradiance.
+/// What the camera sees of a blurred environment is what a surface of that roughness reflects along its normal; of
+/// roughness 1 it is irradiance.
 #[test]
 fn reflections_are_integrals_over_the_lobe() {
     let mut renderer = renderer();
@@ -174,8 +178,8 @@ fn one_small_sun_does_not_sparkle() {
     }
 }
 
-/// The streak of a sun on brushed metal is brightest in its middle, falls off to both sides, and is as bright everywhere as that of many
-/// lights which lie where the sun is.
+/// The streak of a sun on brushed metal is brightest in its middle, falls off to both sides, and is as bright
+/// everywhere as that of many lights which lie where the sun is.
 #[test]
 fn a_streak_is_brightest_in_its_middle() {
     const SIZE: (u32, u32) = (129, 33);

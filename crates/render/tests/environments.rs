@@ -1,4 +1,5 @@
-//! Light of pictures of the environment against integrals over all of their texels, which know neither cube maps, samples nor suns.
+//! Light of pictures of the environment against integrals over all of their texels, which know neither cube maps,
+//! samples nor suns.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 

@@ -96,9 +96,9 @@ fn quarter(picture: &Picture, row: usize, column: usize) -> Picture {
     Picture { width, height, pixels }
 }
 
-/// Layouts share nothing with our frame but the frame graph and the scene: their reflectance, falloff, camera and targets are
-/// their own. They round the sum of 16 lights to 8 bits of sRGB after each, by up to half a step: 8 steps at the most beside
-/// the rounding of our own, and 1 in the mean.
+/// Layouts share nothing with our frame but the frame graph and the scene: their reflectance, falloff, camera and
+/// targets are their own. They round the sum of 16 lights to 8 bits of sRGB after each, by up to half a step: 8 steps
+/// at the most beside the rounding of our own, and 1 in the mean.
 #[test]
 fn textbook_layouts_make_the_picture_of_our_frame() {
     let (picture, table) = run_and_hear("textbook_layouts", &["128", "72", "1"]);
@@ -122,8 +122,8 @@ fn textbook_layouts_make_the_picture_of_our_frame() {
     };
     // Three targets of 8 bytes and depth of 4, shared by all lights; each light writes them, and the picture.
     assert_eq!(bytes("three targets"), [3.0 * 8.0 + 4.0, 28.0 + 4.0, 16.0 * (28.0 + 4.0)]);
-    // Two targets of 16 bytes, diffuse colour, accumulation and depth with stencil; the last two are written by the volumes
-    // as well. The diffuse colour's memory is the picture's in the end.
+    // Two targets of 16 bytes, diffuse colour, accumulation and depth with stencil; the last two are written by the
+    // volumes as well. The diffuse colour's memory is the picture's in the end.
     let held = 2.0 * 16.0 + 3.0 * 4.0;
     assert_eq!(bytes("float positions, two geometry passes"), [held, held, held + 8.0 + 4.0]);
     let ours = bytes("ours |");

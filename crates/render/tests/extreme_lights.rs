@@ -1,4 +1,5 @@
-//! Lights at the ends of what files may say: their pictures are numbers, the same on both paths and however lights are culled.
+//! Lights at the ends of what files may say: their pictures are numbers, the same on both paths and however lights are
+//! culled.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 

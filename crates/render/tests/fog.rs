@@ -1,4 +1,5 @@
-//! Distance fog against its closed form, in linear light: over opaque surfaces, over blended ones, over the environment.
+//! Distance fog against its closed form, in linear light: over opaque surfaces, over blended ones, over the
+//! environment.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 

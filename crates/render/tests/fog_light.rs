@@ -1,5 +1,5 @@
-//! Light that fog scatters, against numerical integration along the rays of the ray caster: directional light, spots and
-//! points with and without a range, with their shadows, before opaque and blended surfaces and before nothing.
+//! Light that fog scatters, against numerical integration along the rays of the ray caster: directional light, spots
+//! and points with and without a range, with their shadows, before opaque and blended surfaces and before nothing.
 //!
 //! These need an adapter; the software one will do.
 
@@ -29,8 +29,8 @@ fn black(alpha: f32) -> Material {
     }
 }
 
-/// A row of columns under a roof with gaps, before the sky; surfaces are black, so that only fog is seen, and a pane of dark
-/// glass covers a part of it.
+/// A row of columns under a roof with gaps, before the sky; surfaces are black, so that only fog is seen, and a pane of
+/// dark glass covers a part of it.
 fn scene() -> Scene {
     let projection = Projection::Perspective { fov_y_rad: 0.9, near_m: 0.1, far_m: None };
     let mut builder = SceneBuilder::new(Vec3::new(0.0, 1.7, 6.0), Vec3::new(0.3, 2.4, 0.0), projection);

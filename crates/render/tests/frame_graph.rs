@@ -60,8 +60,8 @@ impl Bench {
         buffer.get_mapped_range(..).expect("mapped")[0]
     }
 
-    /// Draws one frame in which each view of `views` (its name, side and value) has a history; gives the value that each
-    /// found there, or none if it was the first.
+    /// Draws one frame in which each view of `views` (its name, side and value) has a history; gives the value that
+    /// each found there, or none if it was the first.
     fn frame_of_histories(&mut self, views: &[(&'static str, u32, f64)]) -> Vec<Option<u8>> {
         let mut graph = self.graph();
         let declare = |&(name, side, value): &(&'static str, u32, f64)| {

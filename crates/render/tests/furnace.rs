@@ -62,8 +62,9 @@ fn white_under_suns_from_everywhere_loses_nothing() {
     let test = scenes::furnace(SUNS, [1.0, 1.0]);
     let truth = test.world.render(SIZE.0 as usize, SIZE.1 as usize, Options::default());
     let expected = bands(&truth, &truth.radiance);
-    // Metal reflects all of it. A white dielectric does so within a few per cent only and more at grazing angles, because
-    // glTF's BRDF (appendix B) takes Fresnel at the half vector for what enters the surface; the ray caster says how much.
+    // Metal reflects all of it. A white dielectric does so within a few per cent only and more at grazing angles,
+    // because glTF's BRDF (appendix B) takes Fresnel at the half vector for what enters the surface; the ray caster
+    // says how much.
     let energy = |i: usize| if expected[i].is_metal { 1.0 } else { expected[i].mean };
     for path in [Path::Forward, Path::Deferred] {
         let request = plain_request(&test.scene, SIZE).with(|settings| settings.render.path = path);

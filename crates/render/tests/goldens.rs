@@ -12,10 +12,10 @@ use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, di
 use std::path::{Path, PathBuf};
 use subjects::Subject;
 
-/// Software adapters differ by two to three levels from host to host (they use other vector units), and at edges, where a
-/// quarter of a pixel more is covered. Four samples a pixel leave few edges: the share. With the vector units of other
-/// hosts (Mesa can be told to do without) at most 4 such pixels hang together, and 1 that shows nothing of what is beside
-/// it; twice that is allowed. More is a thing that is missing, of a wrong colour or in a wrong place.
+/// Software adapters differ by two to three levels from host to host (they use other vector units), and at edges, where
+/// a quarter of a pixel more is covered. Four samples a pixel leave few edges: the share. With the vector units of
+/// other hosts (Mesa can be told to do without) at most 4 such pixels hang together, and 1 that shows nothing of what
+/// is beside it; twice that is allowed. More is a thing that is missing, of a wrong colour or in a wrong place.
 const TOLERANCE: Tolerance =
     Tolerance { within: 3, share: 0.99, share_between: 0.998, mean: 0.5, area_px: 8, area_between_px: 2 };
 

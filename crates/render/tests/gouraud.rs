@@ -81,7 +81,8 @@ fn light_at_vertices_converges_to_light_at_pixels() {
     let mut renderer = renderer();
     let errors = [6, 24, 96].map(|cells| error(&mut renderer, &scene(cells)));
     println!("{errors:?}");
-    // Interpolation errs by the square of the distance between vertices: a sixteenth for a quarter, but for the edges of cones.
+    // Interpolation errs by the square of the distance between vertices: a sixteenth for a quarter, but for the edges
+    // of cones.
     assert!(errors[0] > 0.02, "a coarse mesh looks like a fine one: {errors:?}");
     assert!(errors[1] < errors[0] / 6.0 && errors[2] < errors[1] / 6.0, "{errors:?}");
     // What is blended is lit in the same way.

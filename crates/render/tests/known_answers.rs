@@ -270,7 +270,8 @@ fn texture_coordinates_start_at_the_top_left() {
     let bounds = scene.posed_bounds_world();
     let half = 0.5 * (bounds.max - bounds.min);
     let is_dark = |pixel: &Rgb| pixel.iter().all(|level| *level < 70);
-    // Yellow, orange, blue and green quarters; each has a chequered edge at the corner of the picture that it is named for.
+    // Yellow, orange, blue and green quarters; each has a chequered edge at the corner of the picture that it is named
+    // for.
     let quarters: [(&str, f32, f32, [bool; 3]); 4] = [
         ("top left", -1.0, 1.0, [true, true, false]),
         ("top right", 1.0, 1.0, [true, false, false]),
@@ -302,8 +303,8 @@ fn unlit_surfaces_show_their_base_color() {
     assert_eq!(checked, 2);
 }
 
-/// How far off its target an arrow points, as the sine of an angle seen from in front of its face: the tip of the arrow is
-/// the end of its long axis, so that arrow and target lie on one line.
+/// How far off its target an arrow points, as the sine of an angle seen from in front of its face: the tip of the arrow
+/// is the end of its long axis, so that arrow and target lie on one line.
 fn misalignment(shot: &Shot, arrow: usize, target: usize) -> f64 {
     let points = |node: usize| -> Vec<glam::DVec2> {
         let shown = shot.nodes.iter().enumerate().filter(|(_, id)| **id == node as u32 + 1);
@@ -358,7 +359,8 @@ fn arrows_point_at_their_targets() {
 fn compare_balls(name: &str, columns: &[(f32, &[f32])]) {
     let Some(scene) = load(name) else { return };
     let shot = shoot(&mut renderer(), &scene, Quat::IDENTITY);
-    // The balls have a radius of 0.1 m. Where they are steepest, a normal map of the sphere's texels has no exact normals.
+    // The balls have a radius of 0.1 m. Where they are steepest, a normal map of the sphere's texels has no exact
+    // normals.
     let half_m = 0.065;
     let (mut worst, mut least_wrong) = (0.0f64, f64::INFINITY);
     for (geometry, others) in columns {

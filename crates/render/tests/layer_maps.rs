@@ -1,5 +1,5 @@
-//! Every map of a layer by the second set of texture coordinates and with a transform: where both give the coordinates of the first
-//! set, the picture is the same.
+//! Every map of a layer by the second set of texture coordinates and with a transform: where both give the coordinates
+//! of the first set, the picture is the same.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -164,7 +164,8 @@ fn center(map: usize) -> [f32; 2] {
     [(map % COLUMNS) as f32 - 1.5, 1.5 - (map / COLUMNS) as f32]
 }
 
-/// The mean difference of channels within the patch of a map, in levels of 255. A metre has an eighth of a picture's pixels to either side.
+/// The mean difference of channels within the patch of a map, in levels of 255. A metre has an eighth of a picture's
+/// pixels to either side.
 fn difference(map: usize, [a, b]: [&Picture; 2]) -> f64 {
     let metre_px = SIDE_PX as f32 / 4.0;
     let [x, y] = center(map);

@@ -36,8 +36,9 @@ fn scattering(weight: f32) -> DiffuseTransmission {
     DiffuseTransmission { weight: Mapped::new(weight), color: Mapped::new(Vec3::ONE) }
 }
 
-/// Every layer on white, alone and together; and the least of the light that it may keep, of dielectrics and of metals. Each of them lets all
-/// of it out again but a film and coloured specular light: glTF takes the greatest of the three colours from what enters the surface below.
+/// Every layer on white, alone and together; and the least of the light that it may keep, of dielectrics and of metals.
+/// Each of them lets all of it out again but a film and coloured specular light: glTF takes the greatest of the three
+/// colours from what enters the surface below.
 fn models() -> Vec<(&'static str, Material, [f32; 2])> {
     let specular =
         Specular { weight: Mapped::new(0.4), color: Mapped::new(Vec3::new(1.0, 0.5, 2.0)), glossiness: None };

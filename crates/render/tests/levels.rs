@@ -1,4 +1,5 @@
-//! Levels of detail: each view shows the level that its size asks for, a switch is hardly seen, and fading levels share their pixels.
+//! Levels of detail: each view shows the level that its size asks for, a switch is hardly seen, and fading levels share
+//! their pixels.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -365,7 +366,8 @@ fn distance_of_width_m(width_px: f32) -> f32 {
     3f32.sqrt() * 2.0 * SIDE as f32 / (2.0 * 0.2618f32.tan()) / width_px
 }
 
-/// The pixels of the middle alone, twice as many as something is wide there: so as if all of the picture were full of it.
+/// The pixels of the middle alone, twice as many as something is wide there: so as if all of the picture were full of
+/// it.
 fn narrow(width_px: f32, mut request: FrameRequest) -> FrameRequest {
     let side = 2 * width_px as u32;
     let fov_y_rad = 2.0 * (0.2618f32.tan() * side as f32 / SIDE as f32).atan();
@@ -470,8 +472,8 @@ fn what_is_seen_smallest_has_the_means_of_its_textures() {
     let material = &mut without.materials[0];
     (material.base_color_texture, material.metallic_roughness_texture) = (None, None);
     (material.occlusion_texture, material.emissive_texture) = (None, None);
-    // Of the texture as it is written above: half of it is 60, half 200, in sRGB and as numbers; on a ball rows count by their area,
-    // of which columns know nothing.
+    // Of the texture as it is written above: half of it is 60, half 200, in sRGB and as numbers; on a ball rows count
+    // by their area, of which columns know nothing.
     let linear = |srgb: f32| ((srgb / 255.0 + 0.055) / 1.055).powf(2.4);
     let mean = |value: &dyn Fn(u32) -> f32| (0..32).map(value).sum::<f32>() / 32.0;
     let green = |x: u32| (90 + x) as f32;
@@ -522,8 +524,8 @@ fn the_mean_of_a_texture_is_that_of_what_is_shown() {
     assert_eq!(error(&scene), (0.0, false));
 }
 
-/// Shows `scene` where the ball around the ball is `width_px` wide: one step before that it is whole, and one behind it looks like
-/// `without`, without a switch that is seen.
+/// Shows `scene` where the ball around the ball is `width_px` wide: one step before that it is whole, and one behind it
+/// looks like `without`, without a switch that is seen.
 fn switch_at(width_px: f32, scene: &Scene, without: &Scene) {
     let mut renderer = renderer();
     for path in [Path::Deferred, Path::Forward] {

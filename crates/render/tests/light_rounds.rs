@@ -1,5 +1,5 @@
-//! Pictures of several samples in which lights take turns: edges of lamps are as smooth as where all lights shine in every
-//! sample, and nothing else is brighter or darker for it.
+//! Pictures of several samples in which lights take turns: edges of lamps are as smooth as where all lights shine in
+//! every sample, and nothing else is brighter or darker for it.
 //!
 //! These need an adapter; the software one will do.
 
@@ -22,8 +22,8 @@ const RAYS: usize = 8;
 /// Of lamps: thirty times the display's white.
 const GLOW: f32 = 30.0;
 
-/// A floor under 64 lights, above it a lamp before a black wall that ends above it, and in front of another lamp a pane that hides half of it, and is drawn
-/// as if one could see through.
+/// A floor under 64 lights, above it a lamp before a black wall that ends above it, and in front of another lamp a pane
+/// that hides half of it, and is drawn as if one could see through.
 fn scene(pane_alpha: AlphaMode) -> Scene {
     let mut builder = SceneBuilder::new(Vec3::new(0.0, 1.5, 7.0), Vec3::new(0.0, 1.2, 0.0), perspective());
     builder.put(primitives::plane(8.0), grey(0.5), at(Vec3::ZERO));
@@ -67,8 +67,8 @@ fn display(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, sampl
     renderer.read_display().unwrap().chunks_exact(4).map(over_black).collect()
 }
 
-/// Of every pixel the share that lamps cover, and whether nothing but the dark is beside them: the wall, which is far away, or
-/// what is behind all.
+/// Of every pixel the share that lamps cover, and whether nothing but the dark is beside them: the wall, which is far
+/// away, or what is behind all.
 fn lamps(scene: &Scene) -> Vec<(f32, bool)> {
     let mut world = World::of_scene(scene, Camera::of_scene(scene).unwrap());
     world.lights.clear();
@@ -103,7 +103,8 @@ fn edges_of_lamps_are_smooth_where_lights_take_turns() {
         edges.iter().map(|at| (found[*at] - lamps[*at].0).abs()).sum::<f32>() / edges.len() as f32
     };
     let without_shadows = error(Averaging::Display, &|request| request.settings.shadows.enabled = false);
-    // Sixteen places in a pixel tell shares of it to within a sixteenth, as they do where all lights shine in every sample.
+    // Sixteen places in a pixel tell shares of it to within a sixteenth, as they do where all lights shine in every
+    // sample.
     let most = without_shadows.min(0.07) + 0.001;
     let paths = [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud];
     let mut found: Vec<(String, f32)> = paths

@@ -1,5 +1,5 @@
-//! A scene that is edited between frames: every picture is that of the edited scene loaded anew, and only what changed is
-//! uploaded.
+//! A scene that is edited between frames: every picture is that of the edited scene loaded anew, and only what changed
+//! is uploaded.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -446,7 +446,8 @@ fn an_image_that_comes_later_is_shown_from_then_on() {
     }
 }
 
-/// Relief is in shadow maps. Two materials that swap their height maps upload nothing, and their shadows swap all the same.
+/// Relief is in shadow maps. Two materials that swap their height maps upload nothing, and their shadows swap all the
+/// same.
 #[test]
 fn shadows_follow_height_maps_that_are_swapped() {
     let mut scene = Scene::default();

@@ -221,8 +221,8 @@ fn every_pass_drops_the_same_fragments_of_a_hashed_mask() {
 
 #[test]
 fn every_pass_drops_the_same_fragments_of_a_hashed_mask_with_relief() {
-    // Texels of 0.7 pixels, so that the hash has taken over in part, by how large they are on the triangle: UVs of what is seen jump
-    // where one height hides another.
+    // Texels of 0.7 pixels, so that the hash has taken over in part, by how large they are on the triangle: UVs of what
+    // is seen jump where one height hides another.
     let height = HeightMap {
         texture: TextureRef { texture: 1, uv_set: 0, transform: TextureTransform::default() },
         depth_m: 0.1,

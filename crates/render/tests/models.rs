@@ -92,8 +92,8 @@ fn differences(renderer: &mut Renderer, path: &Path) -> Option<(Difference, Diff
     let mut request = FrameRequest::new(SIDE_PX, SIDE_PX, framed(&bounds));
     request.settings.environment.source = Environment::Studio;
     request.settings.tone_map.curve = Tonemap::None;
-    // The deferred path finds the triangles' planes from distances, so that edges of shadows differ by a part of a texel:
-    // `shadows.rs` judges both.
+    // The deferred path finds the triangles' planes from distances, so that edges of shadows differ by a part of a
+    // texel: `shadows.rs` judges both.
     request.settings.shadows.enabled = false;
     request.settings.tone_map.dither = 0.0;
     request.want_aovs = vec![Aov::Depth, Aov::ObjectId, Aov::Motion];

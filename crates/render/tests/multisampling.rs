@@ -1,4 +1,5 @@
-//! Several samples a pixel: edges against pictures of more pixels, in front of and behind all that a frame draws, and what is refused.
+//! Several samples a pixel: edges against pictures of more pixels, in front of and behind all that a frame draws, and
+//! what is refused.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 

@@ -86,7 +86,8 @@ fn a_point_is_a_disc_that_faces_the_eye() {
 fn small_pictures_have_discs_of_two_pixels_and_indices_choose_points() {
     let mut morph = MorphTarget { positions: vec![[0.0, 4.0, 0.0]; 4], ..MorphTarget::default() };
     morph.positions[3] = [0.0, -4.0, 0.0];
-    // In pixels of a picture of 64, each in the middle of four pixels; drawn are the second and the fourth, with colours.
+    // In pixels of a picture of 64, each in the middle of four pixels; drawn are the second and the fourth, with
+    // colours.
     let cloud = Primitive {
         positions: [-20.0, -10.0, 10.0, 20.0].map(|y: f32| [0.0, y, 0.0]).to_vec(),
         colors: [0.1, 0.2, 0.3, 0.4].map(|gray: f32| [gray, gray, gray, 1.0]).to_vec(),

@@ -60,8 +60,8 @@ fn one_light_on_one_plane_is_as_the_formulas_say() {
         };
         let pbr = shot(&mut renderer, ReflectanceModel::Pbr, Path::Forward);
         for model in [ReflectanceModel::Phong, ReflectanceModel::BlinnPhong] {
-            // The G-buffer has roughness in 8 bits: half a step is 0.8 % of 0.25, which the power of four of an exponent makes 3 %,
-            // and more in the dark at the foot of a lobe.
+            // The G-buffer has roughness in 8 bits: half a step is 0.8 % of 0.25, which the power of four of an
+            // exponent makes 3 %, and more in the dark at the foot of a lobe.
             for (path, tolerance, floor) in [(Path::Forward, 0.01, 1e-3), (Path::Deferred, 0.04, 0.02)] {
                 let found = shot(&mut renderer, model, path);
                 let (metallic, roughness) = (f64::from(metallic), f64::from(roughness));

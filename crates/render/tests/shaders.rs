@@ -18,8 +18,8 @@ fn parse(name: &str, source: &str) -> (naga::Module, ModuleInfo) {
     (module, info)
 }
 
-/// The number of texture units that the translation takes, where `override` constants have these values, and others that which they
-/// are declared with.
+/// The number of texture units that the translation takes, where `override` constants have these values, and others
+/// that which they are declared with.
 fn translate(
     module: &naga::Module,
     info: &ModuleInfo,
@@ -41,8 +41,8 @@ fn translate(
     Ok(reflection.texture_mapping.len())
 }
 
-/// What a stage has of textures and of samplers on every device of WebGL 2, and as many in `downlevel_webgl2_defaults` of wgpu, which
-/// counts all that the layouts of a pipeline name, whether its shader reads it or not.
+/// What a stage has of textures and of samplers on every device of WebGL 2, and as many in `downlevel_webgl2_defaults`
+/// of wgpu, which counts all that the layouts of a pipeline name, whether its shader reads it or not.
 const UNITS_A_STAGE: usize = 16;
 
 /// The textures and the samplers that a module names in these groups, by group and binding.
@@ -111,8 +111,8 @@ fn values_of(name: &str) -> std::ops::RangeInclusive<u32> {
     }
 }
 
-/// Sets of values for the constants of a module: each constant by itself at its least and greatest value and in between, all at
-/// their least, all at their greatest, and sets without a pattern.
+/// Sets of values for the constants of a module: each constant by itself at its least and greatest value and in
+/// between, all at their least, all at their greatest, and sets without a pattern.
 fn sets_of_values(names: &[String]) -> Vec<Vec<(&str, u32)>> {
     let all = |value: &dyn Fn(usize, &str) -> u32| {
         names.iter().enumerate().map(|(i, name)| (&name[..], value(i, name))).collect::<Vec<_>>()
@@ -184,7 +184,8 @@ fn no_variant_binds_more_textures_and_samplers_than_webgl2_has() {
     }
     let [textures, samplers] = shared.map(|found| found.len());
     assert!(textures >= 6 && samplers >= 3, "{textures} textures and {samplers} samplers in group 0");
-    // On WebGL 2 wgpu numbers the textures of all groups together, and has as many of them. Deformed surfaces with layers exceed that.
+    // On WebGL 2 wgpu numbers the textures of all groups together, and has as many of them. Deformed surfaces with
+    // layers exceed that.
     for (name, axes, sources) in PROGRAMS {
         let skins = axes.iter().position(|axis| *axis == "skins");
         for (variant, source) in sources.iter().enumerate() {

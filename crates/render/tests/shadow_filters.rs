@@ -161,7 +161,8 @@ fn panes_of_glass_stop_their_part_and_those_behind_each_other_the_product() {
 #[test]
 fn a_moving_camera_makes_no_shadow_shimmer() {
     const MOVES: usize = 60;
-    // An eye that looks straight down sees the same points of a floor again, whole pixels away. All casters hang above it.
+    // An eye that looks straight down sees the same points of a floor again, whole pixels away. All casters hang above
+    // it.
     let height_m = 4.0f32;
     let mut builder = SceneBuilder::new(Vec3::Y * height_m, Vec3::ZERO, perspective());
     builder.put(primitives::plane(60.0), grey(0.5), at(Vec3::ZERO));

@@ -139,7 +139,8 @@ fn lights_beyond_the_atlas_are_counted_or_take_turns() {
 
 #[test]
 fn ten_thousand_shadowed_lights_shine() {
-    // More than 65,536 lights and maps. The wall behind them is in five faces of the cube around each, and keeps no light off.
+    // More than 65,536 lights and maps. The wall behind them is in five faces of the cube around each, and keeps no
+    // light off.
     let mut builder = SceneBuilder::new(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO, perspective());
     let turned = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
     builder.put(primitives::plane(10.0), grey(0.5), manypass_scene::Node { rotation: turned, ..at(Vec3::ZERO) });

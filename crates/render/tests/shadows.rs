@@ -59,8 +59,8 @@ struct Edges {
     wrong: Vec<(usize, usize, f32)>,
 }
 
-/// Compares whether pixels are lit with the ray caster. One that differs has to lie within `texels` of an exact edge: within
-/// that distance in the plane of the map, the ray caster has both light and shadow.
+/// Compares whether pixels are lit with the ray caster. One that differs has to lie within `texels` of an exact edge:
+/// within that distance in the plane of the map, the ray caster has both light and shadow.
 fn compare_edges(world: &World, found: &[Option<f32>], texel_at: TexelAt, texels: f64) -> Edges {
     let frame = surfaces(world);
     let size = (frame.width, frame.height);
@@ -184,8 +184,8 @@ fn edges_lie_where_the_ray_caster_says() {
     assert_edges("point", &still_life(light(LightKind::Point, 10.0), place, Vec3::NEG_Y), 0.0, 1.5);
 }
 
-/// The texels of a directional light's cascades: of four that follow the practical split, each a square around the sphere that
-/// its part of the view has. Where one ends it goes over into the next, which is coarser.
+/// The texels of a directional light's cascades: of four that follow the practical split, each a square around the
+/// sphere that its part of the view has. Where one ends it goes over into the next, which is coarser.
 fn cascade_texel_at(scene: &Scene, world: &World) -> impl Fn(DVec3) -> (DVec3, f64) {
     let bounds = scene.posed_bounds_world();
     let direction = world.lights[0].direction_world;

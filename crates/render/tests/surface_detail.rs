@@ -1,4 +1,5 @@
-//! Surface detail: light that was baked, normals by both conventions and from heights, and relief against the mesh that it stands for.
+//! Surface detail: light that was baked, normals by both conventions and from heights, and relief against the mesh that
+//! it stands for.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -40,8 +41,8 @@ fn nearest() -> Sampler {
     Sampler { wrap_u: wrap, wrap_v: wrap, mag_linear: false, min_linear: false, mip_linear: None }
 }
 
-/// A square of `side_m` on the ground with `steps` × `steps` cells, u along +x and v along +z; heights and their slopes by `height` at
-/// UVs. The second UV set is the first one mirrored.
+/// A square of `side_m` on the ground with `steps` × `steps` cells, u along +x and v along +z; heights and their slopes
+/// by `height` at UVs. The second UV set is the first one mirrored.
 fn grid(side_m: f32, steps: u32, height: impl Fn(Vec2) -> (f32, Vec2)) -> Primitive {
     let mut primitive = Primitive::default();
     for z in 0..=steps {
@@ -229,8 +230,8 @@ fn occlusion(depth_m: f32) -> HeightMap {
     HeightMap { texture, depth_m, method: HeightMethod::Occlusion, self_shadow: false }
 }
 
-/// How two pictures of one scene agree away from edges: the share of pixels there are, of those the share that differ by more than 3 %
-/// of the picture's mean, and how much the means of both pictures differ.
+/// How two pictures of one scene agree away from edges: the share of pixels there are, of those the share that differ
+/// by more than 3 % of the picture's mean, and how much the means of both pictures differ.
 fn agreement(expected: &[[f32; 3]], found: &[[f32; 3]], (width, height): (u32, u32)) -> (f64, f64, f64) {
     let value = |pixels: &[[f32; 3]], x: u32, y: u32| f64::from(pixels[(y * width + x) as usize][1]);
     let mean = |pixels: &[[f32; 3]]| pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64;

@@ -1,4 +1,5 @@
-//! Surfaces that alpha covers: whatever the order in which they come, and in every way in which they become one picture.
+//! Surfaces that alpha covers: whatever the order in which they come, and in every way in which they become one
+//! picture.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -298,7 +299,8 @@ fn stochastic_surfaces_converge_to_sorted_ones() {
         let sorted = radiance_of(&mut renderer, &scene, &request(&scene, TransparencyMode::Sorted));
         let (_, greatest) = errors(&sorted, expected);
         assert!(greatest < 0.001, "sorted, {greatest}");
-        // One layer is exact from the start. Of several the greatest error in the picture is some four times the mean one.
+        // One layer is exact from the start. Of several the greatest error in the picture is some four times the mean
+        // one.
         let steps: &[(u32, f32)] =
             if colors.len() == 1 { &[(16, 0.1)] } else { &[(16, 20.0), (256, 4.0), (4096, 1.0)] };
         for (samples, allowed) in steps {

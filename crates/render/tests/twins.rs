@@ -104,8 +104,8 @@ fn compressed_images_look_as_their_uncompressed_twins() {
     let mut webp = Vec::new();
     WebPEncoder::new_lossless(&mut webp).encode(&texels, 64, 64, ExtendedColorType::Rgba8).unwrap();
     assert_twins("WebP", [&square(&webp, "image/webp", Some("EXT_texture_webp")), &twin], 0.0);
-    // Files of other programs, of which the GPU gets blocks where it takes them, beside their texels as PNG. What the texels are is judged
-    // in `crates/scene/tests/ktx2.rs`.
+    // Files of other programs, of which the GPU gets blocks where it takes them, beside their texels as PNG. What the
+    // texels are is judged in `crates/scene/tests/ktx2.rs`.
     let Some(folder) = assets("threejs/ktx2") else { return };
     for file in ["2d_rgba8.ktx2", "2d_etc1s.ktx2", "2d_uastc.ktx2"] {
         let bytes = std::fs::read(folder.join(file)).unwrap();

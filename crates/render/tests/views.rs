@@ -1,4 +1,5 @@
-//! Several cameras in one frame, what a view keeps from frame to frame, and what a frame that is like the last one costs.
+//! Several cameras in one frame, what a view keeps from frame to frame, and what a frame that is like the last one
+//! costs.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 

@@ -1,5 +1,5 @@
-//! Every way of lighting against brute force, which visits every light for every pixel and is itself held against the ray
-//! caster in `pictures.rs`.
+//! Every way of lighting against brute force, which visits every light for every pixel and is itself held against the
+//! ray caster in `pictures.rs`.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -42,7 +42,8 @@ fn with_spots(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The scene's lights as points and cones with ranges, of which every third casts a shadow, a sun and a lamp without a range.
+/// The scene's lights as points and cones with ranges, of which every third casts a shadow, a sun and a lamp without a
+/// range.
 fn with_every_class(mut scene: Scene) -> Scene {
     let points: Vec<_> = scene.lights.clone();
     scene = with_spots(scene);

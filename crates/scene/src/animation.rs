@@ -101,7 +101,8 @@ fn span(times_secs: &[f32], time_secs: f32) -> Option<Span> {
     Some(Span { from, to, fraction: ((time_secs - start_secs) / length_secs).clamp(0.0, 1.0), length_secs })
 }
 
-/// The weights of value, out-tangent, next value and next in-tangent of a cubic Hermite spline (glTF 2.0, appendix C.4).
+/// The weights of value, out-tangent, next value and next in-tangent of a cubic Hermite spline (glTF 2.0, appendix
+/// C.4).
 fn hermite(span: &Span) -> [f32; 4] {
     let t = span.fraction;
     let (t2, t3) = (t * t, t * t * t);

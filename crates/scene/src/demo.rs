@@ -1,5 +1,6 @@
-//! The built-in demos. The hall is a colonnade at night under more than a thousand coloured lights, whose meshes and lights are shared
-//! by many nodes; the others show what materials can be, what maps make of flat surfaces, and many small things.
+//! The built-in demos. The hall is a colonnade at night under more than a thousand coloured lights, whose meshes and
+//! lights are shared by many nodes; the others show what materials can be, what maps make of flat surfaces, and many
+//! small things.
 
 mod crowd;
 mod materials;
@@ -49,9 +50,9 @@ const PALETTE: [Vec3; 8] = [
     Vec3::new(0.35, 1.0, 0.25),
 ];
 
-/// A long hall at night: two rows of columns with arches, a glossy floor, a coffered ceiling, metal sculptures, coloured
-/// glass, lanterns, and more than 1,000 point and spot lights. Lit surfaces have a radiance of about 0.05 to 1.5, for an
-/// exposure of 0.
+/// A long hall at night: two rows of columns with arches, a glossy floor, a coffered ceiling, metal sculptures,
+/// coloured glass, lanterns, and more than 1,000 point and spot lights. Lit surfaces have a radiance of about 0.05 to
+/// 1.5, for an exposure of 0.
 pub fn hall() -> Scene {
     let mut hall = Hall::default();
     hall.shell();

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 /// A fault in a text file.
 ///
-/// It prints as `file:line:column: error: message`, which editors know as a place to jump to; below it are the line with
-/// the place marked, and the notes, each on lines of their own.
+/// It prints as `file:line:column: error: message`, which editors know as a place to jump to; below it are the line
+/// with the place marked, and the notes, each on lines of their own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// The file, as its reader was told.
@@ -34,8 +34,8 @@ const SHOWN_CHARACTERS: usize = 120;
 const SHOWN_BEFORE: usize = 60;
 
 impl Diagnostic {
-    /// A fault at `range`, in bytes of `text`, of which the first line is marked. A range after the end is the end of the
-    /// last line that is not blank.
+    /// A fault at `range`, in bytes of `text`, of which the first line is marked. A range after the end is the end of
+    /// the last line that is not blank.
     pub fn new(file: &str, text: &str, range: Range<usize>, message: impl Display) -> Self {
         let end = text.trim_end().len();
         let mut start = range.start.min(text.len());

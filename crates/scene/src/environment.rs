@@ -1,7 +1,8 @@
-//! Pictures of the light that comes from all directions: Radiance (.hdr) and OpenEXR (.exr) files, equirectangular; and the six faces of a
-//! cube, in a folder or a KTX2 container (.ktx2).
+//! Pictures of the light that comes from all directions: Radiance (.hdr) and OpenEXR (.exr) files, equirectangular; and
+//! the six faces of a cube, in a folder or a KTX2 container (.ktx2).
 //!
-//! Values are linear radiance with the primaries of Rec. 709. Texels are kept as half floats, which is what devices take.
+//! Values are linear radiance with the primaries of Rec. 709. Texels are kept as half floats, which is what devices
+//! take.
 
 mod cube;
 mod ktx2;
@@ -39,7 +40,8 @@ pub enum EnvironmentLayout {
 pub struct EnvironmentLight {
     /// Where it is seen, of length 1.
     pub direction: Vec3,
-    /// What a plane across the direction gets of it, linear Rec. 709: radiance of its source times the source's solid angle.
+    /// What a plane across the direction gets of it, linear Rec. 709: radiance of its source times the source's solid
+    /// angle.
     pub irradiance: Vec3,
     /// The tangent of half the angle that its source takes in the sky, for the width of penumbrae; 0 is a point.
     pub half_angle_tan: f32,
@@ -99,8 +101,8 @@ impl EnvironmentMap {
     /// Reads the bytes of a file; `name` appears in messages.
     ///
     /// # Errors
-    /// They are of another kind, broken, or of a picture that is neither an equirectangular one (twice as wide as high) nor a cube map,
-    /// or too large.
+    /// They are of another kind, broken, or of a picture that is neither an equirectangular one (twice as wide as high)
+    /// nor a cube map, or too large.
     pub fn decode(name: &str, bytes: &[u8]) -> Result<Self, EnvironmentError> {
         let failed = |message: String| EnvironmentError { name: name.into(), message };
         if is_ktx2(bytes) {
@@ -116,7 +118,8 @@ impl EnvironmentMap {
         Ok(Self::from_decoded(name, &decoded.map_err(failed)?, KEPT_WIDTH_MAX))
     }
 
-    /// Made by code: `width` by `height` texels, equirectangular, of what `radiance` gives for the unit direction of each.
+    /// Made by code: `width` by `height` texels, equirectangular, of what `radiance` gives for the unit direction of
+    /// each.
     pub fn from_fn(name: &str, width: u32, height: u32, radiance: impl Fn(Vec3) -> Vec3) -> Self {
         let texel = |i: u32| {
             let direction = equirectangular_direction((i % width, i / width), (width, height));

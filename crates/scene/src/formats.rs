@@ -1,7 +1,7 @@
 //! Models of every format that is read: glTF, and the files that scanners, printers and older programs write.
 //!
-//! Which format a file has is told by its bytes where they tell, and by its ending where they do not. `docs/inputs.md` says
-//! what each format means here: units, the axis that points up, normals, colours, materials.
+//! Which format a file has is told by its bytes where they tell, and by its ending where they do not. `docs/inputs.md`
+//! says what each format means here: units, the axis that points up, normals, colours, materials.
 
 mod image_files;
 mod mtl;
@@ -43,7 +43,8 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format of a file of these bytes and this name. What cannot be told is taken for glTF, whose reader says what is wrong.
+    /// The format of a file of these bytes and this name. What cannot be told is taken for glTF, whose reader says what
+    /// is wrong.
     pub fn of(bytes: &[u8], name: &str) -> Self {
         Self::of_start(bytes, bytes.len() as u64, name)
     }
@@ -107,8 +108,8 @@ pub fn is_model(path: &Path) -> bool {
     path.extension().is_some_and(|end| MODEL_ENDINGS.iter().any(|model| end.eq_ignore_ascii_case(model)))
 }
 
-/// Reads the model at `path`, of any [`Format`], together with the files beside it that it names. Files outside its folder are
-/// refused.
+/// Reads the model at `path`, of any [`Format`], together with the files beside it that it names. Files outside its
+/// folder are refused.
 ///
 /// # Errors
 /// The file cannot be read, or is wrong; with the place in it.
@@ -118,8 +119,8 @@ pub fn load_path(path: &Path) -> Result<Loaded, LoadError> {
     load_bytes(&bytes, &mut read_beside(path), &name)
 }
 
-/// Reads a model of any [`Format`] from memory. `resolve` fetches the bytes of a file that the model names, by its path from the
-/// model. `name` appears in errors, and its ending tells the format where the bytes do not.
+/// Reads a model of any [`Format`] from memory. `resolve` fetches the bytes of a file that the model names, by its path
+/// from the model. `name` appears in errors, and its ending tells the format where the bytes do not.
 ///
 /// # Errors
 /// As [`load_path`].
@@ -155,8 +156,8 @@ fn obj_names(path: &Path) -> Result<Vec<String>, LoadError> {
     Ok(obj::names(&bytes, &mut read_beside(path)))
 }
 
-/// The paths of the files that an OBJ in memory names: its libraries of materials, then the textures of those that `resolve` fetches.
-/// None for other formats, and none that could lead out of the model's folder.
+/// The paths of the files that an OBJ in memory names: its libraries of materials, then the textures of those that
+/// `resolve` fetches. None for other formats, and none that could lead out of the model's folder.
 pub fn named_files(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) -> Vec<String> {
     if Format::of(bytes, "") != Format::Obj {
         return Vec::new();
@@ -166,8 +167,8 @@ pub fn named_files(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>
     names
 }
 
-/// The files that [`load_path`] would read beside the model at `path`, whether they are there or not: buffers and images of glTF,
-/// material libraries of OBJ and their textures. Places outside the model's folder are none.
+/// The files that [`load_path`] would read beside the model at `path`, whether they are there or not: buffers and
+/// images of glTF, material libraries of OBJ and their textures. Places outside the model's folder are none.
 ///
 /// # Errors
 /// If the model cannot be read. What else may be wrong with it is not looked at.
@@ -183,8 +184,8 @@ pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
     }
 }
 
-/// Every path that the model at `path` could mean by a name in it, also where [`load_path`] refuses to read it. For whoever must
-/// not write to any of them.
+/// Every path that the model at `path` could mean by a name in it, also where [`load_path`] refuses to read it. For
+/// whoever must not write to any of them.
 ///
 /// # Errors
 /// As [`references`].

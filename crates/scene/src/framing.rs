@@ -1,8 +1,8 @@
 //! Where a camera stands so that everything that is drawn is seen, as large as the picture allows.
 //!
 //! A [`Framing`] holds the vertices that a scene draws, in one pose or over a whole animation. Its [`Fit`] finds, for a
-//! camera of a given rotation, the one place from which they fill the picture; [`Framing::turning`] does so for a model that
-//! turns, so that one place does for every angle. What encloses its middle is seen from inside ([`Interior`]).
+//! camera of a given rotation, the one place from which they fill the picture; [`Framing::turning`] does so for a model
+//! that turns, so that one place does for every angle. What encloses its middle is seen from inside ([`Interior`]).
 
 mod fit;
 mod interior;
@@ -29,8 +29,8 @@ pub const DEFAULT_FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
 /// The yaw of a camera that nobody describes, in degrees; see [`orbit_rotation`].
 pub const DEFAULT_YAW_DEG: f32 = 30.0;
 
-/// The pitch of a camera that nobody describes, in degrees; see [`orbit_rotation`]. The eye is shifted until the margins
-/// are equal, which lowers it: from 20 degrees the top of a box would be a sliver.
+/// The pitch of a camera that nobody describes, in degrees; see [`orbit_rotation`]. The eye is shifted until the
+/// margins are equal, which lowers it: from 20 degrees the top of a box would be a sliver.
 pub const DEFAULT_PITCH_DEG: f32 = 28.0;
 
 /// `world_from_view` of a camera that looks at a point from around it. Yaw 0 looks along −Z from +Z and grows
@@ -52,25 +52,25 @@ pub struct Framing {
 }
 
 impl Framing {
-    /// The vertices of everything that `scene` draws, as of its last [`Scene::update_transforms`]; above 10⁷ vertices, the
-    /// boxes around them. Where the scene has no camera, this finds out whether it is to be seen from inside. Takes about
-    /// 20 ms for a million of triangles.
+    /// The vertices of everything that `scene` draws, as of its last [`Scene::update_transforms`]; above 10⁷ vertices,
+    /// the boxes around them. Where the scene has no camera, this finds out whether it is to be seen from inside. Takes
+    /// about 20 ms for a million of triangles.
     pub fn of_scene(scene: &Scene) -> Self {
         let interior = if scene.placed_cameras().is_empty() { Interior::find(scene) } else { None };
         Self { interior, ..Self::of_points(vertices::posed(scene)) }
     }
 
-    /// The vertices of everything that several scenes draw, as [`Self::of_scene`]; from inside where the first is a room and none
-    /// has a camera.
+    /// The vertices of everything that several scenes draw, as [`Self::of_scene`]; from inside where the first is a
+    /// room and none has a camera.
     pub fn of_scenes(scenes: &[&Scene]) -> Self {
         let has_camera = scenes.iter().any(|scene| !scene.placed_cameras().is_empty());
         let interior = scenes.first().filter(|_| !has_camera).and_then(|scene| Interior::find(scene));
         Self { interior, ..Self::of_points(scenes.iter().flat_map(|scene| vertices::posed(scene)).collect()) }
     }
 
-    /// The vertices of everything that `scene` draws while an animation plays, at 32 times from its first keyframe to its last;
-    /// above 10⁷ posed vertices, the boxes around them. Where there is no such animation, as [`Self::of_scene`]. The scene
-    /// is left as it was.
+    /// The vertices of everything that `scene` draws while an animation plays, at 32 times from its first keyframe to
+    /// its last; above 10⁷ posed vertices, the boxes around them. Where there is no such animation, as
+    /// [`Self::of_scene`]. The scene is left as it was.
     pub fn of_animation(scene: &mut Scene, animation: usize) -> Self {
         let interior = if scene.placed_cameras().is_empty() { Interior::find(scene) } else { None };
         Self { interior, ..Self::of_points(vertices::animated(scene, animation)) }
@@ -81,8 +81,8 @@ impl Framing {
         Self::of_points(if bounds_world.is_empty() { Vec::new() } else { bounds_world.corners().to_vec() })
     }
 
-    /// Of points in world space. Points that are not finite are passed over; where there are none, a cube of 2 m around the
-    /// origin is framed.
+    /// Of points in world space. Points that are not finite are passed over; where there are none, a cube of 2 m around
+    /// the origin is framed.
     fn of_points(mut points: Vec<Vec3>) -> Self {
         // Beyond that, squares of distances are not finite.
         points.retain(|point| point.abs().max_element() < 1e18);
@@ -141,8 +141,8 @@ impl Framing {
         eye_world.distance(self.center_world()) + 2.0 * self.radius_m
     }
 
-    /// `world_from_view` and the projection of a camera of which nothing is known: inside what encloses its middle, else
-    /// all from yaw 30, pitch 28, with a vertical field of view of 45°. `aspect` is width / height.
+    /// `world_from_view` and the projection of a camera of which nothing is known: inside what encloses its middle,
+    /// else all from yaw 30, pitch 28, with a vertical field of view of 45°. `aspect` is width / height.
     pub fn automatic(&self, aspect: f32) -> (Mat4, Projection) {
         if let Some(interior) = &self.interior {
             return (interior.world_from_view, interior.projection);
@@ -158,8 +158,8 @@ impl Framing {
 }
 
 impl Scene {
-    /// `world_from_view` and the projection of the first of [`Scene::placed_cameras`]: what a scene is seen through where
-    /// nobody says.
+    /// `world_from_view` and the projection of the first of [`Scene::placed_cameras`]: what a scene is seen through
+    /// where nobody says.
     pub fn first_camera(&self) -> Option<(Mat4, Projection)> {
         self.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection))
     }

@@ -18,8 +18,8 @@ pub enum ImageSource {
     Encoded(Arc<[u8]>),
     /// Texels made by code.
     Pixels(Arc<Pixels>),
-    /// The file at a decoded URI, whose bytes are on their way: until they are there, materials are drawn as without the texture.
-    /// [`crate::Scene::give_image`] puts them here.
+    /// The file at a decoded URI, whose bytes are on their way: until they are there, materials are drawn as without
+    /// the texture. [`crate::Scene::give_image`] puts them here.
     Loading(Arc<str>),
 }
 
@@ -145,7 +145,8 @@ pub struct Sampler {
     pub mag_linear: bool,
     /// Whether minification interpolates between texels.
     pub min_linear: bool,
-    /// How minification uses the mip chain: none = never, `Some(false)` = the nearest level, `Some(true)` = between two.
+    /// How minification uses the mip chain: none = never, `Some(false)` = the nearest level, `Some(true)` = between
+    /// two.
     pub mip_linear: Option<bool>,
 }
 
@@ -220,8 +221,8 @@ impl Image {
         Ok((width, height))
     }
 
-    /// All levels as blocks of a format, the largest first, where the image can become such without loss of much: a Basis Universal
-    /// file that brings every level down to one texel, and whose sides are whole blocks; else none.
+    /// All levels as blocks of a format, the largest first, where the image can become such without loss of much: a
+    /// Basis Universal file that brings every level down to one texel, and whose sides are whole blocks; else none.
     pub fn transcode(&self, format: BlockFormat) -> Option<Vec<Blocks>> {
         let ImageSource::Encoded(bytes) = &self.source else { return None };
         let (width, height) = self.dimensions().ok()?;
@@ -230,7 +231,8 @@ impl Image {
         (is_ktx2(bytes) && is_whole && fits).then(|| ktx2::transcode(bytes, format)).flatten()
     }
 
-    /// Red as heights: all bits of an image that has 16 a channel, and of others eight. Takes at most 512 MiB while it decodes.
+    /// Red as heights: all bits of an image that has 16 a channel, and of others eight. Takes at most 512 MiB while it
+    /// decodes.
     pub fn decode_heights(&self) -> Result<Heights, ImageError> {
         if let ImageSource::Encoded(bytes) = &self.source
             && !is_ktx2(bytes)

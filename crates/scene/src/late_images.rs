@@ -5,10 +5,12 @@ use crate::{Image, ImageError, ImageSource, Scene};
 use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::sync::Arc;
 
-/// What those who fetch the files of a model give as the error of an image that comes later: see [`ImageSource::Loading`].
+/// What those who fetch the files of a model give as the error of an image that comes later: see
+/// [`ImageSource::Loading`].
 pub const ON_ITS_WAY: &str = "the file is on its way";
 
-/// The images of a scene that are still to come. Whatever their number, each is put in its place without looking at the others.
+/// The images of a scene that are still to come. Whatever their number, each is put in its place without looking at the
+/// others.
 #[derive(Clone, Debug, Default)]
 pub struct LateImages {
     /// Those that are there, and are shown one by one.
@@ -37,7 +39,8 @@ impl LateImages {
         late
     }
 
-    /// Those that wait for a file, and the bytes of all others, which are taken out of the scene, so that it is drawn without them.
+    /// Those that wait for a file, and the bytes of all others, which are taken out of the scene, so that it is drawn
+    /// without them.
     pub fn withheld(scene: &mut Scene) -> Self {
         let late = Self::of(scene);
         Self { held: scene.withhold_images().into(), ..late }
@@ -112,7 +115,8 @@ impl Scene {
         uris.filter(|uri| known.insert(*uri)).cloned().collect()
     }
 
-    /// Puts the bytes of a file where images wait for it. Says how many did. Of many files [`LateImages`] takes less time.
+    /// Puts the bytes of a file where images wait for it. Says how many did. Of many files [`LateImages`] takes less
+    /// time.
     ///
     /// # Errors
     /// The file is no image, or all images together are too large; they stay as if they were on their way.
@@ -120,8 +124,8 @@ impl Scene {
         LateImages::of(self).give(self, uri, bytes)
     }
 
-    /// Takes the bytes of all images out of the scene, which is drawn without them, for whoever puts them back one by one; with
-    /// the index of each.
+    /// Takes the bytes of all images out of the scene, which is drawn without them, for whoever puts them back one by
+    /// one; with the index of each.
     pub fn withhold_images(&mut self) -> Vec<(usize, ImageSource)> {
         let is_there = |(_, image): &(usize, &mut Image)| matches!(image.source, ImageSource::Encoded(_));
         let withhold = |(index, image): (usize, &mut Image)| {

@@ -7,8 +7,9 @@ use crate::{NodeId, Scene};
 pub struct Levels<T> {
     /// Finer ones first; level 0 is the node or the material itself, and is none of them.
     pub coarser: Vec<T>,
-    /// The share of the picture's area down to which each level is shown, that of level 0 first; below the last, nothing. What
-    /// takes the area is the ball around the node. Where there are fewer than levels, [`Self::end_coverage`] says how they go on.
+    /// The share of the picture's area down to which each level is shown, that of level 0 first; below the last,
+    /// nothing. What takes the area is the ball around the node. Where there are fewer than levels,
+    /// [`Self::end_coverage`] says how they go on.
     pub screen_coverage: Vec<f32>,
 }
 
@@ -21,8 +22,8 @@ impl<T> Levels<T> {
         self.coarser.len() + 1
     }
 
-    /// The share of the picture's area down to which `level` is shown. Where the file does not say it, each ends at half the size of
-    /// the one before, which is a quarter of the area, and the last never.
+    /// The share of the picture's area down to which `level` is shown. Where the file does not say it, each ends at
+    /// half the size of the one before, which is a quarter of the area, and the last never.
     pub fn end_coverage(&self, level: usize) -> f32 {
         if let Some(coverage) = self.screen_coverage.get(level) {
             return *coverage;
@@ -48,8 +49,8 @@ pub struct LevelOf {
 }
 
 impl Scene {
-    /// As [`Self::visible_nodes`], and with them every node of a coarser level, each with the level that it is drawn for. Nodes
-    /// that are of no level are drawn in any case.
+    /// As [`Self::visible_nodes`], and with them every node of a coarser level, each with the level that it is drawn
+    /// for. Nodes that are of no level are drawn in any case.
     pub fn visible_levels(&self) -> Vec<(NodeId, Option<LevelOf>)> {
         let is_visible = |id: &NodeId| self.node(*id).is_visible;
         let mut order: Vec<(NodeId, Option<LevelOf>)> =

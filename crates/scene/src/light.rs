@@ -40,8 +40,8 @@ pub struct Light {
     pub range_m: Option<f32>,
     /// The shape of its emission.
     pub kind: LightKind,
-    /// The radius in metres of the sphere that gives the light, for the width of its penumbrae; 0 is a point. Of directional
-    /// light this is the tangent of half the angle that its source takes in the sky.
+    /// The radius in metres of the sphere that gives the light, for the width of its penumbrae; 0 is a point. Of
+    /// directional light this is the tangent of half the angle that its source takes in the sky.
     pub radius_m: f32,
     /// Whether surfaces keep its light from what lies behind them.
     pub casts_shadows: bool,

@@ -109,8 +109,8 @@ pub struct Material {
     pub double_sided: bool,
     /// Whether its surfaces keep light from what lies behind them.
     pub casts_shadow: bool,
-    /// The refractive index of what is not metal (`KHR_materials_ior`), at least 1; or 0, of which all light is reflected as
-    /// [`Specular::color`] says.
+    /// The refractive index of what is not metal (`KHR_materials_ior`), at least 1; or 0, of which all light is
+    /// reflected as [`Specular::color`] says.
     pub ior: f32,
     /// Reflection that is not as the refractive index alone makes it.
     pub specular: Option<Specular>,
@@ -122,7 +122,8 @@ pub struct Material {
     pub anisotropy: Option<Anisotropy>,
     /// A thin film on the surface.
     pub iridescence: Option<Iridescence>,
-    /// How much of the light that enters a dielectric comes through, 0 to 1; the texture's red (`KHR_materials_transmission`).
+    /// How much of the light that enters a dielectric comes through, 0 to 1; the texture's red
+    /// (`KHR_materials_transmission`).
     pub transmission: Option<Mapped<f32>>,
     /// Light that comes through and is scattered.
     pub diffuse_transmission: Option<DiffuseTransmission>,

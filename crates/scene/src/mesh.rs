@@ -30,8 +30,8 @@ pub struct MorphTarget {
 pub struct PrimitiveLevel {
     /// Indices into the vertices of the primitive, three a triangle.
     pub indices: Vec<u32>,
-    /// How far it is from the primitive, in metres of object space: of its shape, and of what normals and textures show as much
-    /// as a shift by so much would. A mean over what is near; single triangles may be twice as far.
+    /// How far it is from the primitive, in metres of object space: of its shape, and of what normals and textures show
+    /// as much as a shift by so much would. A mean over what is near; single triangles may be twice as far.
     pub error_m: f32,
 }
 

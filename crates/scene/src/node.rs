@@ -40,8 +40,9 @@ pub struct Node {
     pub is_visible: bool,
     /// Whether its mesh keeps light from what lies behind it; not inherited.
     pub casts_shadow: bool,
-    /// What takes the place of this node, and of all below it, where it is seen small. Those nodes have the same parent, but are none
-    /// of its children, so that [`Scene::visible_nodes`] knows the finest alone; those within a level have none themselves.
+    /// What takes the place of this node, and of all below it, where it is seen small. Those nodes have the same
+    /// parent, but are none of its children, so that [`Scene::visible_nodes`] knows the finest alone; those within a
+    /// level have none themselves.
     pub levels: Option<Levels<NodeId>>,
     /// `world_from_object`, as of the last [`Scene::update_transforms`].
     pub world_from_object: Mat4,
@@ -138,9 +139,9 @@ impl Node {
 
 /// Everything that can be drawn.
 ///
-/// All of it may be changed between two frames. Whoever draws the scene finds out what is new: values are compared, meshes
-/// and the texels of images by their place in memory, which [`Arc::make_mut`] changes. Call [`Self::update_transforms`]
-/// afterwards.
+/// All of it may be changed between two frames. Whoever draws the scene finds out what is new: values are compared,
+/// meshes and the texels of images by their place in memory, which [`Arc::make_mut`] changes. Call
+/// [`Self::update_transforms`] afterwards.
 ///
 /// ```
 /// # use manypass_scene::{Mesh, Node, NodeId, Scene, primitives};
@@ -168,8 +169,8 @@ pub struct Scene {
     pub scenes: Vec<SceneRoots>,
     /// Index into `scenes` of the one that is shown; see [`Scene::show_scene`].
     pub shown_scene: Option<usize>,
-    /// Geometry. One that is shared with other scenes, or with whoever draws this one, is copied when it is changed through
-    /// [`Arc::make_mut`].
+    /// Geometry. One that is shared with other scenes, or with whoever draws this one, is copied when it is changed
+    /// through [`Arc::make_mut`].
     pub meshes: Vec<Arc<Mesh>>,
     /// Surfaces.
     pub materials: Vec<Material>,
@@ -189,8 +190,8 @@ pub struct Scene {
     pub skins: Vec<Skin>,
     /// Animations.
     pub animations: Vec<Animation>,
-    /// The exposure in stops that the lights are meant for, if the scene states one; 0 shows radiance as it is. Files do
-    /// not: theirs is metered where they bring lights.
+    /// The exposure in stops that the lights are meant for, if the scene states one; 0 shows radiance as it is. Files
+    /// do not: theirs is metered where they bring lights.
     pub exposure_stops: Option<f32>,
     /// Radiance from all directions, if the scene brings a picture of it.
     pub environment: Option<Arc<EnvironmentMap>>,
@@ -222,8 +223,8 @@ impl Scene {
         id
     }
 
-    /// Takes `id`, with all below it, out of its parent's children or the roots. It stays in [`Self::nodes`], so that the ids
-    /// of the others do not change, and can be put back.
+    /// Takes `id`, with all below it, out of its parent's children or the roots. It stays in [`Self::nodes`], so that
+    /// the ids of the others do not change, and can be put back.
     pub fn remove_node(&mut self, id: NodeId) {
         let siblings = match self.node_mut(id).parent.take() {
             Some(parent) => &mut self.node_mut(parent).children,
@@ -257,9 +258,9 @@ impl Scene {
         order
     }
 
-    /// Brings `world_from_object` and `bounds_world` of the nodes below the roots up to date, hidden ones too, where anything
-    /// has changed since the last time: the node itself, one above it, its mesh, a joint of its skin or a morph weight.
-    /// Gives the number of nodes whose transform was computed anew.
+    /// Brings `world_from_object` and `bounds_world` of the nodes below the roots up to date, hidden ones too, where
+    /// anything has changed since the last time: the node itself, one above it, its mesh, a joint of its skin or a
+    /// morph weight. Gives the number of nodes whose transform was computed anew.
     pub fn update_transforms(&mut self) -> usize {
         let order = self.reachable_nodes();
         let mut has_moved = vec![false; self.nodes.len()];

@@ -1,8 +1,9 @@
 //! Coarser forms of meshes, made by collapsing edges where that changes shape, normals and texture coordinates least.
 //!
-//! Source: quadric error metrics (Garland & Heckbert 1997), with attributes (Hoppe 1999), as meshoptimizer has them. An edge
-//! collapses onto one of its ends, so that every level is another list of triangles between the vertices that are there already:
-//! skins, colours and all else of a vertex stay as they are, and a level takes no memory but its indices.
+//! Source: quadric error metrics (Garland & Heckbert 1997), with attributes (Hoppe 1999), as meshoptimizer has them. An
+//! edge collapses onto one of its ends, so that every level is another list of triangles between the vertices that are
+//! there already: skins, colours and all else of a vertex stay as they are, and a level takes no memory but its
+//! indices.
 
 mod stored;
 
@@ -23,8 +24,9 @@ const SHARE: f32 = 0.5;
 const SHARE_MAX: f32 = 0.8;
 /// The last level may differ by so much of the mesh's size.
 const ERROR_MAX: f32 = 0.1;
-/// What a vertex counts: normals, texture coordinates and colours. Errors are shares of the mesh's size: where that is 40 pixels, a
-/// turn of a normal by 1.4 degrees counts as much as one pixel. With half of that, a switch at a pixel was seen by a FLIP of more than 0.02.
+/// What a vertex counts: normals, texture coordinates and colours. Errors are shares of the mesh's size: where that is
+/// 40 pixels, a turn of a normal by 1.4 degrees counts as much as one pixel. With half of that, a switch at a pixel was
+/// seen by a FLIP of more than 0.02.
 const NORMAL_WEIGHT: f32 = 1.0;
 const COLOR_WEIGHT: f32 = 0.25;
 /// Texture coordinates that are as far apart as the mesh's reach count as much as positions that are.
@@ -41,9 +43,9 @@ fn place(position: &[f32; 3]) -> Place {
 }
 
 impl Scene {
-    /// Gives every mesh of triangles coarser levels ([`Primitive::levels`]), each of about half the triangles of the one before; those
-    /// that have some keep them. Meshes with morph targets have none, because no level knows where they move. Says what
-    /// could not be simplified; those meshes stay as they are.
+    /// Gives every mesh of triangles coarser levels ([`Primitive::levels`]), each of about half the triangles of the
+    /// one before; those that have some keep them. Meshes with morph targets have none, because no level knows where
+    /// they move. Says what could not be simplified; those meshes stay as they are.
     pub fn simplify(&mut self) -> Vec<String> {
         self.simplify_with(None)
     }
@@ -214,8 +216,8 @@ fn attributes(primitive: &Primitive) -> Vec<f32> {
     values
 }
 
-/// Vertices stay where other primitives have some, and along seams of textures and colours. Edges between normals may go: their
-/// weight says how much that costs.
+/// Vertices stay where other primitives have some, and along seams of textures and colours. Edges between normals may
+/// go: their weight says how much that costs.
 fn flags(primitive: &Primitive, shared: &std::collections::HashSet<Place>) -> Vec<VertexFlags> {
     type Seen = ([Option<[u32; 2]>; 2], Option<[u32; 4]>);
     let seen_at = |i: usize| -> Seen {

@@ -1,9 +1,10 @@
 //! The sky of the Earth, from the sun, air with haze, and ground: a picture of the environment that is computed.
 //!
-//! Source: Hillaire 2020, "A Scalable and Production Ready Sky and Atmosphere Rendering Technique": single scattering along every
-//! ray, and the light of all further scatterings from a small table. Where it differs: the picture is made once, on the CPU, and
-//! holds all directions; what air and haze scatter is kept apart from their phases, so that the glow around the sun is as sharp as
-//! the picture; the ground, a plain of one colour, is lit by the sky as well; and haze is given as turbidity.
+//! Source: Hillaire 2020, "A Scalable and Production Ready Sky and Atmosphere Rendering Technique": single scattering
+//! along every ray, and the light of all further scatterings from a small table. Where it differs: the picture is made
+//! once, on the CPU, and holds all directions; what air and haze scatter is kept apart from their phases, so that the
+//! glow around the sun is as sharp as the picture; the ground, a plain of one colour, is lit by the sky as well; and
+//! haze is given as turbidity.
 
 mod air;
 mod tables;
@@ -15,8 +16,8 @@ use half::f16;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use tables::{Scattered, Tables};
 
-/// What 1 in the picture stands for, in cd/m² (and of illuminance in lux): surfaces in full daylight are then as bright as they are
-/// to be shown.
+/// What 1 in the picture stands for, in cd/m² (and of illuminance in lux): surfaces in full daylight are then as bright
+/// as they are to be shown.
 pub const SKY_UNIT_NIT: f32 = 32_768.0;
 
 /// Sunlight above the air, in lux.
@@ -42,8 +43,8 @@ pub struct Sky {
     pub sun_elevation_deg: f32,
     /// Where it stands, in degrees: 0 is +Z, and it grows towards +X, as the yaw of an orbit does.
     pub sun_azimuth_deg: f32,
-    /// The optical depth of air and haze straight up, divided by that of the air alone: 1 is air without haze, 2 a clear day, 6 haze
-    /// (Preetham, Shirley & Smits 1999).
+    /// The optical depth of air and haze straight up, divided by that of the air alone: 1 is air without haze, 2 a
+    /// clear day, 6 haze (Preetham, Shirley & Smits 1999).
     pub turbidity: f32,
     /// The share of light that the ground reflects.
     pub ground_albedo: f32,

@@ -1,8 +1,8 @@
 //! Stage files, `NAME.stage.toml`: what glTF cannot say of a model, or what one wants otherwise: lights, what casts
 //! shadows, environment, fog and other settings.
 //!
-//! A stage names its model; a model knows nothing of stages. This crate reads what changes the scene. Settings are those of
-//! whoever draws: they stay text here ([`Stage::text`]), whose tables [`keys::SETTINGS_TABLES`] names.
+//! A stage names its model; a model knows nothing of stages. This crate reads what changes the scene. Settings are
+//! those of whoever draws: they stay text here ([`Stage::text`]), whose tables [`keys::SETTINGS_TABLES`] names.
 //!
 //! ```
 //! # use manypass_scene::{Scene, Stage};
@@ -137,11 +137,12 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights. Brings its transforms up to date. `resolve` gives images by
-    /// the names of [`Self::images`]. Gives warnings.
+    /// Changes the model's scene: what casts shadows, materials, lights. Brings its transforms up to date. `resolve`
+    /// gives images by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
-    /// The model has no light, node or material of a name, or an image cannot be read; the scene may be changed in part.
+    /// The model has no light, node or material of a name, or an image cannot be read; the scene may be changed in
+    /// part.
     pub fn apply_with(
         &self,
         scene: &mut Scene,
@@ -173,7 +174,8 @@ impl Stage {
     }
 }
 
-/// The most tables of lists that are parsed: so many of each kind are possible, and parsed tables are far larger than their text.
+/// The most tables of lists that are parsed: so many of each kind are possible, and parsed tables are far larger than
+/// their text.
 const MOST_TABLES: usize = 3 * LIGHTS_MAX as usize;
 
 fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
@@ -193,7 +195,8 @@ fn value<'t, 'i>(table: &'t DeTable<'i>, name: &str) -> Option<&'t Spanned<DeVal
     table.iter().find(|(key, _)| &**key.get_ref() == name).map(|(_, value)| value)
 }
 
-/// The picture that `[environment]` names, if it does. Settings are checked by whoever draws, but files are read with the scene.
+/// The picture that `[environment]` names, if it does. Settings are checked by whoever draws, but files are read with
+/// the scene.
 fn environment_file(root: &DeTable<'_>) -> Option<Placed<String>> {
     let DeValue::Table(table) = value(root, "environment")?.get_ref() else { return None };
     let file = value(table, "file")?;

@@ -10,7 +10,8 @@ impl Scene {
     }
 }
 
-/// The index of a material in a variant: that which `of_variants`, pairs of a variant and a material, has for it, else `own`.
+/// The index of a material in a variant: that which `of_variants`, pairs of a variant and a material, has for it, else
+/// `own`.
 pub fn material_in(own: Option<usize>, of_variants: &[(usize, usize)], variant: Option<usize>) -> Option<usize> {
     let of_variant = |variant| of_variants.iter().find(|(of, _)| *of == variant);
     variant.and_then(of_variant).map_or(own, |(_, material)| Some(*material))

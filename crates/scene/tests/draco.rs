@@ -1,5 +1,5 @@
-//! `KHR_draco_mesh_compression`: a stream written by hand after the bitstream's specification, files of other programs beside
-//! their twins, and broken streams.
+//! `KHR_draco_mesh_compression`: a stream written by hand after the bitstream's specification, files of other programs
+//! beside their twins, and broken streams.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
 mod common;

@@ -1,5 +1,5 @@
-//! Images in KTX2 containers and `KHR_texture_basisu`: containers written by hand, files of other programs beside the same
-//! picture uncompressed, and broken ones.
+//! Images in KTX2 containers and `KHR_texture_basisu`: containers written by hand, files of other programs beside the
+//! same picture uncompressed, and broken ones.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
 use manypass_scene::{BlockFormat, Image, ImageSource, load_bytes};

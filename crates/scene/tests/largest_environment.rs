@@ -1,4 +1,5 @@
-//! The largest picture of the environment that is read, in a process of its own, because it says how much memory that takes.
+//! The largest picture of the environment that is read, in a process of its own, because it says how much memory that
+//! takes.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 

@@ -1,5 +1,5 @@
-//! `EXT_meshopt_compression` and `KHR_meshopt_compression`: streams written by hand after the specification, a small encoder,
-//! files of other programs beside their twins, and broken streams.
+//! `EXT_meshopt_compression` and `KHR_meshopt_compression`: streams written by hand after the specification, a small
+//! encoder, files of other programs beside their twins, and broken streams.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
 mod common;

@@ -1,5 +1,5 @@
-//! The sky against integrals of its paper's equations that share nothing with it: no tables, no steps that grow, no phases apart. And
-//! against light that is followed by chance, scattering by scattering, with the phases of each.
+//! The sky against integrals of its paper's equations that share nothing with it: no tables, no steps that grow, no
+//! phases apart. And against light that is followed by chance, scattering by scattering, with the phases of each.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -90,7 +90,8 @@ impl Chance {
     }
 }
 
-/// Radiance for sunlight of 1, by the paper's equations: single scattering, and all others as if they were alike from everywhere.
+/// Radiance for sunlight of 1, by the paper's equations: single scattering, and all others as if they were alike from
+/// everywhere.
 fn by_equations(air: &Air, sun: DVec3, to: DVec3) -> DVec3 {
     let eye = DVec3::Y * EYE;
     let (to_top, to_ground) = way(eye, to);
@@ -256,8 +257,8 @@ fn the_sky_is_that_of_its_paper() {
     assert!(worst < 0.03, "{worst}");
 }
 
-/// How far the paper's sky is from one in which every scattering is followed. The bound is what was measured, noise of the paths
-/// included, and a little more.
+/// How far the paper's sky is from one in which every scattering is followed. The bound is what was measured, noise of
+/// the paths included, and a little more.
 #[test]
 fn the_sky_is_near_to_one_whose_light_is_followed() {
     let mut chance = Chance(11);

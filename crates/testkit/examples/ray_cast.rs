@@ -1,10 +1,11 @@
 //! Writes what the ray caster sees of a scene.
 //!
-//! `cargo run --release -p manypass-testkit --example ray_cast -- demo:hall|MODEL.glb OUT.exr [WIDTH HEIGHT [RAYS]] [KEY=VALUE…]`
+//! `cargo run --release -p manypass-testkit --example ray_cast -- demo:hall|MODEL.glb OUT.exr [WIDTH HEIGHT [RAYS]]
+//! [KEY=VALUE…]`
 //!
-//! Keys: `shadows` (1 or 0), `light_rays` (per axis, for lights with a size), `radius` (of all lights, metres), `sun` (lux of a
-//! slanting sun that is added), `fog` (density per metre), `fog_height` (metres in which it falls to 1/e), `anisotropy`, `steps`.
-//! With `demo:hall` alone this is the reference of the tests: 240 × 135 pixels of 16 rays each.
+//! Keys: `shadows` (1 or 0), `light_rays` (per axis, for lights with a size), `radius` (of all lights, metres), `sun`
+//! (lux of a slanting sun that is added), `fog` (density per metre), `fog_height` (metres in which it falls to 1/e),
+//! `anisotropy`, `steps`. With `demo:hall` alone this is the reference of the tests: 240 × 135 pixels of 16 rays each.
 
 use glam::{DVec3, Vec3};
 use manypass_scene::{Light, LightKind, Node, Scene, framing::Framing};

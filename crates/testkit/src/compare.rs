@@ -80,8 +80,8 @@ pub struct Tolerance {
 }
 
 impl Default for Tolerance {
-    /// Software adapters differ by two to three levels from host to host, on few pixels, which lie apart: twice the four
-    /// that were seen together (lavapipe with the instructions of SSE2, SSE4.1 and AVX2).
+    /// Software adapters differ by two to three levels from host to host, on few pixels, which lie apart: twice the
+    /// four that were seen together (lavapipe with the instructions of SSE2, SSE4.1 and AVX2).
     fn default() -> Self {
         Self { within: 2, share: 0.999, share_between: 0.999, mean: 0.25, area_px: 8, area_between_px: 8 }
     }
@@ -90,8 +90,8 @@ impl Default for Tolerance {
 impl Tolerance {
     /// For one sample a pixel on rasterizers that snap vertices to different grids (SwiftShader to 1/16 pixel, lavapipe
     /// to 1/256): a pixel at an edge shows the other side of it, which is what a pixel beside it shows too.
-    /// Such pixels hang together along edges, 16 at most in the pictures of the browser tests; of those that show nothing
-    /// beside them, two. Twice that is allowed.
+    /// Such pixels hang together along edges, 16 at most in the pictures of the browser tests; of those that show
+    /// nothing beside them, two. Twice that is allowed.
     pub const RASTERIZERS: Self =
         Self { within: 2, share: 0.98, share_between: 0.999, mean: 0.25, area_px: 32, area_between_px: 4 };
 }
@@ -247,8 +247,8 @@ pub fn assert_rejects_mutations(picture: &Picture, tolerance: Tolerance) {
     assert!(passing.is_empty(), "the comparison accepts the picture {}", passing.join(", "));
 }
 
-/// How two linear pictures of the same size differ. The error of a pixel is the largest absolute difference of a channel,
-/// divided by the largest channel of the reference or by the floor, whichever is larger.
+/// How two linear pictures of the same size differ. The error of a pixel is the largest absolute difference of a
+/// channel, divided by the largest channel of the reference or by the floor, whichever is larger.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearDifference {
     /// Relative errors, ascending.

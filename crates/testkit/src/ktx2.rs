@@ -1,7 +1,7 @@
 //! KTX2 containers as a test wants them.
 
-/// A cube map of `side` texels a side without compression, whose levels are filled by `texel`, from the level. `format` is a number
-/// of Vulkan.
+/// A cube map of `side` texels a side without compression, whose levels are filled by `texel`, from the level. `format`
+/// is a number of Vulkan.
 pub fn cube_map(format: u32, side: u32, levels: u32, texel: impl Fn(u32) -> Vec<u8>) -> Vec<u8> {
     let mut bytes = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
     let words = [format, 1, side, side, 0, 0, 6, levels, 0];
@@ -21,8 +21,8 @@ pub fn cube_map(format: u32, side: u32, levels: u32, texel: impl Fn(u32) -> Vec<
     bytes
 }
 
-/// A picture of `size`, whose levels hold these bytes. `format` is a number of Vulkan; with 0 the levels are blocks of UASTC,
-/// sRGB with alpha.
+/// A picture of `size`, whose levels hold these bytes. `format` is a number of Vulkan; with 0 the levels are blocks of
+/// UASTC, sRGB with alpha.
 pub fn picture(format: u32, size: [u32; 2], supercompression: u32, levels: &[&[u8]]) -> Vec<u8> {
     let descriptor = 80 + 24 * levels.len() as u32;
     let mut data = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();

@@ -1,10 +1,11 @@
 //! What the tests of Manypass share.
 //!
 //! [`compare`] says whether two pictures are the same within a stated tolerance, and shows that it would notice if they
-//! were not. [`needs`] says what a machine lacks for a test. [`raycast`] is an independent reference: a ray caster in `f64`
-//! whose BRDF is written from the papers and shares no code with the renderer; [`radiance_file`] keeps what took it long.
-//! [`shadow_edges`] knows where shadows of simple things end. [`scenes`] gives small scenes to both renderer and ray caster,
-//! [`build`] puts others together, and [`ktx2`] containers; [`data_uri()`] puts them into a file's text. This crate knows no GPU.
+//! were not. [`needs`] says what a machine lacks for a test. [`raycast`] is an independent reference: a ray caster in
+//! `f64` whose BRDF is written from the papers and shares no code with the renderer; [`radiance_file`] keeps what took
+//! it long. [`shadow_edges`] knows where shadows of simple things end. [`scenes`] gives small scenes to both renderer
+//! and ray caster, [`build`] puts others together, and [`ktx2`] containers; [`data_uri()`] puts them into a file's
+//! text. This crate knows no GPU.
 
 pub mod build;
 pub mod compare;

@@ -1,5 +1,6 @@
-//! Pictures of radiance in files: OpenEXR with half floats, one part, scan lines, uncompressed, as "OpenEXR File Layout"
-//! writes it out. Written and read here without a library, because the reference is to share no code with the renderer.
+//! Pictures of radiance in files: OpenEXR with half floats, one part, scan lines, uncompressed, as "OpenEXR File
+//! Layout" writes it out. Written and read here without a library, because the reference is to share no code with the
+//! renderer.
 
 use std::fmt;
 use std::path::Path;

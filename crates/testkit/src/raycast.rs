@@ -1,12 +1,12 @@
 //! An independent ray caster in `f64`: primary rays, lights with and without size, shadows, fog. It shares no code with
 //! the renderer, so that an error in one does not repeat itself in the other.
 //!
-//! Space, cameras, lights and units are those of glTF 2.0: right-handed, +Y up, cameras and lights look along −Z, lengths
-//! in metres, candela and lux, radiance = BRDF · irradiance.
+//! Space, cameras, lights and units are those of glTF 2.0: right-handed, +Y up, cameras and lights look along −Z,
+//! lengths in metres, candela and lux, radiance = BRDF · irradiance.
 //!
 //! Light is shaded by the shading normal and shadowed by geometry: a light counts where N·L > 0 and no *other* triangle
-//! lies between, beyond a millionth of the scene's size. A light of some size shades as its middle does, and is as strong
-//! as the share of its source that is seen.
+//! lies between, beyond a millionth of the scene's size. A light of some size shades as its middle does, and is as
+//! strong as the share of its source that is seen.
 
 use crate::scenes::as_rgb;
 use glam::{DVec2, DVec3};
@@ -54,9 +54,9 @@ pub struct Hit {
 pub enum PixelPattern {
     /// The middles of a regular grid.
     Grid,
-    /// The R2 sequence (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018) from the pixel's middle,
-    /// seen through it: the points at which the samples of a picture are that moves its image by that sequence. What is smaller
-    /// than a pixel makes pictures of other points incomparable.
+    /// The R2 sequence (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018) from the pixel's
+    /// middle, seen through it: the points at which the samples of a picture are that moves its image by that sequence.
+    /// What is smaller than a pixel makes pictures of other points incomparable.
     Sequence,
 }
 

@@ -228,8 +228,8 @@ pub fn many_points(count: usize) -> TestScene {
     builder.finish("many_points")
 }
 
-/// The roughness of the five columns of [`furnace`]. Below the first the highlights are smaller than the gaps between the
-/// lights.
+/// The roughness of the five columns of [`furnace`]. Below the first the highlights are smaller than the gaps between
+/// the lights.
 pub const FURNACE_ROUGHNESS: [f32; 5] = [0.3, 0.475, 0.65, 0.825, 1.0];
 
 /// Two rows of five spheres, dielectric above and metal below, both of `colors`, seen along −Z with parallel rays; each

@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
-/// The width in metres of the penumbra that an edge `to_receiver_m` above a surface throws on it in the light of a sphere of
-/// `radius_m`, `to_light_m` above the edge: 2 · radius · to_receiver / to_light. Of light from infinitely far away, whose
-/// `radius_m` is the tangent of half its angle, `to_light_m` is 1.
+/// The width in metres of the penumbra that an edge `to_receiver_m` above a surface throws on it in the light of a
+/// sphere of `radius_m`, `to_light_m` above the edge: 2 · radius · to_receiver / to_light. Of light from infinitely far
+/// away, whose `radius_m` is the tangent of half its angle, `to_light_m` is 1.
 pub fn penumbra_width_m(radius_m: f64, to_receiver_m: f64, to_light_m: f64) -> f64 {
     2.0 * radius_m * to_receiver_m / to_light_m
 }
 
-/// The share of a disc's area that a straight edge leaves, whose distance from the disc's middle is `offset` radii: 1 at 1,
-/// 0 at −1.
+/// The share of a disc's area that a straight edge leaves, whose distance from the disc's middle is `offset` radii: 1
+/// at 1, 0 at −1.
 pub fn share_of_disc_beside(offset: f64) -> f64 {
     let offset = offset.clamp(-1.0, 1.0);
     1.0 - (offset.acos() - offset * (1.0 - offset * offset).sqrt()) / PI

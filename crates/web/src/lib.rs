@@ -1,6 +1,6 @@
 //! Manypass in the browser: `create` binds a canvas, and the `Viewer` it returns loads a glTF file, renders, reads
-//! the picture and its variables back and is disposed of. Off the web this crate is empty but for the camera's tests, so
-//! that the workspace builds natively.
+//! the picture and its variables back and is disposed of. Off the web this crate is empty but for the camera's tests,
+//! so that the workspace builds natively.
 
 #[cfg(target_arch = "wasm32")]
 mod blit;

@@ -112,8 +112,8 @@ fn parsed_stage(bytes: &[u8]) -> Result<Stage, JsError> {
     Stage::parse("the stage", text).map_err(|error| JsError::new(&error.to_string()))
 }
 
-/// The paths of the files that an OBJ refers to, as far as they are known: its libraries of materials, and the textures of those
-/// that are among the `resources`. None of other models.
+/// The paths of the files that an OBJ refers to, as far as they are known: its libraries of materials, and the textures
+/// of those that are among the `resources`. None of other models.
 #[wasm_bindgen(js_name = modelFiles)]
 pub fn model_files(bytes: &[u8], resources: Option<Resources>) -> Vec<String> {
     formats::named_files(bytes, &mut resolver(resources))
@@ -162,8 +162,8 @@ impl Viewer {
 
 #[wasm_bindgen]
 impl Viewer {
-    /// Takes a model of any format that is read, with the files it refers to. The bytes tell the format. Replaces the model
-    /// before.
+    /// Takes a model of any format that is read, with the files it refers to. The bytes tell the format. Replaces the
+    /// model before.
     ///
     /// # Errors
     /// When the file cannot be read; the message names the place in it.
@@ -172,8 +172,9 @@ impl Viewer {
         self.take(loaded.scene, loaded.warnings, None)
     }
 
-    /// Takes a stage, `NAME.stage.toml`, with its model under the name that `stageModel` gives, the files that the model
-    /// refers to, the picture that `stageEnvironment` names and the images of `stageImages`. Replaces the model before; options come after the stage's settings.
+    /// Takes a stage, `NAME.stage.toml`, with its model under the name that `stageModel` gives, the files that the
+    /// model refers to, the picture that `stageEnvironment` names and the images of `stageImages`. Replaces the model
+    /// before; options come after the stage's settings.
     ///
     /// # Errors
     /// When the stage or its model cannot be read; the message names the place in it.
@@ -183,8 +184,8 @@ impl Viewer {
         self.take(loaded.scene, loaded.warnings, Some(&loaded.stage))
     }
 
-    /// Takes an equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), as the environment of the model that is shown, until
-    /// another is loaded. The option `environment` says whether it lights: with `auto` it does.
+    /// Takes an equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), as the environment of the model that is
+    /// shown, until another is loaded. The option `environment` says whether it lights: with `auto` it does.
     ///
     /// # Errors
     /// When there is no model, or the picture cannot be read.
@@ -321,8 +322,8 @@ impl Viewer {
         Ok(())
     }
 
-    /// The radiance of the last frame: linear RGBA, four floats a pixel, rows from the top. The first call draws the frame
-    /// again, and from then on frames keep their radiance. Wait for the promise as with `render`.
+    /// The radiance of the last frame: linear RGBA, four floats a pixel, rows from the top. The first call draws the
+    /// frame again, and from then on frames keep their radiance. Wait for the promise as with `render`.
     ///
     /// # Errors
     /// When nothing was rendered, or the device was lost.

@@ -1,4 +1,5 @@
-//! The demo and the fields of lights: the frame against forward and brute force, and the pass `direct` against the limit.
+//! The demo and the fields of lights: the frame against forward and brute force, and the pass `direct` against the
+//! limit.
 
 use super::Bench;
 use super::limit::Limit;

@@ -1,4 +1,5 @@
-//! Levels of detail: many small things with all that they have, with coarser meshes, and with less and less of their materials.
+//! Levels of detail: many small things with all that they have, with coarser meshes, and with less and less of their
+//! materials.
 
 use super::Bench;
 use super::measure::Scene;

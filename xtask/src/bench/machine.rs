@@ -40,8 +40,8 @@ fn processor(cpuinfo: &str) -> Option<&str> {
     line.split_once(':').map(|(_, name)| name.trim())
 }
 
-/// The date of a day counted from 1970-01-01, in the calendar whose years begin in March, in which the day of a leap year comes
-/// last (Richards 2013).
+/// The date of a day counted from 1970-01-01, in the calendar whose years begin in March, in which the day of a leap
+/// year comes last (Richards 2013).
 fn date(day: u64) -> String {
     const DAYS_OF_400_YEARS: u64 = 146_097;
     // From 0000-03-01.

@@ -11,13 +11,14 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// How often everything that is compared is measured in turn. The least median counts: other work only makes frames slower.
+/// How often everything that is compared is measured in turn. The least median counts: other work only makes frames
+/// slower.
 const TURNS: usize = 2;
 /// The frames of a turn at most, and the milliseconds after which no more are begun.
 const FRAMES: &str = "10";
 const BUDGET_MS: &str = "1000";
-/// What took longer in its first turn, with the start of the program, has no other: long times vary less, and few of them would
-/// take most of the run.
+/// What took longer in its first turn, with the start of the program, has no other: long times vary less, and few of
+/// them would take most of the run.
 const LONG_TURN: Duration = Duration::from_secs(6);
 
 /// What is drawn.
@@ -175,8 +176,8 @@ impl Measurements {
         let tolerance = match way.judged {
             Judged::NotCompared => return Ok(Verdict::NotCompared),
             Judged::AsDeferred => Tolerance::default(),
-            // Deferred surfaces have base colour and roughness in 8 bits: half a step of base colour is up to 0.5/255 of
-            // a lit surface, and roughness moves the sharpest highlights by more than 2/255.
+            // Deferred surfaces have base colour and roughness in 8 bits: half a step of base colour is up to 0.5/255
+            // of a lit surface, and roughness moves the sharpest highlights by more than 2/255.
             Judged::AsForward => Tolerance { share: 0.99, share_between: 0.99, mean: 0.5, ..Tolerance::default() },
         };
         let picture = |way: &Way| {

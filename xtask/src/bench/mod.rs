@@ -39,7 +39,8 @@ struct Bench<'a> {
 /// Measures what the options name.
 ///
 /// # Errors
-/// Something could not be measured, or a picture is not that of brute force. What could be measured is printed and written.
+/// Something could not be measured, or a picture is not that of brute force. What could be measured is printed and
+/// written.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let built = || root().join("target/release").join(format!("manypass{}", std::env::consts::EXE_SUFFIX));
     let program = match &options.program {

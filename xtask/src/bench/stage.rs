@@ -1,5 +1,5 @@
-//! Fields of lights of which every tenth casts shadows: a copy of the model whose lights have names, and a stage that takes
-//! shadows from all but those.
+//! Fields of lights of which every tenth casts shadows: a copy of the model whose lights have names, and a stage that
+//! takes shadows from all but those.
 
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// Every how many lights one casts a shadow.
 const STEP: usize = 10;
 
-/// Writes `NAME-tenth.glb` and `NAME-tenth.stage.toml` into `folder`; the path of the stage. The lights of the fields have no
-/// names, by which alone a stage can tell them apart, and nothing else is changed.
+/// Writes `NAME-tenth.glb` and `NAME-tenth.stage.toml` into `folder`; the path of the stage. The lights of the fields
+/// have no names, by which alone a stage can tell them apart, and nothing else is changed.
 pub(super) fn write_stage(folder: &Path, model: &Path) -> Result<PathBuf> {
     let name = model.file_stem().unwrap_or_default().to_string_lossy();
     let bytes = std::fs::read(model).with_context(|| format!("reading {}", model.display()))?;

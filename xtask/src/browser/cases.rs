@@ -21,8 +21,8 @@ pub(super) struct Case {
     pub has_variables: bool,
     /// In the studio at a million times its light, without exposure.
     is_dazzling: bool,
-    /// How far pictures of two rasterizers may differ. Where something is steep but shows no other side, what they round differently
-    /// hangs together; twice what was seen is allowed.
+    /// How far pictures of two rasterizers may differ. Where something is steep but shows no other side, what they
+    /// round differently hangs together; twice what was seen is allowed.
     pub tolerance: Tolerance,
     /// More settings.
     settings: &'static [(&'static str, &'static str)],
@@ -101,8 +101,8 @@ pub(super) const CASES: [Case; 39] = [
     },
     // Lamps behind columns, and the shafts of their light in mist.
     case("shafts", "docs/examples/shafts.stage.toml", WIDE),
-    // A white floor under three lights of 10⁶ cd, a part of which glows: emission, lights and studio all end at the limit of
-    // half floats, and the effect adds that to itself.
+    // A white floor under three lights of 10⁶ cd, a part of which glows: emission, lights and studio all end at the
+    // limit of half floats, and the effect adds that to itself.
     Case { echo: WHOLE, is_dazzling: true, ..case("bright", "xtask/browser/bright.gltf", SQUARE) },
     case("shadow_mapping_spots", SPOTS, SQUARE),
     case("shadow_mapping_points", POINTS, SQUARE),
@@ -112,8 +112,9 @@ pub(super) const CASES: [Case; 39] = [
     Case { settings: SHADOWLESS, ..case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)) },
     // Soft boxes of the studio, which have edges, in bumpy metal: 50 pixels by 3 to 5 levels.
     Case { tolerance: together(100, 4), ..case("DamagedHelmet", "", SQUARE) },
-    // Levels of meshes and of materials that fade into each other. Where a ball ends, two of its levels do, whose vertices are snapped each
-    // for itself: 205 pixels that hang together, nearly all of which show what is beside them.
+    // Levels of meshes and of materials that fade into each other. Where a ball ends, two of its levels do, whose
+    // vertices are snapped each for itself: 205 pixels that hang together, nearly all of which show what is beside
+    // them.
     Case {
         tolerance: Tolerance { share: 0.96, share_between: 0.997, mean: 0.75, ..together(410, 16) },
         ..case("levels", "xtask/browser/levels.stage.toml", WIDE)
@@ -122,8 +123,8 @@ pub(super) const CASES: [Case; 39] = [
     Case { tolerance: together(146, 4), ..case("BoxTextured", "", SQUARE) },
     case("NormalTangentMirrorTest", "", SQUARE),
     case("AlphaBlendModeTest", "", SQUARE),
-    // Edges and masks of four samples a pixel. Where alpha hardly changes, rounding decides which of two numbers of samples chance gives:
-    // 38 pixels by the share of a sample, and 4 of them between no others.
+    // Edges and masks of four samples a pixel. Where alpha hardly changes, rounding decides which of two numbers of
+    // samples chance gives: 38 pixels by the share of a sample, and 4 of them between no others.
     Case {
         is_forward: true,
         tolerance: together(76, 8),
@@ -151,8 +152,8 @@ pub(super) const CASES: [Case; 39] = [
         settings: &[("transparency.mode", "weighted")],
         ..case("panes-weighted", "docs/examples/panes.gltf", SQUARE)
     },
-    // What is blended before glass and behind it, each in a pass of its own. One sample is noise: along an edge of a pane that two
-    // rasterizers end a pixel apart, 77 pixels hang together, each of which shows what is beside it.
+    // What is blended before glass and behind it, each in a pass of its own. One sample is noise: along an edge of a
+    // pane that two rasterizers end a pixel apart, 77 pixels hang together, each of which shows what is beside it.
     Case {
         tolerance: together(154, 4),
         settings: &[("transparency.mode", "stochastic")],

@@ -13,8 +13,8 @@ pub(super) const CUBE: &str = "target/browser/cube.ktx2";
 /// The texels along a side of its faces.
 const SIDE: u32 = 32;
 
-/// Writes [`CUBE`]: a colour for each face, squares on it, and one bright corner each, so that a face that is turned or mistaken for
-/// another is seen.
+/// Writes [`CUBE`]: a colour for each face, squares on it, and one bright corner each, so that a face that is turned or
+/// mistaken for another is seen.
 ///
 /// # Errors
 /// It cannot be written.
@@ -43,7 +43,8 @@ pub(super) fn write_cube() -> Result<()> {
     write(&root().join(CUBE), &bytes)
 }
 
-/// A .gltf whose buffers and images are in it: itself if they are, else a copy in `target/browser`. Other files are left alone.
+/// A .gltf whose buffers and images are in it: itself if they are, else a copy in `target/browser`. Other files are
+/// left alone.
 ///
 /// # Errors
 /// It cannot be read or written.

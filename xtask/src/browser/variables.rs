@@ -1,5 +1,5 @@
-//! Variables of the frame: those that the page reads against those that the program writes, of one view of the demo that
-//! turned since the frame before.
+//! Variables of the frame: those that the page reads against those that the program writes, of one view of the demo
+//! that turned since the frame before.
 
 use super::{BACKENDS, cases::WIDE};
 use crate::step::{cargo, check, root};
@@ -10,8 +10,8 @@ use std::path::PathBuf;
 /// The model whose variables are compared.
 pub(super) const MODEL: &str = "demo:hall";
 
-/// A variable, and how far two values of it may lie apart: the step of the PNG file, and that rasterizers snap vertices to
-/// different grids, so that surfaces which are seen at an angle move by a thirtieth of a pixel.
+/// A variable, and how far two values of it may lie apart: the step of the PNG file, and that rasterizers snap vertices
+/// to different grids, so that surfaces which are seen at an angle move by a thirtieth of a pixel.
 struct Variable {
     name: &'static str,
     kind: Kind,
@@ -20,8 +20,8 @@ struct Variable {
     shares: [f64; 2],
 }
 
-/// On SwiftShader 0.33 % of the pixels differ, and 0.016 % from all around them. Of normals, which turn within a pixel where
-/// spheres and mouldings are small, 1.2 % and 0.25 % do.
+/// On SwiftShader 0.33 % of the pixels differ, and 0.016 % from all around them. Of normals, which turn within a pixel
+/// where spheres and mouldings are small, 1.2 % and 0.25 % do.
 const SHARES: [f64; 2] = [0.995, 0.9995];
 
 /// How a PNG holds a variable; `docs/aovs.md` has the same.

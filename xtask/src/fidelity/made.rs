@@ -1,4 +1,5 @@
-//! Models of extensions that no sample model shows well, or none that is at hand: written as glTF, which we and the path tracer read.
+//! Models of extensions that no sample model shows well, or none that is at hand: written as glTF, which we and the
+//! path tracer read.
 
 use anyhow::{Context, Result};
 use image::{Rgb, RgbImage};
@@ -9,7 +10,8 @@ use std::path::{Path, PathBuf};
 /// What a model shows.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Subject {
-    /// Above, highlights along directions from 0 to 90 degrees; below, along those of a map, of more and more rough metal.
+    /// Above, highlights along directions from 0 to 90 degrees; below, along those of a map, of more and more rough
+    /// metal.
     Anisotropy,
     /// Balls and bent leaves, which ever more light comes through.
     DiffuseTransmission,
@@ -86,7 +88,8 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// A part of a ball of half a metre: `around` and `down` are the shares of its angles, which begin in front and above.
+    /// A part of a ball of half a metre: `around` and `down` are the shares of its angles, which begin in front and
+    /// above.
     fn ball(around: [f64; 2], down: [f64; 2]) -> Self {
         const STEPS: [u32; 2] = [64, 32];
         let mut mesh = Self::default();

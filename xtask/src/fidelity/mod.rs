@@ -30,7 +30,8 @@ struct Fidelity<'a> {
 /// Renders and compares what the options name.
 ///
 /// # Errors
-/// Something could not be rendered or compared, or we are farther off than we may be. What could be compared is printed and written.
+/// Something could not be rendered or compared, or we are farther off than we may be. What could be compared is printed
+/// and written.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let program = match &options.program {
         Some(program) => program.canonicalize().with_context(|| format!("{} is not there", program.display()))?,

@@ -120,7 +120,8 @@ pub(super) fn size_of(path: &Path) -> Result<(u32, u32)> {
     image::image_dimensions(path).with_context(|| format!("reading {}", path.display()))
 }
 
-/// A picture in another size, and its colours in another encoding. They are weighted by alpha, so that what is transparent has none.
+/// A picture in another size, and its colours in another encoding. They are weighted by alpha, so that what is
+/// transparent has none.
 fn scaled(picture: &RgbaImage, (width, height): (u32, u32), recode: fn(f32) -> f32) -> RgbaImage {
     let associated = Rgba32FImage::from_fn(picture.width(), picture.height(), |x, y| {
         let [r, g, b, a] = picture.get_pixel(x, y).0.map(|value| f32::from(value) / 255.0);
@@ -145,8 +146,8 @@ fn recoded(picture: &Picture, recode: fn(f32) -> f32) -> Picture {
     Picture { width, height, pixels: picture.pixels.iter().map(recoded).collect() }
 }
 
-/// A picture as lossy WebP holds it, without its quantisation: differences of colour (BT.601) have half the width and height.
-/// Published pictures are such files, and crisp edges between colours are lost in them.
+/// A picture as lossy WebP holds it, without its quantisation: differences of colour (BT.601) have half the width and
+/// height. Published pictures are such files, and crisp edges between colours are lost in them.
 fn packed(picture: &Picture) -> Picture {
     let (width, height) = (picture.width, picture.height);
     let luma = |[r, g, b, _]: [u8; 4]| 0.299 * f64::from(r) + 0.587 * f64::from(g) + 0.114 * f64::from(b);

@@ -30,7 +30,8 @@ struct Pair {
     filament: Distance,
 }
 
-/// Where columns stand that are beside both: the other encoding of both pictures; packed ones, since Filament's are packed already.
+/// Where columns stand that are beside both: the other encoding of both pictures; packed ones, since Filament's are
+/// packed already.
 const OTHER_COLUMN: usize = 3;
 const PACKED_COLUMN: usize = 5;
 

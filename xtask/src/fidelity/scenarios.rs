@@ -15,8 +15,8 @@ const ENVIRONMENTS: [(&str, &str); 2] = [
     ("spruit_sunrise_1k.hdr", "environments/spruit_sunrise_1k.hdr"),
 ];
 
-/// Scenes whose published pictures show something else than our files, after SOURCES.md. They are listed with the reason, and count
-/// for no median.
+/// Scenes whose published pictures show something else than our files, after SOURCES.md. They are listed with the
+/// reason, and count for no median.
 const NOT_COMPARABLE: [(&str, &str); 2] = [
     ("DamagedHelmet", "its environment, aircraft_workshop_01_1k.hdr, is not at hand"),
     ("FlightHelmet", "our textures are scaled down"),
@@ -100,7 +100,8 @@ fn eye(target: [f64; 3], theta_deg: f64, phi_deg: f64, radius_m: f64) -> [f64; 3
     std::array::from_fn(|axis| target[axis] + radius_m * direction[axis])
 }
 
-/// What a camera with an orbit of radius 0 and φ = 90° looks at: it stands on its target and looks against its direction.
+/// What a camera with an orbit of radius 0 and φ = 90° looks at: it stands on its target and looks against its
+/// direction.
 fn ahead(place: [f64; 3], theta_deg: f64) -> [f64; 3] {
     eye(place, theta_deg, 90.0, -1.0)
 }

@@ -1,5 +1,5 @@
-//! What the files of a crate import from one another, read from their tokens: `use` in every form, paths that are written
-//! out, and those within macros. A name that a module exports again counts for where it is defined.
+//! What the files of a crate import from one another, read from their tokens: `use` in every form, paths that are
+//! written out, and those within macros. A name that a module exports again counts for where it is defined.
 
 use super::tokens::{self, Parsed};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};

@@ -32,8 +32,8 @@ pub struct DiffArgs {
     pub b: String,
     /// Write A, B and the map of differences into one picture; of models also every variable that differs.
     ///
-    /// The map goes from black (no difference) over purple and orange to light yellow (1). Pictures above 640 pixels are shown smaller.
-    /// It may not be A or B.
+    /// The map goes from black (no difference) over purple and orange to light yellow (1). Pictures above 640 pixels
+    /// are shown smaller. It may not be A or B.
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,
     /// Print one JSON object: {"flip": {"mean", "largest", "largest_at_px", …}, …}.
@@ -42,7 +42,8 @@ pub struct DiffArgs {
     /// End with exit code 5 if the mean is above this, from 0 to 1; everything is printed and written before.
     #[arg(long, value_name = "MEAN", value_parser = threshold)]
     pub threshold: Option<f64>,
-    /// How many pixels of the picture a degree of the field of view has: 67 for a display of 3840 pixels and 0.7 m, 0.7 m away.
+    /// How many pixels of the picture a degree of the field of view has: 67 for a display of 3840 pixels and 0.7 m, 0.7
+    /// m away.
     ///
     /// Fewer are a display seen from nearer, where more can be told apart.
     #[arg(long, value_name = "N", default_value_t = PIXELS_PER_DEGREE, value_parser = pixels_per_degree)]

@@ -2,7 +2,8 @@
 
 use super::source::{GREY_LINEAR, Source};
 
-/// How the radiance of two pictures differs: means over all pixels and red, green and blue. What is transparent sends none.
+/// How the radiance of two pictures differs: means over all pixels and red, green and blue. What is transparent sends
+/// none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
     /// The mean of the first, in cd/m².

@@ -13,8 +13,8 @@ use manypass_offline::sheet::{Entry, contact_sheet_of};
 /// The longest side of a picture of the sheet in pixels; of sheets with variables.
 const CELL_PX: u32 = 640;
 const SMALL_CELL_PX: u32 = 400;
-/// HDR-FLIP's lowest exposure shows the brightest pixel at 2.12, and its highest the median one; this far below they are white, 1,
-/// and mid grey, 0.18.
+/// HDR-FLIP's lowest exposure shows the brightest pixel at 2.12, and its highest the median one; this far below they
+/// are white, 1, and mid grey, 0.18.
 const WHITE_BELOW_START_EV: f64 = 1.08;
 const GREY_BELOW_STOP_EV: f64 = 3.56;
 

@@ -20,8 +20,9 @@ pub fn range(pictures: [&Samples; 2]) -> (f32, f32) {
     }
 }
 
-/// A variable as opaque bytes of sRGB. Vectors of length 1 have grey for 0; places and distances go from `range`'s smallest value to its
-/// largest, what is near being bright; radiance and emission are as a display shows them; every id has a colour.
+/// A variable as opaque bytes of sRGB. Vectors of length 1 have grey for 0; places and distances go from `range`'s
+/// smallest value to its largest, what is near being bright; radiance and emission are as a display shows them; every
+/// id has a colour.
 pub fn shown(aov: Aov, samples: &Samples, range: (f32, f32)) -> Vec<u8> {
     match samples {
         Samples::Id(ids) => ids.iter().flat_map(|id| opaque(id_color(*id))).collect(),

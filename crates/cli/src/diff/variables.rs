@@ -21,7 +21,8 @@ pub struct Variable {
     pub differences: Vec<f32>,
 }
 
-/// What became of the pixels in which a surface of either model is seen, as shares of them: of each the first that holds.
+/// What became of the pixels in which a surface of either model is seen, as shares of them: of each the first that
+/// holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Changed {
     /// A surface is there in one picture alone, or at another place, or turned another way.

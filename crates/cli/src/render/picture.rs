@@ -60,7 +60,8 @@ impl Batch<'_> {
         self.renderer.forget_variables();
         (drawn.phases.readback, drawn.phases.encode) = (delivery.readback_ms, delivery.encode_ms);
 
-        // The rest is in frames of their own, that no phase counts. Passes are those of the first sample, as in the plan.
+        // The rest is in frames of their own, that no phase counts. Passes are those of the first sample, as in the
+        // plan.
         let (contact_sheet, passes) = self.show_passes(loaded, subject, &drawn.request)?;
         if self.report.is_some() {
             let outputs = Outputs { picture: output, aovs: &delivery.aovs, contact_sheet, passes };
@@ -132,8 +133,8 @@ impl Batch<'_> {
         })
     }
 
-    /// Writes the pictures of all passes where they are asked for; gives the paths of the contact sheet and of those that
-    /// have files of their own.
+    /// Writes the pictures of all passes where they are asked for; gives the paths of the contact sheet and of those
+    /// that have files of their own.
     fn show_passes(
         &mut self,
         loaded: &Loaded,

@@ -117,8 +117,8 @@ impl Drop for Folder {
     }
 }
 
-/// Whether there is an adapter. Without one the test fails, or is skipped where MANYPASS_ALLOW_NO_GPU=1 says that this is
-/// known.
+/// Whether there is an adapter. Without one the test fails, or is skipped where MANYPASS_ALLOW_NO_GPU=1 says that this
+/// is known.
 #[track_caller]
 pub fn has_adapter() -> bool {
     static FOUND: OnceLock<bool> = OnceLock::new();

@@ -50,8 +50,8 @@ fn action() -> impl Strategy<Value = Action> {
     )
 }
 
-/// A frame that is being declared, and what of it has been written. What nobody has written is neither read nor kept, so
-/// that every frame is accepted.
+/// A frame that is being declared, and what of it has been written. What nobody has written is neither read nor kept,
+/// so that every frame is accepted.
 struct Frame {
     graph: Graph<'static>,
     /// Arrays with mips; the first is imported.

@@ -91,7 +91,8 @@ fn material(color: Vec3, roughness_factor: f32) -> Material {
     Material { base_color_factor: color.extend(1.0), metallic_factor: 0.0, roughness_factor, ..Material::default() }
 }
 
-/// Specular intensity, which is f0, and the power of Blinn-Phong's lobe that is as wide as Beckmann's (Walter et al. 2007).
+/// Specular intensity, which is f0, and the power of Blinn-Phong's lobe that is as wide as Beckmann's (Walter et al.
+/// 2007).
 fn specular(material: &Material) -> Vec2 {
     let roughness_alpha = material.roughness_factor * material.roughness_factor;
     let intensity = 0.04 + (material.base_color_factor.x - 0.04) * material.metallic_factor;

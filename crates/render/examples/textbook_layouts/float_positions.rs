@@ -1,10 +1,11 @@
 //! Positions and normals as floats, which a volume for every light adds its light from.
 //!
-//! Source: "A deferred renderer in TypeScript and WebGL 2.0", whose table of targets this is: position with specular intensity,
-//! normal with specular power, diffuse colour, depth with stencil, and accumulation in the format of the diffuse colour, which the
-//! geometry pass starts with ambient light and emission. Differences: diffuse colour and accumulation are encoded as sRGB, so
-//! that 8 bits do; three 8-bit channels are four, because WebGPU draws to no others. Two targets of RGBA32F are 32 bytes a
-//! sample already, which is all that WebGPU and WebGL 2 promise: there colours have a second geometry pass.
+//! Source: "A deferred renderer in TypeScript and WebGL 2.0", whose table of targets this is: position with specular
+//! intensity, normal with specular power, diffuse colour, depth with stencil, and accumulation in the format of the
+//! diffuse colour, which the geometry pass starts with ambient light and emission. Differences: diffuse colour and
+//! accumulation are encoded as sRGB, so that 8 bits do; three 8-bit channels are four, because WebGPU draws to no
+//! others. Two targets of RGBA32F are 32 bytes a sample already, which is all that WebGPU and WebGL 2 promise: there
+//! colours have a second geometry pass.
 
 use crate::content::Content;
 use crate::device::{Buffers, DISPLAY, Drawn, Step, added_to, bind, bind_group, overwritten};
@@ -85,8 +86,8 @@ fn depth_stencil(
     }
 }
 
-/// Inverts a bit of the stencil for the front and for the back of a volume where they lie behind the surface, so that it is set
-/// where the surface lies between them.
+/// Inverts a bit of the stencil for the front and for the back of a volume where they lie behind the surface, so that
+/// it is set where the surface lies between them.
 fn mark(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::RenderPipeline {
     let (keep, invert) = (wgpu::StencilOperation::Keep, wgpu::StencilOperation::Invert);
     let compare = wgpu::CompareFunction::Always;

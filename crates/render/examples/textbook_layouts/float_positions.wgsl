@@ -1,4 +1,5 @@
-// Positions and normals as floats with specular intensity and power in their fourth channels, then a volume for every light.
+// Positions and normals as floats with specular intensity and power in their fourth channels, then a volume for every
+// light.
 
 struct Stored {
     // Two passes have to find the same depth.

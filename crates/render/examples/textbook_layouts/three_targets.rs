@@ -1,9 +1,9 @@
 //! Normal, light vector and eye vector in camera space, which one full-screen pass makes light of.
 //!
-//! Source: A. Ramires, "Rendering in Multiple Passes". Differences: vectors are halves and not 8-bit colours, which show as
-//! rings in highlights; the light vector keeps its length, because lights have a place; the fourth channels, which are 0
-//! there, hold the diffuse colour, and specular intensity and power are uniforms as there. A light vector is that of one
-//! light, so there are as many geometry passes as lights.
+//! Source: A. Ramires, "Rendering in Multiple Passes". Differences: vectors are halves and not 8-bit colours, which
+//! show as rings in highlights; the light vector keeps its length, because lights have a place; the fourth channels,
+//! which are 0 there, hold the diffuse colour, and specular intensity and power are uniforms as there. A light vector
+//! is that of one light, so there are as many geometry passes as lights.
 
 use crate::content::Content;
 use crate::device::{Buffers, DISPLAY, Drawn, Step, added_to, bind, overwritten};

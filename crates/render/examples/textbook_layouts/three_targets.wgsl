@@ -26,8 +26,8 @@ struct Targets {
     @location(2) eye: vec4f,
 }
 
-// The light vector keeps its length, from which the full-screen pass knows how much light arrives. The fourth channels hold
-// the diffuse colour.
+// The light vector keeps its length, from which the full-screen pass knows how much light arrives. The fourth channels
+// hold the diffuse colour.
 @fragment
 fn fs_geometry(stored: Stored) -> Targets {
     return Targets(

@@ -44,7 +44,8 @@ impl PngEncoding {
     /// The largest number that [`Self::Id16`] holds.
     pub const LARGEST_ID: u32 = 65534;
 
-    /// The kind of PNG, and how its numbers `v` become values. `low`, `high` and the like are the `range` of the report.
+    /// The kind of PNG, and how its numbers `v` become values. `low`, `high` and the like are the `range` of the
+    /// report.
     pub fn doc(self) -> &'static str {
         match self {
             Self::Srgb8 => "8-bit RGB, marked as sRGB; value = sRGB to linear of v / 255",

@@ -9,8 +9,8 @@ use crate::view::ViewUniform;
 use glam::{Vec2, Vec3};
 use std::ops::Range;
 
-/// Rows of the G-buffer of the first, unjittered frame, in memory, with the targets that only variables need. It has the
-/// picture's size, whatever size the picture is shaded at. What the variable that is read does not need is empty.
+/// Rows of the G-buffer of the first, unjittered frame, in memory, with the targets that only variables need. It has
+/// the picture's size, whatever size the picture is shaded at. What the variable that is read does not need is empty.
 #[derive(Clone, Debug)]
 pub(crate) struct GbufferPixels {
     pub view: ViewUniform,

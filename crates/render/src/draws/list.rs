@@ -47,8 +47,8 @@ pub(crate) struct DrawList {
 }
 
 impl DrawList {
-    /// Everything of `world` that `view` may show, at the levels that are chosen. What fades has instances of its own, which are
-    /// added to the world's.
+    /// Everything of `world` that `view` may show, at the levels that are chosen. What fades has instances of its own,
+    /// which are added to the world's.
     pub fn new(world: &mut WorldDraws, view: &ViewUniform, chooser: &Chooser) -> Self {
         let mut list = Self::of(world, view, chooser);
         world.instances.append(&mut list.fading);

@@ -10,8 +10,8 @@ pub(crate) use leveled::Form;
 pub(crate) use list::{Draw, DrawList};
 pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 
-/// What draws of surfaces differ in that their programs have to know: `override` constants of shaders. A set of them is a number
-/// with their bits.
+/// What draws of surfaces differ in that their programs have to know: `override` constants of shaders. A set of them is
+/// a number with their bits.
 pub(crate) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed"];
 
 /// Axes of programs that bind less where none of some of [`AXES`] is on.

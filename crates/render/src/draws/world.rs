@@ -410,8 +410,8 @@ impl Drawn<'_> {
         }
     }
 
-    /// What its surface may be drawn as where it is seen small. What light comes through stays as it is, and what drops fragments or
-    /// blends keeps its textures.
+    /// What its surface may be drawn as where it is seen small. What light comes through stays as it is, and what drops
+    /// fragments or blends keeps its textures.
     fn forms(&self, item: &Item) -> SurfaceForms {
         let Self { properties, reduced, .. } = self;
         if item.transmissive {

@@ -23,11 +23,12 @@ pub struct EffectFile {
 }
 
 impl EffectFile {
-    /// Checks `text`. `file` appears in errors; its name without the ending is the effect's where the header gives none.
+    /// Checks `text`. `file` appears in errors; its name without the ending is the effect's where the header gives
+    /// none.
     ///
     /// # Errors
-    /// The text is not WGSL, or not one fragment shader that fits the frame, or its header or a default is not of the form;
-    /// with file, line and column.
+    /// The text is not WGSL, or not one fragment shader that fits the frame, or its header or a default is not of the
+    /// form; with file, line and column.
     pub fn parse(file: &str, text: &str) -> Result<Self, ProgramError> {
         // Some editors begin files with a byte order mark, which WGSL does not know.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -78,7 +79,8 @@ impl EffectFile {
         self.uniforms.has(&self.name, key)
     }
 
-    /// Sets `key`, `EFFECT.MEMBER` or `EFFECT.UNIFORM.MEMBER`, to `value`: numbers, with commas between those of a vector.
+    /// Sets `key`, `EFFECT.MEMBER` or `EFFECT.UNIFORM.MEMBER`, to `value`: numbers, with commas between those of a
+    /// vector.
     ///
     /// # Errors
     /// An unknown key, another number of numbers, or one outside the range.
@@ -94,8 +96,8 @@ impl EffectFile {
         self.uniforms.set(&self.name, key, written).map(drop)
     }
 
-    /// The first member of a uniform without default and value, and its place; its setting is none if no text is a value
-    /// of its type.
+    /// The first member of a uniform without default and value, and its place; its setting is none if no text is a
+    /// value of its type.
     pub fn missing(&self) -> Option<(Option<&SettingInfo>, &Diagnostic)> {
         self.uniforms.missing()
     }

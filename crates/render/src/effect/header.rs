@@ -127,8 +127,8 @@ impl Header {
         Ok(())
     }
 
-    /// Whether the header says of the shader what is true: `entry_point` is its function, `used` are the frame's textures
-    /// that it uses.
+    /// Whether the header says of the shader what is true: `entry_point` is its function, `used` are the frame's
+    /// textures that it uses.
     ///
     /// # Errors
     /// A difference.

@@ -1,4 +1,5 @@
-//! Uniforms as WebGL 2 takes them: blocks whose size is a multiple of 16 bytes. Every member keeps its name and its place.
+//! Uniforms as WebGL 2 takes them: blocks whose size is a multiple of 16 bytes. Every member keeps its name and its
+//! place.
 
 use super::scan::scan;
 use super::uniforms::{Block, Uniforms};
@@ -39,8 +40,8 @@ pub(super) fn filled_up(
 }
 
 /// `text`, whose module is `module`, with the uniforms called `names` filled up: the last member of a struct grows by
-/// `@size`, and a uniform without a struct becomes the only member of one. Lines keep their numbers. None where that is not
-/// possible, as for a struct that another one holds, where it must stay as large as it is.
+/// `@size`, and a uniform without a struct becomes the only member of one. Lines keep their numbers. None where that is
+/// not possible, as for a struct that another one holds, where it must stay as large as it is.
 fn padded(text: &str, module: &Module, names: &[&str]) -> Option<String> {
     let mut edits: Vec<Edit> = Vec::new();
     let mut added = String::new();
@@ -83,7 +84,8 @@ fn grown(text: &str, module: &Module, global: &GlobalVariable) -> Option<Edit> {
     Some((start..start, format!("@size({size}) ")))
 }
 
-/// The edits by which a uniform without a struct becomes the member `value` of `structure`, and the declaration of that.
+/// The edits by which a uniform without a struct becomes the member `value` of `structure`, and the declaration of
+/// that.
 fn wrapped(
     text: &str,
     module: &Module,

@@ -1,4 +1,5 @@
-//! Pictures of the environment that are computed, and come from no file. They are kept while the settings that they are made of stay.
+//! Pictures of the environment that are computed, and come from no file. They are kept while the settings that they are
+//! made of stay.
 
 use super::{Environment, EnvironmentSettings};
 use manypass_scene::{EnvironmentMap, Sky};

@@ -14,15 +14,16 @@ use std::f64;
 /// The samples of the lobes of fine tiles, of those of medium size, and of coarse ones up to roughness 0.5.
 const SAMPLES: [u32; 3] = [64, 320, 1024];
 
-/// By which power the solid angle that a sample stands for grows with the height that the lobe has lost: importance has 2.
+/// By which power the solid angle that a sample stands for grows with the height that the lobe has lost: importance
+/// has 2.
 const TAIL: f64 = 1.5;
 /// A sample stands for as much of a texel of the source at least.
 const CORE_TEXELS: f64 = 0.5;
 /// How much finer levels are than what a sample stands for: bilinear samples of them are wider than their texels.
 const LEVEL_BIAS: f64 = -0.5;
 
-/// The golden angle as a share of a turn, counted the other way around: points on a spiral that turns by it from one to the
-/// next are about as far from their neighbours everywhere.
+/// The golden angle as a share of a turn, counted the other way around: points on a spiral that turns by it from one to
+/// the next are about as far from their neighbours everywhere.
 const GOLDEN_TURN: f64 = 0.618_033_988_749_894_9;
 
 /// The most samples of a lobe, which are those of wide ones, and the texels of a row of the table.
@@ -38,9 +39,9 @@ pub(crate) struct Lobe {
     pub alpha: f32,
     /// Whether the samples are all directions, and not those of the lobe.
     pub is_of_sphere: bool,
-    /// X and y of directions about +Z, along which the lobe is seen; their weights, n·l times what the lobe has of the ring that
-    /// a sample stands for; and the level of the halves of the environment whose texels are about as large as what it stands
-    /// for. Or all directions with their solid angles.
+    /// X and y of directions about +Z, along which the lobe is seen; their weights, n·l times what the lobe has of the
+    /// ring that a sample stands for; and the level of the halves of the environment whose texels are about as large as
+    /// what it stands for. Or all directions with their solid angles.
     pub samples: Vec<[f32; 4]>,
     /// The level of the halves for all directions.
     pub source_level: f32,
@@ -49,13 +50,15 @@ pub(crate) struct Lobe {
 impl Lobe {
     /// `count` directions, for a source whose finest faces have `source_side` texels a side.
     ///
-    /// They are denser where the lobe is higher, but by less than importance asks for, because what is bright may be far from its middle; and
-    /// nowhere much denser than the source's texels. Each stands for a ring's part of all directions, with what the lobe has there.
+    /// They are denser where the lobe is higher, but by less than importance asks for, because what is bright may be
+    /// far from its middle; and nowhere much denser than the source's texels. Each stands for a ring's part of all
+    /// directions, with what the lobe has there.
     fn of_rings(alpha: f32, count: u32, source_side: u32) -> Self {
         const STEPS: usize = 512;
         let a2 = f64::from(alpha * alpha);
         let texel = 4.0 * f64::consts::PI / f64::from(6 * source_side * source_side);
-        // By the square of the sine of the half vector's angle, up to the horizon: it is the solid angle divided by 4 pi.
+        // By the square of the sine of the half vector's angle, up to the horizon: it is the solid angle divided by 4
+        // pi.
         let height = |s: f64| (a2 + s * (1.0 - a2)) / a2;
         let place = |step: usize| a2 * ((step as f64 / STEPS as f64 * (0.5 / a2).ln_1p()).exp_m1());
         let density =
@@ -85,8 +88,8 @@ impl Lobe {
         let levels = f64::from(source_side.ilog2());
         let level_of =
             |s: f64| (0.5 * (4.0 * f64::consts::PI * s / texel).log2() + LEVEL_BIAS).clamp(0.0, levels).round();
-        // A texel of a level is the mean of four finer ones across, as 1 : 3 : 3 : 1, over and over, so that its variance goes
-        // to a quarter of its area; bilinear samples add a sixth of it.
+        // A texel of a level is the mean of four finer ones across, as 1 : 3 : 3 : 1, over and over, so that its
+        // variance goes to a quarter of its area; bilinear samples add a sixth of it.
         let core_level = level_of(at(1.0 / f64::from(count)));
         let quarter = 4.0f64.powf(core_level);
         let variance = (0.25 * (1.0 - 1.0 / quarter) + 1.0 / 6.0) * quarter * texel;
@@ -131,8 +134,8 @@ impl Lobe {
                 level if level < ENVIRONMENT_LEVEL_COARSE => Self::of_rings(alpha, SAMPLES[1], source_side),
                 level if level <= ENVIRONMENT_LEVEL_HALF => Self::of_rings(alpha, SAMPLES[2], source_side),
                 _ => {
-                    // The blur of the level that is read, as in `of_rings`: a quarter of a texel's area, 4 π / 6 side². A lobe
-                    // that is narrower by as much makes up for it.
+                    // The blur of the level that is read, as in `of_rings`: a quarter of a texel's area, 4 π / 6 side².
+                    // A lobe that is narrower by as much makes up for it.
                     let variance = PI / (6 * SPHERE_SIDE * SPHERE_SIDE) as f32;
                     Self::of_sphere((alpha * alpha - variance).sqrt(), SPHERE_SIDE, source_side)
                 }

@@ -9,12 +9,12 @@ use std::path::PathBuf;
 settings! {
     /// Settings of the environment.
     pub struct EnvironmentSettings {
-        /// What surrounds the scene; `auto` is the picture of `environment.file` if there is one; else studio, or fill (a faint
-        /// studio) where the scene brings its own lights, or none where it states an exposure as well. `sky` is computed from the sun,
-        /// air and ground.
+        /// What surrounds the scene; `auto` is the picture of `environment.file` if there is one; else studio, or fill
+        /// (a faint studio) where the scene brings its own lights, or none where it states an exposure as well. `sky`
+        /// is computed from the sun, air and ground.
         source: Environment = Environment::Auto;
-        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions, or a cube map (.ktx2); or a folder with the six
-        /// faces of a cube (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
+        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions, or a cube
+        /// map (.ktx2); or a folder with the six faces of a cube (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
         file: PathBuf = PathBuf::new();
         /// By how much the picture is turned about the vertical, counter-clockwise seen from above.
         rotation_deg: f32 = 0.0, in -360.0..=360.0, unit "°";
@@ -24,8 +24,8 @@ settings! {
         sun_elevation_deg: f32 = 40.0, in -90.0..=90.0, unit "°", needs "environment.source=sky";
         /// Where the sun of the sky stands: 0 is +Z, and it grows towards +X, as the yaw of an orbit does.
         sun_azimuth_deg: f32 = -45.0, in -360.0..=360.0, unit "°", needs "environment.source=sky";
-        /// How hazy the sky is: the optical depth of air and haze straight up, divided by that of the air alone; 1 is air without haze,
-        /// 2 a clear day, 6 haze.
+        /// How hazy the sky is: the optical depth of air and haze straight up, divided by that of the air alone; 1 is
+        /// air without haze, 2 a clear day, 6 haze.
         turbidity: f32 = 2.0, in 1.0..=10.0, unit "factor", needs "environment.source=sky";
         /// The share of light that the ground below the sky reflects.
         ground_albedo: f32 = 0.3, in 0.0..=1.0, needs "environment.source=sky";

@@ -1,7 +1,7 @@
 //! Tiles of a picture as bytes, for a cache.
 //!
-//! An entry is a line of text that says what it is, the suns, a hash of all that follows it, and the texels. One that is not whole, or is
-//! of something else, is none.
+//! An entry is a line of text that says what it is, the suns, a hash of all that follows it, and the texels. One that
+//! is not whole, or is of something else, is none.
 
 use super::suns::{SUNS_MAX, Sun, Suns};
 use super::tiles::TileSides;
@@ -22,8 +22,8 @@ const SUN_NUMBERS: usize = 10;
 /// Bytes before the texels.
 const HEAD: usize = MAGIC.len() + 8 + 4 * SUN_NUMBERS * SUNS_MAX;
 
-/// The name of the tiles of `map` on a device: of what the map holds, how the tiles are made, and who draws them, because adapters round
-/// each in a way of their own.
+/// The name of the tiles of `map` on a device: of what the map holds, how the tiles are made, and who draws them,
+/// because adapters round each in a way of their own.
 pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, sides: TileSides) -> String {
     let mut hasher = DefaultHasher::new();
     let adapter = &gpu.adapter;

@@ -1,10 +1,12 @@
 //! The built-in studio: what surrounds a scene that brings neither lights nor a picture of its surroundings.
 //!
-//! It is a picture of all directions in grey, made of a room (a dark floor, a wall that is brightest at the horizon, a ceiling) and of
-//! soft boxes: a key from above on the left, a wide fill on the right, two strips behind for long highlights along edges, and one
-//! overhead. A white sphere reads about 0.65 on average. What surfaces of some roughness reflect of it has a closed form while lobes
-//! are narrow, because they weigh the plane of their tangents as form factors do: a straight edge that is blurred by one is x / √(x² + a²), and
-//! rectangles have a form factor. Wide lobes are sums over all directions. So it takes some milliseconds, no file and no pass of its own, and is the same on every backend.
+//! It is a picture of all directions in grey, made of a room (a dark floor, a wall that is brightest at the horizon, a
+//! ceiling) and of soft boxes: a key from above on the left, a wide fill on the right, two strips behind for long
+//! highlights along edges, and one overhead. A white sphere reads about 0.65 on average. What surfaces of some
+//! roughness reflect of it has a closed form while lobes are narrow, because they weigh the plane of their tangents as
+//! form factors do: a straight edge that is blurred by one is x / √(x² + a²), and rectangles have a form factor. Wide
+//! lobes are sums over all directions. So it takes some milliseconds, no file and no pass of its own, and is the same
+//! on every backend.
 
 use super::lobe::{Lobe, roughness_of_level};
 use super::tiles::{Tile, TileSides, texture_size};
@@ -24,7 +26,8 @@ const KEY_LIGHT_SHARE: f32 = 0.7;
 /// What the studio without that light is multiplied by so that it gives as much light on average: where it is a fill.
 pub(crate) const WITHOUT_KEY_LIGHT: f32 = 1.3;
 
-/// Up to this level lobes are narrow: the tangents of their half widths are far from 1. Of its last the closed form is within 2 %.
+/// Up to this level lobes are narrow: the tangents of their half widths are far from 1. Of its last the closed form is
+/// within 2 %.
 const LEVEL_NARROW_LAST: u32 = 7;
 
 /// The sides of the faces of a cube whose texels are all directions, of the first three levels after
@@ -61,9 +64,9 @@ fn step(x: f32, width: f32) -> f32 {
     0.5 + 0.5 * x / (x * x + width * width).sqrt()
 }
 
-/// What a lobe of GGX has of the rectangle from the origin to (`x`, `y`), from −¼ to ¼: on the plane of tangents the lobe weighs as the form
-/// factor does of a point at the height `width` below it (Baum et al. 1989, "Improving Radiosity Solutions Through the Use of
-/// Analytically Determined Form-Factors").
+/// What a lobe of GGX has of the rectangle from the origin to (`x`, `y`), from −¼ to ¼: on the plane of tangents the
+/// lobe weighs as the form factor does of a point at the height `width` below it (Baum et al. 1989, "Improving
+/// Radiosity Solutions Through the Use of Analytically Determined Form-Factors").
 fn corner(x: f32, y: f32, width: f32) -> f32 {
     let [far_x, far_y] = [x, y].map(|at| (at * at + width * width).sqrt());
     (x / far_x * (y / far_x).atan() + y / far_y * (x / far_y).atan()) / TAU

@@ -8,7 +8,8 @@ use manypass_scene::environment::equirectangular_direction;
 /// So many strong small sources are found at most.
 pub(crate) const SUNS_MAX: usize = 4;
 
-/// What is so small is a sun, as the cosine of the angle from its middle; and what lies up to the other angle surrounds it.
+/// What is so small is a sun, as the cosine of the angle from its middle; and what lies up to the other angle surrounds
+/// it.
 const SUN_COS: f32 = 0.999_78; // 1.2°
 const SURROUNDINGS_COS: f32 = 0.999_12; // 2.4°
 
@@ -24,8 +25,8 @@ pub(crate) struct Sun {
     pub irradiance: Vec3,
     /// The radiance of its surroundings.
     pub surroundings: Vec3,
-    /// The square of half the half angle of a disc whose light is as far from its middle as this one's: half the mean of that distance
-    /// squared. `environment_suns.wgsl` has the disc in lobes.
+    /// The square of half the half angle of a disc whose light is as far from its middle as this one's: half the mean
+    /// of that distance squared. `environment_suns.wgsl` has the disc in lobes.
     pub spread: f32,
 }
 

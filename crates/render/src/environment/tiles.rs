@@ -1,4 +1,5 @@
-//! Where the tiles of a picture of the environment lie in their texture; `environment_tiles.wgsl` has the same for shaders.
+//! Where the tiles of a picture of the environment lie in their texture; `environment_tiles.wgsl` has the same for
+//! shaders.
 
 use crate::constants::{ENVIRONMENT_LEVEL_COARSE, ENVIRONMENT_LEVEL_MEDIUM};
 use crate::octahedral::direction_from_octahedral;
@@ -17,7 +18,8 @@ pub(crate) struct TileSides {
 const MIRROR_SIDE_MAX: u32 = 2048;
 
 impl TileSides {
-    /// Of a picture of a width, for devices whose textures have a largest side. Where that is small, or the picture, tiles are smaller.
+    /// Of a picture of a width, for devices whose textures have a largest side. Where that is small, or the picture,
+    /// tiles are smaller.
     pub fn of_picture(width: u32, texture_side_max: u32) -> Self {
         let [fine_max, medium_max] = if texture_side_max < 4096 { [256, 128] } else { [512, 256] };
         let fine = (width / 2).next_power_of_two().clamp(128, fine_max);
@@ -63,7 +65,8 @@ impl Tile {
         Self { corner: [at % columns * (side + 2) + 1, top + at / columns * (side + 2) + 1], side }
     }
 
-    /// The direction of the middle of a texel of [`Self::rectangle`]. The border goes on at the other end of the same edge.
+    /// The direction of the middle of a texel of [`Self::rectangle`]. The border goes on at the other end of the same
+    /// edge.
     pub fn direction(&self, [x, y]: [u32; 2]) -> Vec3 {
         let place = |at: u32| (2.0 * at as f32 - 1.0) / self.side as f32 - 1.0;
         let inside = |at: f32| if at.abs() > 1.0 { at.signum() * 2.0 - at } else { at };

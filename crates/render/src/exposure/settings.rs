@@ -7,8 +7,8 @@ use std::fmt::{self, Display, Formatter};
 settings! {
     /// Settings of exposure.
     pub struct ExposureSettings {
-        /// What radiance is multiplied by, as a power of 2: stops, or `auto` (metered), or `scene`: what the scene states,
-        /// else auto where it brings its own lights, else 0.
+        /// What radiance is multiplied by, as a power of 2: stops, or `auto` (metered), or `scene`: what the scene
+        /// states, else auto where it brings its own lights, else 0.
         stops: Exposure = Exposure::Scene, unit "stops";
     }
 }

@@ -6,8 +6,8 @@ use crate::setting::{LinearColor, settings};
 settings! {
     /// Settings of distance fog.
     pub struct FogSettings {
-        /// How fog grows with the distance from the eye, measured along the ray; exponential modes need `density_per_m`,
-        /// linear ones `end_m`.
+        /// How fog grows with the distance from the eye, measured along the ray; exponential modes need
+        /// `density_per_m`, linear ones `end_m`.
         mode: FogMode = FogMode::None;
         /// The colour of fog that nothing is seen through.
         color: LinearColor = LinearColor([0.5, 0.55, 0.6]);
@@ -25,13 +25,15 @@ settings! {
         scale_height_m: f32 = 0.0, in 0.0.., unit "m", needs "fog.mode=exponential";
         /// The height at which fog that thins out upwards is as dense as `density_per_m` says.
         base_height_m: f32 = 0.0, in -1e9..=1e9, unit "m", needs "fog.mode=exponential";
-        /// Of what fog takes of light, the share that it scatters once from lights towards the eye, past what casts shadows;
-        /// 0 leaves lights out of fog, 1 is fog of water. Light loses nothing on its way from the light to the fog.
+        /// Of what fog takes of light, the share that it scatters once from lights towards the eye, past what casts
+        /// shadows; 0 leaves lights out of fog, 1 is fog of water. Light loses nothing on its way from the light to the
+        /// fog.
         scattering: f32 = 0.0, in 0.0..=1.0, unit "share", needs "fog.mode=exponential";
-        /// Light in fog: the mean cosine of its turns (Henyey and Greenstein): 0 scatters evenly, towards 1 forwards, so that
-        /// fog is brightest before a light.
+        /// Light in fog: the mean cosine of its turns (Henyey and Greenstein): 0 scatters evenly, towards 1 forwards,
+        /// so that fog is brightest before a light.
         anisotropy: f32 = 0.0, in -0.95..=0.95, needs "fog.mode=exponential";
-        /// Light in fog: places along a ray at which a light is looked for that shines everywhere; more have less noise.
+        /// Light in fog: places along a ray at which a light is looked for that shines everywhere; more have less
+        /// noise.
         steps: u32 = 16, in 1..=128, needs "fog.mode=exponential";
         /// Light in fog: how far it is looked for where no surface is.
         far_m: f32 = 1000.0, in 0.0..=1e6, unit "m", needs "fog.mode=exponential";

@@ -23,19 +23,19 @@ pub struct Capabilities {
     /// Whether textures are filtered along the long side of a pixel's footprint at a bearable price. Software adapters
     /// can do it, but then drawing surfaces takes 4 to 12 times as long (Mesa 22.3.6 at an anisotropy of 4).
     pub anisotropy: bool,
-    /// Whether shading costs so much beside drawing triangles that few of them are drawn twice, once for depth alone: so
-    /// on software adapters, which shade whole blocks of pixels for the edge of a triangle.
+    /// Whether shading costs so much beside drawing triangles that few of them are drawn twice, once for depth alone:
+    /// so on software adapters, which shade whole blocks of pixels for the edge of a triangle.
     pub depth_first: bool,
     /// Whether uniforms may have any size; otherwise (WebGL 2) it is a multiple of 16 bytes.
     pub uniforms_of_any_size: bool,
-    /// Whether textures of layers may have any number of them; on OpenGL and WebGL 2, one layer is taken for a plain texture and
-    /// square ones of six for a cube.
+    /// Whether textures of layers may have any number of them; on OpenGL and WebGL 2, one layer is taken for a plain
+    /// texture and square ones of six for a cube.
     pub arrays_of_any_length: bool,
-    /// Whether a pipeline has room for the textures of layers beside those of skins and morph targets: wgpu gives those of both stages numbers
-    /// of one row on OpenGL and WebGL 2, which ends at 16.
+    /// Whether a pipeline has room for the textures of layers beside those of skins and morph targets: wgpu gives those
+    /// of both stages numbers of one row on OpenGL and WebGL 2, which ends at 16.
     pub layers_deform: bool,
-    /// The compressed blocks that textures may keep, if the device samples any at a bearable price: software adapters unpack
-    /// a block for every texel.
+    /// The compressed blocks that textures may keep, if the device samples any at a bearable price: software adapters
+    /// unpack a block for every texel.
     pub block_format: Option<BlockFormat>,
     /// Whether 32-bit floats can be blended, so that numbers add up exactly in a target.
     pub float32_blendable: bool,

@@ -41,16 +41,16 @@ impl DataTexture {
         })
     }
 
-    /// Replaces the array, writing what is new of it, and says how many bytes that were. One that the device cannot hold is
-    /// `None`, and the former one stays.
+    /// Replaces the array, writing what is new of it, and says how many bytes that were. One that the device cannot
+    /// hold is `None`, and the former one stays.
     pub fn write<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: &[T]) -> Option<u64> {
         let count = (std::mem::size_of_val(texels) / self.texel_bytes()) as u32;
         self.fit(device, queue, count, 0)?;
         Some(self.write_changed(queue, 0, texels))
     }
 
-    /// Gives the texture the size that so many texels need, of which the first `kept` stay what they are; the others are to be
-    /// written. Says how many bytes had to be written again, or `None` if the device cannot hold as many.
+    /// Gives the texture the size that so many texels need, of which the first `kept` stay what they are; the others
+    /// are to be written. Says how many bytes had to be written again, or `None` if the device cannot hold as many.
     pub fn fit(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, texels: u32, kept: u32) -> Option<u64> {
         let rows = texels.div_ceil(self.width);
         if rows > device.limits().max_texture_dimension_2d {
@@ -68,7 +68,8 @@ impl DataTexture {
         Some(self.uploaded.len() as u64)
     }
 
-    /// Writes what is new of the array from the texel `first` on, where there is room for it, and says how many bytes that were.
+    /// Writes what is new of the array from the texel `first` on, where there is room for it, and says how many bytes
+    /// that were.
     pub fn write_changed<T: bytemuck::Pod>(&mut self, queue: &wgpu::Queue, first: u32, texels: &[T]) -> u64 {
         let bytes: &[u8] = bytemuck::cast_slice(texels);
         let texel_bytes = self.texel_bytes();

@@ -24,8 +24,8 @@ impl Floor {
 }
 
 impl Gpu {
-    /// A device without an adapter: shaders, pipelines and the frame's graph are checked and planned against `floor`, and
-    /// nothing is drawn. [`crate::Renderer::plan`] is what it is for; what is read of pictures is not theirs.
+    /// A device without an adapter: shaders, pipelines and the frame's graph are checked and planned against `floor`,
+    /// and nothing is drawn. [`crate::Renderer::plan`] is what it is for; what is read of pictures is not theirs.
     ///
     /// # Errors
     /// The frame does not fit the floor.

@@ -58,14 +58,15 @@ pub(crate) struct GroundMap {
 pub(crate) struct GroundMapUniform {
     /// X and z of the map's middle, half its width and depth.
     place: Vec4,
-    /// The height of the plane, how far above it the scene reaches, the heights below which what hangs over it counts as so high:
-    /// for what touches it, and for what stands on it.
+    /// The height of the plane, how far above it the scene reaches, the heights below which what hangs over it counts
+    /// as so high: for what touches it, and for what stands on it.
     heights: Vec4,
     /// The rows of the tile along the light.
     light_x: Vec4,
     light_y: Vec4,
     light_z: Vec4,
-    /// Of the light the tangent of half its angle; metres of half the side of its tile, and of its depth; 1 if it casts shadows.
+    /// Of the light the tangent of half its angle; metres of half the side of its tile, and of its depth; 1 if it casts
+    /// shadows.
     light: Vec4,
     /// The first two rows of the tile from below.
     below_x: Vec4,
@@ -116,7 +117,8 @@ impl GroundMap {
         }
     }
 
-    /// The tiles of [`GROUND_DEPTHS`], whose instances are appended, and a number that they share with all that are alike.
+    /// The tiles of [`GROUND_DEPTHS`], whose instances are appended, and a number that they share with all that are
+    /// alike.
     pub fn tiles(&self, world: &WorldDraws, version: u64, instances: &mut Vec<Instance>) -> (Vec<Tile>, u64) {
         let casting = Casting::new(world, version);
         let mut signature = 0u64;

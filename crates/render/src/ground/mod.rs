@@ -1,8 +1,9 @@
 //! The ground: a plane under the scene that catches its shadow, and is no part of the scene.
 //!
-//! What the scene takes from it of light is a map of the plane, drawn when the scene or the light has changed and not in every frame
-//! (`passes/ground`). It has two causes: the parallel light that stands before the others (that of the environment, else the first of the
-//! scene), past what casts shadows; and light from everywhere, past what hangs over the plane. Lights at a place do not reach it.
+//! What the scene takes from it of light is a map of the plane, drawn when the scene or the light has changed and not
+//! in every frame (`passes/ground`). It has two causes: the parallel light that stands before the others (that of the
+//! environment, else the first of the scene), past what casts shadows; and light from everywhere, past what hangs over
+//! the plane. Lights at a place do not reach it.
 
 mod map;
 mod settings;

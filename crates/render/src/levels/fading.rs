@@ -15,8 +15,8 @@ pub(crate) enum Side {
     Coarser,
 }
 
-/// An instance that draws its side's pixels, where the coarser level has a share of them; none if its object's id leaves no room to
-/// say so, or it has all pixels or none.
+/// An instance that draws its side's pixels, where the coarser level has a share of them; none if its object's id
+/// leaves no room to say so, or it has all pixels or none.
 pub(crate) fn faded(instance: &Instance, coarser_share: f32, side: Side) -> Option<Instance> {
     let steps = (coarser_share * FADE_STEPS as f32).round() as u32;
     let id = instance.ids[0];

@@ -1,8 +1,9 @@
 //! Levels of detail: which form of what is drawn a view shows, by its size in the picture.
 //!
-//! Source: switching where a level's error, projected onto the picture, is a pixel (Luebke et al. 2002, "Level of Detail for 3D
-//! Graphics", chapter 4); two levels are faded into each other by a pattern of which either draws its own pixels (screen-door
-//! transparency, as Mulder et al. 1998 have it). All is a function of the camera, so that a frame depends on none before it.
+//! Source: switching where a level's error, projected onto the picture, is a pixel (Luebke et al. 2002, "Level of
+//! Detail for 3D Graphics", chapter 4); two levels are faded into each other by a pattern of which either draws its own
+//! pixels (screen-door transparency, as Mulder et al. 1998 have it). All is a function of the camera, so that a frame
+//! depends on none before it.
 
 mod fading;
 mod settings;
@@ -33,9 +34,9 @@ impl Choice {
         self.level + u32::from(self.next_share >= 0.5)
     }
 
-    /// Of levels that begin one after the other as something shrinks: `shrunk(i)` says how many times as small it is as where
-    /// level i + 1 begins, and does not rise with i. The next one has faded in where it is `fade` smaller than that, or where
-    /// the one after it begins.
+    /// Of levels that begin one after the other as something shrinks: `shrunk(i)` says how many times as small it is as
+    /// where level i + 1 begins, and does not rise with i. The next one has faded in where it is `fade` smaller than
+    /// that, or where the one after it begins.
     fn of(count: usize, shrunk: impl Fn(usize) -> f32, fade: f32) -> Self {
         let begun = (0..count).take_while(|index| shrunk(*index) > 1.0).count();
         let Some(last) = begun.checked_sub(1) else { return Self::default() };
@@ -57,7 +58,8 @@ impl Choice {
 pub(crate) struct Group {
     pub center: Vec3,
     pub radius_m: f32,
-    /// The share of the picture's area down to which each level is shown; without an entry for the last, that always is.
+    /// The share of the picture's area down to which each level is shown; without an entry for the last, that always
+    /// is.
     pub ends: Vec<f32>,
 }
 

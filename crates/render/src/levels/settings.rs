@@ -5,8 +5,8 @@ use crate::setting::settings;
 settings! {
     /// Settings of levels of detail.
     pub struct LodSettings {
-        /// Whether what has levels (`MSFT_lod`, or `lod.simplify`) is shown by those that its size in the picture asks for, and not by
-        /// the finest. What has none is drawn as it is.
+        /// Whether what has levels (`MSFT_lod`, or `lod.simplify`) is shown by those that its size in the picture asks
+        /// for, and not by the finest. What has none is drawn as it is.
         enabled: bool = true;
         /// Whether meshes are given coarser levels when a model is read. Those with morph targets have none.
         simplify: bool = false;
@@ -14,7 +14,8 @@ settings! {
         error_px: f32 = 1.0, in 0.05..=100.0, unit "px", needs "lod.enabled=true";
         /// Whether surfaces that are seen small are drawn with less than their materials have.
         materials: bool = false;
-        /// So wide is the ball around a surface in the picture where it does without normal maps, relief and clear coats.
+        /// So wide is the ball around a surface in the picture where it does without normal maps, relief and clear
+        /// coats.
         material_px: f32 = 16.0, in 1.0..=10000.0, unit "px", needs "lod.enabled=true", needs "lod.materials=true";
         /// So wide is it where the surface has no layer at all any more; it counts up to `lod.material_px`.
         plain_px: f32 = 8.0, in 0.0..=10000.0, unit "px", needs "lod.enabled=true", needs "lod.materials=true";
@@ -22,7 +23,8 @@ settings! {
         untextured_px: f32 = 4.0, in 0.0..=10000.0, unit "px", needs "lod.enabled=true", needs "lod.materials=true";
         /// Over which part of its distance a level fades in, by a pattern of pixels; 0 switches at once.
         fade: f32 = 0.25, in 0.0..=1.0, unit "share", needs "lod.enabled=true";
-        /// What has levels is taken for 2 to the power of this times as large as it is: positive numbers show finer levels.
+        /// What has levels is taken for 2 to the power of this times as large as it is: positive numbers show finer
+        /// levels.
         bias: f32 = 0.0, in -10.0..=10.0, unit "stops", needs "lod.enabled=true";
     }
 }

@@ -21,11 +21,12 @@ pub struct ClusterUniform {
     pub directional_count: u32,
     /// The number of lights that are in no list.
     pub global_count: u32,
-    /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, the
-    /// comparison whose turn it is, the bias in texels.
+    /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are,
+    /// the comparison whose turn it is, the bias in texels.
     pub shadow_filter: [f32; 4],
-    /// Of the textures of lists and lights: one divided by the rows of the first, which holds the records of lists and then
-    /// the lights; the middle of its first row of lights, as a share of all; one divided by the rows of the second; 0.
+    /// Of the textures of lists and lights: one divided by the rows of the first, which holds the records of lists and
+    /// then the lights; the middle of its first row of lights, as a share of all; one divided by the rows of the
+    /// second; 0.
     pub table_rows: [f32; 4],
 }
 
@@ -39,8 +40,8 @@ pub struct ListLimits {
 }
 
 impl ListLimits {
-    /// What textures of at most `max_texture_size` rows hold, and not so much that it takes memory which the picture needs:
-    /// 2²² entries take 8 MiB, half as many clusters 32 MiB.
+    /// What textures of at most `max_texture_size` rows hold, and not so much that it takes memory which the picture
+    /// needs: 2²² entries take 8 MiB, half as many clusters 32 MiB.
     pub fn of(max_texture_size: u32) -> Self {
         let rows_of = |width: u32| (max_texture_size as usize * width as usize).min(1 << 22);
         // There is always room for one more list of all lights.
@@ -86,9 +87,9 @@ impl ClusterLists {
         Self { table: vec![ListRecord::EMPTY], lights: Vec::new(), ..Self::everything(table, size) }
     }
 
-    /// Lists for tiles and slices fitted to `range`. Where there would be more lists than `limits` has room for, or lights
-    /// overlap so much that there would be more entries, tiles and slices become larger: no light is left out. Without
-    /// lights that have a range there is one list, and it is empty.
+    /// Lists for tiles and slices fitted to `range`. Where there would be more lists than `limits` has room for, or
+    /// lights overlap so much that there would be more entries, tiles and slices become larger: no light is left out.
+    /// Without lights that have a range there is one list, and it is empty.
     pub fn build(
         table: &LightTable,
         view: &View,
@@ -205,8 +206,8 @@ fn lists(grid: &Grid, parts_of_spans: &[Vec<Span>], class_ends: &[u32; 6]) -> (V
     (table, lights)
 }
 
-/// Writes the lists of one row of clusters from `offset` in `lights` on, and leaves where each ends in `cursors`, which has one
-/// place more than the row.
+/// Writes the lists of one row of clusters from `offset` in `lights` on, and leaves where each ends in `cursors`, which
+/// has one place more than the row.
 fn fill_row(spans: &[Span], offset: usize, lights: &mut [u16], cursors: &mut [i32]) {
     // The number of lights rises by one where a span begins and falls where it ends.
     cursors.fill(0);

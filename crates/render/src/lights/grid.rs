@@ -14,7 +14,8 @@ pub struct Target {
     pub aspect: f32,
 }
 
-/// The tiles `first..end` of one row of clusters that a light touches. A row of clusters is a row of tiles in one slice.
+/// The tiles `first..end` of one row of clusters that a light touches. A row of clusters is a row of tiles in one
+/// slice.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Span {
     /// The row of clusters.

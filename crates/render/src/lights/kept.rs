@@ -23,12 +23,13 @@ pub struct ListsOf {
     pub settings: ClusterSettings,
     /// The room for them.
     pub limits: ListLimits,
-    /// Whether anybody reads the lists of clusters or tiles. Where opaque surfaces are lit in another way, blended ones may.
+    /// Whether anybody reads the lists of clusters or tiles. Where opaque surfaces are lit in another way, blended ones
+    /// may.
     pub wants_lists: bool,
     /// Where objects lie, if objects have lists of their own.
     pub objects: Option<ObjectBounds>,
-    /// The row of the projection that gives depth before the division, by which volumes are found that are cut open; zero
-    /// where there are none.
+    /// The row of the projection that gives depth before the division, by which volumes are found that are cut open;
+    /// zero where there are none.
     pub depth_row: Vec4,
 }
 

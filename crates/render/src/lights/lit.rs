@@ -11,8 +11,8 @@ const LIT_TENTHS_MAX: u64 = 8;
 /// X and y of the corner, width and height, in pixels.
 pub type Rectangle = [u32; 4];
 
-/// Rectangles without overlap around all tiles of the picture, of `size` pixels, in which any list holds a light: none if
-/// none does, and one of the whole picture if a light is in no list, or if nearly all are lit.
+/// Rectangles without overlap around all tiles of the picture, of `size` pixels, in which any list holds a light: none
+/// if none does, and one of the whole picture if a light is in no list, or if nearly all are lit.
 pub fn lit_rectangles(lists: &ClusterLists, size: (u32, u32)) -> Vec<Rectangle> {
     let everything = || vec![[0, 0, size.0, size.1]];
     if lists.uniform.global_count > 0 {
@@ -49,8 +49,8 @@ fn lit_tiles(lists: &ClusterLists) -> Vec<Vec<bool>> {
     rows
 }
 
-/// The runs of lit tiles of every row, those of the same columns in rows that follow each other as one: the first column and
-/// row, and those behind the last. None if there are too many, which ends the search, too.
+/// The runs of lit tiles of every row, those of the same columns in rows that follow each other as one: the first
+/// column and row, and those behind the last. None if there are too many, which ends the search, too.
 fn merged(rows: &[Vec<bool>]) -> Option<Vec<Rectangle>> {
     let mut done = Vec::new();
     let mut open: Vec<Rectangle> = Vec::new();
@@ -94,8 +94,8 @@ mod tests {
         ListRecord::new(0, &(0..count).collect::<Vec<_>>(), &[u32::MAX; 6])
     }
 
-    /// Lists of 20 × 10 tiles of 16 pixels and two slices, of which those lists hold a light that `is_lit` by slice, row and
-    /// column. There are lists of objects behind them.
+    /// Lists of 20 × 10 tiles of 16 pixels and two slices, of which those lists hold a light that `is_lit` by slice,
+    /// row and column. There are lists of objects behind them.
     fn lists(is_lit: impl Fn(u32, u32, u32) -> bool) -> ClusterLists {
         let mut lists = ClusterLists::nothing(&LightTable::default(), (313, 155));
         lists.uniform.size = [20, 10, 2, 16];

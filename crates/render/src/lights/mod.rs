@@ -1,12 +1,12 @@
 //! lights: the table of lights, and the list of lights of every cluster.
 //!
-//! Clusters are tiles of the picture times slices of distance, spaced by powers and fitted to the scene's bounds (Olsson,
-//! Billeter & Assarsson 2012, "Clustered Deferred and Forward Shading"). A light is put into a cluster if its sphere
-//! touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row of
-//! tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has no
-//! compute. A spot must touch the cluster with its cone, too. They are kept from frame to frame while nothing changes that
-//! they were made of; jitter is none of it, because a sample stays within its pixel. Writes: `lights`, which
-//! holds the records of lists, too, and `cluster_lights`; read through `light_table.wgsl` alone.
+//! Clusters are tiles of the picture times slices of distance, spaced by powers and fitted to the scene's bounds
+//! (Olsson, Billeter & Assarsson 2012, "Clustered Deferred and Forward Shading"). A light is put into a cluster if its
+//! sphere touches the cluster's box in view space: for every slice the sphere's cross-section is a disc, for every row
+//! of tiles the disc's chord gives the first and the last tile. The lists are built on the CPU, because the floor has
+//! no compute. A spot must touch the cluster with its cone, too. They are kept from frame to frame while nothing
+//! changes that they were made of; jitter is none of it, because a sample stays within its pixel. Writes: `lights`,
+//! which holds the records of lists, too, and `cluster_lights`; read through `light_table.wgsl` alone.
 
 mod clusters;
 mod grid;
@@ -55,7 +55,8 @@ pub struct TableOf {
     pub pre_exposure: f32,
     /// (k, n): of the scene's lights only every n-th, beginning with the k-th.
     pub subset: Option<(u32, u32)>,
-    /// The light of the environment, as it is turned and scaled; it is in every subset, as the rest of the environment is.
+    /// The light of the environment, as it is turned and scaled; it is in every subset, as the rest of the environment
+    /// is.
     pub environment: Option<EnvironmentLight>,
 }
 
@@ -144,8 +145,8 @@ pub struct LightTable {
     pub texels: Vec<[f32; 4]>,
     /// What every light reaches that has a range, in world space.
     pub reaches: Vec<Reach>,
-    /// The numbers of the lights before which each class ends: directional ones, others without a range, point lights that
-    /// cast no shadow, that cast one, spots that cast one, that cast none.
+    /// The numbers of the lights before which each class ends: directional ones, others without a range, point lights
+    /// that cast no shadow, that cast one, spots that cast one, that cast none.
     pub class_ends: [u32; 6],
     /// The lights, in the order of their texels.
     pub lights: Vec<TableLight>,
@@ -169,7 +170,8 @@ impl LightTable {
                 }
                 LightKind::Directional | LightKind::Point => (0.0, 1.0),
             };
-            // Highlights of a source that takes an angle are wider by half of it, as half vectors turn by half of what light does.
+            // Highlights of a source that takes an angle are wider by half of it, as half vectors turn by half of what
+            // light does.
             let scale = if light.kind == LightKind::Directional { 0.5 * light.radius_m } else { scale };
             let range = light.range_m.filter(|range| *range > 0.0 && range.is_finite());
             let texels = [

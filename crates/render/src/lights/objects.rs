@@ -37,8 +37,8 @@ impl ObjectBounds {
 }
 
 impl ClusterLists {
-    /// Appends a list for every object id, of the lights with a range that may reach the object, in the order of the lights.
-    /// What may be anywhere, and what there is no room for within `limits`, has a list of all lights.
+    /// Appends a list for every object id, of the lights with a range that may reach the object, in the order of the
+    /// lights. What may be anywhere, and what there is no room for within `limits`, has a list of all lights.
     pub fn append_objects(&mut self, table: &LightTable, objects: &ObjectBounds, limits: ListLimits) {
         let everything: Vec<u16> = (table.global_count()..table.len()).map(|light| light as u16).collect();
         let of_everything = ListRecord::new(self.lights.len(), &everything, &table.class_ends);

@@ -73,8 +73,8 @@ impl Reach {
         Self { center: matrix.transform_point3(self.center), radius_m: self.radius_m, cone }
     }
 
-    /// The least and the greatest value of `normal · p` of all that is reached, for a `normal` of length 1; the radius of the
-    /// sphere is multiplied by `radius_slack`.
+    /// The least and the greatest value of `normal · p` of all that is reached, for a `normal` of length 1; the radius
+    /// of the sphere is multiplied by `radius_slack`.
     pub(super) fn extent(&self, normal: Vec3, radius_slack: f32) -> [f32; 2] {
         let (middle, radius_m) = (normal.dot(self.center), self.radius_m * radius_slack);
         let of_sphere = [middle - radius_m, middle + radius_m];

@@ -1,19 +1,20 @@
-//! What ways of lighting need to know of each light beside lists: where it ends in view space, or the volume that encloses
-//! all that it reaches.
+//! What ways of lighting need to know of each light beside lists: where it ends in view space, or the volume that
+//! encloses all that it reaches.
 
 use super::volumes::{self, VolumeDraw};
 use super::{LightCulling, LightTable, ListsOf};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Room for rounding, which differs between the shader and the CPU: as a factor on radii, and as a share of the distance.
+/// Room for rounding, which differs between the shader and the CPU: as a factor on radii, and as a share of the
+/// distance.
 pub(super) const RADIUS_SLACK: f32 = 1.001;
 const DISTANCE_SLACK: f32 = 1e-5;
 
 /// The table `light_reaches` of a view. Its texels depend on the way of lighting:
 ///
-/// - tiled: for every light the least and the greatest distance along the view axis that it reaches, 0, 0; zeros if it has
-///   no range;
+/// - tiled: for every light the least and the greatest distance along the view axis that it reaches, 0, 0; zeros if it
+///   has no range;
 /// - volumes: three texels for every volume, as [`volumes::Volume::texels`] gives them.
 #[derive(Clone, Debug)]
 pub struct LightReaches {

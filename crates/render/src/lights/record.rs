@@ -2,10 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// A texel of the table of lists, which shares a texture of floats with the lights. All numbers are whole and below 2²⁴, which
-/// floats hold exactly: where the list begins among all entries; its length, and 2¹⁶ times the low byte of where its points end;
-/// where its points that cast no shadow end, and 2¹⁶ times the high byte of where its points end; where its lights that cast
-/// shadows end. Ends are counted from its beginning.
+/// A texel of the table of lists, which shares a texture of floats with the lights. All numbers are whole and below
+/// 2²⁴, which floats hold exactly: where the list begins among all entries; its length, and 2¹⁶ times the low byte of
+/// where its points end; where its points that cast no shadow end, and 2¹⁶ times the high byte of where its points end;
+/// where its lights that cast shadows end. Ends are counted from its beginning.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ListRecord([f32; 4]);

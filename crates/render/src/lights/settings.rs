@@ -8,10 +8,11 @@ choices! {
         /// A list for every cluster.
         #[default]
         Clustered = "clustered",
-        /// A list for every tile of the picture; of a list, what lies before or behind all of the tile's surfaces is passed
-        /// over (deferred path).
+        /// A list for every tile of the picture; of a list, what lies before or behind all of the tile's surfaces is
+        /// passed over (deferred path).
         Tiled = "tiled",
-        /// A sphere or cone around each light is drawn, and the light of pixels before its back is added (deferred path).
+        /// A sphere or cone around each light is drawn, and the light of pixels before its back is added (deferred
+        /// path).
         Volumes = "volumes",
         /// The same, but only for pixels that the stencil marks as inside of the volume (deferred path).
         VolumesStencil = "volumes-stencil",

@@ -44,8 +44,8 @@ pub struct VolumeDraw {
 pub const CONE_SIDES: u32 = 10;
 /// A polygon of so many sides around a circle of radius 1 has its corners at this distance.
 pub const CONE_CORNER: f32 = 1.051_462_2;
-/// The corners of the mesh around a ball of radius 1 are at most so far away: those of an icosahedron whose faces are cut in
-/// four (`record/volumes.rs`, whose test compares).
+/// The corners of the mesh around a ball of radius 1 are at most so far away: those of an icosahedron whose faces are
+/// cut in four (`record/volumes.rs`, whose test compares).
 pub const BALL_CORNER: f32 = 1.072;
 
 /// Cells of the picture, across and down, in which volumes are kept apart.
@@ -138,7 +138,8 @@ impl Seen {
         };
         let range = |middle: f32, half: f32| {
             let (low, high) = (middle - radius_m, middle + radius_m);
-            // As seen from the eye an edge lies farthest out where it is nearest, or on the other side where it is farthest.
+            // As seen from the eye an edge lies farthest out where it is nearest, or on the other side where it is
+            // farthest.
             let low = low * if low < 0.0 { near } else { far };
             let high = high * if high > 0.0 { near } else { far };
             let cell = |plane: f32| (0.5 + 0.5 * plane / half) * CELLS as f32;
@@ -158,9 +159,9 @@ pub fn all(volumes: &[Volume]) -> (Vec<[f32; 4]>, Vec<VolumeDraw>) {
     (writer.texels, writer.draws)
 }
 
-/// The texels of the table, and draws by groups: no two volumes of one group cover the same cell, so that a group is marked
-/// and shaded together, with one bit of the stencil. (A bit for each of eight groups would save no draw, but take eight times
-/// as many pipelines.) What is cut open cannot be marked, and is shaded without.
+/// The texels of the table, and draws by groups: no two volumes of one group cover the same cell, so that a group is
+/// marked and shaded together, with one bit of the stencil. (A bit for each of eight groups would save no draw, but
+/// take eight times as many pipelines.) What is cut open cannot be marked, and is shaded without.
 pub fn grouped(volumes: &[Volume]) -> (Vec<[f32; 4]>, Vec<VolumeDraw>) {
     let mut groups: Vec<Group<'_>> = Vec::new();
     let (cut, whole): (Vec<&Volume>, Vec<&Volume>) = volumes.iter().partition(|volume| volume.is_cut);
@@ -231,8 +232,8 @@ struct Writer {
 }
 
 impl Writer {
-    /// Appends `volumes`, shape by shape and in each by class, and draws of them for one step after the other. What is marked is
-    /// the same for all classes.
+    /// Appends `volumes`, shape by shape and in each by class, and draws of them for one step after the other. What is
+    /// marked is the same for all classes.
     fn write(&mut self, volumes: &[&Volume], steps: &[VolumeStep]) {
         let first = self.texels.len() as u32 / 3;
         let mut sorted = volumes.to_vec();

@@ -5,8 +5,8 @@ use crate::shader::Program;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
-/// What so many frames did without is given back, be it a bind group or a bundle, and with it the textures that it holds. Two suffice for
-/// what alternates, such as the two textures of a mean.
+/// What so many frames did without is given back, be it a bind group or a bundle, and with it the textures that it
+/// holds. Two suffice for what alternates, such as the two textures of a mean.
 pub(super) const KEPT_FRAMES: u64 = 4;
 
 /// Something that a shader binds.

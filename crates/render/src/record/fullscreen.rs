@@ -30,11 +30,13 @@ pub enum PicturePart {
     Background,
     /// Where samples are still added to the picture; everywhere in frames that leave nothing out.
     Unsettled,
-    /// Where there is a surface that samples are still added to. In frames that leave something out, there may be none: shaders tell.
+    /// Where there is a surface that samples are still added to. In frames that leave something out, there may be none:
+    /// shaders tell.
     Lit,
 }
 
-/// Depth of a triangle that lies before all but what is settled: a little farther than the near plane, in 24 bits as well.
+/// Depth of a triangle that lies before all but what is settled: a little farther than the near plane, in 24 bits as
+/// well.
 const NEXT_TO_NEAREST: f32 = 1.0 - 1.0 / (1 << 22) as f32;
 
 /// Which pipeline draws.
@@ -189,8 +191,8 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         Ok(target)
     }
 
-    /// Declares the pass: depth becomes that of the near plane wherever the shader discards nothing. Returns the version of `depth` that
-    /// holds the result.
+    /// Declares the pass: depth becomes that of the near plane wherever the shader discards nothing. Returns the
+    /// version of `depth` that holds the result.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
@@ -250,8 +252,8 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         Ok(())
     }
 
-    /// What goes into group 1 of `program`. Names are looked up now; when the pass runs, only the views of what it reads are
-    /// still to come.
+    /// What goes into group 1 of `program`. Names are looked up now; when the pass runs, only the views of what it
+    /// reads are still to come.
     pub(super) fn slots(&self, program: &Program) -> Result<Vec<Slot>, ProgramError> {
         let known = || {
             let names = self.bindings.iter().map(|(name, _)| *name);

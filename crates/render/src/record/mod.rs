@@ -1,4 +1,5 @@
-//! The vocabulary of passes: what a pass, and a user's effect, is given to record itself with. Nothing here knows a pass.
+//! The vocabulary of passes: what a pass, and a user's effect, is given to record itself with. Nothing here knows a
+//! pass.
 
 mod bind_groups;
 mod fullscreen;
@@ -86,8 +87,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
         self.graph.texture(name, desc)
     }
 
-    /// What the view's last frame left under this name, and what this frame leaves for the next. It begins anew where the
-    /// view does not go on from its last frame, and at another size.
+    /// What the view's last frame left under this name, and what this frame leaves for the next. It begins anew where
+    /// the view does not go on from its last frame, and at another size.
     pub fn history(&mut self, name: impl Into<Cow<'static, str>>, desc: TextureDesc) -> History {
         let history = self.graph.history(name, desc);
         History { is_first: history.is_first || !self.view.goes_on, ..history }

@@ -23,8 +23,8 @@ struct Page {
     uploaded: Vec<u8>,
 }
 
-/// Pages of uniforms. A frame that is recorded like the one before it puts each uniform where it was, so that bind groups
-/// stay valid; what did not change is not uploaded again.
+/// Pages of uniforms. A frame that is recorded like the one before it puts each uniform where it was, so that bind
+/// groups stay valid; what did not change is not uploaded again.
 #[derive(Debug)]
 pub(crate) struct UniformArena {
     device: wgpu::Device,

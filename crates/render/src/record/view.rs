@@ -126,7 +126,8 @@ impl PreparedView {
         !self.draws.transmissive.is_empty()
     }
 
-    /// The most lights that reach one of the objects that are drawn: those that every pixel visits, and those of its list.
+    /// The most lights that reach one of the objects that are drawn: those that every pixel visits, and those of its
+    /// list.
     pub(crate) fn most_lights(&self, world: &WorldDraws) -> u32 {
         self.draws.opaque.iter().map(|draw| self.most_lights_of(draw, world)).max().unwrap_or(0)
     }

@@ -118,9 +118,9 @@ fn filled(device: &wgpu::Device, label: &str, usage: wgpu::BufferUsages, bytes: 
     buffer
 }
 
-/// How the pixels of a step are chosen. Meshes are closed and convex, so that of each a pixel has one back and at most one
-/// front: to invert the bit for each of both that lies behind the surface leaves it set where the surface lies between
-/// them, and where the eye is inside as well, because there is no front.
+/// How the pixels of a step are chosen. Meshes are closed and convex, so that of each a pixel has one back and at most
+/// one front: to invert the bit for each of both that lies behind the surface leaves it set where the surface lies
+/// between them, and where the eye is inside as well, because there is no front.
 fn depth_stencil(key: &Key) -> wgpu::DepthStencilState {
     let keep = wgpu::StencilOperation::Keep;
     let (compare, face, mask) = match key.step {
@@ -189,8 +189,9 @@ fn create(device: &wgpu::Device, program: &Program, key: &Key, constants: &[Cons
 
 impl Fullscreen<'_, '_> {
     /// Declares the pass, which adds to `target` what the program gives for the pixels of volumes, as `draws` say. The
-    /// program has an axis or a constant `cones`; another, called like it with `_mark` behind, marks. Returns the versions of `target` and
-    /// `depth` that hold the result; depth itself stays what it is, and its stencil is 0 again.
+    /// program has an axis or a constant `cones`; another, called like it with `_mark` behind, marks. Returns the
+    /// versions of `target` and `depth` that hold the result; depth itself stays what it is, and its stencil is 0
+    /// again.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
@@ -292,7 +293,8 @@ fn nearest_face(corners: &[Vec3], indices: &[u16]) -> f32 {
 }
 
 /// The corners and triangles of a cone. Of a corner, x says which ring it is of (0 the tip, 1 the rim, 2 the end, 3 its
-/// middle), y and z where on a circle around the axis; `volume_vertex.wgsl` knows how far along and how wide the rings are.
+/// middle), y and z where on a circle around the axis; `volume_vertex.wgsl` knows how far along and how wide the rings
+/// are.
 fn cone() -> (Vec<Vec3>, Vec<u16>) {
     let around = |i: u32| {
         let (sin, cos) = (TAU * i as f32 / CONE_SIDES as f32).sin_cos();

@@ -87,8 +87,8 @@ impl Renderer {
     /// environment, but not of [`Environment::Fill`], whose level follows from this.
     ///
     /// It draws a small frame of its own, of the picture's shape whatever its size, of one sample, without effects and
-    /// background. The pictures of a sequence take the metering of one of them; the command line takes the camera at time
-    /// 0 and before it turns.
+    /// background. The pictures of a sequence take the metering of one of them; the command line takes the camera at
+    /// time 0 and before it turns.
     ///
     /// # Errors
     /// As [`Self::render_async`].

@@ -28,7 +28,8 @@ pub(super) struct Kept {
 #[derive(Debug)]
 pub(super) struct Output {
     pub size: (u32, u32),
-    /// The mean of display colours; of radiance where that is the only one, or of all but what glows. None, one or two textures.
+    /// The mean of display colours; of radiance where that is the only one, or of all but what glows. None, one or two
+    /// textures.
     pub sums: Vec<Kept>,
     /// The mean of radiance beside those of the picture. None or two textures.
     pub radiance_sums: Vec<Kept>,
@@ -226,8 +227,8 @@ impl Output {
         output
     }
 
-    /// The textures for pictures of `size`, with those for the means. Textures of other means stay until the size changes,
-    /// so that one who shows single samples and refines them in turn makes none.
+    /// The textures for pictures of `size`, with those for the means. Textures of other means stay until the size
+    /// changes, so that one who shows single samples and refines them in turn makes none.
     pub fn of<'a>(
         gpu: &Gpu,
         slot: &'a mut Option<Self>,

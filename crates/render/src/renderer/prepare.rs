@@ -157,8 +157,9 @@ pub(super) struct Lit {
 /// A view that can be recorded.
 pub(super) struct Ready {
     pub view: PreparedView,
-    /// The view of its variables, where the picture is shaded at another size than its own, or is one of several samples: variables are
-    /// of rays through the middles of the picture's pixels, and textures are filtered for them alone.
+    /// The view of its variables, where the picture is shaded at another size than its own, or is one of several
+    /// samples: variables are of rays through the middles of the picture's pixels, and textures are filtered for them
+    /// alone.
     pub variables_view: Option<PreparedView>,
     pub variables: Variables,
     /// Whether tiles that are settled are left out once some are.
@@ -187,8 +188,8 @@ impl Renderer {
         Lit { range, chooser, draws, is_adaptive, made }
     }
 
-    /// How the textures of a frame of the view are filtered. The first frame of a live view is shown before the others are there, and
-    /// filtered like a picture of its own.
+    /// How the textures of a frame of the view are filtered. The first frame of a live view is shown before the others
+    /// are there, and filtered like a picture of its own.
     fn filtering(&self, asked: &Asked) -> TextureFiltering {
         let (sample_index, sample_count) = asked.request.sample();
         let is_alone = asked.request.goes_on && sample_index == 0;
@@ -318,7 +319,8 @@ impl Renderer {
         self.resources.environment(map)
     }
 
-    /// What draws what all views share, shadow maps and levels of the environment: of no camera, and with neither itself.
+    /// What draws what all views share, shadow maps and levels of the environment: of no camera, and with neither
+    /// itself.
     pub(super) fn shared_view(
         &self,
         asked: &Asked,
@@ -354,8 +356,8 @@ impl Renderer {
         .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
     }
 
-    /// The lists of lights of a view: those that it has from its last frame if they are still right; else new ones, which
-    /// are given, too.
+    /// The lists of lights of a view: those that it has from its last frame if they are still right; else new ones,
+    /// which are given, too.
     fn lists_of(
         &self,
         asked: &Asked,

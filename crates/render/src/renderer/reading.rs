@@ -157,9 +157,9 @@ impl Renderer {
         self.main().ok().map(|view| view.display_view())
     }
 
-    /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top. Over a background
-    /// colour it is opaque: the colour is the radiance that the exposure shows with that value. There is one only if the
-    /// request's [`crate::Averaging`] says so, or it wants the variable.
+    /// The accumulated radiance: linear RGBA, associated alpha, exposure divided out, rows from the top. Over a
+    /// background colour it is opaque: the colour is the radiance that the exposure shows with that value. There is one
+    /// only if the request's [`crate::Averaging`] says so, or it wants the variable.
     ///
     /// # Errors
     /// Nothing was rendered yet, or radiance was not kept, or the device was lost.
@@ -181,8 +181,8 @@ impl Renderer {
         self.main().map_or(0, |view| view.clamped_pixels())
     }
 
-    /// How many samples the pixels of the picture have on average: all, or fewer where `adaptive.threshold` let parts of it settle, whose tiles
-    /// at the right and the lower edge count as whole ones.
+    /// How many samples the pixels of the picture have on average: all, or fewer where `adaptive.threshold` let parts
+    /// of it settle, whose tiles at the right and the lower edge count as whole ones.
     ///
     /// # Errors
     /// Nothing was rendered yet, or the device was lost.

@@ -56,16 +56,16 @@ impl ShadowState {
         }
     }
 
-    /// Another number whenever what casts shadows may be another: with the scene, and with the masks of the first view, whose
-    /// constants the views that draw maps have.
+    /// Another number whenever what casts shadows may be another: with the scene, and with the masks of the first view,
+    /// whose constants the views that draw maps have.
     pub fn version(&self, asked: &[Asked]) -> u64 {
         let masks = asked.first().map(|asked| asked.request.settings.transparency.masks);
         self.scene_version * 2 + u64::from(masks == Some(Masks::Hashed))
     }
 }
 
-/// The settings of the shadows of a frame, and the largest side of their atlas: those of the first of its views that has some. None if
-/// no light casts any.
+/// The settings of the shadows of a frame, and the largest side of their atlas: those of the first of its views that
+/// has some. None if no light casts any.
 fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a ShadowSettings, u32)> {
     let casts = |light: &usize| scene.lights.get(*light).is_some_and(|light| light.casts_shadows);
     let of_environment = usize::from(asked.iter().any(|asked| asked.environment_light.is_some()));
@@ -78,9 +78,9 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
     Some((settings, Shadows::side_allowed(settings, limit, longest_px, lights)))
 }
 
-/// Whether this one of so many samples of a still compares but once with a map, by turns at the four places of a filter: in their mean
-/// that is the filter. With fewer, each place would meet too few parts of a pixel; and the first, which may be shown before the others
-/// are there, is filtered like a picture of its own.
+/// Whether this one of so many samples of a still compares but once with a map, by turns at the four places of a
+/// filter: in their mean that is the filter. With fewer, each place would meet too few parts of a pixel; and the first,
+/// which may be shown before the others are there, is filtered like a picture of its own.
 pub(super) fn takes_one_tap(settings: &ShadowSettings, (sample_index, sample_count): (u32, u32)) -> bool {
     settings.enabled && settings.filter == ShadowFilter::Pcf && sample_index > 0 && sample_count >= 16
 }

@@ -6,9 +6,9 @@ use crate::request::{FrameRequest, RenderError};
 use manypass_scene::Scene;
 
 impl Renderer {
-    /// Draws the variables that `request` wants, for [`Self::read_aov_async`], and nothing else of its frame: the picture
-    /// that was rendered before, its mean and what effects keep stay as they are. So whoever shows pictures can ask for a
-    /// variable of one afterwards, on the forward path too: its surfaces are those of the deferred one.
+    /// Draws the variables that `request` wants, for [`Self::read_aov_async`], and nothing else of its frame: the
+    /// picture that was rendered before, its mean and what effects keep stay as they are. So whoever shows pictures can
+    /// ask for a variable of one afterwards, on the forward path too: its surfaces are those of the deferred one.
     /// [`crate::Aov::Radiance`] stays that of the picture.
     ///
     /// # Errors

@@ -229,7 +229,8 @@ fn pack(occlusion: Option<Pixels>, rough_metal: Option<Pixels>) -> Option<Pixels
     }
 }
 
-/// Decodes on up to four threads, and hands over as results come; a thread has one image in memory, and waits until it is taken.
+/// Decodes on up to four threads, and hands over as results come; a thread has one image in memory, and waits until it
+/// is taken.
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) fn decode_all(
     scene: &Scene,

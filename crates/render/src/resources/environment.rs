@@ -174,7 +174,8 @@ fn shrunk(map: &EnvironmentMap, factor: u32) -> Vec<[f16; 4]> {
     (0..width * height).map(mean).collect()
 }
 
-/// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map with its halves.
+/// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map
+/// with its halves.
 pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
     let (width, height) = texture_size(TileSides::of_picture(map.width, u32::MAX));
@@ -209,7 +210,8 @@ fn create(gpu: &Gpu, label: &str, desc: TextureDesc, usage: wgpu::TextureUsages)
     })
 }
 
-/// Writes the tiles between the mirror's and the last, which is that of irradiance, too: levels made elsewhere are often too few for it.
+/// Writes the tiles between the mirror's and the last, which is that of irradiance, too: levels made elsewhere are
+/// often too few for it.
 fn write_prefiltered(gpu: &Gpu, texture: &wgpu::Texture, sides: TileSides, prefiltered: &PrefilteredEnvironment) {
     for level in 1..ENVIRONMENT_LEVEL_LAST as u32 {
         let tile = Tile::of_level(level, sides);

@@ -27,9 +27,9 @@ pub struct TextureFiltering {
 }
 
 impl TextureFiltering {
-    /// For one of `sample_count` frames that are averaged. Samples of a still lie apart by a pixel's side divided by √n,
-    /// so each needs only that much of the pixel's footprint: mips finer by log2(√n), and a √n-th of the anisotropy.
-    /// What anisotropy the adapter lacks the samples make up for, see `surface_mip_bias`.
+    /// For one of `sample_count` frames that are averaged. Samples of a still lie apart by a pixel's side divided by
+    /// √n, so each needs only that much of the pixel's footprint: mips finer by log2(√n), and a √n-th of the
+    /// anisotropy. What anisotropy the adapter lacks the samples make up for, see `surface_mip_bias`.
     ///
     pub fn new(sample_count: u32, capabilities: &Capabilities) -> Self {
         let count = sample_count.max(1) as f32;

@@ -26,8 +26,8 @@ pub(crate) struct GpuLevel {
 pub(crate) struct GpuPrimitive {
     /// Where its vertices lie.
     pub(crate) vertices: Place,
-    /// Where its joints and weights lie, if it is skinned or morphed. Then its indices count from its own first vertex, and
-    /// else from the page's, so that what is not deformed is drawn without binding anything in between.
+    /// Where its joints and weights lie, if it is skinned or morphed. Then its indices count from its own first vertex,
+    /// and else from the page's, so that what is not deformed is drawn without binding anything in between.
     pub(crate) skin: Option<Place>,
     /// Where its indices lie, if it is indexed.
     pub(crate) indices: Option<Place>,
@@ -47,8 +47,8 @@ pub(crate) struct GpuPrimitive {
     pub(crate) morph: Range<u32>,
     /// The number of its morph targets.
     pub morph_count: u32,
-    /// Whether it takes no light: points and lines whose file gives no normals show base colour and emission (glTF 2.0, on the
-    /// materials of points and lines).
+    /// Whether it takes no light: points and lines whose file gives no normals show base colour and emission (glTF 2.0,
+    /// on the materials of points and lines).
     pub without_normals: bool,
     /// The box in object space.
     pub bounds: Aabb,
@@ -90,7 +90,8 @@ pub(crate) struct Geometry {
     pub(crate) indices: Pages,
     morphs: Morphs,
     meshes: Vec<Arc<GpuMesh>>,
-    /// The primitives of all meshes, in their order, and where those of each begin and end: every frame walks through them.
+    /// The primitives of all meshes, in their order, and where those of each begin and end: every frame walks through
+    /// them.
     primitives: Vec<GpuPrimitive>,
     of_mesh: Vec<Range<u32>>,
 }
@@ -197,8 +198,8 @@ impl Geometry {
         self.vertices.bytes() + self.skins.bytes() + self.indices.bytes() + self.morphs.texture.bytes()
     }
 
-    /// Uploads those of `meshes` that are new, or were changed, and gives back what is no longer among them. Says how many
-    /// bytes that wrote; None if there was nothing to do.
+    /// Uploads those of `meshes` that are new, or were changed, and gives back what is no longer among them. Says how
+    /// many bytes that wrote; None if there was nothing to do.
     pub fn follow(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>]) -> Option<u64> {
         let is_known = |(known, mesh): (&Arc<GpuMesh>, &Arc<Mesh>)| known.source.as_ptr() == Arc::as_ptr(mesh);
         if self.meshes.len() == meshes.len() && self.meshes.iter().zip(meshes).all(is_known) {

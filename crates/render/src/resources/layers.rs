@@ -82,10 +82,11 @@ pub(crate) struct LayerFactors {
     pub diffuse_transmission: Vec4,
     /// What is absorbed in a metre, as an exponent; thickness in metres of the mesh's space.
     pub volume: Vec4,
-    /// How far below the triangles a height of 0 lies, in metres of the mesh's space; factor of baked light; scale of detail
-    /// normals; zero.
+    /// How far below the triangles a height of 0 lies, in metres of the mesh's space; factor of baked light; scale of
+    /// detail normals; zero.
     pub detail: Vec4,
-    /// Two rows for each of [`LayerMap::ALL`]: as of `MaterialFactors::uv_rows`, with the layer of the texture in w of the second.
+    /// Two rows for each of [`LayerMap::ALL`]: as of `MaterialFactors::uv_rows`, with the layer of the texture in w of
+    /// the second.
     pub maps: [Vec4; 2 * LayerMap::ALL.len()],
     /// Those of baked light.
     pub light_map_rows: [Vec4; 2],
@@ -157,8 +158,9 @@ fn needed(material: &Material) -> u32 {
     all.iter().filter(|(_, is_there)| *is_there).fold(0, |bits, (bit, _)| bits | bit)
 }
 
-/// Reflectance at normal incidence of a material without its layers, if it looks much the same then where it is seen small: light does
-/// not come through, and what it reflects is about as the G-buffer has it, without colour and up to a fifth.
+/// Reflectance at normal incidence of a material without its layers, if it looks much the same then where it is seen
+/// small: light does not come through, and what it reflects is about as the G-buffer has it, without colour and up to a
+/// fifth.
 pub(crate) fn f0_without_layers(material: &Material) -> Option<f32> {
     let specular = material.specular.unwrap_or_default();
     let f0 = f0_of_ior(material.ior) * specular.weight.factor * specular.color.factor;
@@ -169,8 +171,8 @@ pub(crate) fn f0_without_layers(material: &Material) -> Option<f32> {
     (is_alike && is_opaque).then(|| f0.element_sum() / 3.0)
 }
 
-/// What of a material the G-buffer does not hold, by glTF's words, so that its surfaces are shaded where they are drawn; nothing if
-/// light reaches them in the passes of deferred shading.
+/// What of a material the G-buffer does not hold, by glTF's words, so that its surfaces are shaded where they are
+/// drawn; nothing if light reaches them in the passes of deferred shading.
 pub fn layer_names(material: &Material) -> Vec<&'static str> {
     let names = [
         (LAYER_SPECULAR, "specular"),

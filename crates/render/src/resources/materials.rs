@@ -30,7 +30,8 @@ pub(crate) struct MaterialFactors {
     pub roughness: f32,
     /// Scale of the normal map.
     pub normal_scale: f32,
-    /// Strength of the occlusion texture; 0 if there is none. Of what is drawn without its textures, how much is occluded.
+    /// Strength of the occlusion texture; 0 if there is none. Of what is drawn without its textures, how much is
+    /// occluded.
     pub occlusion_strength: f32,
     /// Fragments with less alpha are dropped.
     pub alpha_cutoff: f32,
@@ -158,8 +159,8 @@ impl Materials {
         }
     }
 
-    /// Brings all materials up to date, whose textures are there already, and says how many bytes that wrote. False if a
-    /// uniform could not be placed.
+    /// Brings all materials up to date, whose textures are there already, and says how many bytes that wrote. False if
+    /// a uniform could not be placed.
     pub fn follow(&mut self, gpu: &Gpu, scene: &Scene, textures: &Textures) -> u64 {
         let default = Material::default();
         let count = scene.materials.len() + 1;

@@ -45,8 +45,8 @@ fn texel_of(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
     ((wrapped * size as f32) as u32).min(size.saturating_sub(1))
 }
 
-/// The means of linear texels over the surface of a primitive's triangles, and their area in m²; white is what is not there. None of
-/// points and lines, and where there is no area.
+/// The means of linear texels over the surface of a primitive's triangles, and their area in m²; white is what is not
+/// there. None of points and lines, and where there is no area.
 pub(super) fn means<const N: usize>(
     primitive: &Primitive,
     textures: &[Option<Laid<'_>>; N],

@@ -3,7 +3,8 @@
 use crate::colour::{linear_from_srgb, srgb_from_linear};
 use manypass_scene::{BlockFormat, Blocks, PixelFormat, Pixels};
 
-/// An image with all its mips, the largest first; or several of one size, whose texels follow each other in every level.
+/// An image with all its mips, the largest first; or several of one size, whose texels follow each other in every
+/// level.
 pub(super) struct MipChain {
     pub levels: Vec<Pixels>,
     /// How many images.
@@ -70,7 +71,8 @@ impl MipChain {
     }
 }
 
-/// Linear values of sRGB bytes, scaled to 16 bits, and back through 12 bits (4,096 steps keep the error below one byte).
+/// Linear values of sRGB bytes, scaled to 16 bits, and back through 12 bits (4,096 steps keep the error below one
+/// byte).
 struct SrgbTables {
     linear: [u16; 256],
     srgb: [u8; 4096],
@@ -113,9 +115,9 @@ pub(super) fn half(pixels: &Pixels, is_srgb: bool) -> Pixels {
     Pixels { width, height, format: pixels.format, data }
 }
 
-/// What a texel of the next mip covers along one side of `size` texels: the first texel and the weights from there on. An
-/// odd size 2 m + 1 becomes m, each of them as wide as 2 + 1/m texels, so that every texel counts for the same (polyphase
-/// box filter; Guthe & Heckbert 2005, "Non-power-of-two mipmap creation").
+/// What a texel of the next mip covers along one side of `size` texels: the first texel and the weights from there on.
+/// An odd size 2 m + 1 becomes m, each of them as wide as 2 + 1/m texels, so that every texel counts for the same
+/// (polyphase box filter; Guthe & Heckbert 2005, "Non-power-of-two mipmap creation").
 pub(super) fn footprint(size: usize, index: usize) -> (usize, [u64; 3]) {
     let half = size / 2;
     let weights = match size {

@@ -1,5 +1,5 @@
-//! A scene on the device: geometry, materials, textures, and the tables that animation changes. It follows the scene: what
-//! is new is uploaded, what is gone is given back.
+//! A scene on the device: geometry, materials, textures, and the tables that animation changes. It follows the scene:
+//! what is new is uploaded, what is gone is given back.
 
 mod baked;
 mod decode;
@@ -34,8 +34,8 @@ use manypass_scene::Cache;
 use manypass_scene::{EnvironmentMap, Material, Primitive, Scene, Texture};
 use std::sync::Arc;
 
-/// What is written to the device is cut into pieces of so many bytes. The device copies it first, and the memory of small copies is used
-/// again and again.
+/// What is written to the device is cut into pieces of so many bytes. The device copies it first, and the memory of
+/// small copies is used again and again.
 const WRITE_BYTES: usize = 1 << 20;
 /// Copies are done with when work is handed over: after so many bytes.
 const STAGED_BYTES: usize = 2 << 20;
@@ -127,8 +127,8 @@ impl SceneResources {
         }
     }
 
-    /// Uploads what `scene` has that is not there yet, and maps of the environment that were `computed`, and gives back what they no
-    /// longer have. What is made of maps is looked for in `cache`.
+    /// Uploads what `scene` has that is not there yet, and maps of the environment that were `computed`, and gives back
+    /// what they no longer have. What is made of maps is looked for in `cache`.
     pub fn follow<'m>(
         &mut self,
         gpu: &Gpu,
@@ -172,7 +172,8 @@ impl SceneResources {
         followed
     }
 
-    /// Makes what of materials is drawn where surfaces are seen small, for frames that want it. Says how many bytes that uploaded.
+    /// Makes what of materials is drawn where surfaces are seen small, for frames that want it. Says how many bytes
+    /// that uploaded.
     pub fn reduce_materials(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         self.reduced.follow(gpu, scene, &self.materials, &self.textures)
     }
@@ -211,8 +212,8 @@ impl SceneResources {
             + self.environments.iter().map(EnvironmentTiles::bytes).sum::<u64>()
     }
 
-    /// Uploads the transforms of skins and the weights of morph targets of this frame, where they changed, and says how many
-    /// bytes that were.
+    /// Uploads the transforms of skins and the weights of morph targets of this frame, where they changed, and says how
+    /// many bytes that were.
     pub fn write_deformation(&mut self, gpu: &Gpu, joint_rows: &[[f32; 4]], morph_weights: &[f32]) -> u64 {
         let joints = self.joint_matrices.write(&gpu.device, &gpu.queue, joint_rows);
         let weights = self.morph_weights.write(&gpu.device, &gpu.queue, morph_weights);
@@ -220,8 +221,8 @@ impl SceneResources {
         joints.unwrap_or(0) + weights.unwrap_or(0)
     }
 
-    /// Uploads the previous transforms of all nodes, where they changed, and says how many bytes that were. `None`, with a
-    /// warning, if they do not fit a texture.
+    /// Uploads the previous transforms of all nodes, where they changed, and says how many bytes that were. `None`,
+    /// with a warning, if they do not fit a texture.
     pub fn write_previous_nodes(&mut self, gpu: &Gpu, texels: &[[f32; 4]]) -> Option<u64> {
         let written = self.previous_nodes.write(&gpu.device, &gpu.queue, texels);
         self.are_nodes_too_many = written.is_none();

@@ -80,7 +80,8 @@ pub(super) fn layer_image(scene: &Scene, material: &Material, map: LayerMap) -> 
     Some(LayerImage { image, is_height: map == LayerMap::Height })
 }
 
-/// The images that the layers of a material show, as colour or as data, each once. Their order is that of the texture's layers.
+/// The images that the layers of a material show, as colour or as data, each once. Their order is that of the texture's
+/// layers.
 pub(super) fn layer_images(scene: &Scene, material: &Material, is_srgb: bool) -> Vec<LayerImage> {
     let mut images = Vec::new();
     for map in LayerMap::ALL.into_iter().filter(|map| map.is_srgb() == is_srgb) {
@@ -116,8 +117,8 @@ pub(super) fn shared_texel(scene: &Scene, material: &Material) -> Option<(usize,
 /// Texels that layers may have together whatever the sizes of their images.
 const LAYER_TEXELS: u64 = 1 << 24;
 
-/// The size of all layers of a texture whose images have `sizes`: as wide as the widest and as high as the highest; but smaller where a
-/// large one among many small ones would make more than twice as many texels as there are.
+/// The size of all layers of a texture whose images have `sizes`: as wide as the widest and as high as the highest; but
+/// smaller where a large one among many small ones would make more than twice as many texels as there are.
 pub(super) fn layer_size(sizes: &[(u32, u32)]) -> Option<(u32, u32)> {
     let texels = |(width, height): (u32, u32)| u64::from(width) * u64::from(height);
     let (mut width, mut height) = sizes.iter().copied().reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))?;

@@ -54,7 +54,8 @@ impl Pages {
         }
     }
 
-    /// Room for `units`, of `expected` that are known to come with them. None if no buffer of this device is that large.
+    /// Room for `units`, of `expected` that are known to come with them. None if no buffer of this device is that
+    /// large.
     pub fn take(&mut self, device: &wgpu::Device, units: u32, expected: u64) -> Option<Place> {
         let is_there = |(page, slot): (usize, &mut Option<Page>)| {
             let units = slot.as_mut()?.free.allocate_range(units).ok()?;
@@ -84,8 +85,8 @@ impl Pages {
         Some(Place { page, units })
     }
 
-    /// Writes `values` to the beginning of `place`, at the latest when [`Self::flush`] is called. Writes that follow each other are put
-    /// together up to [`WRITE_BYTES`], and larger ones are cut.
+    /// Writes `values` to the beginning of `place`, at the latest when [`Self::flush`] is called. Writes that follow
+    /// each other are put together up to [`WRITE_BYTES`], and larger ones are cut.
     pub fn write<T: bytemuck::NoUninit>(
         &mut self,
         queue: &wgpu::Queue,

@@ -1,5 +1,5 @@
-//! What of materials is drawn where their surfaces are seen small: factors without layers, and factors with the means of textures in
-//! their place. They are made only for frames that ask for it, and only of what changed.
+//! What of materials is drawn where their surfaces are seen small: factors without layers, and factors with the means
+//! of textures in their place. They are made only for frames that ask for it, and only of what changed.
 
 use super::layers::f0_without_layers;
 use super::materials::{
@@ -44,8 +44,8 @@ type Surface = (u32, u32);
 /// The linear means of a material's five textures.
 type Means = [Vec4; 5];
 
-/// Factors with the means of textures may differ by so much between the surfaces of a material, in units of the display: where
-/// one shows other parts of a texture than most, it keeps the texture.
+/// Factors with the means of textures may differ by so much between the surfaces of a material, in units of the
+/// display: where one shows other parts of a texture than most, it keeps the texture.
 const DIFFERENCE_MAX: f32 = 0.05;
 
 /// Of one material.

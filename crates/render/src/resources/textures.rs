@@ -86,7 +86,8 @@ impl Textures {
         }
     }
 
-    /// Uploads every image that a material uses and that is not there yet, and gives back those that none uses any more.
+    /// Uploads every image that a material uses and that is not there yet, and gives back those that none uses any
+    /// more.
     pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Followed {
         let started = web_time::Instant::now();
         let all: Vec<(ImageSource, Content)> =
@@ -144,7 +145,8 @@ impl Textures {
         self.uploaded.get(&content_of(scene, source)?)?.view.as_ref()
     }
 
-    /// A small mip of what was made from `source`, four bytes a texel; none of what is compressed, has layers or is not there.
+    /// A small mip of what was made from `source`, four bytes a texel; none of what is compressed, has layers or is not
+    /// there.
     pub(super) fn coarse(&self, scene: &Scene, source: ImageSource) -> Option<&Pixels> {
         self.uploaded.get(&content_of(scene, source)?)?.coarse.as_ref()
     }
@@ -278,8 +280,8 @@ fn create_sampler(device: &wgpu::Device, sampler: &Sampler, sampling: Sampling) 
             Some(true) if sampling.blends_mips => wgpu::MipmapFilterMode::Linear,
             _ => wgpu::MipmapFilterMode::Nearest,
         },
-        // Without mips only the first level is there to sample: what is nearest to 0.25. At 0 itself Vulkan takes the filter
-        // of magnification for every size (its specification, on `VkSamplerCreateInfo` and filters of OpenGL).
+        // Without mips only the first level is there to sample: what is nearest to 0.25. At 0 itself Vulkan takes the
+        // filter of magnification for every size (its specification, on `VkSamplerCreateInfo` and filters of OpenGL).
         lod_max_clamp: if sampler.mip_linear.is_some() { 32.0 } else { 0.25 },
         anisotropy_clamp: if is_linear { sampling.anisotropy } else { 1 },
         ..Default::default()

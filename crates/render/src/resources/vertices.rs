@@ -34,7 +34,8 @@ pub(super) struct SkinVertex {
 pub(crate) struct Instance {
     /// The first three rows of `world_from_object`.
     pub world_from_object: [[f32; 4]; 3],
-    /// Object id and [`crate::constants::WITHOUT_NORMALS`], first joint (all ones: not skinned), first morph weight, number of morph targets.
+    /// Object id and [`crate::constants::WITHOUT_NORMALS`], first joint (all ones: not skinned), first morph weight,
+    /// number of morph targets.
     pub ids: [u32; 4],
     /// First displacement texel of the primitive, number of vertices.
     pub morph: [u32; 2],
@@ -65,7 +66,8 @@ pub const ATTRIBUTES: [Attribute; 13] = [
     attribute("morph", wgpu::VertexFormat::Uint32x2, std::mem::offset_of!(Instance, morph), 2),
 ];
 
-/// As [`ATTRIBUTES`] where there is no stream of skins: shaders that declare it, and do not look at it, are given other bytes.
+/// As [`ATTRIBUTES`] where there is no stream of skins: shaders that declare it, and do not look at it, are given other
+/// bytes.
 pub const ATTRIBUTES_WITHOUT_SKINS: [Attribute; 13] = {
     let mut attributes = ATTRIBUTES;
     let mut index = 0;

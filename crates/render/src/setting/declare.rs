@@ -14,10 +14,11 @@
 /// }
 /// ```
 ///
-/// Every field has its doc comment, a type that is a [`crate::setting::SettingField`], and its default. These may follow, in
-/// this order: `in` and the range of its numbers (`a..=b`, `a..` or `..=b`; of every component of a vector and every entry of a
-/// list), its unit, and the keys and values without which it does nothing. That makes the struct with `Default`, serde and
-/// [`crate::setting::Group`]; one line in `settings.rs` names the group, and with that the keys.
+/// Every field has its doc comment, a type that is a [`crate::setting::SettingField`], and its default. These may
+/// follow, in this order: `in` and the range of its numbers (`a..=b`, `a..` or `..=b`; of every component of a vector
+/// and every entry of a list), its unit, and the keys and values without which it does nothing. That makes the struct
+/// with `Default`, serde and [`crate::setting::Group`]; one line in `settings.rs` names the group, and with that the
+/// keys.
 macro_rules! settings {
     (
         $(#[doc = $struct_doc:literal])+

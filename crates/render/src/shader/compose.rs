@@ -39,7 +39,8 @@ pub fn layered_of(program: &str) -> Option<&'static str> {
     PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_layered") == Some(program))
 }
 
-/// The program that draws materials with maps over others, or with baked light, where `program` draws others, if there is one.
+/// The program that draws materials with maps over others, or with baked light, where `program` draws others, if there
+/// is one.
 pub fn detailed_of(program: &str) -> Option<&'static str> {
     PROGRAMS.iter().map(|(name, ..)| *name).find(|name| name.strip_suffix("_detailed") == Some(program))
 }

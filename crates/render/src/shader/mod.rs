@@ -1,5 +1,5 @@
-//! Shaders: composed when the crate is built (`compose`), bound by the names that they declare (`program`, `reflection`), and
-//! made once (`cache`).
+//! Shaders: composed when the crate is built (`compose`), bound by the names that they declare (`program`,
+//! `reflection`), and made once (`cache`).
 
 pub mod cache;
 pub mod compose;

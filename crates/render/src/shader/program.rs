@@ -174,8 +174,8 @@ impl Program {
         Self::from_parsed(frame, name, source, &module, slots)
     }
 
-    /// As [`Self::new`], of one of our own modules, whose loops are known to end: they are spared the counter that stops
-    /// others, a tenth of what a light costs on a software adapter.
+    /// As [`Self::new`], of one of our own modules, whose loops are known to end: they are spared the counter that
+    /// stops others, a tenth of what a light costs on a software adapter.
     pub(super) fn built_in(frame: &FrameLayout, name: &str, source: &'static str) -> Result<Self, ProgramError> {
         let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
@@ -241,8 +241,8 @@ impl Program {
         Ok(Self { name: name.into(), id, modules, layout, vertex_inputs, overrides, groups })
     }
 
-    /// What a pipeline with `constants` is made of. Those that the module does not declare, which are errors in browsers, are passed over;
-    /// of those of one name the last counts.
+    /// What a pipeline with `constants` is made of. Those that the module does not declare, which are errors in
+    /// browsers, are passed over; of those of one name the last counts.
     pub(crate) fn specialised(&self, constants: &[Constant]) -> Specialised {
         let mut declared: Vec<Constant> = Vec::new();
         for constant in constants.iter().filter(|(name, _)| self.overrides.iter().any(|known| known == name)) {

@@ -1,4 +1,5 @@
-//! A module whose constants have values, without what these switch off, so that neither the device nor its driver looks at that.
+//! A module whose constants have values, without what these switch off, so that neither the device nor its driver looks
+//! at that.
 
 use super::program::Constant;
 use naga::back::pipeline_constants::process_overrides;
@@ -6,8 +7,8 @@ use naga::compact::{KeepUnused, compact};
 use naga::valid::ModuleInfo;
 use naga::{Arena, Block, Expression, Literal, Module, Statement};
 
-/// The module with these values for its `override` constants; others have those that they are declared with. None if a value is none
-/// of its constant's type.
+/// The module with these values for its `override` constants; others have those that they are declared with. None if a
+/// value is none of its constant's type.
 pub(super) fn specialised(module: &Module, info: &ModuleInfo, constants: &[Constant]) -> Option<Module> {
     let values = constants.iter().map(|(name, value)| ((*name).to_owned(), f64::from(*value))).collect();
     let (module, _) = process_overrides(module, info, None, &values).ok()?;

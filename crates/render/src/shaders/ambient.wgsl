@@ -1,5 +1,5 @@
-// Light from the environment on a surface: split-sum specular (Karis 2013) with multiple scattering, and Lambert. Suns of a picture are
-// lights without shadows.
+// Light from the environment on a surface: split-sum specular (Karis 2013) with multiple scattering, and Lambert. Suns
+// of a picture are lights without shadows.
 
 import package::gbuffer::{Surface, diffuse_environment_share};
 import package::shaders::brdf::{Shading, PI, reflectance, reflectance_model};
@@ -19,15 +19,15 @@ fn sun_share(normal: vec3f, to_eye: vec3f, alpha: f32, direction: vec4f) -> f32 
     return disc_share(alpha, n_dot_sum * n_dot_sum / max(dot(sum, sum), 1e-8), direction.w);
 }
 
-// `shares` are what of the lobes, of the surface and of a clear coat, is not the mirror's, whose tile has the suns; and what of
-// diffuse light.
+// `shares` are what of the lobes, of the surface and of a clear coat, is not the mirror's, whose tile has the suns; and
+// what of diffuse light.
 fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: vec3f) -> vec3f {
     @if(layered) {
         var disc = 1.0;
         var widened = shading;
         if has_layer(LAYER_ANISOTROPY) {
-            // Half vectors as slopes, and how far the disc spreads them: along the lobe, which is as much lower in its middle as if
-            // it were wider by the disc, and across it, where it is narrow.
+            // Half vectors as slopes, and how far the disc spreads them: along the lobe, which is as much lower in its
+            // middle as if it were wider by the disc, and across it, where it is narrow.
             let sum = shading.to_eye + direction.xyz;
             let scale = 1.0 / max(dot(shading.normal, sum), 1e-2);
             let slope = vec2f(dot(shading.layers.tangent, sum), dot(shading.layers.bitangent, sum)) * scale;

@@ -49,7 +49,8 @@ fn set_lamp_terms(shading: ptr<function, Shading>) {
     (*shading).specular_grazing = specular - (*shading).specular;
 }
 
-// The exponent of Blinn-Phong whose highlight is as wide as that of a roughness (Walter et al. 2007, for Beckmann's distribution).
+// The exponent of Blinn-Phong whose highlight is as wide as that of a roughness (Walter et al. 2007, for Beckmann's
+// distribution).
 fn blinn_phong_exponent(roughness_alpha: f32) -> f32 {
     return 2.0 / (roughness_alpha * roughness_alpha) - 2.0;
 }
@@ -60,9 +61,10 @@ struct Reflectance {
     specular: vec3f,
 }
 
-// Lobes of constant colour, normalised so that at normal incidence they reflect exactly f0; diffuse light is weighted by
-// 1 - f0. Phong 1975 in the form of Lafortune & Willems 1994, around the direction of reflection, whose angle is twice that of the
-// half vector, so that its exponent is a fourth of Blinn's; Blinn 1977, normalised as in Akenine-Möller et al. 2008.
+// Lobes of constant colour, normalised so that at normal incidence they reflect exactly f0; diffuse light is weighted
+// by 1 - f0. Phong 1975 in the form of Lafortune & Willems 1994, around the direction of reflection, whose angle is
+// twice that of the half vector, so that its exponent is a fourth of Blinn's; Blinn 1977, normalised as in
+// Akenine-Möller et al. 2008.
 fn lobe_reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflectance {
     let exponent = blinn_phong_exponent(shading.roughness_alpha);
     var lobe = 0.0;
@@ -94,9 +96,9 @@ fn reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflectance {
     let m = max(1.0 - 0.5 * sqrt(half_squared), 0.0);
     let m2 = m * m;
     let grazing = m2 * m2 * m;
-    // D = a^2 / (pi d^2) with d = 1 - (n.h)^2 + (n.h)^2 a^2, here times h.h; the square of n.h apart from 1, so that a^2 is not
-    // lost beside it. V = 0.5 / (light + eye) is G / (4 n.l n.v). One division makes both; what is constant in them is
-    // in `specular`.
+    // D = a^2 / (pi d^2) with d = 1 - (n.h)^2 + (n.h)^2 a^2, here times h.h; the square of n.h apart from 1, so that
+    // a^2 is not lost beside it. V = 0.5 / (light + eye) is G / (4 n.l n.v). One division makes both; what is constant
+    // in them is in `specular`.
     let a2 = shading.alpha_squared;
     let d = (half_squared - cosine_squared) + cosine_squared * a2;
     let light = shading.n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);

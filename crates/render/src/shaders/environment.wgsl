@@ -1,5 +1,5 @@
-// Light from everywhere: a constant, or a picture of all directions. What surfaces of some roughness reflect of a picture, and its
-// irradiance, are read from the tiles of `environment_tiles.wgsl`.
+// Light from everywhere: a constant, or a picture of all directions. What surfaces of some roughness reflect of a
+// picture, and its irradiance, are read from the tiles of `environment_tiles.wgsl`.
 
 import package::shaders::brdf::PI;
 import package::constants::ENVIRONMENT_LEVEL_LAST;
@@ -19,21 +19,24 @@ struct Environment {
     picture: vec4f,
     // The sides of its tiles in texels: the mirror's, fine, medium and coarse ones.
     tile_sides: vec4f,
-    // What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in texels.
+    // What the picture is multiplied by as the camera sees it, and its level; one divided by the size of the texture in
+    // texels.
     picture_backdrop: vec4f,
-    // Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the lobe's
-    // integral times how much of them is not in the mirror's tile; zeros.
+    // Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the
+    // lobe's integral times how much of them is not in the mirror's tile; zeros.
     backdrop_lobe: vec4f,
-    // Strong small sources of the picture: where, with their spread (`suns.rs`), and their irradiance, pre-exposed. Where there are fewer, the others have none.
+    // Strong small sources of the picture: where, with their spread (`suns.rs`), and their irradiance, pre-exposed.
+    // Where there are fewer, the others have none.
     sun_directions: array<vec4f, 4>,
     sun_irradiances: array<vec4f, 4>,
-    // The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half its angle.
+    // The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half
+    // its angle.
     sun_disc: vec4f,
 }
 
 @group(0) @binding(6) var<uniform> environment: Environment;
-// A picture of the environment: what surfaces of more and more roughness reflect, without suns but in the mirror's, in the tiles of
-// `environment_tiles.wgsl`.
+// A picture of the environment: what surfaces of more and more roughness reflect, without suns but in the mirror's, in
+// the tiles of `environment_tiles.wgsl`.
 @group(0) @binding(11) var environment_tiles: texture_2d<f32>;
 
 // 1 if the light of the environment is a picture, which is dear where it is none; 1 if the camera sees it, too.
@@ -82,8 +85,8 @@ fn picture_backdrop(direction: vec3f) -> vec3f {
     return picture_at(direction, environment.picture_backdrop.y) * environment.picture_backdrop.x + suns + disc;
 }
 
-// What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends on
-// no other angle, so that it stays while the camera turns around the model.
+// What the camera sees where there is no surface, by the sine of the elevation. It is apart from the light and depends
+// on no other angle, so that it stays while the camera turns around the model.
 fn environment_backdrop(elevation_sin: f32) -> vec3f {
     let share = smoothstep(-1.0, 1.0, elevation_sin);
     return mix(environment.backdrop_below.rgb, environment.backdrop_above.rgb, share);
@@ -98,16 +101,16 @@ fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
     return radiance;
 }
 
-// How much of what a surface mirrors of light from everywhere is that of grazing incidence: the bias of the split sum beside f0 times its
-// scale (Karis 2013).
+// How much of what a surface mirrors of light from everywhere is that of grazing incidence: the bias of the split sum
+// beside f0 times its scale (Karis 2013).
 fn grazing_share(f0: vec3f, f90: f32, dfg: vec2f) -> f32 {
     let grazing = f90 * dfg.y;
     return grazing / max(max(f0.r, max(f0.g, f0.b)) * dfg.x + grazing, 1e-4);
 }
 
-// Where the lobe of a surface points from which light is mirrored: rough ones ever more along the normal (Lagarde & de Rousiers 2014,
-// section 4.9.3, times a fit to integrals of the lobe at grazing angles), but what is reflected by grazing incidence is of light that
-// stands as low as the eye, along the mirror's direction.
+// Where the lobe of a surface points from which light is mirrored: rough ones ever more along the normal (Lagarde & de
+// Rousiers 2014, section 4.9.3, times a fit to integrals of the lobe at grazing angles), but what is reflected by
+// grazing incidence is of light that stands as low as the eye, along the mirror's direction.
 fn lobe_direction(mirrored: vec3f, normal: vec3f, n_dot_v: f32, roughness_alpha: f32, grazing_share: f32) -> vec3f {
     let smoothness = 1.0 - roughness_alpha;
     let share = smoothness * (sqrt(smoothness) + roughness_alpha)

@@ -12,9 +12,10 @@ fn sun_cut(sun: EnvironmentSun, direction: vec3f, radiance: vec3f) -> vec3f {
     return select(radiance, min(radiance, sun.surroundings.rgb), is_within);
 }
 
-// What the round lobe of GGX has of a disc of light, divided by what it has of a point in its middle. `n_dot_h_squared` is
-// that of the middle, and `spread` the square of half the disc's half angle, by which half vectors go. On the plane of
-// tangents the lobe is an even sphere seen from its pole, and a disc is a cap of that sphere, so that this is exact there.
+// What the round lobe of GGX has of a disc of light, divided by what it has of a point in its middle. `n_dot_h_squared`
+// is that of the middle, and `spread` the square of half the disc's half angle, by which half vectors go. On the plane
+// of tangents the lobe is an even sphere seen from its pole, and a disc is a cap of that sphere, so that this is exact
+// there.
 fn disc_share(alpha: f32, n_dot_h_squared: f32, spread: f32) -> f32 {
     let a2 = max(alpha * alpha, 1e-8);
     let tangent_squared = max(1.0 - n_dot_h_squared, 0.0) / max(n_dot_h_squared, 1e-4);
@@ -26,10 +27,10 @@ fn disc_share(alpha: f32, n_dot_h_squared: f32, spread: f32) -> f32 {
     return select(outside, inside, x < 0.0);
 }
 
-// The same of a lobe that is stretched so far that it is even over the width of the disc: the mean of 1 / (y² + height)²
-// across it, divided by that in the middle, which is `across` from the lobe's axis on the plane of tangents. A disc has
-// light across it as a semicircle is high, whose mean of 1 / (w - y) is 2 / (w + sqrt(w² - spread)); this is the imaginary
-// part of a derivative of that at w = across - i sqrt(height).
+// The same of a lobe that is stretched so far that it is even over the width of the disc: the mean of 1 / (y² +
+// height)² across it, divided by that in the middle, which is `across` from the lobe's axis on the plane of tangents. A
+// disc has light across it as a semicircle is high, whose mean of 1 / (w - y) is 2 / (w + sqrt(w² - spread)); this is
+// the imaginary part of a derivative of that at w = across - i sqrt(height).
 fn strip_share(across: f32, height: f32, spread: f32) -> f32 {
     let square = across * across + height;
     let scale = 1.0 / max(spread, 1e-12);

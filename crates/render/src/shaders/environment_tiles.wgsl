@@ -1,6 +1,6 @@
-// Where the tiles of a picture of the environment lie: octahedral maps of all directions with a border of one texel, one for each
-// level of roughness. The mirror's comes first; below it two by three fine ones, below them four by two of medium size, below
-// them a row of coarse ones.
+// Where the tiles of a picture of the environment lie: octahedral maps of all directions with a border of one texel,
+// one for each level of roughness. The mirror's comes first; below it two by three fine ones, below them four by two of
+// medium size, below them a row of coarse ones.
 
 import package::constants::{
     ENVIRONMENT_LEVEL_COARSE, ENVIRONMENT_LEVEL_HALF, ENVIRONMENT_LEVEL_MEDIUM, ENVIRONMENT_ROUGHNESS_FIRST,
@@ -14,8 +14,9 @@ fn environment_level(roughness: f32) -> f32 {
     return select(select(high, middle, roughness < 0.5), ratio, ratio < 1.0);
 }
 
-// The place of a direction on the tile of a level, a whole number, in texels of the texture. `place` is the direction as an octahedral
-// map has it, from -1 to 1; `sides` are those of the mirror's tile, of fine, of medium and of coarse ones.
+// The place of a direction on the tile of a level, a whole number, in texels of the texture. `place` is the direction
+// as an octahedral map has it, from -1 to 1; `sides` are those of the mirror's tile, of fine, of medium and of coarse
+// ones.
 fn environment_texel(place: vec2f, level: f32, sides: vec4f) -> vec2f {
     let steps = sides + 2.0;
     let is_medium = level >= ENVIRONMENT_LEVEL_MEDIUM;

@@ -1,6 +1,6 @@
-// The triangle of a fragment: how its place and its UVs change from pixel to pixel, from which all that lies in its plane follows
-// without tangents (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"). It holds in any space that is affine in the
-// mesh's own.
+// The triangle of a fragment: how its place and its UVs change from pixel to pixel, from which all that lies in its
+// plane follows without tangents (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"). It holds in any
+// space that is affine in the mesh's own.
 
 struct Facet {
     uv_dx: vec4f,
@@ -30,7 +30,8 @@ fn uv_step(facet: Facet, step: vec3f) -> vec4f {
     return facet.uv_dx * dot(facet.pixel_x, step) + facet.uv_dy * dot(facet.pixel_y, step);
 }
 
-// The direction in the plane in which a value rises, as steeply as that is long, of which the changes from pixel to pixel are given.
+// The direction in the plane in which a value rises, as steeply as that is long, of which the changes from pixel to
+// pixel are given.
 fn gradient(facet: Facet, value_dx: f32, value_dy: f32) -> vec3f {
     return facet.pixel_x * value_dx + facet.pixel_y * value_dy;
 }

@@ -1,5 +1,5 @@
-// A thin film on a surface (Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying
-// Iridescence"): interference of all orders, as colours by sums of Gaussians.
+// A thin film on a surface (Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of
+// Varying Iridescence"): interference of all orders, as colours by sums of Gaussians.
 
 const FILM_PI: f32 = 3.14159265359;
 
@@ -7,8 +7,8 @@ fn schlick(f0: vec3f, cosine: f32) -> vec3f {
     return f0 + (1.0 - f0) * pow(clamp(1.0 - cosine, 0.0, 1.0), 5.0);
 }
 
-// Two times the cosine's integral over all wavelengths that the eye sees: the colour matching functions' Fourier transforms at
-// an optical path difference, as Gaussians, in linear Rec. 709.
+// Two times the cosine's integral over all wavelengths that the eye sees: the colour matching functions' Fourier
+// transforms at an optical path difference, as Gaussians, in linear Rec. 709.
 fn film_sensitivity(path_nm: f32, shift: vec3f) -> vec3f {
     let phase = 2.0 * FILM_PI * path_nm * 1e-9;
     let value = vec3f(5.4856e-13, 4.4201e-13, 5.2481e-13);
@@ -25,8 +25,8 @@ fn film_sensitivity(path_nm: f32, shift: vec3f) -> vec3f {
     );
 }
 
-// What a film of a refractive index and a thickness reflects, on a surface of reflectance `f0` at normal incidence, at an angle of so
-// much cosine.
+// What a film of a refractive index and a thickness reflects, on a surface of reflectance `f0` at normal incidence, at
+// an angle of so much cosine.
 fn film_fresnel(cosine: f32, f0: vec3f, film_ior: f32, thickness_nm: f32) -> vec3f {
     // A film that vanishes is air.
     let ior = mix(1.0, film_ior, smoothstep(0.0, 0.03, thickness_nm));

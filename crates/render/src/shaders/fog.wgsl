@@ -1,8 +1,9 @@
 // Distance fog: a share of a surface's radiance comes through, by the length of the ray from the eye, and the fog's own
-// radiance takes the place of the rest. The length of the ray, not the distance along the view's axis: that of a medium,
-// which does not change while the camera turns.
-// Source: Beer-Lambert; the three curves are those of OpenGL 1 (EXP, EXP2, LINEAR). Exponential fog may thin out upwards, by
-// the exponential of height (Quilez 2010, "Better fog"). Declared again in `fog.rs`; a test compares the two.
+// radiance takes the place of the rest. The length of the ray, not the distance along the view's axis: that of a
+// medium, which does not change while the camera turns.
+// Source: Beer-Lambert; the three curves are those of OpenGL 1 (EXP, EXP2, LINEAR). Exponential fog may thin out
+// upwards, by the exponential of height (Quilez 2010, "Better fog"). Declared again in `fog.rs`; a test compares the
+// two.
 
 import package::view::{view, direction_to_eye_world};
 
@@ -30,12 +31,13 @@ struct Fog {
 
 @group(1) @binding(0) var<uniform> fog: Fog;
 
-// Heights in fog above and below this, in heights over which density falls to 1/e, are taken for it: numbers stay finite.
+// Heights in fog above and below this, in heights over which density falls to 1/e, are taken for it: numbers stay
+// finite.
 const FOG_HEIGHT_MAX: f32 = 80.0;
 const FOG_HEIGHT_MIN: f32 = -30.0;
 
-// Exponential fog along a ray: the height at which the ray enters it, above the base, and by how much it rises in a metre,
-// both in heights over which density falls to 1/e; and the density there.
+// Exponential fog along a ray: the height at which the ray enters it, above the base, and by how much it rises in a
+// metre, both in heights over which density falls to 1/e; and the density there.
 struct FogRay {
     height: f32,
     rise_per_m: f32,
@@ -75,8 +77,8 @@ fn ray_length_m(position_world: vec3f) -> f32 {
     return mix(length(from_eye), -dot(from_eye, view.world_from_view[2].xyz), view.orthographic);
 }
 
-// The share that comes through from the end of a ray. Modes differ in numbers that are 0, so that no branch depends on a
-// uniform.
+// The share that comes through from the end of a ray. Modes differ in numbers that are 0, so that no branch depends on
+// a uniform.
 fn fog_transmittance_along(origin_world: vec3f, direction_world: vec3f, distance_m: f32) -> f32 {
     let depth_m = max(distance_m - fog.start_m, 0.0);
     let squared = fog.squared_density_per_m * depth_m;

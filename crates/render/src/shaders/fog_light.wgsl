@@ -1,10 +1,10 @@
 // Light that fog scatters once on its way from lights to the eye, along a ray up to where a surface ends it.
-// Lights that shine everywhere are looked at in places that are equal by what fog takes of their light (directional ones), or by
-// the angle in which they see the ray. Others are found in the lists of the clusters that the ray goes through, and looked at in
-// one place of each, by that angle: what is near a light is bright, and its 1 / d² cancels.
-// Source: Kulla & Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media" (equiangular places);
-// Henyey & Greenstein 1941 (phase). Places are spread over pixels by interleaved gradient noise (Jimenez 2014) and over
-// samples by the golden ratio. Differs: lights do not lose strength on their way to the fog.
+// Lights that shine everywhere are looked at in places that are equal by what fog takes of their light (directional
+// ones), or by the angle in which they see the ray. Others are found in the lists of the clusters that the ray goes
+// through, and looked at in one place of each, by that angle: what is near a light is bright, and its 1 / d² cancels.
+// Source: Kulla & Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media" (equiangular
+// places); Henyey & Greenstein 1941 (phase). Places are spread over pixels by interleaved gradient noise (Jimenez 2014)
+// and over samples by the golden ratio. Differs: lights do not lose strength on their way to the fog.
 
 import package::view::{view, direction_to_eye_world};
 import package::shaders::fog::{FogRay, fog, fog_ray, fog_density_per_m, optical_depth, distance_at_depth, ray_length_m};

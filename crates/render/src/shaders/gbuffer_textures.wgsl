@@ -27,9 +27,10 @@ fn distance_at(pixel: vec2i) -> f32 {
     return textureLoad(linear_depth, pixel, 0).r;
 }
 
-// The normal of the surface as it was drawn, from the distances of the pixels around: of the four corners that a pixel has
-// with its neighbours the one that lies most like `normal`, so that no neighbour on another surface, or on the other side of an
-// edge, has a part in it. `normal` itself where none is like it: then the surface shows in this pixel alone.
+// The normal of the surface as it was drawn, from the distances of the pixels around: of the four corners that a pixel
+// has with its neighbours the one that lies most like `normal`, so that no neighbour on another surface, or on the
+// other side of an edge, has a part in it. `normal` itself where none is like it: then the surface shows in this pixel
+// alone.
 fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f) -> vec3f {
     let center = position_view_from_pixel(vec2f(pixel) + 0.5, distance_m);
     let right = step_to(pixel, vec2i(1, 0), center);

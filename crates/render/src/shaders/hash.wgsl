@@ -36,9 +36,9 @@ fn bits_scrambled(bits: u32, seed: u32) -> u32 {
     return out ^ (out * 0x8d22f6e6u);
 }
 
-// 0 ≤ x < 1. Of 2ⁿ samples one lies in each 2ⁿ-th part, in another order for every seed, so that what two seeds give is as good as
-// independent (Burley 2020, "Practical Hash-based Owen Scrambling": the first dimension of Sobol's sequence, scrambled, of a
-// shuffled index).
+// 0 ≤ x < 1. Of 2ⁿ samples one lies in each 2ⁿ-th part, in another order for every seed, so that what two seeds give is
+// as good as independent (Burley 2020, "Practical Hash-based Owen Scrambling": the first dimension of Sobol's sequence,
+// scrambled, of a shuffled index).
 fn stratified(sample_index: u32, seed: u32) -> f32 {
     let shuffled = bits_reversed(bits_scrambled(bits_reversed(sample_index), seed));
     return unit_from_bits(bits_reversed(bits_scrambled(shuffled, mixed(seed))));

@@ -1,5 +1,6 @@
-// Heights of a surface, from 0 to 1. They have 16 bits: the upper eight in red, the lower in green. What puts them together is linear, so
-// that filters may come before it; but software adapters round what they filter to the eight bits of its texels.
+// Heights of a surface, from 0 to 1. They have 16 bits: the upper eight in red, the lower in green. What puts them
+// together is linear, so that filters may come before it; but software adapters round what they filter to the eight
+// bits of its texels.
 
 import package::shaders::layer_maps::{MAP_HEIGHT, layer_data, layer_data_sampler, map_layer};
 import package::view::view;
@@ -24,7 +25,8 @@ fn exact_height_at(uv: vec2f, level: f32) -> f32 {
     return mix(above, below, share.y);
 }
 
-// The mip whose texels are as large as a pixel, by area: where the surface is seen at a slant, finer ones than samplers take.
+// The mip whose texels are as large as a pixel, by area: where the surface is seen at a slant, finer ones than samplers
+// take.
 fn height_level(uv_dx: vec2f, uv_dy: vec2f) -> f32 {
     let size = vec2f(textureDimensions(layer_data));
     let dx = uv_dx * size;

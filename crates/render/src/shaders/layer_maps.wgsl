@@ -1,5 +1,6 @@
-// The factors and maps of what a material has beyond metallic-roughness: layers (`layers.wgsl`), detail (`surface_detail.wgsl`) and
-// relief (`relief.wgsl`). Which there are is constant when a shader runs, so that others cost nothing.
+// The factors and maps of what a material has beyond metallic-roughness: layers (`layers.wgsl`), detail
+// (`surface_detail.wgsl`) and relief (`relief.wgsl`). Which there are is constant when a shader runs, so that others
+// cost nothing.
 
 import package::shaders::surface_vertex::SurfaceVarying;
 import package::view::view;
@@ -21,10 +22,11 @@ struct LayerFactors {
     diffuse_transmission: vec4f,
     // What is absorbed in a metre, as an exponent; thickness in metres of the mesh's space.
     volume: vec4f,
-    // How far below the triangles a height of 0 lies, in metres of the mesh's space; factor of baked light; scale of detail
-    // normals; zero.
+    // How far below the triangles a height of 0 lies, in metres of the mesh's space; factor of baked light; scale of
+    // detail normals; zero.
     detail: vec4f,
-    // Rows of the matrices that place the maps, as of `MaterialFactors`; in w of the second row the layer of the texture.
+    // Rows of the matrices that place the maps, as of `MaterialFactors`; in w of the second row the layer of the
+    // texture.
     maps: array<vec4f, 34>,
     // Those of baked light.
     light_map_rows: array<vec4f, 2>,

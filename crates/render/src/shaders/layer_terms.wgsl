@@ -1,4 +1,5 @@
-// What shading needs of a material's layers at a surface, and does not depend on the light. `layers.wgsl` makes and uses it.
+// What shading needs of a material's layers at a surface, and does not depend on the light. `layers.wgsl` makes and
+// uses it.
 
 struct LayerTerms {
     base_color: vec3f,

@@ -13,9 +13,10 @@ import package::shaders::environment::{
 import package::shaders::layer_maps::has_layer;
 import package::shaders::layers::{STRETCHED_LOOKUPS, below_coat};
 
-// Radiance averaged over a stretched lobe: several round lobes as wide as it is across, along where half vectors that the eye sees lie in
-// the plane of the tangent and the normal. Of the visible normals of GGX (Heitz 2018) a share in that plane is even by the cut through
-// the disc on which they are even, so that each lobe stands for as many. Samples of a picture have theirs between each other.
+// Radiance averaged over a stretched lobe: several round lobes as wide as it is across, along where half vectors that
+// the eye sees lie in the plane of the tangent and the normal. Of the visible normals of GGX (Heitz 2018) a share in
+// that plane is even by the cut through the disc on which they are even, so that each lobe stands for as many. Samples
+// of a picture have theirs between each other.
 fn stretched_reflection(shading: Shading, grazing: f32) -> vec3f {
     let terms = shading.layers;
     let alpha = terms.alpha_lookup;

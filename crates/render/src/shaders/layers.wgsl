@@ -1,5 +1,6 @@
-// Layers of materials: specular colour, clear coat, sheen, anisotropy, iridescence, and light that comes through. Structure and energy
-// follow the ratified extensions of glTF 2.0; which there are is constant when a shader runs, so that others cost nothing.
+// Layers of materials: specular colour, clear coat, sheen, anisotropy, iridescence, and light that comes through.
+// Structure and energy follow the ratified extensions of glTF 2.0; which there are is constant when a shader runs, so
+// that others cost nothing.
 
 import package::gbuffer::Surface;
 import package::view::view;
@@ -125,7 +126,8 @@ fn set_layers(shading: ptr<function, Shading>, surface: Surface, sample: LayerSa
         terms.film_weight = sample.film_weight;
         terms.film_ior = layer_factors.film.y;
         terms.film_thickness_nm = sample.film_thickness_nm;
-        // As the reflectance at normal incidence by which Schlick's curve reaches what the film reflects towards the eye.
+        // As the reflectance at normal incidence by which Schlick's curve reaches what the film reflects towards the
+        // eye.
         let n_dot_v = clamp((*shading).n_dot_v, 0.0, 1.0);
         let seen = film_fresnel(n_dot_v, f0, terms.film_ior, terms.film_thickness_nm);
         let grazing = min(pow(1.0 - n_dot_v, 5.0), 0.9999);
@@ -137,13 +139,14 @@ fn set_layers(shading: ptr<function, Shading>, surface: Surface, sample: LayerSa
     if has_layer(LAYER_ANISOTROPY) {
         let alpha = (*shading).roughness_alpha;
         terms.alpha_along = mix(alpha, 1.0, sample.anisotropy * sample.anisotropy);
-        // As wide as the surface is rough across, but so that those of all samples leave no gaps along it, and are not the mirror's
-        // where it is stretched: suns are no part of others.
+        // As wide as the surface is rough across, but so that those of all samples leave no gaps along it, and are not
+        // the mirror's where it is stretched: suns are no part of others.
         let samples = exp2(2.0 * view.mip_gain);
         let gap = terms.alpha_along / (f32(STRETCHED_LOOKUPS) * samples);
         let mirror = min(terms.alpha_along, ENVIRONMENT_ROUGHNESS_FIRST * ENVIRONMENT_ROUGHNESS_FIRST);
         terms.alpha_lookup = max(alpha, max(gap, mirror));
-        // The table is that of round lobes; what stretched ones reflect lies between those as rough as either direction.
+        // The table is that of round lobes; what stretched ones reflect lies between those as rough as either
+        // direction.
         (*shading).dfg = mix((*shading).dfg, dfg_at((*shading).n_dot_v, sqrt(terms.alpha_along)).xy, 0.6);
     }
     let single = max((*shading).dfg.x + (*shading).dfg.y, 1e-3);
@@ -251,8 +254,8 @@ fn sheen_lobe(n_dot_l: f32, n_dot_v: f32, n_dot_half: f32, alpha: f32) -> f32 {
     return distribution / max(shadowing * 4.0 * n_dot_l * n_dot_v, 1e-5);
 }
 
-// What is reflected and comes through of one unit of irradiance on a plane across the direction of light, by the lobes that
-// pictures of the environment hold differently.
+// What is reflected and comes through of one unit of irradiance on a plane across the direction of light, by the lobes
+// that pictures of the environment hold differently.
 struct LayeredReflectance {
     diffuse: vec3f,
     specular: vec3f,

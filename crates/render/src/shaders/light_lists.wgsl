@@ -1,5 +1,5 @@
-// Sums of light over lists: of a cluster, of a tile, of an object; and of a single light. One light's contribution is that of
-// `lights.wgsl`, here as everywhere.
+// Sums of light over lists: of a cluster, of a tile, of an object; and of a single light. One light's contribution is
+// that of `lights.wgsl`, here as everywhere.
 
 import package::constants::{CASTING_POINTS, CASTING_SPOTS, DATA_WIDTH, LIGHTS_PER_ROW, QUIET_POINTS, QUIET_SPOTS};
 import package::shaders::brdf::Shading;
@@ -14,7 +14,8 @@ import package::shaders::shadows::shadowed;
 @if(tiled) @group(1) @binding(4) var light_reaches: texture_2d<f32>;
 @if(tiled) @group(1) @binding(5) var tile_depth: texture_2d<f32>;
 
-// The least and the greatest distance of the surfaces of the pixel's tile, and one divided by the rows of `light_reaches`.
+// The least and the greatest distance of the surfaces of the pixel's tile, and one divided by the rows of
+// `light_reaches`.
 @if(tiled) var<private> tile_bounds_m: vec2f;
 @if(tiled) var<private> inverse_reach_rows: f32;
 
@@ -30,8 +31,8 @@ fn cluster_index_at(position_px: vec2f, distance_m: f32) -> u32 {
 
 // Whether a light ends before the surfaces of the tile, or begins behind them. The bytes are those of its index.
 @if(tiled) fn is_beside_tile(bytes: vec2f) -> bool {
-    // A row holds several times as many as a byte has values. Half of one more, taken away again, because bytes are shares of
-    // 255, which devices round either way.
+    // A row holds several times as many as a byte has values. Half of one more, taken away again, because bytes are
+    // shares of 255, which devices round either way.
     let rows = (bytes.y + 0.5) * f32(LIGHTS_PER_ROW) / f32(DATA_WIDTH);
     let column = bytes.x + fract(rows) * f32(DATA_WIDTH) - 0.5 * f32(LIGHTS_PER_ROW);
     let uv = vec2f((column + 0.5) / f32(DATA_WIDTH), (floor(rows) + 0.5) * inverse_reach_rows);
@@ -67,8 +68,8 @@ fn add_entries(
     }
 }
 
-// Adds the lights of a list. Each class of lights has a loop of its own, so that the others are spared what it costs where a
-// processor runs both sides of a branch.
+// Adds the lights of a list. Each class of lights has a loop of its own, so that the others are spared what it costs
+// where a processor runs both sides of a branch.
 fn add_list(
     list: ClusterList,
     rows: TableRows,
@@ -90,8 +91,8 @@ fn add_list(
     add_entries(quiet_spots, quiet_spots_first, list.end, rows, position_world, shading, sums);
 }
 
-// The lights that are in no list, and those of the pixel's cluster; with `tiled` those of the pixel's tile that reach the
-// distances at which it has surfaces.
+// The lights that are in no list, and those of the pixel's cluster; with `tiled` those of the pixel's tile that reach
+// the distances at which it has surfaces.
 fn light_sums(position_px: vec2f, distance_m: f32, position_world: vec3f, shading: Shading) -> LightSums {
     let rows = table_rows();
     var sums = global_light_sums(position_px, position_world, shading, rows);
@@ -113,8 +114,8 @@ fn single_light_sums(light: u32, position_world: vec3f, shading: Shading) -> Lig
     return sums;
 }
 
-// So many of the lights that reach an object, from the one with the number `first` on: those that are in no list, and then those
-// of its own list, which lie behind the lists of clusters.
+// So many of the lights that reach an object, from the one with the number `first` on: those that are in no list, and
+// then those of its own list, which lie behind the lists of clusters.
 fn object_light_sums(
     object_id: u32,
     first: u32,

@@ -1,5 +1,6 @@
-// The table of lights, before them of the lists of clusters and after them of tiles of shadow maps, and the lists of lights for
-// every cluster, in textures wrapped in two dimensions, reached only through the functions of this module, so that another storage can take their place here.
+// The table of lights, before them of the lists of clusters and after them of tiles of shadow maps, and the lists of
+// lights for every cluster, in textures wrapped in two dimensions, reached only through the functions of this module,
+// so that another storage can take their place here.
 
 import package::constants::{LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
 
@@ -10,16 +11,17 @@ struct ClusterGrid {
     slice_from_log_distance: vec2f,
     directional_count: u32,
     global_count: u32,
-    // Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are, 0,
-    // the bias in texels.
+    // Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are,
+    // 0, the bias in texels.
     shadow_filter: vec4f,
     // See `TableRows`.
     table_rows: vec4f,
 }
 
-// A light has four texels: position and 1 / range² (0 without a range); intensity, in candela or lux, times colour, pre-exposed,
-// and the scale of its cone; the direction in which it shines and the offset of its cone; the number of the first of its tiles
-// (0: it casts no shadow), how many it has, its radius in metres, 0. A tile has four texels, too: see `shaders/shadows.wgsl`.
+// A light has four texels: position and 1 / range² (0 without a range); intensity, in candela or lux, times colour,
+// pre-exposed, and the scale of its cone; the direction in which it shines and the offset of its cone; the number of
+// the first of its tiles (0: it casts no shadow), how many it has, its radius in metres, 0. A tile has four texels,
+// too: see `shaders/shadows.wgsl`.
 
 const LIGHT_POSITION: f32 = 0.0;
 const LIGHT_COLOR: f32 = 1.0;
@@ -32,8 +34,8 @@ const LIGHT_SHADOW: f32 = 3.0;
 @group(0) @binding(5) var cluster_lights: texture_2d<f32>;
 @group(0) @binding(7) var nearest_clamp: sampler;
 
-// What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load. What
-// depends on the numbers of rows is read once, not for every light.
+// What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load.
+// What depends on the numbers of rows is read once, not for every light.
 struct TableRows {
     inverse_light_rows: f32,
     // The middle of the first row of lights, which lie behind the records of lists.
@@ -51,8 +53,8 @@ fn light_place(index: u32, rows: TableRows) -> vec2f {
     return place_of_bytes(vec2f(vec2u(index % LIGHTS_PER_ROW, index / LIGHTS_PER_ROW)), rows);
 }
 
-// The same of an index by its column and row, which are its low byte and what is above it: a row has as many lights as a byte has
-// values, which spares entries of lists their index.
+// The same of an index by its column and row, which are its low byte and what is above it: a row has as many lights as
+// a byte has values, which spares entries of lists their index.
 fn place_of_bytes(column_and_row: vec2f, rows: TableRows) -> vec2f {
     let texel = 1.0 / f32(LIGHTS_PER_ROW * TEXELS_PER_LIGHT);
     let row = column_and_row.y * rows.inverse_light_rows + rows.first_light_row;
@@ -65,8 +67,8 @@ fn light_part(place: vec2f, part: f32) -> vec4f {
     return textureSampleLevel(lights, nearest_clamp, vec2f(place.x + offset, place.y), 0.0);
 }
 
-// Where the list of a cluster begins and ends among all entries, and on the way the ends of its classes of lights: point
-// lights that cast no shadow, that cast one, spots that cast one; those that cast none are the rest.
+// Where the list of a cluster begins and ends among all entries, and on the way the ends of its classes of lights:
+// point lights that cast no shadow, that cast one, spots that cast one; those that cast none are the rest.
 struct ClusterList {
     first: u32,
     quiet_points_end: u32,

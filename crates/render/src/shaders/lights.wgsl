@@ -1,6 +1,6 @@
-// What the lights of the scene add to the radiance of a surface, one by one, and those that are in no list. Sums over lists are
-// those of `light_lists.wgsl`.
-// The first `global_count` lights have no range or are directional; they are in no list and every pixel visits them.
+// What the lights of the scene add to the radiance of a surface, one by one, and those that are in no list. Sums over
+// lists are those of `light_lists.wgsl`. The first `global_count` lights have no range or are directional; they are in
+// no list and every pixel visits them.
 
 import package::constants::{
     CASTING_POINTS, CASTING_SPOTS, DIRECTIONAL_LIGHTS, GLOBAL_LIGHTS, QUIET_POINTS, QUIET_SPOTS,
@@ -13,7 +13,8 @@ import package::shaders::light_table::{
 @if(relief) import package::shaders::relief::relief_visibility;
 import package::shaders::shadows::{directional_visibility, punctual_visibility, shadowed};
 
-// The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at least.
+// The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at
+// least.
 override light_classes: u32 = DIRECTIONAL_LIGHTS | GLOBAL_LIGHTS | QUIET_POINTS | CASTING_POINTS | CASTING_SPOTS | QUIET_SPOTS;
 // 1 if pairs of light and what it may reach are counted in place of light.
 override counts_pairs: u32 = 0u;
@@ -69,9 +70,9 @@ fn lit_side(facet_normal: vec3f, to_light: vec3f) -> vec3f {
     }
 }
 
-// Adds a light at a place, which is of one of `classes` and lies at `table_uv` in the table. Classes are known when the shader is
-// compiled, which spares lights that have no cone, or cast no shadow, what it costs others.
-// The falloff is that of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
+// Adds a light at a place, which is of one of `classes` and lies at `table_uv` in the table. Classes are known when the
+// shader is compiled, which spares lights that have no cone, or cast no shadow, what it costs others. The falloff is
+// that of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
 fn add_light(
     classes: u32,
     table_uv: vec2f,
@@ -171,7 +172,8 @@ fn directional_radiance(
     add_reflected(widened(shading, color.w), to_light, n_dot_l, irradiance, sums);
 }
 
-// Adds the lights that are in no list, from the number `first` on: directional ones up to one number, and others up to another.
+// Adds the lights that are in no list, from the number `first` on: directional ones up to one number, and others up to
+// another.
 fn add_global_lights(
     first: u32,
     directional_end: u32,

@@ -1,8 +1,8 @@
 // Which fragments a mask drops; whatever draws a surface asks here, so that all passes drop the same ones.
-// Source of the hash: Wyman & McGuire 2017, "Hashed Alpha Testing": a hash of the place on the object, in cells of about a pixel's
-// size, so that the pattern moves with the object. Where it differs: it takes over from the cutoff as texels become as small as
-// pixels; and it is that of a still's first sample, from which variables come, while the others divide the range of thresholds evenly
-// among them, pixel by pixel.
+// Source of the hash: Wyman & McGuire 2017, "Hashed Alpha Testing": a hash of the place on the object, in cells of
+// about a pixel's size, so that the pattern moves with the object. Where it differs: it takes over from the cutoff as
+// texels become as small as pixels; and it is that of a still's first sample, from which variables come, while the
+// others divide the range of thresholds evenly among them, pixel by pixel.
 
 import package::view::view;
 import package::shaders::hash::{mixed, seed_of_pixel, stratified, unit_from_bits};
@@ -23,8 +23,8 @@ const THRESHOLD_MIN: f32 = 1e-6;
 // Alpha that differs by less from pixel to pixel is even.
 const WIDTH_MIN: f32 = 1e-4;
 
-// How far the hash has taken over: not at all where a texel is two pixels wide, and wholly where it is one, or what is read of the
-// texture is coarser, and its alpha so much as of it is there.
+// How far the hash has taken over: not at all where a texel is two pixels wide, and wholly where it is one, or what is
+// read of the texture is coarser, and its alpha so much as of it is there.
 @if((textures || masks) && !points)
 fn hashed_share(in: SurfaceVarying, bias: f32) -> f32 {
     let size = vec2f(textureDimensions(base_color_texture));
@@ -45,7 +45,8 @@ fn cell_hash(cell: vec3f) -> u32 {
     return mixed(corner.x ^ mixed(corner.y ^ mixed(corner.z + 0x9e3779b9u)));
 }
 
-// Evenly spread over 0 to 1, and the same as long as the place on the object and the size of a pixel there stay what they are.
+// Evenly spread over 0 to 1, and the same as long as the place on the object and the size of a pixel there stay what
+// they are.
 @if((textures || masks) && !points)
 fn hashed_threshold(in: SurfaceVarying) -> f32 {
     let place = in.position_object;
@@ -89,11 +90,11 @@ fn is_masked_out(in: SurfaceVarying, alpha: f32, bias: f32) -> bool {
     return alpha < mask_threshold(in, bias, view.sample_index);
 }
 
-// The share of a pixel's samples that a fragment covers: all or none, or with `alpha_to_coverage` a whole number of them, so that
-// rasterizers, which are free in what they make of other shares, cover the same number.
-// Source: Golus 2017, "Anti-aliased Alpha Test: The Esoteric Alpha To Coverage": alpha rises from 0 to 1 across a pixel about the place
-// where it is the cutoff. Where masks are hashed it is alpha itself at a distance, and chance, by the same hash as without samples,
-// decides between the two nearest numbers.
+// The share of a pixel's samples that a fragment covers: all or none, or with `alpha_to_coverage` a whole number of
+// them, so that rasterizers, which are free in what they make of other shares, cover the same number.
+// Source: Golus 2017, "Anti-aliased Alpha Test: The Esoteric Alpha To Coverage": alpha rises from 0 to 1 across a pixel
+// about the place where it is the cutoff. Where masks are hashed it is alpha itself at a distance, and chance, by the
+// same hash as without samples, decides between the two nearest numbers.
 fn mask_coverage(in: SurfaceVarying, alpha: f32, bias: f32) -> f32 {
     if alpha_to_coverage == 0u {
         return select(1.0, 0.0, is_masked_out(in, alpha, bias));

@@ -16,7 +16,8 @@ fn direction_from_octahedral(v: vec2f) -> vec3f {
     return normalize(vec3f(xy, z));
 }
 
-// As `direction_from_octahedral`, a little beyond the edges as well: there the map goes on at the other end of the same edge.
+// As `direction_from_octahedral`, a little beyond the edges as well: there the map goes on at the other end of the same
+// edge.
 fn direction_from_octahedral_border(v: vec2f) -> vec3f {
     let beyond_x = abs(v.x) > 1.0;
     let beyond_y = abs(v.y) > 1.0;

@@ -1,7 +1,9 @@
-// Relief: where a ray through a triangle meets the heights below it, which may move all that the surface has there, and its depth.
-// Source: by the method, Kaneko et al. 2001 with the limit of Welsh 2004 (parallax); McGuire & McGuire 2005, "Steep Parallax
-// Mapping"; Brawley & Tatarchuk 2004, "Parallax Occlusion Mapping" (steps, then where two lines cross; steps towards light).
-// Where it differs: steps are as long as texels of the mip are wide, up to a limit, so that few pass over anything.
+// Relief: where a ray through a triangle meets the heights below it, which may move all that the surface has there, and
+// its depth.
+// Source: by the method, Kaneko et al. 2001 with the limit of Welsh 2004 (parallax); McGuire & McGuire 2005, "Steep
+// Parallax Mapping"; Brawley & Tatarchuk 2004, "Parallax Occlusion Mapping" (steps, then where two lines cross; steps
+// towards light). Where it differs: steps are as long as texels of the mip are wide, up to a limit, so that few pass
+// over anything.
 
 import package::constants::{LAYER_PARALLAX, LAYER_SELF_SHADOW, LAYER_STEPS};
 import package::shaders::facet::{Facet, facet_of, uv_step};
@@ -75,7 +77,8 @@ fn depth_met(start: vec2f, way: vec2f, level: f32, cosine: f32) -> f32 {
     if !is_fine {
         return after.x;
     }
-    // Twice the place where a line through both crosses the heights. What was found by rounded heights may lie a little beside.
+    // Twice the place where a line through both crosses the heights. What was found by rounded heights may lie a little
+    // beside.
     before.y = 1.0 - exact_height_at(start + way * before.x, level) - before.x;
     after.y = 1.0 - exact_height_at(start + way * after.x, level) - after.x;
     let crossing = crossing_of(before, after);
@@ -138,8 +141,8 @@ fn sunk(drawn: SurfaceVarying) -> Sunk {
     return out;
 }
 
-// The depth of a surface that is drawn again where its depth lies already: a little nearer, because it is not computed by the
-// very same instructions, and depth may have 24 bits.
+// The depth of a surface that is drawn again where its depth lies already: a little nearer, because it is not computed
+// by the very same instructions, and depth may have 24 bits.
 fn depth_again(depth_ndc: f32) -> f32 {
     return min(depth_ndc * 1.0001 + 1.2e-7, 1.0);
 }

@@ -4,8 +4,8 @@ import package::gbuffer::Surface;
 import package::constants::{DIRECTIONAL_ALBEDO_SIZE, ROUGHNESS_PERCEPTUAL_MIN};
 import package::shaders::brdf::{Shading, set_lamp_terms};
 
-// Scale and bias of f0 in the directional albedo of GGX (Karis 2013), and the directional albedo of sheen, over n.v (u) and perceptual
-// roughness (v); integrated by `build.rs`.
+// Scale and bias of f0 in the directional albedo of GGX (Karis 2013), and the directional albedo of sheen, over n.v (u)
+// and perceptual roughness (v); integrated by `build.rs`.
 @group(0) @binding(1) var directional_albedo: texture_2d<f32>;
 @group(0) @binding(2) var linear_clamp: sampler;
 

@@ -1,8 +1,8 @@
 // How much of a light reaches a point past what casts shadows: the atlas of shadow maps, reached only through here.
-// Source: percentage closer filtering (Reeves, Salesin & Cook 1987) with comparisons that lie on the receiver's own plane
-// (Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques") and a surface moved along its normal (Holbert 2011,
-// "Saying Goodbye to Shadow Acne"); penumbrae after Fernando 2005, "Percentage-Closer Soft Shadows".
-// Spaces of tiles: see `shadows/projection.rs`.
+// Source: percentage closer filtering (Reeves, Salesin & Cook 1987) with comparisons that lie on the receiver's own
+// plane (Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques") and a surface moved along its normal (Holbert
+// 2011, "Saying Goodbye to Shadow Acne"); penumbrae after Fernando 2005, "Percentage-Closer Soft Shadows". Spaces of
+// tiles: see `shadows/projection.rs`.
 
 import package::view::view;
 import package::shaders::light_table::{
@@ -16,8 +16,8 @@ import package::shaders::light_table::{
 // 1 if any light casts shadows; else nothing here is called.
 override shadowed: u32 = 0u;
 
-// Whether penumbrae are as wide as lights make them (1): a constant of pipelines, since software adapters run both sides of what
-// a uniform chooses.
+// Whether penumbrae are as wide as lights make them (1): a constant of pipelines, since software adapters run both
+// sides of what a uniform chooses.
 override penumbrae: u32 = 0u;
 
 // Whether a comparison stands for all four of a filter (1): in one of the samples of a still, which take them in turn.
@@ -39,7 +39,8 @@ struct ShadowTile {
     row_x: vec4f,
     row_y: vec4f,
     row_z: vec4f,
-    // The middle in texture coordinates, half the side, the side of a texel in metres (at z = 1 if rays go through a point).
+    // The middle in texture coordinates, half the side, the side of a texel in metres (at z = 1 if rays go through a
+    // point).
     place: vec4f,
 }
 
@@ -49,8 +50,8 @@ const TILE_ROW_Y: f32 = 1.0;
 const TILE_ROW_Z: f32 = 2.0;
 const TILE_PLACE: f32 = 3.0;
 
-// A point as a tile sees it: x and y from -1 to 1 across it, depth (1 nearest to the light), and by how much the depth of its
-// surface rises along x and y.
+// A point as a tile sees it: x and y from -1 to 1 across it, depth (1 nearest to the light), and by how much the depth
+// of its surface rises along x and y.
 struct ShadowPoint {
     position: vec2f,
     depth: f32,
@@ -76,12 +77,13 @@ fn in_tile(tile: ShadowTile, position_world: vec3f) -> vec3f {
 fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspective: f32) -> ShadowPoint {
     let on_surface = in_tile(tile, position_world);
     let texel_m = tile.place.w * mix(1.0, max(on_surface.z, 0.0), perspective);
-    // A surface that lies as the map does needs less of it, however the light's rays meet it; half of it is kept because
-    // normals may be bent.
+    // A surface that lies as the map does needs less of it, however the light's rays meet it; half of it is kept
+    // because normals may be bent.
     let facing = min(abs(dot(tile.row_z.xyz, normal)) / length(tile.row_z.xyz), 1.0);
     let offset_m = cluster_grid.shadow_filter.w * texel_m * max(sqrt(1.0 - facing * facing), 0.5);
     let at = in_tile(tile, position_world + normal * offset_m);
-    // Normals turn by the inverse transpose; the rows are at right angles, so that this is a division by squared lengths.
+    // Normals turn by the inverse transpose; the rows are at right angles, so that this is a division by squared
+    // lengths.
     let plane = vec3f(
         dot(tile.row_x.xyz, normal) / dot(tile.row_x.xyz, tile.row_x.xyz),
         dot(tile.row_y.xyz, normal) / dot(tile.row_y.xyz, tile.row_y.xyz),
@@ -91,8 +93,8 @@ fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspect
     var point: ShadowPoint;
     point.position = at.xy * mix(1.0, inverse_z, perspective);
     point.depth = mix(at.z, inverse_z, perspective);
-    // The plane of the surface, not of the point beside it, which a light that stands low sees from below: with rays through
-    // a point, 1 / z is linear in x / z and y / z. At a grazing angle it is taken to be less steep than it is.
+    // The plane of the surface, not of the point beside it, which a light that stands low sees from below: with rays
+    // through a point, 1 / z is linear in x / z and y / z. At a grazing angle it is taken to be less steep than it is.
     let through_eye = min(dot(plane, on_surface), -0.02 * length(plane) * length(on_surface));
     let parallel = max(plane.z, 0.02 * length(plane));
     point.gradient = mix(-plane.xy / parallel, plane.xy / through_eye, perspective);
@@ -123,8 +125,8 @@ fn spiral(index: u32, count: u32, rotation: f32) -> vec2f {
     return vec2f(cos(angle), sin(angle)) * sqrt((f32(index) + 0.5) / f32(max(count, 1u)));
 }
 
-// The radius of the penumbra at a point, in units of the tile's half side: that of the light, seen from the point through
-// what blocks it, which `count` looks around the point find. 0 if they find nothing.
+// The radius of the penumbra at a point, in units of the tile's half side: that of the light, seen from the point
+// through what blocks it, which `count` looks around the point find. 0 if they find nothing.
 fn penumbra_radius(
     tile: ShadowTile,
     point: ShadowPoint,
@@ -139,7 +141,8 @@ fn penumbra_radius(
     // The light's radius in units of half the tile: of parallel rays for every metre on the way, else where z is 1.
     let light = radius / (0.5 * texels * tile.place.w);
     let z = 1.0 / max(point.depth, 1e-6);
-    // As wide as what blocks the light could make it if it lay as near to the light as it can, or three quarters of the way.
+    // As wide as what blocks the light could make it if it lay as near to the light as it can, or three quarters of the
+    // way.
     let search = clamp(light * mix(depth_m * (1.0 - point.depth), 3.0 / z, perspective), 1.0 / texels, PENUMBRA_MAX);
     let size = vec2f(textureDimensions(shadow_depths));
     let limit = vec2f(1.0 - 1.0 / texels);
@@ -154,7 +157,8 @@ fn penumbra_radius(
         blockers += select(vec2f(0.0), vec2f(depth, 1.0), is_blocker);
     }
     let blocker = blockers.x / max(blockers.y, 1.0);
-    // Similar triangles: radius (d - b) / b, seen from the light at the receiver's distance d; of parallel rays radius (d - b).
+    // Similar triangles: radius (d - b) / b, seen from the light at the receiver's distance d; of parallel rays radius
+    // (d - b).
     let of_parallel = light * depth_m * max(blocker - point.depth, 0.0);
     let of_point = light * max(z - 1.0 / max(blocker, 1e-6), 0.0) * blocker / z;
     return min(mix(of_parallel, of_point, perspective), PENUMBRA_MAX);
@@ -223,8 +227,8 @@ fn punctual_visibility(table_uv: vec2f, light_position: vec3f, position_world: v
     return tile_visibility(tile, position_world, normal, shadow.z, 1.0);
 }
 
-// The share of the directional light whose place in the table is `table_uv` that reaches a surface: by the first of its cascades that shows it, and
-// where that ends, more and more by the next.
+// The share of the directional light whose place in the table is `table_uv` that reaches a surface: by the first of its
+// cascades that shows it, and where that ends, more and more by the next.
 fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
     let shadow = light_part(table_uv, LIGHT_SHADOW);
     let count = u32(shadow.y);
@@ -252,8 +256,8 @@ fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f)
     return visibility + left;
 }
 
-// The share of light that gets to a place in the air, by one tile: the comparison of its texels alone, because no surface
-// lies there that could shadow itself.
+// The share of light that gets to a place in the air, by one tile: the comparison of its texels alone, because no
+// surface lies there that could shadow itself.
 fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: f32) -> f32 {
     let at = in_tile(tile, position_world);
     let inverse_z = 1.0 / max(at.z, 1e-6);
@@ -278,7 +282,8 @@ fn punctual_visibility_in_air(table_uv: vec2f, light_position: vec3f, position_w
     return tile_visibility_in_air(tile, position_world, 1.0);
 }
 
-// The share of the directional light whose place in the table is `table_uv` that gets to a place in the air: by the first of its cascades that shows it.
+// The share of the directional light whose place in the table is `table_uv` that gets to a place in the air: by the
+// first of its cascades that shows it.
 fn directional_visibility_in_air(table_uv: vec2f, position_world: vec3f) -> f32 {
     let shadow = light_part(table_uv, LIGHT_SHADOW);
     let count = u32(shadow.y);

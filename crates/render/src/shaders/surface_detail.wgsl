@@ -8,8 +8,8 @@ import package::shaders::layer_maps::{
 };
 import package::shaders::surface_vertex::SurfaceVarying;
 
-// `detail`, which is a normal beside `vertex`, as it is beside `base` (Barré-Brisebois & Hill 2012, "Blending in Detail": the
-// shortest turn from `vertex` to `base`).
+// `detail`, which is a normal beside `vertex`, as it is beside `base` (Barré-Brisebois & Hill 2012, "Blending in
+// Detail": the shortest turn from `vertex` to `base`).
 fn reoriented(base: vec3f, detail: vec3f, vertex: vec3f) -> vec3f {
     let t = base + vertex;
     let u = vertex * (2.0 * dot(detail, vertex)) - detail;
@@ -17,8 +17,8 @@ fn reoriented(base: vec3f, detail: vec3f, vertex: vec3f) -> vec3f {
     return turned * inverseSqrt(max(dot(turned, turned), 1e-12));
 }
 
-// The normal of heights over a surface of normal `vertex`: it leans away from where they rise (Blinn 1978), by their differences
-// over two texels.
+// The normal of heights over a surface of normal `vertex`: it leans away from where they rise (Blinn 1978), by their
+// differences over two texels.
 fn height_normal(in: SurfaceVarying, facet: Facet, vertex: vec3f) -> vec3f {
     let uv = map_uv(in.uv, MAP_HEIGHT);
     let uv_dx = map_uv_step(facet.uv_dx, MAP_HEIGHT);
@@ -36,7 +36,8 @@ fn height_normal(in: SurfaceVarying, facet: Facet, vertex: vec3f) -> vec3f {
     return select(vertex, leaning * inverseSqrt(max(length_squared, 1e-12)), length_squared < 1e12);
 }
 
-// A texel of the map of detail as a normal beside `vertex`; u of the map runs along the tangent, and v against the bitangent.
+// A texel of the map of detail as a normal beside `vertex`; u of the map runs along the tangent, and v against the
+// bitangent.
 fn detail_map_normal(in: SurfaceVarying, facet: Facet, vertex: vec3f, facing: f32, y_sign: f32) -> vec3f {
     let encoded = data_map(in, MAP_DETAIL_NORMAL).xyz * 2.0 - 1.0;
     let uv_dx = map_uv_step(facet.uv_dx, MAP_DETAIL_NORMAL);

@@ -86,9 +86,10 @@ fn material_uv(uv: vec4f, slot: u32) -> vec2f {
     return material_uv_step(drawn_uv_dy, slot) * exp2(bias);
 }
 
-// What is added to the mip level of textures. A pixel's footprint on a surface seen at a slant is 1 / n.v times as long as
-// wide, and what samplers do not make up for of that, they blur by its length. But n samples, which lie apart in every
-// direction, need no coarser texels than the n-th part of the footprint's area, nor finer ones than of its length.
+// What is added to the mip level of textures. A pixel's footprint on a surface seen at a slant is 1 / n.v times as long
+// as wide, and what samplers do not make up for of that, they blur by its length. But n samples, which lie apart in
+// every direction, need no coarser texels than the n-th part of the footprint's area, nor finer ones than of its
+// length.
 fn surface_mip_bias(in: SurfaceVarying) -> f32 {
     let length_squared = dot(in.normal_world, in.normal_world);
     let n_dot_v = abs(dot(in.normal_world, direction_to_eye_world(in.position_world)))
@@ -97,7 +98,8 @@ fn surface_mip_bias(in: SurfaceVarying) -> f32 {
     return -view.mip_gain - clamp(0.5 * log2(elongation), 0.0, view.mip_gain);
 }
 
-// The normal of the mesh on the side that is seen. Interpolation shortens normals; a vanishing one must not become a NaN.
+// The normal of the mesh on the side that is seen. Interpolation shortens normals; a vanishing one must not become a
+// NaN.
 fn vertex_normal_of(in: SurfaceVarying, front_facing: bool) -> vec3f {
     let length_squared = dot(in.normal_world, in.normal_world);
     return select(vec3f(0.0, 1.0, 0.0), in.normal_world * inverseSqrt(max(length_squared, 1e-30)),

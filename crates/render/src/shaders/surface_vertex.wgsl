@@ -21,7 +21,8 @@ struct SurfaceInput {
     @location(6) world_from_object_row0: vec4f,
     @location(7) world_from_object_row1: vec4f,
     @location(8) world_from_object_row2: vec4f,
-    // Object id and WITHOUT_NORMALS (or what `level_fade.wgsl` puts there), first joint (all ones: not skinned), first morph weight, number of morph targets.
+    // Object id and WITHOUT_NORMALS (or what `level_fade.wgsl` puts there), first joint (all ones: not skinned), first
+    // morph weight, number of morph targets.
     @location(9) instance: vec4u,
     // First displacement texel of the primitive, number of vertices.
     @location(10) morph: vec2u,

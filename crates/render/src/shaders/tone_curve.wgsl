@@ -1,7 +1,7 @@
-// The curve from radiance to display colours. Which it is is constant when a shader runs, because the software adapters execute
-// every branch of what a uniform chooses.
-// Sources: Khronos PBR Neutral (Khronos 2024); ACES fit (Hill 2016); AgX (Sobotka 2022, polynomial fit of Wrensch 2023);
-// Reinhard et al. 2002, on luminance; exponential (1 - exp(-x)).
+// The curve from radiance to display colours. Which it is is constant when a shader runs, because the software adapters
+// execute every branch of what a uniform chooses.
+// Sources: Khronos PBR Neutral (Khronos 2024); ACES fit (Hill 2016); AgX (Sobotka 2022, polynomial fit of Wrensch
+// 2023); Reinhard et al. 2002, on luminance; exponential (1 - exp(-x)).
 
 import package::constants::{CURVE_ACES, CURVE_AGX, CURVE_EXPONENTIAL, CURVE_NEUTRAL, CURVE_NONE, CURVE_REINHARD, HALF_FLOAT_MAX};
 

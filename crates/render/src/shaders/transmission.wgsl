@@ -1,6 +1,6 @@
-// What lies behind a surface that light comes through: the picture without such surfaces, blurred by its mips where the surface is
-// rough, seen where the refracted ray leaves the volume (KHR_materials_transmission and KHR_materials_volume); and the environment
-// where the ray leaves the picture.
+// What lies behind a surface that light comes through: the picture without such surfaces, blurred by its mips where the
+// surface is rough, seen where the refracted ray leaves the volume (KHR_materials_transmission and
+// KHR_materials_volume); and the environment where the ray leaves the picture.
 
 import package::view::view;
 import package::constants::{LAYER_DISPERSION, LAYER_VOLUME, ROUGHNESS_PERCEPTUAL_MIN};
@@ -12,7 +12,8 @@ import package::shaders::shading::linear_clamp;
 // Radiance and coverage of what lies behind, with its mips.
 @group(1) @binding(2) var behind: texture_2d<f32>;
 
-// A cubic B-spline of four by four texels by four samples (Sigg & Hadwiger 2005, GPU Gems 2), because squares of coarse mips show.
+// A cubic B-spline of four by four texels by four samples (Sigg & Hadwiger 2005, GPU Gems 2), because squares of coarse
+// mips show.
 fn behind_at_mip(uv: vec2f, mip: f32) -> vec4f {
     if mip < 0.5 {
         // As sharp as it is.

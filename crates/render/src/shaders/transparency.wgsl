@@ -22,8 +22,8 @@ struct Weighting {
 
 @group(1) @binding(3) var<uniform> weighting: Weighting;
 
-// Which fragments are drawn, as `transparency/peel.rs` numbers them: all of them, or those of surfaces that light comes through beyond
-// the nearest of these, or blended ones that are behind that or before it.
+// Which fragments are drawn, as `transparency/peel.rs` numbers them: all of them, or those of surfaces that light comes
+// through beyond the nearest of these, or blended ones that are behind that or before it.
 const PEELS_NOTHING: u32 = 0u;
 const PEELS_BEYOND: u32 = 1u;
 const PEELS_BEHIND: u32 = 2u;
@@ -40,7 +40,8 @@ struct ShadedTargets {
     @location(1) weight: vec4f,
 }
 
-// Surfaces of one object that face one way are apart for chance where their distances differ by more than a share of 2^(1/128) - 1.
+// Surfaces of one object that face one way are apart for chance where their distances differ by more than a share of
+// 2^(1/128) - 1.
 const CHANCES_PER_OCTAVE: f32 = 128.0;
 
 fn distance_at(position_world: vec3f) -> f32 {
@@ -63,8 +64,8 @@ fn is_peeled(position_clip: vec4f, position_world: vec3f) -> bool {
     return is_before == (peels == PEELS_BEHIND);
 }
 
-// Whether a sample of a still shows what lies behind a fragment in its place. Surfaces that lie behind each other in a pixel decide
-// that independently; of the samples of each of them a share of alpha shows it.
+// Whether a sample of a still shows what lies behind a fragment in its place. Surfaces that lie behind each other in a
+// pixel decide that independently; of the samples of each of them a share of alpha shows it.
 fn is_let_through(in: SurfaceVarying, alpha: f32, front_facing: bool) -> bool {
     if blending == BLENDING_STOCHASTIC {
         let octave = log2(max(distance_at(in.position_world), 1e-30));
@@ -84,8 +85,8 @@ fn weight_at(distance_m: f32, radiance: vec3f) -> f32 {
     return exp2(clamp(exponent, -weighting.exponent.z, weighting.exponent.z)) / max(brightest / RADIANCE_WEIGHTED, 1.0);
 }
 
-// What a surface leaves whose material has this alpha. `opaque_alpha` is its coverage, with the mark of `glow.wgsl`, where the
-// material does not blend.
+// What a surface leaves whose material has this alpha. `opaque_alpha` is its coverage, with the mark of `glow.wgsl`,
+// where the material does not blend.
 fn shaded_targets(radiance: vec3f, opaque_alpha: f32, alpha: f32, position_world: vec3f) -> ShadedTargets {
     let light = half_float_clamped(radiance);
     var out: ShadedTargets;

@@ -27,8 +27,8 @@ pub(super) struct Caster {
     item: u32,
     /// The level of its mesh.
     level: u32,
-    /// Whether the light lies within its bounds. Of others a side that the eye would not see casts no shadow either; but what
-    /// encloses a light keeps it in, whichever side is within.
+    /// Whether the light lies within its bounds. Of others a side that the eye would not see casts no shadow either;
+    /// but what encloses a light keeps it in, whichever side is within.
     encloses: bool,
 }
 
@@ -45,8 +45,8 @@ impl<'w> Casters<'w> {
         Self { world, chooser, version, sample_index, deformation: OnceCell::new() }
     }
 
-    /// Those around a light that reaches `range_m` from one of its points. What emits light and has the light's middle within
-    /// its bounds is none: it is the bulb that the light stands for.
+    /// Those around a light that reaches `range_m` from one of its points. What emits light and has the light's middle
+    /// within its bounds is none: it is the bulb that the light stands for.
     pub fn around(&self, position: Vec3, middle: Vec3, range_m: f32) -> OfLight {
         let is_near = |bounds: &Aabb| {
             let nearest = position.clamp(bounds.min, bounds.max);

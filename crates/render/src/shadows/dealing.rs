@@ -1,9 +1,9 @@
 //! Lights that share the atlas by turns, so that in a still every light casts its shadow however many there are.
 //!
-//! Those that matter most have their tiles in every frame. The others are dealt out into rounds: a light shines in the frames of
-//! its round alone, and there as much brighter as there are frames without it, so that the mean over all frames is right.
-//! Frames of a round follow each other, so that its tiles are drawn once. And a light of some size shines from another of
-//! its points in every frame, so that the mean has the penumbrae of all of it.
+//! Those that matter most have their tiles in every frame. The others are dealt out into rounds: a light shines in the
+//! frames of its round alone, and there as much brighter as there are frames without it, so that the mean over all
+//! frames is right. Frames of a round follow each other, so that its tiles are drawn once. And a light of some size
+//! shines from another of its points in every frame, so that the mean has the penumbrae of all of it.
 
 use crate::lights::TableLight;
 use glam::Vec3;
@@ -23,8 +23,9 @@ pub struct Dealing {
 }
 
 impl Dealing {
-    /// Which texels of blended surfaces stop light in this frame: another choice in as many parts of the frames as are worth
-    /// drawing their maps anew. The choices of a texel divide its alpha evenly among them, so that sixteen suffice.
+    /// Which texels of blended surfaces stop light in this frame: another choice in as many parts of the frames as are
+    /// worth drawing their maps anew. The choices of a texel divide its alpha evenly among them, so that sixteen
+    /// suffice.
     pub fn pattern(&self) -> u32 {
         let patterns = self.frames.clamp(1, PATTERNS_MAX);
         (u64::from(self.frame) * u64::from(patterns) / u64::from(self.frames.max(1))) as u32
@@ -51,8 +52,8 @@ impl Dealing {
         self.frames > 1
     }
 
-    /// The light as this frame's shadows have it: at one of its points. Where every frame stands for itself the first has it
-    /// in its middle: it may be all that is seen.
+    /// The light as this frame's shadows have it: at one of its points. Where every frame stands for itself the first
+    /// has it in its middle: it may be all that is seen.
     pub fn moved(&self, light: &TableLight) -> TableLight {
         let is_first_of_all = self.rounds.is_none() && self.frame == 0;
         if !self.moves() || is_first_of_all || light.radius_m <= 0.0 || is_wide(light) {
@@ -73,8 +74,8 @@ impl Dealing {
         TableLight { position: light.position + direction * (radius_share(c) * light.radius_m), ..*light }
     }
 
-    /// A point of the unit cube, another one for every frame and light: a sequence of the generalised golden ratio (Roberts
-    /// 2018), from another beginning for every light.
+    /// A point of the unit cube, another one for every frame and light: a sequence of the generalised golden ratio
+    /// (Roberts 2018), from another beginning for every light.
     fn point(&self, light: u32) -> [f32; 3] {
         let mut hash = light.wrapping_mul(0x9e37_79b9);
         [0.819_172_5_f64, 0.671_043_6, 0.549_700_5].map(|step| {
@@ -86,15 +87,15 @@ impl Dealing {
     }
 }
 
-/// Whether a light is so wide that its points in a few frames would each leave an edge of their own: its shadows on surfaces are those
-/// of its middle, from one map for all frames.
+/// Whether a light is so wide that its points in a few frames would each leave an edge of their own: its shadows on
+/// surfaces are those of its middle, from one map for all frames.
 pub(super) fn is_wide(light: &TableLight) -> bool {
     light.kind == LightKind::Directional && light.radius_m > 0.2
 }
 
-/// The distance from the middle, as a share of the radius, within which the share `share` of a ball's points lies, if they
-/// are so dense that they look like a disc of one brightness from everywhere: in proportion to 1 / √(1 − r²), as Abel's
-/// integral has it.
+/// The distance from the middle, as a share of the radius, within which the share `share` of a ball's points lies, if
+/// they are so dense that they look like a disc of one brightness from everywhere: in proportion to 1 / √(1 − r²), as
+/// Abel's integral has it.
 fn radius_share(share: f32) -> f32 {
     let within = |r: f32| (r.asin() - r * (1.0 - r * r).max(0.0).sqrt()) / std::f32::consts::FRAC_PI_2;
     let (mut low, mut high) = (0.0f32, 1.0f32);
@@ -120,8 +121,8 @@ pub(super) struct Turns {
 }
 
 impl Turns {
-    /// The turns of lights that demand tiles of some side, so many each, the most important first, in an atlas of `area`
-    /// texels. Half of it belongs to lights that always have their tiles, if not all of them can.
+    /// The turns of lights that demand tiles of some side, so many each, the most important first, in an atlas of
+    /// `area` texels. Half of it belongs to lights that always have their tiles, if not all of them can.
     pub fn new(demanded: &[(u32, u32)], area: u64, side_min: u32) -> Self {
         let texels =
             |(side, count): (u32, u32), shift: u32| u64::from((side >> shift).max(side_min)).pow(2) * u64::from(count);

@@ -1,9 +1,9 @@
 //! Shadow maps: which lights have them, where they lie in the atlas, and what is drawn into them.
 //!
 //! Source: Williams 1978, "Casting Curved Shadows on Curved Surfaces"; one atlas for all of them after Doghramachi 2015
-//! ("Tile-Based Omnidirectional Shadows"). Every tile lasts from frame to frame, and is drawn again only if it changed what it
-//! would show: the light, or a caster inside. The atlas and its tiles are the CPU's; `passes/shadows` draws them, and
-//! `shaders/shadows.wgsl` reads them.
+//! ("Tile-Based Omnidirectional Shadows"). Every tile lasts from frame to frame, and is drawn again only if it changed
+//! what it would show: the light, or a caster inside. The atlas and its tiles are the CPU's; `passes/shadows` draws
+//! them, and `shaders/shadows.wgsl` reads them.
 
 mod atlas;
 mod casters;
@@ -86,8 +86,8 @@ pub struct ViewShadows {
     pub of_light: Vec<[f32; 4]>,
     /// One for every light: by how much it is brighter in this frame, because it is dark in others.
     pub weights: Vec<f32>,
-    /// Four texels a tile: the rows of its projection; the middle in texture coordinates, half the side, the side of a texel
-    /// in metres. A tile without casters has no side.
+    /// Four texels a tile: the rows of its projection; the middle in texture coordinates, half the side, the side of a
+    /// texel in metres. A tile without casters has no side.
     pub tiles: Vec<[f32; 4]>,
 }
 
@@ -145,7 +145,8 @@ impl Default for Shadows {
 }
 
 impl Shadows {
-    /// Lets the atlas grow to the side `side_max`, a power of two. Where it was allowed another one, what the tiles hold is forgotten.
+    /// Lets the atlas grow to the side `side_max`, a power of two. Where it was allowed another one, what the tiles
+    /// hold is forgotten.
     pub fn allow(&mut self, side_max: u32) {
         if self.side_max != side_max {
             self.side_max = side_max;
@@ -179,8 +180,9 @@ impl Shadows {
         self.tiles.values_mut().for_each(|kept| kept.signature = 0);
     }
 
-    /// The largest side of the atlas that `settings` allow, where textures have at most `limit` texels a side. A picture whose
-    /// longer side is `longest_px` makes no use of more than four times as many, unless so many `lights` have small tiles.
+    /// The largest side of the atlas that `settings` allow, where textures have at most `limit` texels a side. A
+    /// picture whose longer side is `longest_px` makes no use of more than four times as many, unless so many `lights`
+    /// have small tiles.
     pub fn side_allowed(settings: &ShadowSettings, limit: u32, longest_px: u32, lights: usize) -> u32 {
         // Six of the second smallest size for each.
         let of_lights = (24.0 * lights as f32).sqrt() as u32 * SIDE_MIN;
@@ -189,7 +191,8 @@ impl Shadows {
         if side <= limit { side } else { 1 << limit.max(1).ilog2() }
     }
 
-    /// Gives every light its tiles, and says which are to be drawn. `version` rises whenever a mesh or a material changed.
+    /// Gives every light its tiles, and says which are to be drawn. `version` rises whenever a mesh or a material
+    /// changed.
     pub(crate) fn prepare(
         &mut self,
         (world, chooser): (&WorldDraws, Option<&Chooser>),
@@ -301,7 +304,8 @@ impl<'w> Casting<'w> {
         Self { everywhere: casters.everywhere(), casters }
     }
 
-    /// What a map shows, whose instances are appended to `instances`, and a number that it shares with all that are alike.
+    /// What a map shows, whose instances are appended to `instances`, and a number that it shares with all that are
+    /// alike.
     pub fn tile(&self, projection: &TileProjection, instances: &mut Vec<Instance>) -> (Vec<Draw>, u64) {
         let items: Vec<Caster> = self.casters.in_tile(&self.everywhere.items, projection).collect();
         let signature = self.casters.signature(&items, projection);

@@ -14,8 +14,8 @@ pub(super) struct Kept {
 }
 
 impl Shadows {
-    /// The side of the tiles of every light, 0 where there is no place for them, or where there would be more than `most` of
-    /// lights at a place. All are made smaller alike until they fit.
+    /// The side of the tiles of every light, 0 where there is no place for them, or where there would be more than
+    /// `most` of lights at a place. All are made smaller alike until they fit.
     pub(super) fn sides(&self, wanting: &[Wanting], most: u32) -> Vec<u32> {
         let area = u64::from(self.side_max).pow(2);
         let mut tiles = 0;
@@ -55,8 +55,8 @@ impl Shadows {
 
     /// The squares of every light's tiles, none of a tile without casters; none at all of a light that has no place.
     pub(super) fn place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Vec<Option<Vec<Option<Square>>>> {
-        // First what stays where it is, then what is new; if that finds no gap, the atlas grows, if it may; else what nobody wants now is
-        // given up, and if that does not help, everything is placed anew, which always fits.
+        // First what stays where it is, then what is new; if that finds no gap, the atlas grows, if it may; else what
+        // nobody wants now is given up, and if that does not help, everything is placed anew, which always fits.
         for attempt in 0..3 {
             match attempt {
                 0 => (),

@@ -1,8 +1,9 @@
 //! How a tile of the atlas sees the world.
 //!
-//! The space of a tile: x and y go from −1 to 1 over the tile, after a division by z where rays go through a point; z is the
-//! distance from that point in units of the nearest one that is drawn, or for parallel rays the depth itself, 1 nearest to
-//! the light and 0 farthest away. All of it is affine in world space, so that one matrix of three rows takes an object into a tile.
+//! The space of a tile: x and y go from −1 to 1 over the tile, after a division by z where rays go through a point; z
+//! is the distance from that point in units of the nearest one that is drawn, or for parallel rays the depth itself, 1
+//! nearest to the light and 0 farthest away. All of it is affine in world space, so that one matrix of three rows takes
+//! an object into a tile.
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 
@@ -34,8 +35,8 @@ pub fn looking_along(direction: Vec3) -> Quat {
 }
 
 impl TileProjection {
-    /// Of a tile of `side` texels that looks from `position` along −Z of `world_from_light`. Within its border it sees what
-    /// lies within `tangent` of its axis, and nothing nearer than `near_m`.
+    /// Of a tile of `side` texels that looks from `position` along −Z of `world_from_light`. Within its border it sees
+    /// what lies within `tangent` of its axis, and nothing nearer than `near_m`.
     pub fn perspective(position: Vec3, world_from_light: Quat, tangent: f32, near_m: f32, side: u32) -> Self {
         let tangent = tangent / (1.0 - 2.0 * BORDER_TEXELS / side as f32).max(0.25);
         let axis = |axis: Vec3, scale: f32| {
@@ -53,8 +54,9 @@ impl TileProjection {
         }
     }
 
-    /// Of a tile of `side` texels for parallel rays along −Z of `world_from_light`: within its border a square of half the
-    /// side `half_m` around `center`, a point of light space, from the z `nearest` to the z `farthest` of that space.
+    /// Of a tile of `side` texels for parallel rays along −Z of `world_from_light`: within its border a square of half
+    /// the side `half_m` around `center`, a point of light space, from the z `nearest` to the z `farthest` of that
+    /// space.
     pub fn parallel(
         world_from_light: Quat,
         center: Vec2,
@@ -89,8 +91,8 @@ impl TileProjection {
         self.rows.map(|row| (x * row.x + y * row.y + z * row.z + Vec4::W * row.w).to_array())
     }
 
-    /// The planes of what the tile may show: inside, all of `plane · (p, 1)` are at least 0. What lies between a light and
-    /// what is seen casts a shadow, however near the light it is, so that parallel rays have no nearest distance.
+    /// The planes of what the tile may show: inside, all of `plane · (p, 1)` are at least 0. What lies between a light
+    /// and what is seen casts a shadow, however near the light it is, so that parallel rays have no nearest distance.
     pub fn planes(&self) -> [Vec4; 5] {
         let [x, y, z] = self.rows;
         if self.is_perspective {
@@ -101,8 +103,8 @@ impl TileProjection {
     }
 }
 
-/// The view's part between two distances, as a sphere around it in world space that depends on nothing but its shape and
-/// place, so that a view that turns keeps its radius.
+/// The view's part between two distances, as a sphere around it in world space that depends on nothing but its shape
+/// and place, so that a view that turns keeps its radius.
 pub fn slice_sphere(
     world_from_view: &Mat4,
     half_extent: Vec2,

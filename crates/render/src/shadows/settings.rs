@@ -10,8 +10,8 @@ choices! {
         /// The mean of comparisons with the texels around (Reeves, Salesin & Cook 1987).
         #[default]
         Pcf = "pcf",
-        /// The same over a penumbra as wide as the light and what blocks it make it (Fernando 2005). Lights without a radius
-        /// have none.
+        /// The same over a penumbra as wide as the light and what blocks it make it (Fernando 2005). Lights without a
+        /// radius have none.
         Pcss = "pcss",
     }
 }
@@ -23,17 +23,18 @@ settings! {
         enabled: bool = true;
         /// How the edge of a shadow is filtered.
         filter: ShadowFilter = ShadowFilter::Pcf, needs "shadows.enabled=true";
-        /// The greatest width and height of the texture that holds all shadow maps, rounded up to a power of two; it takes four
-        /// bytes a texel. It grows with what the lights in view want, and is smaller for small pictures.
+        /// The greatest width and height of the texture that holds all shadow maps, rounded up to a power of two; it
+        /// takes four bytes a texel. It grows with what the lights in view want, and is smaller for small pictures.
         atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
-        /// The most shadow maps of lights at a place in a frame that stands for itself, as in `bench` and in the browser: six
-        /// for a point light, one for a spot. Those of the lights that matter least are left out, and counted. Stills have
-        /// as many as their lights need.
+        /// The most shadow maps of lights at a place in a frame that stands for itself, as in `bench` and in the
+        /// browser: six for a point light, one for a spot. Those of the lights that matter least are left out, and
+        /// counted. Stills have as many as their lights need.
         maps: u32 = 1024, in 0..=65536, needs "shadows.enabled=true";
         /// The number of shadow maps of a directional light, each for a part of the view's depth.
         cascades: u32 = 4, in 1..=4, needs "shadows.enabled=true";
-        /// Whether in a still the lights for whose shadow maps there is no room at once take turns, so that every light casts
-        /// its shadow. Otherwise, and always in `bench` and in the browser, they shine through everything, and are counted.
+        /// Whether in a still the lights for whose shadow maps there is no room at once take turns, so that every light
+        /// casts its shadow. Otherwise, and always in `bench` and in the browser, they shine through everything, and
+        /// are counted.
         turns: bool = true, needs "shadows.enabled=true";
         /// Texels by which a surface is moved along its normal before it is compared with a map.
         bias_texels: f32 = 1.25, in 0.0..=16.0, unit "texels", needs "shadows.enabled=true";

@@ -59,7 +59,8 @@ const SPOT_MAX_RAD: f32 = FRAC_PI_3;
 /// The nearest caster as a share of the range, in metres at most and at least.
 const NEAR_SHARE: f32 = 1.0 / 512.0;
 const NEAR_M: [f32; 2] = [1e-4, 0.02];
-/// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges, and of wide ones.
+/// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges,
+/// and of wide ones.
 const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
 
 impl Aim {
@@ -130,8 +131,8 @@ impl Aim {
     }
 }
 
-/// The side in texels at which a local light's shadow is as fine as the picture, half way to the end of its range; none if
-/// the view does not see what the light reaches.
+/// The side in texels at which a local light's shadow is as fine as the picture, half way to the end of its range; none
+/// if the view does not see what the light reaches.
 pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
     let view = viewer.view;
     let (width, height) = (viewer.size.0 as f32, viewer.size.1 as f32);

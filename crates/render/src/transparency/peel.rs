@@ -1,4 +1,5 @@
-//! Passes that leave out fragments on one side of the nearest surfaces that light comes through, as `transparency.wgsl` has it.
+//! Passes that leave out fragments on one side of the nearest surfaces that light comes through, as `transparency.wgsl`
+//! has it.
 //!
 //! Source: Everitt 2001, "Interactive Order-Independent Transparency" (depth peeling).
 

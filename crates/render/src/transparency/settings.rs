@@ -6,15 +6,16 @@ use crate::setting::settings;
 settings! {
     /// Settings of surfaces that alpha covers.
     pub struct TransparencySettings {
-        /// In which way surfaces that alpha covers in part become one picture: sorted, each object over those behind it; as a weighted
-        /// mean, which is the same in any order; or opaque in so many of a still's samples as alpha says, which is right in any
-        /// order after many samples and noisy before (docs/transparency.md).
+        /// In which way surfaces that alpha covers in part become one picture: sorted, each object over those behind
+        /// it; as a weighted mean, which is the same in any order; or opaque in so many of a still's samples as alpha
+        /// says, which is right in any order after many samples and noisy before (docs/transparency.md).
         mode: TransparencyMode = TransparencyMode::Sorted;
-        /// Which fragments masks drop: those with less alpha than the cutoff, or at a distance, where texels are smaller than pixels,
-        /// those with less than a hash of their place, so that as much stays of a fine mask as covers its pixels.
+        /// Which fragments masks drop: those with less alpha than the cutoff, or at a distance, where texels are
+        /// smaller than pixels, those with less than a hash of their place, so that as much stays of a fine mask as
+        /// covers its pixels.
         masks: Masks = Masks::Cutoff;
-        /// How many surfaces that light comes through are seen behind each other: with 2 what lies behind the nearest, drawn before it;
-        /// it takes about twice as long.
+        /// How many surfaces that light comes through are seen behind each other: with 2 what lies behind the nearest,
+        /// drawn before it; it takes about twice as long.
         refractive_layers: u32 = 1, in 1..=2;
     }
 }

@@ -89,8 +89,8 @@ pub fn keep(name: &str, pictures: &[(&str, &Picture)]) {
     }
 }
 
-/// Asserts that two scenes look the same by the camera that frames the first one, and that there is something to look at. Gives the
-/// first picture.
+/// Asserts that two scenes look the same by the camera that frames the first one, and that there is something to look
+/// at. Gives the first picture.
 #[track_caller]
 pub fn assert_twins(name: &str, [first, second]: [&Scene; 2], most: f64) -> Picture {
     let mut renderer = super::renderer();

@@ -1,5 +1,5 @@
-//! Pictures of the environment, what is seen of them, and integrals over all of their texels, which know neither cube maps, samples nor
-//! suns.
+//! Pictures of the environment, what is seen of them, and integrals over all of their texels, which know neither cube
+//! maps, samples nor suns.
 
 use super::plain_request;
 use glam::{DVec3, Mat4, Quat, Vec3};
@@ -8,7 +8,8 @@ use manypass_scene::{Camera, EnvironmentMap, Node, Projection, Scene};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// A picture's radiance in all directions, for integrals over lobes: between its texels it goes evenly, as the renderer has it.
+/// A picture's radiance in all directions, for integrals over lobes: between its texels it goes evenly, as the renderer
+/// has it.
 pub struct Surroundings {
     size: (usize, usize),
     /// Radiance of texels, with what half floats cannot hold.
@@ -102,8 +103,8 @@ impl Surroundings {
         row(y).lerp(row(y + 1), lower_share)
     }
 
-    /// The mean over the lobe of GGX about a direction, seen along it, weighted by n·l. Every part of the sphere is as small as the lobe
-    /// asks for there: [`FINE`] of the length on which the lobe changes.
+    /// The mean over the lobe of GGX about a direction, seen along it, weighted by n·l. Every part of the sphere is as
+    /// small as the lobe asks for there: [`FINE`] of the length on which the lobe changes.
     pub fn reflection(&self, normal: DVec3, roughness: f64) -> DVec3 {
         const FINE: f64 = 0.15;
         let alpha = roughness * roughness;

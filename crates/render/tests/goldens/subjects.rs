@@ -187,7 +187,8 @@ fn normal_map() -> Subject {
     subject("normal_map", scene, (96, 96), Vec3::new(0.0, 0.0, 3.6), Vec3::ZERO)
 }
 
-/// A box and an arm, and their mirror image by a node of negative scale, with bumps: both are lit from above on the left.
+/// A box and an arm, and their mirror image by a node of negative scale, with bumps: both are lit from above on the
+/// left.
 fn mirrored_nodes() -> Subject {
     let mut scene = Scene::default();
     let normal_texture = Some(bumps(&mut scene));
@@ -208,8 +209,8 @@ fn mirrored_nodes() -> Subject {
     subject("mirrored_nodes", scene, (112, 72), Vec3::new(0.0, 1.2, 5.0), Vec3::new(0.0, 0.25, 0.0))
 }
 
-/// A capsule bent by two joints to the right at its middle, and a ball stretched upwards by a morph target, in the middle
-/// of their animation.
+/// A capsule bent by two joints to the right at its middle, and a ball stretched upwards by a morph target, in the
+/// middle of their animation.
 fn skin_and_morph() -> Subject {
     let mut scene = Scene::default();
     let mut rod = capsule(0.25, 1.4, 32, 8);

@@ -1,5 +1,5 @@
-//! What is animated beside nodes: factors of materials, where their textures lie, lights, cameras, whether a node is shown
-//! (`KHR_animation_pointer`).
+//! What is animated beside nodes: factors of materials, where their textures lie, lights, cameras, whether a node is
+//! shown (`KHR_animation_pointer`).
 
 use super::{Interpolation, sample_weights, span};
 use crate::material::{LayerMap, Mapped, TextureRef};

@@ -17,8 +17,9 @@ const STEP_M: f32 = 0.35;
 /// Texels of a side of their textures.
 const TEXELS: u32 = 128;
 
-/// A field of 10,000 pebbles of sixteen kinds, each with 1,472 triangles, colours and a normal map; one in four has a clear coat, and
-/// one in four is of velvet. In a picture of 960 x 540 the balls around the nearest are 16 pixels wide and those around the farthest 3.
+/// A field of 10,000 pebbles of sixteen kinds, each with 1,472 triangles, colours and a normal map; one in four has a
+/// clear coat, and one in four is of velvet. In a picture of 960 x 540 the balls around the nearest are 16 pixels wide
+/// and those around the farthest 3.
 pub fn crowd() -> Scene {
     let mut scene = Scene::default();
     for kind in 0..KINDS {

@@ -6,8 +6,9 @@ use glam::{Quat, Vec3, Vec4};
 
 const RADIUS_M: f32 = 0.45;
 
-/// Spheres of ten materials: paint under a clear coat, brushed metal, velvet, an oil film on metal, a waxy leaf; clear glass, coloured glass,
-/// frosted glass, a crystal that disperses, and porcelain. A wall and a floor of squares show what is seen through them.
+/// Spheres of ten materials: paint under a clear coat, brushed metal, velvet, an oil film on metal, a waxy leaf; clear
+/// glass, coloured glass, frosted glass, a crystal that disperses, and porcelain. A wall and a floor of squares show
+/// what is seen through them.
 pub fn materials() -> Scene {
     let mut scene = Scene::default();
     let ball = |scene: &mut Scene, place: (usize, usize), material: Material| {

@@ -11,8 +11,8 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 /// Texels along the sides of images.
 const SIDE: u32 = 256;
 
-/// A wall of bricks and a floor of cobbles, each a single square with heights, in the raking light of a lamp. Light of a window that is
-/// not there was baked into the wall; a ball has detail of its own.
+/// A wall of bricks and a floor of cobbles, each a single square with heights, in the raking light of a lamp. Light of
+/// a window that is not there was baked into the wall; a ball has detail of its own.
 pub fn relief() -> Scene {
     let mut scene = Scene::default();
     let bricks = of_heights(&mut scene, "bricks", brick, Vec3::new(0.42, 0.13, 0.07));

@@ -1,7 +1,7 @@
 //! The six faces of a cube as a picture of the environment: files of a folder, made into one equirectangular picture.
 //!
-//! Pictures are as they are seen from the middle of the cube, and lie as three.js has them: faces are named for axes of a left-handed
-//! space, so that +X is on the left of who looks along +Z.
+//! Pictures are as they are seen from the middle of the cube, and lie as three.js has them: faces are named for axes of
+//! a left-handed space, so that +X is on the left of who looks along +Z.
 
 use super::{Decoded, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, cut, equirectangular_direction};
 use super::{EXR_MAGIC, decode_exr, decode_radiance, is_radiance};
@@ -169,8 +169,8 @@ fn face_of(direction: Vec3) -> (usize, f32, f32) {
 }
 
 impl EnvironmentMap {
-    /// Of the six faces of a cube, +X, −X, +Y, −Y, +Z, −Z: the names of their files and their bytes. Radiance and OpenEXR hold radiance,
-    /// others sRGB.
+    /// Of the six faces of a cube, +X, −X, +Y, −Y, +Z, −Z: the names of their files and their bytes. Radiance and
+    /// OpenEXR hold radiance, others sRGB.
     ///
     /// # Errors
     /// One cannot be read, is not square, larger than [`FACE_SIDE_MAX`], or of another size than the first.

@@ -1,5 +1,5 @@
-//! Cube maps in KTX2 containers. Levels below the first are taken to be prefiltered: what a surface reflects whose perceptual
-//! roughness is the level divided by the number of the last one, as tools that prefilter write them.
+//! Cube maps in KTX2 containers. Levels below the first are taken to be prefiltered: what a surface reflects whose
+//! perceptual roughness is the level divided by the number of the last one, as tools that prefilter write them.
 
 use super::cube::Cube;
 use super::{Decoded, EnvironmentError, EnvironmentMap, FACE_SIDE_MAX};
@@ -10,7 +10,8 @@ use half::f16;
 /// The widest faces that are kept of levels below the first.
 const KEPT_SIDE_MAX: u32 = 512;
 
-/// What surfaces of more and more roughness reflect of an environment, seen along their normals: prefiltered by other tools.
+/// What surfaces of more and more roughness reflect of an environment, seen along their normals: prefiltered by other
+/// tools.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrefilteredEnvironment {
     /// Of perceptual roughness from 0 to 1, in equal steps; two at least.
@@ -18,8 +19,8 @@ pub struct PrefilteredEnvironment {
 }
 
 impl PrefilteredEnvironment {
-    /// The radiance that a surface with the normal `direction`, of length 1, reflects to who looks along it, linear Rec. 709.
-    /// `roughness` is perceptual, from 0 to 1.
+    /// The radiance that a surface with the normal `direction`, of length 1, reflects to who looks along it, linear
+    /// Rec. 709. `roughness` is perceptual, from 0 to 1.
     pub fn reflected(&self, direction: Vec3, roughness: f32) -> Vec3 {
         let last = self.levels.len().saturating_sub(1);
         let at = roughness.clamp(0.0, 1.0) * last as f32;

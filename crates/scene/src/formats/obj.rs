@@ -265,7 +265,8 @@ impl File {
     }
 }
 
-/// Reads `position/uv/normal`, each counted from 1, or backwards from the latest one. Whether they are there is known at the end.
+/// Reads `position/uv/normal`, each counted from 1, or backwards from the latest one. Whether they are there is known
+/// at the end.
 fn corner(word: &[u8], counts: [usize; 3], line: u32) -> Result<Corner, LoadError> {
     let wrong = || at_line(line, format!("\"{}\" is no vertex; expected v, v/vt, v//vn or v/vt/vn", text::shown(word)));
     let mut corner = [NONE; 3];

@@ -86,7 +86,8 @@ impl Parts {
     }
 }
 
-/// One primitive for every material of a list of triangles. Corners with the same key are one vertex, which `push` adds to the attributes.
+/// One primitive for every material of a list of triangles. Corners with the same key are one vertex, which `push` adds
+/// to the attributes.
 pub(super) fn by_material<K: Eq + Hash>(
     materials: &[usize],
     key: impl Fn(usize) -> K,

@@ -1,5 +1,5 @@
-//! PLY (Turk 1994): meshes and clouds of points, as scanners write them; text, or bytes in either order. It has no units, and is
-//! taken as it is: Y points up.
+//! PLY (Turk 1994): meshes and clouds of points, as scanners write them; text, or bytes in either order. It has no
+//! units, and is taken as it is: Y points up.
 
 use super::parts::{Parts, linear, plain_material};
 use super::polygon;

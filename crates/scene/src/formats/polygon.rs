@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3, Vec3};
 /// The most corners of a polygon that is cut by its ears, which takes the square of them.
 const MOST_EARS: usize = 256;
 
-/// The triangles of a polygon, each as three places in `points`, wound as the polygon is. One with more than 256 corners is taken as
-/// convex.
+/// The triangles of a polygon, each as three places in `points`, wound as the polygon is. One with more than 256
+/// corners is taken as convex.
 pub(super) fn triangles(points: &[Vec3]) -> Vec<[usize; 3]> {
     let fan = |count: usize| (2..count).map(|i| [0, i - 1, i]).collect();
     match points {

@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Two faces whose normals differ by at most this angle are one smooth surface. The thousandth keeps cylinders of twelve sides smooth
-/// whatever rounding does to them.
+/// Two faces whose normals differ by at most this angle are one smooth surface. The thousandth keeps cylinders of
+/// twelve sides smooth whatever rounding does to them.
 const CREASE_DEG: f64 = 30.001;
 
 /// The most faces at one edge that a face is compared with. Two are usual; more are broken or made to be slow.
@@ -33,9 +33,9 @@ pub(super) struct Smoothed {
     pub(super) indices: Vec<u32>,
 }
 
-/// Splits the vertices of a list of triangles at creases. The normal of a vertex is the mean of those of its faces, weighted by their angles
-/// there (Thürmer & Wüthrich 1998). Vertices at one place must be one vertex. `smoothing` is that of a face; indices must
-/// be below the number of positions.
+/// Splits the vertices of a list of triangles at creases. The normal of a vertex is the mean of those of its faces,
+/// weighted by their angles there (Thürmer & Wüthrich 1998). Vertices at one place must be one vertex. `smoothing` is
+/// that of a face; indices must be below the number of positions.
 pub(super) fn smooth(positions: &[[f32; 3]], indices: &[u32], smoothing: impl Fn(usize) -> Smoothing) -> Smoothed {
     let position = |vertex: u32| Vec3::from(at(positions, vertex as usize)).as_dvec3();
     let normals: Vec<Vec3> = indices

@@ -1,7 +1,7 @@
 //! STL (3D Systems 1989): triangles without order, as text or as bytes. It has no units and no materials.
 //!
-//! Corners at one place are joined, so that normals can be smooth; those in the file are not used, since they are flat and often
-//! wrong. Z points up, as on the machines that print such files.
+//! Corners at one place are joined, so that normals can be smooth; those in the file are not used, since they are flat
+//! and often wrong. Z points up, as on the machines that print such files.
 
 use super::parts::{Parts, plain_material, y_up};
 use super::smooth::{Smoothing, smooth};

@@ -1,5 +1,6 @@
-//! 3MF (3MF Consortium, core specification 1.3): parts in units, as printers take them, in a ZIP archive. Read are meshes, components, base
-//! materials and groups of colours, in one part of the archive or several (production extension).
+//! 3MF (3MF Consortium, core specification 1.3): parts in units, as printers take them, in a ZIP archive. Read are
+//! meshes, components, base materials and groups of colours, in one part of the archive or several (production
+//! extension).
 //!
 //! Z points up in the file. Meshes keep the file's numbers; a node above all turns them and takes them to metres.
 

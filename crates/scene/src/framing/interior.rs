@@ -1,8 +1,9 @@
 //! Scenes that enclose their middle are seen from inside.
 //!
-//! Rays from the middle tell a room from a solid: they meet surfaces that are turned towards them, all around and below,
-//! where those of a helmet or a box meet the backs of what is to be seen from outside. A roof may be open, as that of
-//! Sponza's court. A vessel, such as a shoe, is turned inwards too, but it has an outside, and it is smaller than a room.
+//! Rays from the middle tell a room from a solid: they meet surfaces that are turned towards them, all around and
+//! below, where those of a helmet or a box meet the backs of what is to be seen from outside. A roof may be open, as
+//! that of Sponza's court. A vessel, such as a shoe, is turned inwards too, but it has an outside, and it is smaller
+//! than a room.
 
 use super::panorama::{Panorama, Ray};
 use crate::{Aabb, Mesh, Primitive, Projection, Scene};
@@ -67,7 +68,8 @@ impl Interior {
             let azimuth_rad = std::f32::consts::TAU * f32::from(i) / f32::from(AZIMUTHS);
             let direction = Vec3::new(azimuth_rad.cos(), 0.0, azimuth_rad.sin());
             let (ahead_m, back_m) = (free_m(direction), free_m(-direction));
-            // Of the two ways along a line, the longer one from the middle; a little more is no reason to prefer another.
+            // Of the two ways along a line, the longer one from the middle; a little more is no reason to prefer
+            // another.
             if ahead_m >= back_m && ahead_m + back_m > 1.001 * longest_m {
                 (best, longest_m, behind_m) = (direction, ahead_m + back_m, back_m);
             }

@@ -23,11 +23,12 @@ const DIRECTIONS: [Vec3; 14] = [
     Vec3::new(-1.0, -1.0, -1.0),
 ];
 
-/// A point is inside where it is nearer to the middle than a face by this share of the shape's size, far above what rounding does.
+/// A point is inside where it is nearer to the middle than a face by this share of the shape's size, far above what
+/// rounding does.
 const MARGIN: f32 = 1e-4;
 
-/// Takes points out that lie inside the convex hull of 14 others, if there are many: whatever direction is looked along, none of
-/// them is the farthest. `center` is among them: far from the origin nothing else is exact.
+/// Takes points out that lie inside the convex hull of 14 others, if there are many: whatever direction is looked
+/// along, none of them is the farthest. `center` is among them: far from the origin nothing else is exact.
 pub(super) fn drop_inner(points: &mut Vec<Vec3>, center: Vec3) {
     if points.len() < MANY {
         return;
@@ -53,7 +54,8 @@ pub(super) fn drop_inner(points: &mut Vec<Vec3>, center: Vec3) {
     }
 }
 
-/// The unit normals of the faces of the convex hull of `corners`, outwards, and how far the faces are from the origin along them.
+/// The unit normals of the faces of the convex hull of `corners`, outwards, and how far the faces are from the origin
+/// along them.
 fn faces(corners: &[Vec3; DIRECTIONS.len()], margin: f32) -> Vec<(Vec3, f32)> {
     let mut faces: Vec<(Vec3, f32)> = Vec::new();
     for (i, a) in corners.iter().enumerate() {

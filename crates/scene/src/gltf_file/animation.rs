@@ -138,7 +138,8 @@ fn read_property(document: &mut Document, sampler: &Json, property: Property) ->
     Ok(AnyChannel::Property(PropertyChannel { property, times_secs, interpolation, values }))
 }
 
-/// Where only one of a material's emission and its strength moves, the other is as the material has it; both multiply each other.
+/// Where only one of a material's emission and its strength moves, the other is as the material has it; both multiply
+/// each other.
 fn settle_emission(document: &Document, animation: &mut Animation) -> Result<(), LoadError> {
     let moved: Vec<Property> = animation.properties.iter().map(|channel| channel.property).collect();
     let moves = |material, factor| moved.contains(&Property::Material(material, factor));

@@ -1,5 +1,5 @@
-//! `KHR_draco_mesh_compression`: primitives whose triangles and attributes are packed together. They are unpacked when the
-//! primitive is read, and stand in for its accessors meanwhile.
+//! `KHR_draco_mesh_compression`: primitives whose triangles and attributes are packed together. They are unpacked when
+//! the primitive is read, and stand in for its accessors meanwhile.
 //!
 //! Source: the specification of that name (Khronos 3D Formats); the bitstream is Google's Draco 2.2, by `draco-core`.
 
@@ -20,8 +20,8 @@ pub(super) struct Unpacked {
     pub(super) bytes: Vec<u8>,
 }
 
-/// Unpacks the primitive at `json`, so that [`Document::read`] finds its accessors; says whether it is packed. Broken data
-/// are a warning where the file does not require the extension and every accessor has bytes of its own.
+/// Unpacks the primitive at `json`, so that [`Document::read`] finds its accessors; says whether it is packed. Broken
+/// data are a warning where the file does not require the extension and every accessor has bytes of its own.
 ///
 /// # Errors
 /// If the data are broken and nothing is in their stead.
@@ -46,8 +46,8 @@ pub(super) fn unpack(document: &mut Document, json: &Json) -> Result<bool, LoadE
     }
 }
 
-/// The attributes that are packed: where the extension names each, its accessor, and its number in the packed data; and the
-/// accessor of the indices, without a number.
+/// The attributes that are packed: where the extension names each, its accessor, and its number in the packed data; and
+/// the accessor of the indices, without a number.
 fn packed_accessors(
     document: &Document,
     json: &Json,

@@ -1,8 +1,8 @@
-//! `EXT_mesh_gpu_instancing`: many places for the mesh of one node. Every place becomes a child of the node that shares the
-//! mesh; the renderer draws equal meshes together, wherever they come from.
+//! `EXT_mesh_gpu_instancing`: many places for the mesh of one node. Every place becomes a child of the node that shares
+//! the mesh; the renderer draws equal meshes together, wherever they come from.
 //!
-//! Source: the specification of that name (Khronos 3D Formats). Attributes that do not place an instance are passed over,
-//! as it allows.
+//! Source: the specification of that name (Khronos 3D Formats). Attributes that do not place an instance are passed
+//! over, as it allows.
 
 use super::accessor::{Component, to_f32};
 use super::{Document, LoadError, json::Json};

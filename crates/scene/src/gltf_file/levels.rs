@@ -1,7 +1,7 @@
 //! `MSFT_lod`: coarser nodes and materials, which take the place of finer ones where those are seen small.
 //!
-//! Source: the extension's specification (Microsoft, in Khronos' registry). It leaves open what screen coverage is; here it is the
-//! share of the picture's area that the ball around a node takes, as Babylon.js has it.
+//! Source: the extension's specification (Microsoft, in Khronos' registry). It leaves open what screen coverage is;
+//! here it is the share of the picture's area that the ball around a node takes, as Babylon.js has it.
 
 use super::{Document, LoadError, json::Json};
 use crate::{Levels, NodeId, Scene};
@@ -68,7 +68,8 @@ pub(super) fn of_materials(document: &mut Document, count: usize) -> Result<Vec<
     Ok(all)
 }
 
-/// Gives nodes their levels. A coarser node stands where the finer one does: it has the same parent, and is none of its children.
+/// Gives nodes their levels. A coarser node stands where the finer one does: it has the same parent, and is none of its
+/// children.
 pub(super) fn of_nodes(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
     let nodes = document.root.objects("nodes")?;
     let (mut trees, mut taken) = (Trees::new(scene), BTreeSet::new());

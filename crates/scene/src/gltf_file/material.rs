@@ -203,7 +203,8 @@ impl Slots<'_, '_> {
     }
 }
 
-/// Every material. Where the image of a texture could not be read, it has no texture: a material without one is defined.
+/// Every material. Where the image of a texture could not be read, it has no texture: a material without one is
+/// defined.
 pub(super) fn read_materials(
     document: &mut Document,
     textures: &[Texture],

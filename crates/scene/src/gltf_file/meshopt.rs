@@ -1,5 +1,5 @@
-//! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: bufferViews that are unpacked when the file is
-//! read. After this nothing else knows of them; their bytes lie in buffers of their own.
+//! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: bufferViews that are unpacked when the file
+//! is read. After this nothing else knows of them; their bytes lie in buffers of their own.
 //!
 //! Source: the two specifications of those names (Kapoulkine et al.), with the bitstream and the filters in their
 //! appendices. The successor adds version 1 of the stream of attributes and the filter for colours.
@@ -116,7 +116,8 @@ fn extension<'a>(json: &Json<'a>) -> Result<Option<Json<'a>>, LoadError> {
     Ok(None)
 }
 
-/// Whether a buffer holds only what the packed bufferViews hold too, so that it is read only where one of them is broken.
+/// Whether a buffer holds only what the packed bufferViews hold too, so that it is read only where one of them is
+/// broken.
 pub(super) fn is_fallback(buffer: &Json) -> Result<bool, LoadError> {
     extension(buffer)?.map_or(Ok(false), |extension| extension.bool("fallback", false))
 }
@@ -127,8 +128,8 @@ fn budget_bytes(buffer_bytes: u64) -> u64 {
     ((256 << 20) + buffer_bytes.saturating_mul(128)).min(MAX_FILE_BYTES)
 }
 
-/// Unpacks every packed bufferView. One that cannot be unpacked is read from its own buffer instead, with a warning, where
-/// the file does not require the extension and that buffer has bytes.
+/// Unpacks every packed bufferView. One that cannot be unpacked is read from its own buffer instead, with a warning,
+/// where the file does not require the extension and that buffer has bytes.
 ///
 /// # Errors
 /// If a bufferView cannot be unpacked and there is nothing in its stead.

@@ -26,9 +26,9 @@ pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
     Ok(files.collect())
 }
 
-/// Every path that a buffer or an image of the model at `path` could mean, also where [`super::load_path`] refuses to read
-/// it: outside the model's folder, absolute, a `file:` URI, with backslashes or with `..` through a folder that is not
-/// there. For whoever must not write to any of them. A URI gives one or more paths, whether they are there or not.
+/// Every path that a buffer or an image of the model at `path` could mean, also where [`super::load_path`] refuses to
+/// read it: outside the model's folder, absolute, a `file:` URI, with backslashes or with `..` through a folder that is
+/// not there. For whoever must not write to any of them. A URI gives one or more paths, whether they are there or not.
 ///
 /// # Errors
 /// As [`references`].

@@ -1,5 +1,5 @@
-//! Pictures in KTX2 containers: Basis Universal (ETC1S and UASTC) as `KHR_texture_basisu` has them, and bytes that are not
-//! compressed, which some exporters write. The first level alone is taken; the renderer makes the others itself.
+//! Pictures in KTX2 containers: Basis Universal (ETC1S and UASTC) as `KHR_texture_basisu` has them, and bytes that are
+//! not compressed, which some exporters write. The first level alone is taken; the renderer makes the others itself.
 //!
 //! Basis Universal is transcoded by the crate `basisu`.
 
@@ -60,8 +60,8 @@ fn sides(header: &Header, level: u32) -> (u32, u32) {
     ((header.width >> level).max(1), (header.height >> level).max(1))
 }
 
-/// All levels of a Basis Universal picture as blocks; none if it is none, is broken, or lacks levels. Whoever calls has found the size to
-/// be acceptable.
+/// All levels of a Basis Universal picture as blocks; none if it is none, is broken, or lacks levels. Whoever calls has
+/// found the size to be acceptable.
 pub(super) fn transcode(bytes: &[u8], format: BlockFormat) -> Option<Vec<Blocks>> {
     let header = flat(bytes).ok()?;
     let is_whole = header.levels == header.width.max(header.height).max(1).ilog2() + 1;

@@ -7,13 +7,13 @@ use super::{Mapped, TextureRef};
 pub enum HeightMethod {
     /// Bends normals alone (Blinn 1978, "Simulation of Wrinkled Surfaces").
     Bump,
-    /// Moves every map once along the line of sight, no farther than the surface is deep (Kaneko et al. 2001, "Detailed Shape
-    /// Representation with Parallax Mapping"; Welsh 2004, with limited offsets).
+    /// Moves every map once along the line of sight, no farther than the surface is deep (Kaneko et al. 2001, "Detailed
+    /// Shape Representation with Parallax Mapping"; Welsh 2004, with limited offsets).
     Parallax,
     /// Goes along the line of sight in steps, to the first that lies below the surface (McGuire & McGuire 2005).
     Steep,
-    /// The same in finer steps, and from the last two to where the heights cross the line of sight (Brawley & Tatarchuk 2004,
-    /// "Parallax Occlusion Mapping").
+    /// The same in finer steps, and from the last two to where the heights cross the line of sight (Brawley & Tatarchuk
+    /// 2004, "Parallax Occlusion Mapping").
     Occlusion,
 }
 
@@ -26,8 +26,8 @@ pub struct HeightMap {
     pub depth_m: f32,
     /// What is done with it.
     pub method: HeightMethod,
-    /// Whether its heights are searched for what stands between a point and each light, beside what shadow maps hold. Only of
-    /// [`HeightMethod::Steep`] and [`HeightMethod::Occlusion`].
+    /// Whether its heights are searched for what stands between a point and each light, beside what shadow maps hold.
+    /// Only of [`HeightMethod::Steep`] and [`HeightMethod::Occlusion`].
     pub self_shadow: bool,
 }
 
@@ -45,8 +45,9 @@ pub struct DetailMaps {
 /// Light that was computed beforehand: what a white surface sends back of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightMap {
-    /// The factor, and the colour that it multiplies: together the irradiance divided by π, which is multiplied by the base colour
-    /// of what is not metal. It takes the place of the environment's diffuse light; lights and reflections are added.
+    /// The factor, and the colour that it multiplies: together the irradiance divided by π, which is multiplied by the
+    /// base colour of what is not metal. It takes the place of the environment's diffuse light; lights and reflections
+    /// are added.
     pub light: Mapped<f32>,
     /// Whether texels are sRGB; else linear.
     pub is_srgb: bool,

@@ -26,8 +26,8 @@ pub struct Specular {
     pub weight: Mapped<f32>,
     /// Multiplies its reflection at normal incidence, which ends at 1; sRGB texture.
     pub color: Mapped<Vec3>,
-    /// If there is one, this times the alpha of the colour's texture is 1 − roughness, in place of all else that says how rough
-    /// the surface is. Materials of `KHR_materials_pbrSpecularGlossiness` are read so.
+    /// If there is one, this times the alpha of the colour's texture is 1 − roughness, in place of all else that says
+    /// how rough the surface is. Materials of `KHR_materials_pbrSpecularGlossiness` are read so.
     pub glossiness: Option<f32>,
 }
 
@@ -121,8 +121,8 @@ impl Default for DiffuseTransmission {
 /// What lies below a surface that light comes through (`KHR_materials_volume`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
-    /// How thick it is below the surface, in metres of the mesh's own space; the texture's green. At 0 the surface is a thin
-    /// wall, which does not refract.
+    /// How thick it is below the surface, in metres of the mesh's own space; the texture's green. At 0 the surface is a
+    /// thin wall, which does not refract.
     pub thickness: Mapped<f32>,
     /// After so many metres light has become [`Self::attenuation_color`]; infinite if nothing is absorbed.
     pub attenuation_distance_m: f32,

@@ -1,7 +1,7 @@
 //! Coarser levels of a scene's meshes as bytes, for a cache.
 //!
-//! An entry is a line of text that says what it is, a hash of all that follows it, and of each mesh and primitive the levels. One that is
-//! not whole, or is of something else, is none.
+//! An entry is a line of text that says what it is, a hash of all that follows it, and of each mesh and primitive the
+//! levels. One that is not whole, or is of something else, is none.
 
 use super::is_wanted;
 use crate::{Mesh, Primitive, PrimitiveLevel};

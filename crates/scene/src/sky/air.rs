@@ -1,5 +1,5 @@
-//! What the air of the Earth does to light, and the ways of rays through it. Lengths are in km, coefficients per km, for red, green
-//! and blue light (680, 550 and 440 nm).
+//! What the air of the Earth does to light, and the ways of rays through it. Lengths are in km, coefficients per km,
+//! for red, green and blue light (680, 550 and 440 nm).
 
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 pub(super) const GROUND_KM: f64 = 6360.0;
 pub(super) const TOP_KM: f64 = 6460.0;
 
-/// Coefficients on the ground: Bruneton 2017, "Precomputed Atmospheric Scattering: a New Implementation"; Hillaire 2020, table 1.
+/// Coefficients on the ground: Bruneton 2017, "Precomputed Atmospheric Scattering: a New Implementation"; Hillaire
+/// 2020, table 1.
 const RAYLEIGH_SCATTERING: DVec3 = DVec3::new(5.802e-3, 13.558e-3, 33.1e-3);
 const RAYLEIGH_SCALE_KM: f64 = 8.0;
 const MIE_SCATTERING: f64 = 3.996e-3;
@@ -42,7 +43,8 @@ impl Medium {
 }
 
 impl Air {
-    /// With a `turbidity`: the optical depth of air and haze straight up, divided by that of the air alone, in green light.
+    /// With a `turbidity`: the optical depth of air and haze straight up, divided by that of the air alone, in green
+    /// light.
     pub fn new(turbidity: f64) -> Self {
         let haze_depth = (turbidity - 1.0).max(0.0) * RAYLEIGH_SCATTERING.y * RAYLEIGH_SCALE_KM;
         Self { haze: haze_depth / (MIE_EXTINCTION * MIE_SCALE_KM) }
@@ -60,7 +62,8 @@ impl Air {
     }
 }
 
-/// How much of scattered light goes in a direction, by the cosine of the angle from its way: air, then haze (Cornette & Shanks 1992).
+/// How much of scattered light goes in a direction, by the cosine of the angle from its way: air, then haze (Cornette &
+/// Shanks 1992).
 pub(super) fn phases(cosine: f64) -> [f64; 2] {
     let g2 = MIE_G * MIE_G;
     let rayleigh = 3.0 / (16.0 * PI) * (1.0 + cosine * cosine);

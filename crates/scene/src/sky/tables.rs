@@ -1,5 +1,5 @@
-//! The two tables of Hillaire 2020: how much light comes through the air, and how much light that was scattered more than once is
-//! everywhere in it.
+//! The two tables of Hillaire 2020: how much light comes through the air, and how much light that was scattered more
+//! than once is everywhere in it.
 
 use super::air::{Air, GROUND_KM, Medium, Ray, TOP_KM};
 use glam::DVec3;
@@ -52,8 +52,8 @@ fn horizon_km() -> f64 {
     (TOP_KM * TOP_KM - GROUND_KM * GROUND_KM).sqrt()
 }
 
-/// The ways by which rays are told apart at a distance from the middle of the Earth (Bruneton & Neyret 2008): straight up, and along
-/// the ground; with the height as a share.
+/// The ways by which rays are told apart at a distance from the middle of the Earth (Bruneton & Neyret 2008): straight
+/// up, and along the ground; with the height as a share.
 fn ways_km(radius_km: f64) -> ([f64; 2], f64) {
     let along_ground = (radius_km * radius_km - GROUND_KM * GROUND_KM).max(0.0).sqrt();
     ([TOP_KM - radius_km, along_ground + horizon_km()], along_ground / horizon_km())
@@ -78,8 +78,8 @@ impl Tables {
         tables
     }
 
-    /// The share of sunlight that arrives at a distance from the middle of the Earth, where the sun stands at an angle with the
-    /// cosine `sun_cosine` from straight up.
+    /// The share of sunlight that arrives at a distance from the middle of the Earth, where the sun stands at an angle
+    /// with the cosine `sun_cosine` from straight up.
     pub fn sunlight(&self, radius_km: f64, sun_cosine: f64) -> DVec3 {
         let ray = Ray { radius_km, cosine: sun_cosine };
         if ray.meets_ground() {
@@ -130,7 +130,8 @@ impl Tables {
     }
 }
 
-/// What light is scattered on its way in a direction, apart by what scatters it, for sunlight of 1; phases are left out.
+/// What light is scattered on its way in a direction, apart by what scatters it, for sunlight of 1; phases are left
+/// out.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Scattered {
     pub rayleigh: DVec3,
@@ -152,8 +153,8 @@ impl Scattered {
 }
 
 impl Tables {
-    /// Along `ray`, whose angle to the sun has the cosine `to_sun`, where the sun stands at an angle with the cosine `sun_cosine`
-    /// from straight up.
+    /// Along `ray`, whose angle to the sun has the cosine `to_sun`, where the sun stands at an angle with the cosine
+    /// `sun_cosine` from straight up.
     pub fn scattered(&self, ray: Ray, sun_cosine: f64, to_sun: f64, steps: u32) -> Scattered {
         let mut sum = Scattered { transmittance: DVec3::ONE, ..Scattered::default() };
         for (at, step) in Steps::new(ray.length_km(), steps) {

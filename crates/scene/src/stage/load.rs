@@ -58,7 +58,8 @@ pub fn is_stage(path: &Path) -> bool {
 /// Reads the stage at `path`, its model and the files that the model names.
 ///
 /// # Errors
-/// The stage or its model cannot be read, or one of them is wrong; with file, line and column of what is wrong in a stage.
+/// The stage or its model cannot be read, or one of them is wrong; with file, line and column of what is wrong in a
+/// stage.
 pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
     let file = path.display().to_string();
     let text = read_text(path).map_err(|message| StageError::Io { file: file.clone(), message })?;
@@ -83,8 +84,8 @@ pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
     with_model(stage, environment, |_, _| model.map(|model| formats::load_path(&model)), &mut read)
 }
 
-/// Reads a stage from memory. `resolve` fetches the model and images, by the names that the stage gives them, and the files that
-/// the model names; `name` appears in errors.
+/// Reads a stage from memory. `resolve` fetches the model and images, by the names that the stage gives them, and the
+/// files that the model names; `name` appears in errors.
 ///
 /// # Errors
 /// As [`load_path`].
@@ -115,8 +116,8 @@ pub fn load_bytes(
     with_model(stage, environment, load, resolve)
 }
 
-/// The model of a stage, as far as its text says one, whatever else is wrong with it: for whoever must not draw it twice, nor
-/// write to it. None of a built-in scene.
+/// The model of a stage, as far as its text says one, whatever else is wrong with it: for whoever must not draw it
+/// twice, nor write to it. None of a built-in scene.
 pub fn named_model(path: &Path) -> Option<PathBuf> {
     let source = Source { file: String::new(), text: read_text(path).ok()? };
     let document = document(&source).ok()?;

@@ -134,7 +134,8 @@ impl MaterialChange {
         Ok(())
     }
 
-    /// Changes all that have the name, with maps that `images` has read. What is odd but does not hinder is told in `warnings`.
+    /// Changes all that have the name, with maps that `images` has read. What is odd but does not hinder is told in
+    /// `warnings`.
     pub(super) fn apply(
         &self,
         source: &Source,

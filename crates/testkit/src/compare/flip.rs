@@ -1,4 +1,5 @@
-//! How different two pictures look to people, by FLIP: for pictures that may differ in every pixel, where shares and levels say little.
+//! How different two pictures look to people, by FLIP: for pictures that may differ in every pixel, where shares and
+//! levels say little.
 
 use super::Picture;
 use manypass_flip::{ErrorMap, PIXELS_PER_DEGREE, ldr};
@@ -17,7 +18,8 @@ pub fn flip(reference: &Picture, test: &Picture) -> ErrorMap {
     }
 }
 
-/// Asserts that two pictures look the same: that their mean FLIP is at most `most`. 0.005 is hardly seen; 0.05 is plain.
+/// Asserts that two pictures look the same: that their mean FLIP is at most `most`. 0.005 is hardly seen; 0.05 is
+/// plain.
 ///
 /// # Panics
 /// If they do not; the message names the mean, and the largest error with its place.

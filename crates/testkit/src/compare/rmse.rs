@@ -1,12 +1,13 @@
-//! The distance between two pictures by which renderers are compared in public: the root of the mean square over mid grey.
+//! The distance between two pictures by which renderers are compared in public: the root of the mean square over mid
+//! grey.
 
 use super::Picture;
 
 /// Mid grey of displays: half of what a byte holds.
 const GREY: f64 = 127.5;
 
-/// Root mean square differences of red, green and blue, in levels of 255 of the values that displays are given (sRGB, not
-/// linear light), after both pictures were laid over mid grey. Nothing is rounded on the way.
+/// Root mean square differences of red, green and blue, in levels of 255 of the values that displays are given (sRGB,
+/// not linear light), after both pictures were laid over mid grey. Nothing is rounded on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rmse {
     /// Over all pixels.

@@ -1,7 +1,8 @@
 //! The BRDF, written from the papers:
 //!
 //! - D: Walter, Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007 (GGX).
-//! - V: Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014 (height-correlated Smith).
+//! - V: Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014 (height-correlated
+//!   Smith).
 //! - F: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
 //! - Compensation: Turquin, "Practical multiple scattering compensation for microfacet models", 2019.
 //! - Diffuse: Lambert, times (1 − F) (glTF 2.0 specification, appendix B).
@@ -42,7 +43,8 @@ impl Surface {
     /// The BRDF in sr⁻¹ for unit vectors; `compensation` multiplies the specular lobe.
     pub fn brdf(&self, normal: DVec3, to_viewer: DVec3, to_light: DVec3, compensation: DVec3) -> DVec3 {
         let diffuse = self.base_color * ((1.0 - self.metallic) / PI);
-        // A normal that is interpolated or mapped may be turned away from the viewer: he sees it at a grazing angle then.
+        // A normal that is interpolated or mapped may be turned away from the viewer: he sees it at a grazing angle
+        // then.
         let (n_dot_v, n_dot_l) = (normal.dot(to_viewer).max(1e-4), normal.dot(to_light));
         if n_dot_l <= 0.0 {
             return diffuse;

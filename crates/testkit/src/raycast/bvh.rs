@@ -2,8 +2,8 @@
 //!
 //! - Boxes are split where the surface area heuristic over 16 bins says so (Wald, "On fast Construction of SAH-based
 //!   Bounding Volume Hierarchies", 2007), or at the median where that does not end.
-//! - Triangles after Möller & Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection", 1997, a billionth larger than
-//!   they are, so that no ray slips through between two. One through an edge hits both.
+//! - Triangles after Möller & Trumbore, "Fast, Minimum Storage Ray-Triangle Intersection", 1997, a billionth larger
+//!   than they are, so that no ray slips through between two. One through an edge hits both.
 
 use glam::DVec3;
 use std::ops::ControlFlow;
@@ -45,8 +45,8 @@ impl Bounds {
         size.x * size.y + size.y * size.z + size.z * size.x
     }
 
-    /// Where a ray enters, if it does so between `start_m` and `end_m`. Ends are moved by a few roundings (Ize, "Robust BVH
-    /// Ray Traversal", 2013).
+    /// Where a ray enters, if it does so between `start_m` and `end_m`. Ends are moved by a few roundings (Ize, "Robust
+    /// BVH Ray Traversal", 2013).
     fn entry_m(&self, ray: &Ray, start_m: f64, end_m: f64) -> Option<f64> {
         let (mut near_m, mut far_m) = (start_m, end_m);
         for axis in 0..3 {
@@ -189,8 +189,8 @@ impl Bvh {
         self.build(right, first + middle as u32, depth + 1);
     }
 
-    /// Calls `visit` with crossings beyond `start_m` and before `end_m`, in no order. It gives the distance beyond which
-    /// crossings are of no interest any more, or breaks.
+    /// Calls `visit` with crossings beyond `start_m` and before `end_m`, in no order. It gives the distance beyond
+    /// which crossings are of no interest any more, or breaks.
     pub fn crossings(
         &self,
         ray: &Ray,

@@ -11,8 +11,9 @@ use manypass_scene::{LightKind, Mesh, Node, NodeId, Primitive, Scene, Topology};
 
 impl World {
     /// The scene as of its last [`Scene::update_transforms`], seen from `camera`: all visible triangles, posed by morph
-    /// targets and skins, with their materials and textures, and all visible lights. Points, lines and occlusion textures,
-    /// which direct light does not know, are left out. In [`super::Frame::object_id`] stand indices of nodes plus 1.
+    /// targets and skins, with their materials and textures, and all visible lights. Points, lines and occlusion
+    /// textures, which direct light does not know, are left out. In [`super::Frame::object_id`] stand indices of nodes
+    /// plus 1.
     pub fn of_scene(scene: &Scene, camera: Camera) -> Self {
         let mut images = Images::default();
         let default = manypass_scene::Material::default();

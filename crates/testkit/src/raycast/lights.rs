@@ -33,8 +33,8 @@ pub struct Light {
     pub intensity: DVec3,
     /// Nothing arrives beyond this distance in metres; none means only the inverse square.
     pub range_m: Option<f64>,
-    /// The radius of the sphere that gives the light; of directional light the tangent of half the angle that its source
-    /// takes in the sky. It widens shadows and nothing else.
+    /// The radius of the sphere that gives the light; of directional light the tangent of half the angle that its
+    /// source takes in the sky. It widens shadows and nothing else.
     pub radius_m: f64,
     /// Whether anything keeps its light off.
     pub casts_shadows: bool,
@@ -93,8 +93,8 @@ impl Light {
         self.radius_m > 0.0
     }
 
-    /// A direction in which the light's source is seen from a place, and how far away; the middle of it for `place` = none,
-    /// else evenly by solid angle (a sphere is seen as a cap; PBRT, "Sampling Spheres"), with 0 ≤ `place` < 1.
+    /// A direction in which the light's source is seen from a place, and how far away; the middle of it for `place` =
+    /// none, else evenly by solid angle (a sphere is seen as a cap; PBRT, "Sampling Spheres"), with 0 ≤ `place` < 1.
     pub(super) fn source_seen_from(&self, position_world: DVec3, place: Option<[f64; 2]>) -> (DVec3, f64) {
         let (to_light, distance_m, _) = self.arriving_at(position_world);
         let is_directional = self.emission == Emission::Directional;

@@ -102,8 +102,8 @@ impl Medium {
         if self.dims_light { self.transmittance(origin_world, to_light, distance_m) } else { 1.0 }
     }
 
-    /// Scattered from one direction into another, sr⁻¹, where `cos` is that of the angle between the two ways that light
-    /// goes (Henyey & Greenstein, "Diffuse radiation in the galaxy", 1941).
+    /// Scattered from one direction into another, sr⁻¹, where `cos` is that of the angle between the two ways that
+    /// light goes (Henyey & Greenstein, "Diffuse radiation in the galaxy", 1941).
     pub fn phase(&self, cos: f64) -> f64 {
         let g = self.anisotropy;
         (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5))

@@ -94,8 +94,8 @@ impl Meshes {
         if material.is_opaque() { 1.0 } else { material.coverage(&self.attributes(crossing)) }
     }
 
-    /// What an eye at `origin_world` sees along a ray before `end_m`, from near to far: blended surfaces, and the first that
-    /// covers all behind it. Backs of surfaces that are not double-sided are not seen.
+    /// What an eye at `origin_world` sees along a ray before `end_m`, from near to far: blended surfaces, and the first
+    /// that covers all behind it. Backs of surfaces that are not double-sided are not seen.
     pub(super) fn layers(&self, origin_world: DVec3, direction_world: DVec3, end_m: f64) -> Vec<Layer> {
         let mut layers: Vec<Layer> = Vec::new();
         let mut end_m = end_m;
@@ -119,8 +119,8 @@ impl Meshes {
         layers
     }
 
-    /// Whether the ray goes through the edge between a triangle that it met already and this one of the same part: they are
-    /// one surface.
+    /// Whether the ray goes through the edge between a triangle that it met already and this one of the same part: they
+    /// are one surface.
     fn is_crossed_twice(&self, layers: &[Layer], crossing: &Crossing) -> bool {
         layers.iter().any(|layer| {
             self.part_of[layer.triangle as usize] == self.part_of[crossing.triangle as usize]
@@ -138,13 +138,13 @@ impl Meshes {
         (part.node, material, if layer.crossing.from_front { normal } else { -normal }, attributes)
     }
 
-    /// The share of light that gets along a ray of `length_m` from `origin_world`, which lies on the triangle `own`, to its
-    /// source, around which the parts `glows_around` glow.
+    /// The share of light that gets along a ray of `length_m` from `origin_world`, which lies on the triangle `own`, to
+    /// its source, around which the parts `glows_around` glow.
     ///
-    /// Surfaces keep light off by 1 or, cut out, 0, blended ones by their alpha. Those that are not double-sided do so only
-    /// if their front is turned to the light, as the eye sees no more of them either: a closed pane of glass weakens light as
-    /// it weakens what lies behind it, once. But one that is not blended, and whose box holds the source, encloses it,
-    /// whichever side is within.
+    /// Surfaces keep light off by 1 or, cut out, 0, blended ones by their alpha. Those that are not double-sided do so
+    /// only if their front is turned to the light, as the eye sees no more of them either: a closed pane of glass
+    /// weakens light as it weakens what lies behind it, once. But one that is not blended, and whose box holds the
+    /// source, encloses it, whichever side is within.
     pub(super) fn transmittance(
         &self,
         (origin_world, own): (DVec3, Option<u32>),

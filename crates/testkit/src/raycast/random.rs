@@ -1,6 +1,7 @@
 //! Numbers that look random, and are the same in every run.
 
-/// A sequence for one purpose: SplitMix64 (Steele, Lea & Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+/// A sequence for one purpose: SplitMix64 (Steele, Lea & Flood, "Fast Splittable Pseudorandom Number Generators",
+/// 2014).
 #[derive(Clone, Debug)]
 pub(super) struct Random(u64);
 

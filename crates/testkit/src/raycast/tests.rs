@@ -17,7 +17,8 @@ fn direction(cos: f64, azimuth: f64) -> DVec3 {
 #[test]
 fn one_light_on_one_plane_is_the_closed_form() {
     let mut world = scenes::one_light_on_one_plane().world;
-    // A rough dielectric keeps a specular lobe; a plane that reflects nothing but diffusely is what the closed form says.
+    // A rough dielectric keeps a specular lobe; a plane that reflects nothing but diffusely is what the closed form
+    // says.
     let size = 65;
     let options = Options { multiple_scattering: false, ..Options::default() };
     let both = world.render(size, size, options);

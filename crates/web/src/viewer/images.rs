@@ -8,8 +8,9 @@ use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen]
 impl Viewer {
-    /// As `load`, but the model is there before its textures: those in the file come with `nextImage`, one at a time, and those of files
-    /// at the addresses `late` with `giveImage`, or `missImage` where they cannot be had. Until then materials are drawn as without them.
+    /// As `load`, but the model is there before its textures: those in the file come with `nextImage`, one at a time,
+    /// and those of files at the addresses `late` with `giveImage`, or `missImage` where they cannot be had. Until then
+    /// materials are drawn as without them.
     ///
     /// # Errors
     /// As those of `load`.
@@ -56,7 +57,8 @@ impl Viewer {
         }
     }
 
-    /// Says that an image file which the model waits for does not come, and why: materials stay without it, with a warning.
+    /// Says that an image file which the model waits for does not come, and why: materials stay without it, with a
+    /// warning.
     ///
     /// # Errors
     /// When the device fails.
@@ -69,7 +71,8 @@ impl Viewer {
         Ok(())
     }
 
-    /// Takes the next of the images that came with the model, so that the next `render` shows it. False if there is none left.
+    /// Takes the next of the images that came with the model, so that the next `render` shows it. False if there is
+    /// none left.
     ///
     /// # Errors
     /// When the device fails.

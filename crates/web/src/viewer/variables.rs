@@ -9,8 +9,8 @@ use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen]
 impl Viewer {
-    /// A variable of the last frame, on either path: depth, normals, ids and more. `motion` is that since the frame that
-    /// `render` drew before. The picture and what effects keep stay as they are, but for `radiance`, which is what
+    /// A variable of the last frame, on either path: depth, normals, ids and more. `motion` is that since the frame
+    /// that `render` drew before. The picture and what effects keep stay as they are, but for `radiance`, which is what
     /// `radiance()` gives. Wait for the promise as with `render`.
     ///
     /// # Errors
@@ -42,8 +42,8 @@ impl Viewer {
         Ok(object(&entries).unchecked_into())
     }
 
-    /// What the last frame shows at a pixel, counted from the top left corner of the canvas's picture (not in CSS pixels);
-    /// nothing where there is no surface, and outside. Wait for the promise as with `render`.
+    /// What the last frame shows at a pixel, counted from the top left corner of the canvas's picture (not in CSS
+    /// pixels); nothing where there is no surface, and outside. Wait for the promise as with `render`.
     ///
     /// # Errors
     /// When nothing was rendered, or the device failed.

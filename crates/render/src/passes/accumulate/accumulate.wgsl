@@ -1,7 +1,8 @@
-// accumulate: the mean of this frame and those before it (ping-pong), in linear light: of the display's colours after the
-// tone curve, so that edges of bright surfaces are smooth, or, with `of_radiance`, of radiance for linear files.
-// Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly. Where lights take
-// turns (`marked`), the mean may be of a part of every sample: of what glows (`shaders/glow.wgsl`), or of all else.
+// accumulate: the mean of this frame and those before it (ping-pong), in linear light: of the display's colours after
+// the tone curve, so that edges of bright surfaces are smooth, or, with `of_radiance`, of radiance for linear files.
+// Where the frame was shaded at another size than the picture's (`scaled`), radiance is filtered linearly. Where lights
+// take turns (`marked`), the mean may be of a part of every sample: of what glows (`shaders/glow.wgsl`), or of all
+// else.
 // Reads: radiance, the previous mean. Writes: the next mean (rgba32float, associated alpha). A mean of radiance has
 // negative alpha where a sample reached the limit of half floats or was no number: its value is too small.
 // Program: accumulate.

@@ -1,12 +1,12 @@
-//! accumulate: adds this frame's share to the mean of the frames before it, in linear light, from one of two textures to
-//! the other (ping-pong).
+//! accumulate: adds this frame's share to the mean of the frames before it, in linear light, from one of two textures
+//! to the other (ping-pong).
 //!
 //! Source: Haeberli & Akeley 1990, "The Accumulation Buffer"; samples of the picture go through the tone curve before
 //! they are averaged, for the reason of Karis 2013, "Tone mapping" (a mean of radiance has hard edges where one side is
 //! much brighter than the display). Reads: radiance, the previous mean. Writes: the next mean. Radiance of another size
-//! than the mean's (`render.scale`) is filtered linearly. Where lights take turns, a sample's radiance is one of many that only
-//! together are right, and goes through the curve when all are there; but what glows has its own light in every sample, and
-//! has a mean of its own, of display colours.
+//! than the mean's (`render.scale`) is filtered linearly. Where lights take turns, a sample's radiance is one of many
+//! that only together are right, and goes through the curve when all are there; but what glows has its own light in
+//! every sample, and has a mean of its own, of display colours.
 
 use crate::record::{Fullscreen, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
@@ -95,8 +95,8 @@ pub fn record(
     step.draw_into(next, ColorLoad::Discard)
 }
 
-/// As [`record`], but where the view leaves tiles out, which `depth` tells, their mean stays as it is: that of this texture is of one sample
-/// less, or more, than that of the other.
+/// As [`record`], but where the view leaves tiles out, which `depth` tells, their mean stays as it is: that of this
+/// texture is of one sample less, or more, than that of the other.
 ///
 /// # Errors
 /// A program that does not compile.

@@ -1,5 +1,5 @@
-// adaptive: which tiles of a still's picture are settled, because the mean of all samples so far and that of their first half show
-// the same there, and around it.
+// adaptive: which tiles of a still's picture are settled, because the mean of all samples so far and that of their
+// first half show the same there, and around it.
 // Source: Dammertz et al. 2010, "A Hierarchical Automatic Stopping Condition for Monte Carlo Global Illumination".
 // Reads: the mean, that of half of the samples. Writes: settled (r8unorm, a texel for each tile: the share of the
 // samples that it is left out of, or 0).

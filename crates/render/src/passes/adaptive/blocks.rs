@@ -3,12 +3,12 @@
 use crate::constants::SETTLED_TILE_PX;
 use crate::lights::Rectangle;
 
-/// Tiles along the sides of the blocks that rectangles are made of: 32 pixels, half of what software adapters draw at a time, so that few pixels
-/// are drawn in vain, and in few rectangles.
+/// Tiles along the sides of the blocks that rectangles are made of: 32 pixels, half of what software adapters draw at a
+/// time, so that few pixels are drawn in vain, and in few rectangles.
 const BLOCK_TILES: usize = 8;
 
-/// Rectangles around all tiles that are not settled, x and y of the corner, width and height in pixels, which do not overlap; from the texels of
-/// the texture that says which tiles are, of a picture of `size`.
+/// Rectangles around all tiles that are not settled, x and y of the corner, width and height in pixels, which do not
+/// overlap; from the texels of the texture that says which tiles are, of a picture of `size`.
 pub fn unsettled_rectangles(settled: &[u8], (width, height): (u32, u32)) -> Vec<Rectangle> {
     let across = width.div_ceil(SETTLED_TILE_PX as u32) as usize;
     let block_px = BLOCK_TILES as u32 * SETTLED_TILE_PX as u32;

@@ -1,12 +1,13 @@
 //! adaptive: the later samples of a still leave out the parts of its picture that the earlier ones agree on.
 //!
-//! Source: Dammertz et al. 2010, "A Hierarchical Automatic Stopping Condition for Monte Carlo Global Illumination", which compares
-//! the mean with that of half of the samples. Where it differs: there is no hierarchy but small tiles, because what is left out is
-//! hidden by depth, which costs the same in any shape. Reads: the mean. Writes: which tiles are settled, and the depth that a frame
-//! begins with.
+//! Source: Dammertz et al. 2010, "A Hierarchical Automatic Stopping Condition for Monte Carlo Global Illumination",
+//! which compares the mean with that of half of the samples. Where it differs: there is no hierarchy but small tiles,
+//! because what is left out is hidden by depth, which costs the same in any shape. Reads: the mean. Writes: which tiles
+//! are settled, and the depth that a frame begins with.
 //!
-//! Every pass draws where depth lets it. A settled tile begins with the nearest depth there is, so that neither surfaces nor what
-//! lies behind them is drawn there; what the frame's textures hold there means nothing, and the mean stays as it is.
+//! Every pass draws where depth lets it. A settled tile begins with the nearest depth there is, so that neither
+//! surfaces nor what lies behind them is drawn there; what the frame's textures hold there means nothing, and the mean
+//! stays as it is.
 
 mod blocks;
 mod settings;
@@ -25,11 +26,12 @@ pub const HALF: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// The fewest samples that anything is told from.
 const SAMPLES_MIN: u32 = 4;
 
-/// How much more may change just beside a tile, after enough samples that an edge there is unlikely to have been missed: edges change by
-/// many 255ths, the grain of textures by one or two, so that it is the edges that this tells.
+/// How much more may change just beside a tile, after enough samples that an edge there is unlikely to have been
+/// missed: edges change by many 255ths, the grain of textures by one or two, so that it is the edges that this tells.
 const BESIDE: f32 = 4.0;
 
-/// The shape of the texture that says which tiles of a picture are settled: the share of the samples that each is left out of, or 0.
+/// The shape of the texture that says which tiles of a picture are settled: the share of the samples that each is left
+/// out of, or 0.
 pub fn settled_desc((width, height): (u32, u32)) -> TextureDesc {
     let tiles = |side: u32| side.div_ceil(SETTLED_TILE_PX as u32);
     TextureDesc::new_2d(tiles(width), tiles(height), wgpu::TextureFormat::R8Unorm)
@@ -52,8 +54,8 @@ pub enum Step {
 }
 
 impl Step {
-    /// After the sample `sample_index` of `sample_count`. Tiles are looked for after a quarter and a half of the samples, if these are
-    /// powers of two, else after the powers in between.
+    /// After the sample `sample_index` of `sample_count`. Tiles are looked for after a quarter and a half of the
+    /// samples, if these are powers of two, else after the powers in between.
     pub fn after(sample_index: u32, sample_count: u32) -> Self {
         let is_looked_for = |samples: u32| {
             samples.is_power_of_two() && samples >= SAMPLES_MIN.max(sample_count / 4) && samples <= sample_count / 2
@@ -91,8 +93,8 @@ struct SettlingUniform {
     padding: f32,
 }
 
-/// The depth that a frame of the view begins with: the far plane, and where tiles are settled the near one. Also says how the first pass
-/// that draws surfaces loads it.
+/// The depth that a frame of the view begins with: the far plane, and where tiles are settled the near one. Also says
+/// how the first pass that draws surfaces loads it.
 ///
 /// # Errors
 /// A program that does not compile.

@@ -9,8 +9,8 @@ import package::shaders::glow::glow_share;
 
 @fragment
 fn fs_background(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    // Where the ray is 1 m ahead of the eye, height depends on the row of pixels alone while the camera's right is level:
-    // the backdrop is made of straight bands, not of the arcs that equal elevations are.
+    // Where the ray is 1 m ahead of the eye, height depends on the row of pixels alone while the camera's right is
+    // level: the backdrop is made of straight bands, not of the arcs that equal elevations are.
     let ray_world = ray_direction_world_from_pixel(position.xy);
     if shows_picture != 0u {
         return vec4f(half_float_clamped(picture_backdrop(ray_world)), 1.0);

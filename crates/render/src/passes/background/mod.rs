@@ -1,7 +1,7 @@
 //! background: the backdrop of the environment, where there is no opaque surface; blended ones are drawn over it later.
 //!
-//! Reads: the environment, depth. Writes: radiance. A background colour is none of radiance: `tone_map` lays the picture
-//! over it.
+//! Reads: the environment, depth. Writes: radiance. A background colour is none of radiance: `tone_map` lays the
+//! picture over it.
 
 mod settings;
 

@@ -1,4 +1,5 @@
-// behind: a level of the picture that transmissive surfaces are seen before, from the level above it; the first from radiance.
+// behind: a level of the picture that transmissive surfaces are seen before, from the level above it; the first from
+// radiance.
 // Source: a tent over four by four texels, as four samples between them, so that coarse levels show no squares.
 // Reads: finer. Writes: radiance and coverage.
 // Program: behind.

@@ -1,6 +1,7 @@
 //! behind: the picture so far, with mips, for surfaces that light comes through.
 //!
-//! Source: what transmission is seen before in KHR_materials_transmission; tents in place of boxes for its mips. Reads: radiance. Writes: behind (radiance and coverage, every mip half the size of the one before).
+//! Source: what transmission is seen before in KHR_materials_transmission; tents in place of boxes for its mips. Reads:
+//! radiance. Writes: behind (radiance and coverage, every mip half the size of the one before).
 
 use crate::gbuffer::RADIANCE;
 use crate::record::Recorder;

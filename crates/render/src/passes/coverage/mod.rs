@@ -1,7 +1,7 @@
 //! coverage: begins `radiance` where no surface glows: black, and covered where there is an opaque surface.
 //!
-//! The geometry pass does that of itself, with what surfaces emit. But it shades many pixels several times, and where it
-//! would write nothing but black each time, a target of 8 bytes a pixel is spared by covering every pixel once.
+//! The geometry pass does that of itself, with what surfaces emit. But it shades many pixels several times, and where
+//! it would write nothing but black each time, a target of 8 bytes a pixel is spared by covering every pixel once.
 //! Where masks say by alpha how many samples of a pixel they cover, it ends what that leaves.
 //! Reads: depth. Writes: radiance (alpha = coverage).
 
@@ -26,7 +26,8 @@ const AT_LEAST: wgpu::BlendState = wgpu::BlendState {
     alpha: wgpu::BlendComponent { operation: wgpu::BlendOperation::Max, ..ADD.alpha },
 };
 
-/// Covers the samples of masks: each is covered wholly or not at all, but alpha is what said how many are, and lies in all of them.
+/// Covers the samples of masks: each is covered wholly or not at all, but alpha is what said how many are, and lies in
+/// all of them.
 ///
 /// # Errors
 /// A program that does not compile.

@@ -1,10 +1,10 @@
-//! debug: what a frame is made of, in place of the picture: lights and fragments a pixel, texture coordinates, normals, the
-//! density of texels, inputs that cannot be right.
+//! debug: what a frame is made of, in place of the picture: lights and fragments a pixel, texture coordinates, normals,
+//! the density of texels, inputs that cannot be right.
 //!
 //! Sources: lists of lights a pixel as heat after Olsson et al. 2012; the range of base colours (sRGB 30 to 240, of its
-//! luminance; metals may be brighter) after McDermott 2018, "The PBR Guide". It draws all surfaces again, with a depth of its
-//! own, so that it is the same on every path. Reads: surfaces, lists of lights. Writes: the picture, in display colours, so
-//! that they are those of the legend whatever curve and exposure.
+//! luminance; metals may be brighter) after McDermott 2018, "The PBR Guide". It draws all surfaces again, with a depth
+//! of its own, so that it is the same on every path. Reads: surfaces, lists of lights. Writes: the picture, in display
+//! colours, so that they are those of the legend whatever curve and exposure.
 
 mod legends;
 mod settings;

@@ -26,9 +26,9 @@ choices! {
 settings! {
     /// Settings of the pictures that show how a frame is made.
     pub struct DebugSettings {
-        /// What is shown in place of the picture: lights visited for a pixel, fragments drawn for it, texture coordinates, world
-        /// normals, texels of the base colour a pixel, or inputs that cannot be right; radiance and variables stay what they
-        /// are. `--contact-sheet` has the legend.
+        /// What is shown in place of the picture: lights visited for a pixel, fragments drawn for it, texture
+        /// coordinates, world normals, texels of the base colour a pixel, or inputs that cannot be right; radiance and
+        /// variables stay what they are. `--contact-sheet` has the legend.
         view: DebugView = DebugView::Off;
     }
 }

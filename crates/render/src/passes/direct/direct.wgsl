@@ -1,8 +1,8 @@
 // direct: every light that reaches a pixel, added to `radiance`; with `adds_ambient` that of the environment, too.
-// Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of tiles, and
-// what lies before or behind all of the tile's surfaces is passed over; with `without_lists` only lights that are in none. Reads:
-// G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, and the environment. Writes: radiance; with `counts_pairs`
-// the numbers of pairs instead.
+// Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of
+// tiles, and what lies before or behind all of the tile's surfaces is passed over; with `without_lists` only lights
+// that are in none. Reads: G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, and the
+// environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: direct. Axes: tiled.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};

@@ -1,9 +1,9 @@
-//! direct: every light that reaches a pixel, added to `radiance`; and that of the environment where one of the lights reaches every
-//! pixel, so that the G-buffer is read once for both.
+//! direct: every light that reaches a pixel, added to `radiance`; and that of the environment where one of the lights
+//! reaches every pixel, so that the G-buffer is read once for both.
 //!
-//! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures. Reads:
-//! G-buffer, depth, lists of lights, the environment. Writes: radiance, in the rectangles of the picture that lights reach; or, for the report,
-//! the numbers of pairs of pixel and light.
+//! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data
+//! textures. Reads: G-buffer, depth, lists of lights, the environment. Writes: radiance, in the rectangles of the
+//! picture that lights reach; or, for the report, the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;

@@ -1,5 +1,5 @@
-// The radiance of an equirectangular picture in a direction of length 1, between its four nearest texels. By hand, because the left
-// edge goes on at the right one, and a sampler that repeats would do so at the poles, too.
+// The radiance of an equirectangular picture in a direction of length 1, between its four nearest texels. By hand,
+// because the left edge goes on at the right one, and a sampler that repeats would do so at the poles, too.
 
 import package::shaders::brdf::PI;
 

@@ -1,11 +1,11 @@
-//! environment: a picture of the environment becomes what surfaces of more and more roughness reflect of it, tiles of one texture. It
-//! is drawn once, when the picture is new, and not in every frame.
+//! environment: a picture of the environment becomes what surfaces of more and more roughness reflect of it, tiles of
+//! one texture. It is drawn once, when the picture is new, and not in every frame.
 //!
 //! Source: filtered importance sampling (Colbert & Křivánek 2007) of GGX, seen along the normal (Karis 2013). Where it
 //! differs: samples lie on a spiral that turns by the golden angle, and are denser far from the lobe's middle than its
-//! importance asks for; above roughness 0.5 what is reflected is the sum over all directions; strong small sources are taken
-//! out, and surfaces are lit by them as by discs; and the 21 levels of roughness are tiles of their own, octahedral maps
-//! (Cigolle et al. 2014), because levels of a cube map are too few for what lies between.
+//! importance asks for; above roughness 0.5 what is reflected is the sum over all directions; strong small sources are
+//! taken out, and surfaces are lit by them as by discs; and the 21 levels of roughness are tiles of their own,
+//! octahedral maps (Cigolle et al. 2014), because levels of a cube map are too few for what lies between.
 //! Reads: the equirectangular picture. Writes: the tiles.
 
 use crate::environment::ENVIRONMENT_FORMAT;

@@ -1,6 +1,7 @@
 // environment.prefilter: what a surface of one roughness reflects, seen along its normal, as an octahedral map.
-// Source: filtered samples (Colbert & Křivánek 2007) of GGX (Walter et al. 2007), seen along the normal (Karis 2013), on a
-// spiral that turns by the golden angle, see `lobe.rs`; of lobes wider than that of roughness 0.5 the sum over all directions.
+// Source: filtered samples (Colbert & Křivánek 2007) of GGX (Walter et al. 2007), seen along the normal (Karis 2013),
+// on a spiral that turns by the golden angle, see `lobe.rs`; of lobes wider than that of roughness 0.5 the sum over all
+// directions.
 // Reads: source (halves of the environment without suns), lobe (the samples of each level, a row each). Writes: a tile.
 // Program: environment_prefilter.
 

@@ -1,5 +1,5 @@
-// fog.background: the environment behind all surfaces is infinitely far away: nothing of it comes through, unless fog thins
-// out before.
+// fog.background: the environment behind all surfaces is infinitely far away: nothing of it comes through, unless fog
+// thins out before.
 // Writes: radiance.
 // Program: fog_background.
 

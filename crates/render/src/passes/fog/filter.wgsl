@@ -1,6 +1,6 @@
 // fog.filter: light in fog of a picture of few samples, averaged over nine rays of half the size, as far as they end at
-// distances like the middle one's. Their places along the ray are spread by interleaved gradient noise, which any three by
-// three of them share out evenly (Jimenez 2014).
+// distances like the middle one's. Their places along the ray are spread by interleaved gradient noise, which any three
+// by three of them share out evenly (Jimenez 2014).
 // Reads: half_light, linear_depth. Writes: pre-exposed radiance.
 // Program: fog_filter.
 

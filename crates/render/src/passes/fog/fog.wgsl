@@ -1,6 +1,6 @@
 // fog: distance fog over opaque surfaces. Blended ones have the same function where they are shaded.
-// Reads: linear_depth. Writes: radiance, blended by the share that does not come through; coverage stays, and the mark of
-// what glows (`shaders/glow.wgsl`) is covered as the glow is.
+// Reads: linear_depth. Writes: radiance, blended by the share that does not come through; coverage stays, and the mark
+// of what glows (`shaders/glow.wgsl`) is covered as the glow is.
 // Program: fog.
 
 import package::view::position_world_from_pixel;

@@ -1,5 +1,5 @@
-// fog.light: light that fog scatters into the ray of every pixel, up to the surface that ends it. With `halves` one pixel of each
-// two by two, another one in every sample.
+// fog.light: light that fog scatters into the ray of every pixel, up to the surface that ends it. With `halves` one
+// pixel of each two by two, another one in every sample.
 // Reads: linear_depth, the tables of lights, clusters and shadows. Writes: pre-exposed radiance.
 // Program: fog_light.
 

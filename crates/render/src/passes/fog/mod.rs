@@ -1,8 +1,8 @@
-//! fog: distance fog over opaque surfaces, and over the environment behind them where that is asked for. Blended surfaces,
-//! and all surfaces of `--path forward`, are in the same fog where they are shaded.
+//! fog: distance fog over opaque surfaces, and over the environment behind them where that is asked for. Blended
+//! surfaces, and all surfaces of `--path forward`, are in the same fog where they are shaded.
 //!
-//! Source: Beer-Lambert, see `shaders/fog.wgsl`. Reads: linear_depth. Writes: radiance; coverage stays what it is, so that
-//! a transparent background stays transparent.
+//! Source: Beer-Lambert, see `shaders/fog.wgsl`. Reads: linear_depth. Writes: radiance; coverage stays what it is, so
+//! that a transparent background stays transparent.
 
 use crate::environment::Background;
 use crate::fog::{FogMode, FogSettings, FogUniform};
@@ -11,7 +11,8 @@ use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
-/// Fog over what is there, by the share that does not come through: where there is something, coverage is 1, and stays 1.
+/// Fog over what is there, by the share that does not come through: where there is something, coverage is 1, and
+/// stays 1.
 const OVER: wgpu::BlendState = wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING;
 
 /// The noise of so many samples averages out by itself, without losing what is fine.
@@ -36,8 +37,8 @@ pub fn record(
     step.over(PicturePart::Surfaces, depth).blend(OVER).draw_into(radiance, ColorLoad::Keep)
 }
 
-/// Records the pass over the environment where it is seen and shall be hidden. A background without radiance, a colour or
-/// nothing, is in no fog.
+/// Records the pass over the environment where it is seen and shall be hidden. A background without radiance, a colour
+/// or nothing, is in no fog.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -56,8 +57,9 @@ pub fn record_background(
     step.over(PicturePart::Background, depth).blend(OVER).draw_into(radiance, ColorLoad::Keep)
 }
 
-/// Records the passes that add the light which fog scatters from lights towards the eye, before opaque surfaces and before
-/// what lies behind them, if the settings ask for it. Blended surfaces add what lies before them where they are shaded.
+/// Records the passes that add the light which fog scatters from lights towards the eye, before opaque surfaces and
+/// before what lies behind them, if the settings ask for it. Blended surfaces add what lies before them where they are
+/// shaded.
 ///
 /// # Errors
 /// A program that does not compile.

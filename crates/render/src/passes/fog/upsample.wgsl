@@ -1,5 +1,5 @@
-// fog.upsample: light in fog at the full size, from the four nearest rays of half the size, by how near they lie and how alike
-// the distances are at which they end (Kopf et al. 2007, "Joint Bilateral Upsampling").
+// fog.upsample: light in fog at the full size, from the four nearest rays of half the size, by how near they lie and
+// how alike the distances are at which they end (Kopf et al. 2007, "Joint Bilateral Upsampling").
 // Reads: half_light, linear_depth. Writes: radiance, added; coverage stays.
 // Program: fog_upsample.
 

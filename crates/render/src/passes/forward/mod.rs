@@ -1,10 +1,10 @@
 //! forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them, with the same
 //! reflectance model, lights and lists as the deferred path.
 //!
-//! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or otherwise as
-//! `transparency.rs` says. Reads: lists of lights, the environment, depth, the distances of the nearest surfaces that light comes
-//! through if it draws what lies on one side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a
-//! weighted mean; or, for the report, the numbers of pairs of light and fragment.
+//! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or
+//! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, the distances of the nearest
+//! surfaces that light comes through if it draws what lies on one side of them. Writes: radiance (premultiplied), and
+//! depth if opaque; or sums for a weighted mean; or, for the report, the numbers of pairs of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
@@ -29,9 +29,9 @@ const DRAWS_AGAIN: &str = "draws_again";
 const FIRST_BATCH: u32 = 1;
 const LATER_BATCH: u32 = 2;
 
-/// Radiance and depth of all opaque and masked surfaces, drawn once with emission, ambient light and the first eight of the lights
-/// that reach them, and once more for each eight others, which are added where the depth is the same. What is drawn twice
-/// at exactly the same place is lit by the later batches of both.
+/// Radiance and depth of all opaque and masked surfaces, drawn once with emission, ambient light and the first eight of
+/// the lights that reach them, and once more for each eight others, which are added where the depth is the same. What
+/// is drawn twice at exactly the same place is lit by the later batches of both.
 ///
 /// Source: several lights a pass, added up (Hargreaves & Harris 2004, on multi-pass lighting).
 ///
@@ -99,8 +99,8 @@ pub fn record_opaque(
     Ok((radiance, depth))
 }
 
-/// The depth of all opaque and masked surfaces in the middle of each pixel, for passes that read it where surfaces cover several
-/// samples.
+/// The depth of all opaque and masked surfaces in the middle of each pixel, for passes that read it where surfaces
+/// cover several samples.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -121,8 +121,8 @@ pub enum LayeredDepth {
     Missing(Handle),
 }
 
-/// Shades opaque and masked surfaces that other passes leave alone, which are those with layers, over what is there of `radiance`; with `fog`, if no pass adds it
-/// later. Also gives depth.
+/// Shades opaque and masked surfaces that other passes leave alone, which are those with layers, over what is there of
+/// `radiance`; with `fog`, if no pass adds it later. Also gives depth.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -187,8 +187,8 @@ pub fn record_nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, P
     Ok(depth)
 }
 
-/// Draws the surfaces that light comes through before what is `seen` through them. Also gives depth, which they hide other surfaces
-/// with.
+/// Draws the surfaces that light comes through before what is `seen` through them. Also gives depth, which they hide
+/// other surfaces with.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -226,7 +226,8 @@ pub fn record_transmissive(
     Ok((radiance, depth))
 }
 
-/// Draws the surfaces that alpha covers, or what `peel` says of them, into what `blended` says. Returns what holds the result.
+/// Draws the surfaces that alpha covers, or what `peel` says of them, into what `blended` says. Returns what holds the
+/// result.
 ///
 /// # Errors
 /// A program that does not compile.

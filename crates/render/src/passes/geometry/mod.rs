@@ -26,8 +26,9 @@ pub struct Outputs {
 /// A triangle costs as much as shading so many pixels: measured on a software adapter with a model of 15,000 triangles.
 const PIXELS_PER_TRIANGLE: u64 = 32;
 
-/// Draws what hides others into `depth` alone, if that pays, after it was loaded as `load` says; and how depth is loaded afterwards. The positions of
-/// surfaces are `@invariant`, and the same depth again passes the depth test: the picture is the same.
+/// Draws what hides others into `depth` alone, if that pays, after it was loaded as `load` says; and how depth is
+/// loaded afterwards. The positions of surfaces are `@invariant`, and the same depth again passes the depth test: the
+/// picture is the same.
 fn record_depth(
     r: &mut Recorder<'_, '_>,
     (depth, load): (Handle, DepthLoad),

@@ -1,7 +1,7 @@
-// gouraud: light is computed at the vertices, and interpolated over triangles. The base colour stays the pixel's: what is
-// interpolated is diffuse light for a base colour of 1, and specular light with the vertex's own base colour.
-// Reads: the lists of lights of objects, the environment. Writes: radiance (premultiplied), depth if opaque; with `counts_pairs`
-// vertices are drawn as points anywhere, and the numbers of pairs of vertex and light are written.
+// gouraud: light is computed at the vertices, and interpolated over triangles. The base colour stays the pixel's: what
+// is interpolated is diffuse light for a base colour of 1, and specular light with the vertex's own base colour.
+// Reads: the lists of lights of objects, the environment. Writes: radiance (premultiplied), depth if opaque; with
+// `counts_pairs` vertices are drawn as points anywhere, and the numbers of pairs of vertex and light are written.
 // Program: gouraud, also for points. Axes: textures.
 
 import package::view::{view, direction_to_eye_world};

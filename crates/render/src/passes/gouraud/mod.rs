@@ -1,9 +1,10 @@
 //! gouraud: surfaces whose light is computed at their vertices, and interpolated in between.
 //!
-//! Source: Gouraud 1971, "Continuous Shading of Curved Surfaces". Where it differs: base colour, alpha and emission are the
-//! pixel's, so that textures stay sharp; lights are those of the object's own list. Reads: lists of lights of objects, the
-//! environment, depth, and as `forward` the distances of the nearest surfaces that light comes through. Writes: radiance
-//! (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light and vertex.
+//! Source: Gouraud 1971, "Continuous Shading of Curved Surfaces". Where it differs: base colour, alpha and emission
+//! are the pixel's, so that textures stay sharp; lights are those of the object's own list. Reads: lists of lights
+//! of objects, the environment, depth, and as `forward` the distances of the nearest surfaces that light comes
+//! through. Writes: radiance (premultiplied), and depth if opaque; or, for the report, the numbers of pairs of light
+//! and vertex.
 
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
@@ -34,7 +35,8 @@ pub fn record_opaque(
     Ok((radiance, depth))
 }
 
-/// Draws the surfaces that alpha covers, or what `peel` says of them, into what `blended` says. Returns what holds the result.
+/// Draws the surfaces that alpha covers, or what `peel` says of them, into what `blended` says. Returns what holds the
+/// result.
 ///
 /// # Errors
 /// A program that does not compile.

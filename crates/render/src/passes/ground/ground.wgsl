@@ -24,8 +24,8 @@ struct Ground {
 
 const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
 
-// The share of light from everywhere with what goes back and forth between a grey plane and what hangs over it (Jimenez et al. 2016,
-// "Practical Realtime Strategies for Accurate Indirect Occlusion", for an albedo of a half).
+// The share of light from everywhere with what goes back and forth between a grey plane and what hangs over it (Jimenez
+// et al. 2016, "Practical Realtime Strategies for Accurate Indirect Occlusion", for an albedo of a half).
 fn reflected_between(visibility: f32) -> f32 {
     let sum = ((visibility * 0.6878 - 1.75585) * visibility + 2.0679) * visibility;
     return max(visibility, sum);
@@ -51,8 +51,8 @@ fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let whole = dot(from_everywhere + ground.light.rgb, LUMINANCE);
     // Where no light comes from, there is no shadow.
     let lit = min(dot(irradiance, LUMINANCE) / max(whole, 1e-20), 1.0);
-    // Deeper than on a white plane, by half as many stops again: shadows of a soft light are faint, and this is all that is seen of
-    // the plane.
+    // Deeper than on a white plane, by half as many stops again: shadows of a soft light are faint, and this is all
+    // that is seen of the plane.
     let shadow = 1.0 - lit * sqrt(lit);
     let of_shadow = select(0.0, shadow, whole > 0.0);
     let alpha = share * mix(of_shadow, 1.0, ground.color.w);

@@ -10,14 +10,15 @@ import package::shaders::light_table::nearest_clamp;
 struct GroundMap {
     // X and z of the map's middle, half its width and depth.
     place: vec4f,
-    // The height of the plane, how far above it the scene reaches, the heights below which what hangs over it counts as so high:
-    // for what touches it, and for what stands on it.
+    // The height of the plane, how far above it the scene reaches, the heights below which what hangs over it counts as
+    // so high: for what touches it, and for what stands on it.
     heights: vec4f,
     // The rows of the tile along the light.
     light_x: vec4f,
     light_y: vec4f,
     light_z: vec4f,
-    // Of the light the tangent of half its angle; metres of half the side of its tile, and of its depth; 1 if it casts shadows.
+    // Of the light the tangent of half its angle; metres of half the side of its tile, and of its depth; 1 if it casts
+    // shadows.
     light: vec4f,
     // The first two rows of the tile from below.
     below_x: vec4f,

@@ -1,4 +1,5 @@
-// ground.smooth: the map of the plane without the noise of its samples: of every texel the mean of four places around it.
+// ground.smooth: the map of the plane without the noise of its samples: of every texel the mean of four places around
+// it.
 // Source: a blur of about 3x3 texels by four bilinear taps, three quarters of a texel away on the diagonals.
 // Reads: shares. Writes: the same, smooth.
 // Program: ground_smooth.

@@ -1,9 +1,9 @@
 //! ground: the plane under the scene, where no opaque surface is before it; blended ones are drawn over it later.
 //!
-//! What it gets of light is read from a map of the plane, which is drawn when it is not that of the scene any more: shadows of the
-//! parallel light with penumbrae (Fernando 2005, "Percentage-Closer Soft Shadows"), and form factors of what hangs over it, by fixed
-//! points of importance; a pass `ground.smooth` takes the noise of both out of it. Reads: the environment,
-//! depth; its map: what casts shadows. Writes: radiance.
+//! What it gets of light is read from a map of the plane, which is drawn when it is not that of the scene any more:
+//! shadows of the parallel light with penumbrae (Fernando 2005, "Percentage-Closer Soft Shadows"), and form factors of
+//! what hangs over it, by fixed points of importance; a pass `ground.smooth` takes the noise of both out of it. Reads:
+//! the environment, depth; its map: what casts shadows. Writes: radiance.
 
 use crate::draws::Tile;
 use crate::gbuffer::LightTarget;
@@ -32,8 +32,8 @@ pub(crate) fn record_map(
     step.draw_into(target, ColorLoad::Discard)
 }
 
-/// The pixels around what lies between `corners`: x and y of the first, width and height. All of the picture where one is not before the
-/// eye.
+/// The pixels around what lies between `corners`: x and y of the first, width and height. All of the picture where one
+/// is not before the eye.
 fn rectangle(corners: &[Vec3; 4], clip_from_world: &Mat4, (width, height): (u32, u32)) -> [u32; 4] {
     let clip = corners.map(|corner| *clip_from_world * corner.extend(1.0));
     if clip.iter().any(|corner| corner.w.is_nan() || corner.w <= 1e-6) {

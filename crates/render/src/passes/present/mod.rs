@@ -1,7 +1,7 @@
 //! present: the finished picture, drawn over what a target of the caller's holds.
 //!
-//! Source: Porter & Duff 1984, "over". Reads: display. Writes: the target, within a rectangle. The picture's alpha blends
-//! it with what the target held: in linear light where the target's format is sRGB, else in display colours.
+//! Source: Porter & Duff 1984, "over". Reads: display. Writes: the target, within a rectangle. The picture's alpha
+//! blends it with what the target held: in linear light where the target's format is sRGB, else in display colours.
 
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
@@ -18,13 +18,14 @@ pub struct Target {
     pub width: u32,
     /// Its height in texels.
     pub height: u32,
-    /// Where in it the picture goes: x and y of the corner, from the top left, then width and height, in texels. Outside
-    /// of it nothing changes. A picture of another size is filtered linearly.
+    /// Where in it the picture goes: x and y of the corner, from the top left, then width and height, in texels.
+    /// Outside of it nothing changes. A picture of another size is filtered linearly.
     pub rectangle: [u32; 4],
 }
 
 impl Target {
-    /// All of a texture's first mip and layer, such as that of a window's surface. It needs the usage `RENDER_ATTACHMENT`.
+    /// All of a texture's first mip and layer, such as that of a window's surface. It needs the usage
+    /// `RENDER_ATTACHMENT`.
     pub fn whole(texture: &wgpu::Texture) -> Self {
         let (width, height) = (texture.width(), texture.height());
         let texture_view = texture.create_view(&wgpu::TextureViewDescriptor {

@@ -1,8 +1,9 @@
 //! resolve: the mean of the samples of each pixel, where surfaces cover several (`msaa.samples`).
 //!
-//! It is a mean of radiance, which the device takes of itself: WebGL 2 shows shaders no samples, so that none can be weighted, and a
-//! curve that surfaces leave through would spoil what is blended over them. So edges of what is far brighter than white are as hard
-//! as without; the samples of a still smooth them. Reads and writes: radiance, or the sums that blended surfaces left.
+//! It is a mean of radiance, which the device takes of itself: WebGL 2 shows shaders no samples, so that none can be
+//! weighted, and a curve that surfaces leave through would spoil what is blended over them. So edges of what is far
+//! brighter than white are as hard as without; the samples of a still smooth them. Reads and writes: radiance, or the
+//! sums that blended surfaces left.
 
 mod settings;
 
@@ -19,7 +20,8 @@ pub fn record(r: &mut Recorder<'_, '_>, name: impl Into<Cow<'static, str>>, colo
     mean.unwrap_or(color)
 }
 
-/// The mean of the samples of `color` as it is so far, if each of its pixels has several; and `color`, to be drawn into further.
+/// The mean of the samples of `color` as it is so far, if each of its pixels has several; and `color`, to be drawn into
+/// further.
 pub fn record_between(
     r: &mut Recorder<'_, '_>,
     name: impl Into<Cow<'static, str>>,
@@ -37,7 +39,8 @@ pub fn record_between(
     (color, Some(mean))
 }
 
-/// What is left of `blended` to be made one picture: where there are sums, shaders read them, and see one of each pixel.
+/// What is left of `blended` to be made one picture: where there are sums, shaders read them, and see one of each
+/// pixel.
 pub fn record_blended(r: &mut Recorder<'_, '_>, blended: Blended) -> Blended {
     let Some([sum, weights]) = blended.sums else { return blended };
     let sums = Some([record(r, "resolve.sum", sum), record(r, "resolve.weights", weights)]);

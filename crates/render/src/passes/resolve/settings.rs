@@ -45,8 +45,8 @@ impl SettingField for PixelSamples {
 settings! {
     /// Settings of multisampling, several samples of a pixel that are shaded once.
     pub struct MultisamplingSettings {
-        /// How many samples of each pixel surfaces cover, while they are shaded once a pixel: 4 make edges smooth, those of masks too
-        /// (alpha to coverage). For `render.path=forward` alone, other paths are refused.
+        /// How many samples of each pixel surfaces cover, while they are shaded once a pixel: 4 make edges smooth,
+        /// those of masks too (alpha to coverage). For `render.path=forward` alone, other paths are refused.
         samples: PixelSamples = PixelSamples::One, needs "render.path=forward";
     }
 }

@@ -1,7 +1,8 @@
 //! shadows: the depth of what casts shadows, seen from lights, in tiles of one atlas.
 //!
-//! Source: Williams 1978, "Casting Curved Shadows on Curved Surfaces". Reads: materials, where they drop fragments. Writes: the
-//! atlas, and of it the tiles alone that changed (`shadows` says which). Nearer to the light is greater, as everywhere.
+//! Source: Williams 1978, "Casting Curved Shadows on Curved Surfaces". Reads: materials, where they drop
+//! fragments. Writes: the atlas, and of it the tiles alone that changed (`shadows` says which). Nearer to the
+//! light is greater, as everywhere.
 
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;

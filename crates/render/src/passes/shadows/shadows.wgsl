@@ -1,6 +1,6 @@
 // shadows: the depth of what casts shadows, seen from a light.
-// The rows of an instance take its object into the space of a tile (see `shadows/projection.rs`), or, where joints take it
-// into the world, the world. Reads: materials, where fragments are dropped. Writes: depth.
+// The rows of an instance take its object into the space of a tile (see `shadows/projection.rs`), or, where joints take
+// it into the world, the world. Reads: materials, where fragments are dropped. Writes: depth.
 // Program: shadows, also with relief. Axes: masks.
 
 import package::view::view;
@@ -29,9 +29,9 @@ struct ShadowVarying {
     @if(masks) @location(6) position_object: vec3f,
 }
 
-// The distance of a corner that is drawn, in units of the nearest: one in the light's own plane, or next to it, is moved forward
-// to the nearest. SwiftShader makes the planes of depth from corners before it clips them, and takes a w of 0 for 1, which under
-// the conventions of OpenGL is another plane. Other drivers draw nothing that is so near.
+// The distance of a corner that is drawn, in units of the nearest: one in the light's own plane, or next to it, is
+// moved forward to the nearest. SwiftShader makes the planes of depth from corners before it clips them, and takes a w
+// of 0 for 1, which under the conventions of OpenGL is another plane. Other drivers draw nothing that is so near.
 fn divisible(distance: f32) -> f32 {
     return select(distance, 1.0, abs(distance) < 0.01);
 }
@@ -58,8 +58,8 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     let at = transform_point(rows, position);
     let is_perspective = (in.instance.x & 1u) == 1u;
     var out: ShadowVarying;
-    // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself, and what lies before
-    // the nearest is drawn there.
+    // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself, and what lies
+    // before the nearest is drawn there.
     let depth = select(min(at.z, 1.0), 1.0, is_perspective);
     out.position_clip = vec4f(at.xy, depth, select(1.0, divisible(at.z), is_perspective));
     out.uv = vec4f(in.uv0, in.uv1);
@@ -77,8 +77,9 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     return out;
 }
 
-// 0 ≤ x < 1 and another one for every texel, object and sample; the samples go on by the golden ratio. Each texel has every 16
-// of them in an order of its own for each object, so that two of them behind each other let through the product of what each does.
+// 0 ≤ x < 1 and another one for every texel, object and sample; the samples go on by the golden ratio. Each texel has
+// every 16 of them in an order of its own for each object, so that two of them behind each other let through the
+// product of what each does.
 fn threshold_at(position_px: vec2f, object: u32) -> f32 {
     let texel = vec2u(position_px);
     let place = (object * 0x1f1f1f1fu) ^ (texel.x * 0x8da6b343u) ^ (texel.y * 0xd8163841u);

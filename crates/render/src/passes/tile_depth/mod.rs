@@ -1,8 +1,8 @@
 //! tile_depth: the nearest and the farthest surface of every tile of the lists of lights.
 //!
-//! Source: tiled shading (Olsson & Assarsson 2011), whose bounds a compute shader reduces in shared memory; here, on a floor
-//! without compute, two full-screen passes reduce rows and then columns. Reads: linear_depth. Writes: `tile_depth`
-//! (rg32float, a texel a tile): least and greatest distance along the view axis, of surfaces alone.
+//! Source: tiled shading (Olsson & Assarsson 2011), whose bounds a compute shader reduces in shared memory; here, on a
+//! floor without compute, two full-screen passes reduce rows and then columns. Reads: linear_depth. Writes:
+//! `tile_depth` (rg32float, a texel a tile): least and greatest distance along the view axis, of surfaces alone.
 
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;

@@ -1,5 +1,5 @@
-// tile_depth: the nearest and the farthest surface of every tile of the lists of lights. First along rows, tile by tile;
-// with `columns` down the columns of what that left, so that a tile of n × n pixels takes n texels twice.
+// tile_depth: the nearest and the farthest surface of every tile of the lists of lights. First along rows, tile by
+// tile; with `columns` down the columns of what that left, so that a tile of n × n pixels takes n texels twice.
 // Reads: linear_depth, or what rows left. Writes: least and greatest distance (rg32float); without a surface
 // DISTANCE_BACKGROUND_M and 0, which no light reaches.
 // Program: tile_depth.

@@ -1,10 +1,10 @@
-//! tone_map: from the mean over the samples, or from the only one, to the picture: tone curve (unless the samples have it
-//! already), background colour, sRGB, dithering.
+//! tone_map: from the mean over the samples, or from the only one, to the picture: tone curve (unless the samples have
+//! it already), background colour, sRGB, dithering.
 //!
 //! Sources: see `tone_curve.wgsl`; compositing in linear light after Porter & Duff 1984, "over". Reads: the mean of
-//! radiance or of display colours, or of both the means of what glows and of all else; of a single sample its radiance, which is filtered linearly where it has another size
-//! (`render.scale`). Writes: the output, in display colours. A background colour comes after the curve, so that it is that
-//! colour under every curve and at every exposure.
+//! radiance or of display colours, or of both the means of what glows and of all else; of a single sample its radiance,
+//! which is filtered linearly where it has another size (`render.scale`). Writes: the output, in display colours. A
+//! background colour comes after the curve, so that it is that colour under every curve and at every exposure.
 
 mod settings;
 

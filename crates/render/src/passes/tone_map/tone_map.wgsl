@@ -1,9 +1,9 @@
-// tone_map: from the mean over the samples, or from the only one, to the picture: tone curve (unless the samples have it
-// already), background colour, sRGB, dithering.
-// Source of the noise: Jimenez 2014. Reads: the mean (associated alpha; negative alpha marks clamped pixels) or the frame's
-// radiance, which is filtered linearly where it was shaded at another size than the picture's (`scaled`). Writes: display
-// colour, unassociated alpha; opaque over a background colour. With `has_glow` there is a mean of display colours beside the mean of
-// radiance, each of its own part of every sample.
+// tone_map: from the mean over the samples, or from the only one, to the picture: tone curve (unless the samples have
+// it already), background colour, sRGB, dithering. Source of the noise: Jimenez 2014. Reads: the mean (associated
+// alpha; negative alpha marks clamped pixels) or the frame's radiance, which is filtered linearly where it was shaded
+// at another size than the picture's (`scaled`). Writes: display colour, unassociated alpha; opaque over a background
+// colour. With `has_glow` there is a mean of display colours beside the mean of radiance, each of its own part of every
+// sample.
 // Program: tone_map.
 
 import package::shaders::colour::{linear_from_srgb, srgb_from_linear};

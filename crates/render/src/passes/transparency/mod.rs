@@ -1,8 +1,9 @@
 //! transparency: the weighted mean of blended surfaces, over what lies behind them all.
 //!
-//! Source: McGuire & Bavoil 2013, "Weighted Blended Order-Independent Transparency". Where it differs: weights fall with the fourth
-//! power of the distance within the range of the scene's blended surfaces, not with fixed distances; what is very bright has less
-//! weight, so that half floats hold the sums; and what comes through lies in alpha, so that one blend state does for both targets.
+//! Source: McGuire & Bavoil 2013, "Weighted Blended Order-Independent Transparency". Where it differs: weights fall
+//! with the fourth power of the distance within the range of the scene's blended surfaces, not with fixed distances;
+//! what is very bright has less weight, so that half floats hold the sums; and what comes through lies in alpha, so
+//! that one blend state does for both targets.
 //! Reads: the sums that blended surfaces left. Writes: radiance and coverage.
 
 use crate::record::Recorder;

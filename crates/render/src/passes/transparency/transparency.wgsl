@@ -1,6 +1,6 @@
 // transparency: the weighted mean of blended surfaces, over what lies behind them all (see `mod.rs`).
-// Reads: sums (radiance times weight, and what comes through all surfaces), weights (alpha times weight). Writes: radiance
-// (premultiplied).
+// Reads: sums (radiance times weight, and what comes through all surfaces), weights (alpha times weight). Writes:
+// radiance (premultiplied).
 // Program: transparency.
 
 import package::shaders::colour::half_float_clamped;

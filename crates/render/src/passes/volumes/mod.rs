@@ -1,11 +1,12 @@
-//! volumes: light by drawing a sphere or cone around all that each light reaches. Lights without a range are not among them.
+//! volumes: light by drawing a sphere or cone around all that each light reaches. Lights without a range are not among
+//! them.
 //!
-//! Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"); the stencil of shadow volumes (Carmack's z-fail) for
-//! light volumes (Arvo & Barkans 2003; the public WebGL 2 deferred renderers). Back faces are drawn, so that the eye may be
-//! inside. Where it differs: meshes are convex, so that one bit of the stencil is inverted in place of counting, and
-//! volumes which cover no part of the picture together are marked and shaded together; each class of lights has a draw with a
-//! shader of its own. Reads: G-buffer, depth, the volumes of the view. Writes: radiance; or, for the report, the numbers of
-//! pairs of pixel and light.
+//! Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"); the stencil of shadow volumes (Carmack's
+//! z-fail) for light volumes (Arvo & Barkans 2003; the public WebGL 2 deferred renderers). Back faces are drawn, so
+//! that the eye may be inside. Where it differs: meshes are convex, so that one bit of the stencil is inverted in place
+//! of counting, and volumes which cover no part of the picture together are marked and shaded together; each class of
+//! lights has a draw with a shader of its own. Reads: G-buffer, depth, the volumes of the view. Writes: radiance; or,
+//! for the report, the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
 use crate::record::Recorder;

@@ -1,6 +1,6 @@
 // volumes: the light of one lamp on the pixels of its volume, added to `radiance`.
-// Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"). Reads: G-buffer, linear_depth, the table of lights,
-// the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
+// Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"). Reads: G-buffer, linear_depth, the table of
+// lights, the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: volumes.
 
 import package::view::{position_world_from_pixel, direction_to_eye_world};

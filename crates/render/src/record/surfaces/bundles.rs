@@ -1,7 +1,7 @@
 //! What a pass draws frame after frame is encoded once, in render bundles: the device's own lists of commands.
 //!
-//! A list of draws is cut into chunks of the world's items, so that what comes into sight or leaves it changes its own chunk
-//! alone. A chunk that was drawn alike in the last frame becomes a bundle; any other is drawn command by command.
+//! A list of draws is cut into chunks of the world's items, so that what comes into sight or leaves it changes its own
+//! chunk alone. A chunk that was drawn alike in the last frame becomes a bundle; any other is drawn command by command.
 
 use super::encode::encode;
 use super::pipelines::Targets;

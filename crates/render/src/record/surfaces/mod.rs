@@ -28,7 +28,8 @@ use std::borrow::Cow;
 pub enum Which {
     /// Every one.
     All,
-    /// Those whose fragments are never dropped and lie where their triangles do: triangles without a mask and without relief.
+    /// Those whose fragments are never dropped and lie where their triangles do: triangles without a mask and without
+    /// relief.
     Hiding,
     /// Those whose materials have more than the G-buffer holds.
     ShadedWhereDrawn,
@@ -134,8 +135,8 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.vertices_alone = true;
     }
 
-    /// Declares the pass: it draws those of the view's opaque and masked surfaces that have at least `count` lights in the
-    /// lists of their objects and in none.
+    /// Declares the pass: it draws those of the view's opaque and masked surfaces that have at least `count` lights in
+    /// the lists of their objects and in none.
     ///
     /// # Errors
     /// As [`Self::draw_opaque`].

@@ -76,7 +76,8 @@ impl SurfacePipelines {
         let (mut axes, mut constants) = compose::axes_and_constants(key.program, &key.pass_axes);
         let binds = BINDING_AXES.iter().filter(|(axis, of)| key.axes & of != 0 && compose::has_axis(key.program, axis));
         axes.extend(binds.map(|(axis, _)| *axis));
-        // The discs of points are cut out in any case, so that their masks, whose cutoff is 0 where there is none, are on.
+        // The discs of points are cut out in any case, so that their masks, whose cutoff is 0 where there is none, are
+        // on.
         let of_shape = key.axes | if key.topology == Topology::Points { MASKED } else { 0 };
         constants.extend(AXES.iter().enumerate().map(|(bit, axis)| (*axis, of_shape >> bit & 1)));
         constants.extend(&key.targets.constants);

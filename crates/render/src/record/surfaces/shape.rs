@@ -59,8 +59,8 @@ impl Special {
 impl Shape {
     pub const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2 * 2;
 
-    /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A surface with
-    /// one side is there for light as it is for the eye: where it shows its front.
+    /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A
+    /// surface with one side is there for light as it is for the eye: where it shows its front.
     pub fn of_caster(item: &Item, faces: Faces, is_blended: bool, layers: u32) -> Self {
         // Fragments of relief are shaded for their depth.
         let is_tested = item.masked || is_blended || layers != 0;

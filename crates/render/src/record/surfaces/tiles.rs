@@ -28,8 +28,8 @@ impl<'r, 'f> TilePass<'r, 'f> {
         Self { pass, frame, view, program }
     }
 
-    /// Declares the pass: it draws `tiles`, each over a background of depth 0, and leaves the rest of `target` alone, or with
-    /// `is_first` clears it. Returns the version of `target` that holds the result.
+    /// Declares the pass: it draws `tiles`, each over a background of depth 0, and leaves the rest of `target` alone,
+    /// or with `is_first` clears it. Returns the version of `target` that holds the result.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.

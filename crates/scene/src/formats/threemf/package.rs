@@ -10,8 +10,8 @@ const RELATIONSHIPS: &str = "_rels/.rels";
 /// What the model is usually called.
 const USUAL_ROOT: &str = "3D/3dmodel.model";
 
-/// What an archive of a length may unpack to. Models are text that packs to a tenth; what packs to less than a hundredth is made to
-/// fill memory.
+/// What an archive of a length may unpack to. Models are text that packs to a tenth; what packs to less than a
+/// hundredth is made to fill memory.
 fn budget_bytes(archive_bytes: u64) -> u64 {
     ((64 << 20) + archive_bytes.saturating_mul(100)).min(MAX_FILE_BYTES)
 }

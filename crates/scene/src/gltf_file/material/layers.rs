@@ -126,8 +126,8 @@ fn read_ior(json: &Json, key: &str, default: f32, slots: &mut Slots) -> Result<f
     Ok(1.0)
 }
 
-/// The archived model of diffuse and specular colour. It takes the place of metallic-roughness: a dielectric whose reflectance is
-/// its specular colour (`KHR_materials_specular` has this conversion), and 1 − roughness its glossiness.
+/// The archived model of diffuse and specular colour. It takes the place of metallic-roughness: a dielectric whose
+/// reflectance is its specular colour (`KHR_materials_specular` has this conversion), and 1 − roughness its glossiness.
 fn read_specular_glossiness(json: &Json, slots: &mut Slots, material: &mut Material) -> Result<(), LoadError> {
     material.base_color_factor = Vec4::from(slots.document.clamped(json, "diffuseFactor", [1.0; 4], 1.0)?);
     material.base_color_texture = slots.read(json, "diffuseTexture")?;

@@ -1,5 +1,5 @@
-//! The stream of attributes: elements are split into their bytes, and the differences from element to element are packed
-//! in groups of sixteen.
+//! The stream of attributes: elements are split into their bytes, and the differences from element to element are
+//! packed in groups of sixteen.
 
 use super::{Stream, StreamError};
 

@@ -13,7 +13,8 @@ pub(super) enum Filter {
     Color,
 }
 
-/// Turns `elements` of `stride` bytes into those that they stand for. Elements that no encoder writes become any others.
+/// Turns `elements` of `stride` bytes into those that they stand for. Elements that no encoder writes become any
+/// others.
 pub(super) fn apply(filter: Filter, elements: &mut [u8], stride: usize) {
     match (filter, stride) {
         (Filter::Exponential, _) => {
@@ -84,7 +85,8 @@ fn quaternion([x, y, z, code]: [i16; 4]) -> [i16; 4] {
 
 fn exponential(packed: i32) -> f32 {
     let (exponent, mantissa) = (packed >> 24, (packed << 8) >> 8);
-    // A double holds the power exactly, for every exponent of 8 bits: its own exponent is biased by 1023, above 52 bits.
+    // A double holds the power exactly, for every exponent of 8 bits: its own exponent is biased by 1023, above 52
+    // bits.
     let power = f64::from_bits(((exponent + 1023) as u64) << 52);
     (power * f64::from(mantissa)) as f32
 }
