@@ -317,20 +317,22 @@ fn layers_that_ask_for_different_samplers_are_named() {
 }
 
 #[test]
-fn maps_of_layers_that_are_resized_to_share_a_texture_are_named() {
+fn maps_of_layers_that_are_made_smaller_to_share_a_texture_are_named() {
     let mut scene = compressed_plane();
-    for side in [4, 8, 8] {
-        scene.images.push(image(side, |_, _| [255; 4]));
+    // A wide one and a high one would be a texture of many more texels than both have.
+    for (name, width, height) in [("small", 4, 4), ("wide", 8192, 1), ("high", 1, 2048)] {
+        let data = vec![255; 4 * (width * height) as usize];
+        let pixels = Pixels { width, height, format: PixelFormat::Rgba8, data };
+        scene.images.push(Image { name: name.into(), source: ImageSource::Pixels(pixels.into()) });
         scene.textures.push(Texture { image: scene.images.len() - 1, sampler: Sampler::default() });
     }
-    scene.images[1].name = "small".into();
     let mut renderer = renderer();
-    for (weight, is_named) in [(1, true), (2, false)] {
-        lacquered(&mut scene, weight, 3);
+    let named = "material 0 `lacquer`: its layers' maps of data are one texture of 4096x1024; made smaller: \
+                 image 3 `high` (1x2048), image 2 `wide` (8192x1)";
+    for (maps, expected) in [([1, 2], vec![]), ([3, 2], vec![named])] {
+        lacquered(&mut scene, maps[0], maps[1]);
         renderer.load(&scene).unwrap();
-        let expected = "material 0 `lacquer`: its layers' maps of data are one texture of 8x8; resized to it: \
-                        image 1 `small` (4x4)";
-        assert_eq!(renderer.warnings(), if is_named { vec![expected] } else { vec![] });
+        assert_eq!(renderer.warnings(), expected);
         renderer.unload();
     }
 }

@@ -50,7 +50,7 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
                 false => decode_base(scene, layer.image, is_srgb, limit, &mut warnings).map(Layer::Pixels),
             };
             let decoded: Vec<_> = images.iter().map(decode).collect();
-            warnings.extend(resizing_warning(scene, index, is_srgb, &images, &decoded));
+            warnings.extend(shrinking_warning(scene, index, is_srgb, &images, &decoded));
             return Decoded { chain: layers(decoded, is_srgb), warnings };
         }
         ImageSource::Light { image } => {
@@ -159,8 +159,8 @@ fn size_of_all(layers: &[Option<Layer>]) -> Option<(u32, u32)> {
     layer_size(&layers.iter().flatten().map(Layer::size).collect::<Vec<_>>())
 }
 
-/// What is said of the layers' maps of a material that have another size than the texture which they share.
-fn resizing_warning(
+/// What is said of the layers' maps of a material that are larger than the texture which they share, and lose texels.
+fn shrinking_warning(
     scene: &Scene,
     material: usize,
     is_srgb: bool,
@@ -168,10 +168,10 @@ fn resizing_warning(
     layers: &[Option<Layer>],
 ) -> Option<String> {
     let (width, height) = size_of_all(layers)?;
-    let is_resized = |layer: &Layer| layer.size() != (width, height);
-    let resized =
-        images.iter().zip(layers).filter_map(|(of, layer)| Some((of.image, layer.as_ref().filter(|l| is_resized(l))?)));
-    let named: Vec<String> = resized
+    let is_larger = |layer: &&Layer| layer.size().0 > width || layer.size().1 > height;
+    let larger =
+        images.iter().zip(layers).filter_map(|(of, layer)| Some((of.image, layer.as_ref().filter(is_larger)?)));
+    let named: Vec<String> = larger
         .map(|(image, layer)| {
             let (width, height) = layer.size();
             format!("image {image} `{}` ({width}x{height})", scene.images[image].name)
@@ -180,7 +180,7 @@ fn resizing_warning(
     let (name, what) = (&scene.materials[material].name, if is_srgb { "colours" } else { "data" });
     (!named.is_empty()).then(|| {
         format!(
-            "material {material} `{name}`: its layers' maps of {what} are one texture of {width}x{height}; resized to it: {}",
+            "material {material} `{name}`: its layers' maps of {what} are one texture of {width}x{height}; made smaller: {}",
             named.join(", ")
         )
     })
