@@ -121,22 +121,24 @@ impl Places {
         match input {
             Input::File(path) if is_stage(path) => {
                 self.read(path, format!("the stage {}", path.display()));
-                named_model(path).into_iter().for_each(|model| self.read_input(&Input::File(model)));
+                // A stage that names a stage is an error as soon as it is read.
+                named_model(path).iter().filter(|model| !is_stage(model)).for_each(|model| self.read_model(model));
                 named_environment(path).into_iter().for_each(|path| self.read_environment(&path));
                 for image in named_images(path) {
                     self.read(&image, format!("an image that {} names", path.display()));
                 }
             }
-            Input::File(path) => {
-                self.read(path, format!("the model {}", path.display()));
-                // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not
-                // read.
-                for file in formats::mentions(path).unwrap_or_default() {
-                    self.read(&file, format!("a file that {} names", path.display()));
-                }
-            }
+            Input::File(path) => self.read_model(path),
             Input::Stdin if cfg!(unix) => self.read(Path::new("/dev/stdin"), "the model on standard input".into()),
             Input::Stdin | Input::Demo(_) => {}
+        }
+    }
+
+    fn read_model(&mut self, path: &Path) {
+        self.read(path, format!("the model {}", path.display()));
+        // What is wrong with the model is said when it is read. What it names belongs to it, even if it is not read.
+        for file in formats::mentions(path).unwrap_or_default() {
+            self.read(&file, format!("a file that {} names", path.display()));
         }
     }
 

@@ -80,6 +80,9 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     // Where memory is scarce, reading and the driver's start shall not meet at their peaks.
     let ahead = inputs.items.first().filter(|_| !args.skip_existing && !memory::is_limited());
     let ahead = ahead.and_then(|item| ReadAhead::start(&item.input));
+    if ahead.is_some() {
+        settings.environment.source.begin();
+    }
     let renderer = session::open(args.adapter.as_deref(), !args.no_cache)?;
     let hidden = hidden_settings(&effect_files);
     let effect_values = effect_files.iter().map(effect_values).collect();

@@ -88,6 +88,9 @@ fn the_sheet_has_a_row_for_each_variable_that_differs() {
     assert!(text.contains("  base_color   100.00 % of pixels, mean 0.6"), "{text}");
     assert!(run.stderr.contains("hint: s.png shows where"), "{}", run.stderr);
     let all = image::open(folder.join("s.png")).expect("a sheet").to_rgb8();
+    // What changed is told by all variables, listed or not.
+    let depth_alone = with(&["--aov", "depth"], 0).text();
+    assert!(depth_alone.contains("material in 100.00 %") && !depth_alone.contains("base_color"), "{depth_alone}");
     // One variable less is a row less.
     with(&["--aov", "base_color"], 0);
     let one = image::open(folder.join("s.png")).expect("a sheet").to_rgb8();

@@ -191,6 +191,13 @@ fn broken_stages_are_refused_with_their_place() {
         let (_, _, start, part) = BROKEN.iter().find(|broken| broken.0 == "set.stage.toml").expect("listed");
         let run = run_in(&folder, &["graph", "set.stage.toml", "--limits", "webgpu"]).expect(1);
         assert!(run.stderr.starts_with(start) && run.stderr.contains(part), "{}", run.stderr);
+        // What would be written is looked for in what is read, which here has no end.
+        folder.write("other.stage.toml", b"model = \"another.stage.toml\"\n");
+        folder.write("another.stage.toml", b"model = \"other.stage.toml\"\n");
+        for name in ["self", "other"] {
+            let run = run_in(&folder, &["render", &format!("{name}.stage.toml")]).expect(1);
+            assert!(run.stderr.contains(".stage.toml` is a stage"), "{}", run.stderr);
+        }
     }
     let run = run_in(&folder, &["info", "none.stage.toml"]).expect(1);
     assert!(run.stderr.contains("none.stage.toml: No such file"), "{}", run.stderr);

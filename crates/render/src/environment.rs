@@ -54,6 +54,14 @@ pub const FILL_SHARE: f32 = 1.0 / 16.0;
 pub const FILL_BACKDROP_SHARE: f32 = 0.25;
 
 impl Environment {
+    /// Starts to compute on another thread what the first frame would wait for: the studio, where this may come to it.
+    /// It is of use while files are read or a device starts; nothing depends on it.
+    pub fn begin(self) {
+        if matches!(self, Self::Auto | Self::Studio | Self::Fill) {
+            studio::begin();
+        }
+    }
+
     /// What surrounds `scene` where nobody says: its own picture; else the studio, [`Environment::Fill`] where the
     /// scene brings its own lights, or nothing where it states an exposure as well, because then its light is meant as
     /// it is.

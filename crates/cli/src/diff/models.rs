@@ -27,6 +27,8 @@ pub struct Models {
     pub b: Source,
     /// The variables of both, in one order.
     pub layers: [Vec<AovLayer>; 2],
+    /// Those that are spoken of one by one.
+    pub listed: Vec<Aov>,
     /// The camera of both.
     pub camera: CameraData,
     /// Half the diagonal of the box around both, in metres.
@@ -41,12 +43,12 @@ struct Read {
     is_stage: bool,
 }
 
-/// The variables that are compared: those that are asked for, and depth, which says where a surface is.
+/// The variables that are asked for, and depth, which says where a surface is.
 ///
 /// # Errors
 /// An unknown name.
-fn variables(asked: Option<&str>) -> Result<Vec<Aov>, Failure> {
-    let names = job::aovs(Some(asked.unwrap_or("all")), &aov_names())?;
+fn variables(asked: &str) -> Result<Vec<Aov>, Failure> {
+    let names = job::aovs(Some(asked), &aov_names())?;
     let named = names.iter().filter_map(|name| aov_named(name));
     // Nothing has moved where there is no frame before.
     Ok(std::iter::once(Aov::Depth).chain(named.filter(|aov| !matches!(aov, Aov::Depth | Aov::Motion))).collect())
@@ -60,7 +62,8 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let frame = &args.frame;
     let (width, height) = job::size(&frame.size)?;
     let spec = job::camera(frame)?;
-    let aovs = variables(frame.aov.as_deref())?;
+    // All are drawn, because what changed is told by all.
+    let (listed, drawn) = (variables(frame.aov.as_deref().unwrap_or("all"))?, variables("all")?);
     let mut files = effect_files(&frame.change.effects)?;
     let chosen = Chosen::of_frame(frame)?;
     job::check_aovs(true, &chosen.settings(Settings::default(), None, &mut files)?)?;
@@ -84,7 +87,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let mut renderer = session::open(args.adapter.as_deref(), true)?;
     let request = FrameRequest {
         sample_count: frame.samples,
-        want_aovs: aovs,
+        want_aovs: drawn,
         effects: effects(&renderer, files)?,
         ..FrameRequest::new(width, height, view)
     };
@@ -103,6 +106,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         a: source(&a, &picture_a)?,
         b: source(&b, &picture_b)?,
         layers: [picture_a.aovs, picture_b.aovs],
+        listed,
         camera: CameraData::new(&view, width, height),
         radius_m: framing.radius_m(),
     })

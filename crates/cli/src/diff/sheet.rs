@@ -84,8 +84,10 @@ fn shown_picture(picture: &Picture, factor: f32) -> Vec<u8> {
 /// Three cells for each variable that differs: of A, of B, and the difference up to its largest.
 fn variable_cells(compared: &Compared) -> Vec<Cell> {
     let Compared { layers: [a, b], variables, .. } = compared;
-    let differing = variables.all.iter().zip(a.iter().zip(b)).filter(|(variable, _)| variable.share > 0.0);
+    let layers = |aov| a.iter().zip(b).find(|(a, _)| a.aov == aov);
+    let differing = variables.all.iter().filter(|variable| variable.share > 0.0);
     differing
+        .filter_map(|variable| Some((variable, layers(variable.aov)?)))
         .flat_map(|(variable, (a, b))| {
             let Variable { aov, largest, differences, share, .. } = variable;
             let range = range([&a.samples, &b.samples]);

@@ -36,7 +36,7 @@ pub struct Changed {
 /// All variables, and what they say together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variables {
-    /// In the order in which they were drawn.
+    /// In the order in which they were drawn, those that are listed.
     pub all: Vec<Variable>,
     /// What changed.
     pub changed: Changed,
@@ -121,7 +121,9 @@ pub fn compare(models: &Models) -> Variables {
         }
         found.mean = sum / compared.max(1) as f64;
         found.share = different as f64 / compared.max(1) as f64;
-        all.push(found);
+        if models.listed.contains(&a.aov) {
+            all.push(found);
+        }
     }
     let (changed, only) = shares(&seen, &parts);
     Variables { all, changed, only }

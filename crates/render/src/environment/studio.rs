@@ -14,11 +14,22 @@ use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use glam::{Mat3, Vec3};
 use half::f16;
 use manypass_scene::EnvironmentLight;
-use std::f32::consts::TAU;
-use std::sync::OnceLock;
+use std::f32::consts::{FRAC_PI_2, TAU};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// The sides of its tiles. Its edges are soft, so that small ones do.
-pub(crate) const SIDES: TileSides = TileSides { mirror: 256, fine: 128, medium: 32, coarse: 32 };
+/// The sides of its tiles, whose texels are at most two thirds as wide as a blurred edge is soft: what is between them
+/// would show as teeth along edges.
+pub(crate) const SIDES: TileSides = TileSides { mirror: 512, fine: 256, medium: 128, coarse: 32 };
+
+/// So many texels of larger tiles than those for which sums are taken lie between two for which they are.
+const STRIDE: usize = 4;
+
+/// More threads than this have no work.
+const THREADS_MAX: usize = 4;
+
+/// What is between texels is taken from them where the middle differs by less than this share of what is there.
+const TOLERANCE: f32 = 0.002;
 
 /// The share of the key that is a light with shadows, and not in the tiles.
 const KEY_LIGHT_SHARE: f32 = 0.7;
@@ -64,12 +75,29 @@ fn step(x: f32, width: f32) -> f32 {
     0.5 + 0.5 * x / (x * x + width * width).sqrt()
 }
 
-/// What a lobe of GGX has of the rectangle from the origin to (`x`, `y`), from −¼ to ¼: on the plane of tangents the
-/// lobe weighs as the form factor does of a point at the height `width` below it (Baum et al. 1989, "Improving
+/// The angle of a tangent in radians, within 0.000 02 (Abramowitz & Stegun 1964, "Handbook of Mathematical Functions",
+/// 4.4.49).
+fn angle(tangent: f32) -> f32 {
+    let magnitude = tangent.abs();
+    let is_steep = magnitude > 1.0;
+    let t = if is_steep { 1.0 / magnitude } else { magnitude };
+    let square = t * t;
+    let of_odd =
+        0.999_866 + square * (-0.330_299_5 + square * (0.180_141 + square * (-0.085_133 + square * 0.020_835_1)));
+    let angle = if is_steep { FRAC_PI_2 - t * of_odd } else { t * of_odd };
+    angle.copysign(tangent)
+}
+
+/// What a lobe of GGX has of the rectangles from the origin to each (`x`, `y`), from −¼ to ¼: on the plane of tangents
+/// the lobe weighs as the form factor does of a point at the height `width` below it (Baum et al. 1989, "Improving
 /// Radiosity Solutions Through the Use of Analytically Determined Form-Factors").
-fn corner(x: f32, y: f32, width: f32) -> f32 {
-    let [far_x, far_y] = [x, y].map(|at| (at * at + width * width).sqrt());
-    (x / far_x * (y / far_x).atan() + y / far_y * (x / far_y).atan()) / TAU
+fn corners(x: [f32; 4], y: [f32; 4], width: f32) -> [f32; 4] {
+    // Four at a time, so that compilers find vectors.
+    std::array::from_fn(|at| {
+        let (x, y) = (x[at], y[at]);
+        let (near_x, near_y) = (1.0 / (x * x + width * width).sqrt(), 1.0 / (y * y + width * width).sqrt());
+        (x * near_x * angle(y * near_x) + y * near_y * angle(x * near_y)) / TAU
+    })
 }
 
 /// A soft box with its axes.
@@ -97,9 +125,9 @@ impl Placed {
         let width = 0.5 * (self.of.edge.hypot(blur) + self.of.edge + blur);
         let [half_width, half_height] = self.of.half_extent;
         let [x, y] = [self.axes.x_axis, self.axes.y_axis].map(|axis| axis.dot(direction) / forward);
-        let [left, right] = [x - half_width, x + half_width];
-        let strip = |y: f32| corner(right, y, width) - corner(left, y, width);
-        self.of.radiance * (strip(y + half_height) - strip(y - half_height))
+        let ([left, right], [lower, upper]) = ([x - half_width, x + half_width], [y - half_height, y + half_height]);
+        let [a, b, c, d] = corners([left, right, left, right], [lower, lower, upper, upper], width);
+        self.of.radiance * (a - b - c + d)
     }
 
     /// Irradiance of a plane that faces it.
@@ -155,6 +183,12 @@ pub(crate) fn key_light() -> EnvironmentLight {
     })
 }
 
+/// Computes the texels on a thread of its own, so that they are there when they are asked for; where there can be no
+/// thread, nothing happens.
+pub(crate) fn begin() {
+    drop(std::thread::Builder::new().spawn(texels));
+}
+
 /// The texels of its tiles, without the key light, in the texture of [`SIDES`]: rows from the top.
 pub(crate) fn texels() -> &'static [[f16; 4]] {
     static TEXELS: OnceLock<Vec<[f16; 4]>> = OnceLock::new();
@@ -163,26 +197,116 @@ pub(crate) fn texels() -> &'static [[f16; 4]] {
 
 fn texels_of(studio: &Studio) -> Vec<[f16; 4]> {
     let (width, height) = texture_size(SIDES);
-    let mut texels = vec![[f16::ZERO; 4]; (width * height) as usize];
+    let texels = Mutex::new(vec![[f16::ZERO; 4]; (width * height) as usize]);
     let spheres = SPHERE_SIDES.map(|side| Sphere::new(studio, side));
-    for level in 0..=ENVIRONMENT_LEVEL_LAST as u32 {
-        let tile = Tile::of_level(level, SIDES);
-        let alpha = roughness_of_level(level as f32).powi(2);
-        let sphere = &spheres[usize::from(level > LEVEL_NARROW_LAST + 3)];
-        let [left, top, across, down] = tile.rectangle();
-        for (y, x) in (0..down).flat_map(|y| (0..across).map(move |x| (y, x))) {
-            let direction = tile.direction([x, y]);
-            // Half vectors turn by half the angle that what they reflect does.
-            let radiance = if level <= LEVEL_NARROW_LAST {
-                studio.at(direction, 2.0 * alpha)
-            } else {
-                sphere.reflected(direction, alpha)
+    let next = AtomicU32::new(0);
+    let draw = || {
+        loop {
+            let level = next.fetch_add(1, Ordering::Relaxed);
+            if level > ENVIRONMENT_LEVEL_LAST as u32 {
+                break;
+            }
+            let sphere = &spheres[usize::from(level > LEVEL_NARROW_LAST + 3)];
+            let of_level = Level {
+                studio,
+                sphere: Some(sphere).filter(|_| level > LEVEL_NARROW_LAST),
+                tile: Tile::of_level(level, SIDES),
+                alpha: roughness_of_level(level as f32).powi(2),
             };
-            let grey = f16::from_f32(radiance);
-            texels[((top + y) * width + left + x) as usize] = [grey, grey, grey, f16::ONE];
+            let drawn = of_level.drawn();
+            let [left, top, across, _] = of_level.tile.rectangle().map(|part| part as usize);
+            let mut texels = texels.lock().unwrap_or_else(PoisonError::into_inner);
+            for (row, of_tile) in drawn.chunks_exact(across).enumerate() {
+                texels[(top + row) * width as usize + left..][..across].copy_from_slice(of_tile);
+            }
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX);
+    std::thread::scope(|scope| {
+        // Where no further thread can be had, this one does its work.
+        (1..threads).for_each(|_| drop(std::thread::Builder::new().spawn_scoped(scope, draw)));
+        draw();
+    });
+    texels.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What draws the tile of a level.
+struct Level<'a> {
+    studio: &'a Studio,
+    /// If the lobe is wide.
+    sphere: Option<&'a Sphere>,
+    tile: Tile,
+    alpha: f32,
+}
+
+impl Level<'_> {
+    /// The closed form, which of wide lobes has the edges, but not quite the light.
+    fn closed(&self, x: usize, y: usize) -> f32 {
+        // Half vectors turn by half the angle that what they reflect does.
+        self.studio.at(self.tile.direction([x as u32, y as u32]), 2.0 * self.alpha)
+    }
+
+    /// By how much the closed form at a texel is to be multiplied.
+    fn factor(&self, x: usize, y: usize, closed: f32) -> f32 {
+        let sum = |sphere: &Sphere| sphere.reflected(self.tile.direction([x as u32, y as u32]), self.alpha) / closed;
+        self.sphere.map_or(1.0, sum)
+    }
+
+    /// The tile with its border, row by row. The closed form is found at every texel near edges, and at every fourth, as
+    /// are sums, where it hardly bends.
+    fn drawn(&self) -> Vec<[f16; 4]> {
+        let side = self.tile.rectangle()[2] as usize;
+        let mut texels = vec![[f16::ZERO; 4]; side * side];
+        let stride = if self.tile.side > SIDES.coarse { STRIDE } else { 1 };
+        let place = |node: usize| (node * stride).min(side - 1);
+        let nodes = (side - 1).div_ceil(stride) + 1;
+        let row_of = |row: usize| -> Vec<[f32; 2]> {
+            let node = |column| {
+                let closed = self.closed(place(column), place(row));
+                [closed, self.factor(place(column), place(row), closed)]
+            };
+            (0..nodes).map(node).collect()
+        };
+        let mut above = row_of(0);
+        for row in 1..nodes {
+            let below = row_of(row);
+            for column in 1..nodes {
+                let corners = [above[column - 1], above[column], below[column - 1], below[column]];
+                let block = [place(column - 1), place(row - 1), place(column), place(row)];
+                self.fill(block, corners, |x, y, radiance| {
+                    let grey = f16::from_f32(radiance);
+                    texels[y * side + x] = [grey, grey, grey, f16::ONE];
+                });
+            }
+            above = below;
+        }
+        texels
+    }
+
+    /// Puts radiance at the texels of a block from what is known of its corners: closed form and factor. Texels of its
+    /// left and upper edge are those of the blocks before, but for the first.
+    fn fill(
+        &self,
+        [left, top, right, bottom]: [usize; 4],
+        corners: [[f32; 2]; 4],
+        mut put: impl FnMut(usize, usize, f32),
+    ) {
+        let between = |part: usize, x: usize, y: usize| {
+            let [share_x, share_y] =
+                [(x - left) as f32 / (right - left) as f32, (y - top) as f32 / (bottom - top) as f32];
+            let [a, b, c, d] = corners.map(|corner| corner[part]);
+            let (upper, lower) = (a + (b - a) * share_x, c + (d - c) * share_x);
+            upper + (lower - upper) * share_y
+        };
+        let (x, y) = ((left + right) / 2, (top + bottom) / 2);
+        let is_even = right == left + 1 && bottom == top + 1
+            || (self.closed(x, y) / between(0, x, y).max(1e-6) - 1.0).abs() < TOLERANCE;
+        let [first_x, first_y] = [left, top].map(|edge| if edge == 0 { 0 } else { edge + 1 });
+        for (y, x) in (first_y..=bottom).flat_map(|y| (first_x..=right).map(move |x| (y, x))) {
+            let closed = if is_even { between(0, x, y) } else { self.closed(x, y) };
+            put(x, y, closed * between(1, x, y));
         }
     }
-    texels
 }
 
 /// Numbers side by side, so that compilers find vectors in loops over them.
@@ -245,6 +369,13 @@ mod tests {
 
     fn mean(studio: &Studio) -> f32 {
         directions(40_000).map(|direction| studio.at(direction, 0.0)).sum::<f32>() / 40_000.0
+    }
+
+    #[test]
+    fn angles_are_those_of_their_tangents() {
+        for tangent in (-400..=400).map(|i| i as f32 * 0.01).chain([-1e9, -50.0, 50.0, 1e9]) {
+            assert!((angle(tangent) - tangent.atan()).abs() < 2e-5, "{tangent}");
+        }
     }
 
     #[test]

@@ -160,7 +160,7 @@ pub(super) const MATERIALS: StageTable = StageTable {
         key(
             "normal_convention",
             StageType::Word(super::materials::CONVENTIONS),
-            "Where green of their normal maps points: up, as in OpenGL and glTF, or down, as in DirectX; opengl.",
+            "Where green of their normal maps points, of detail normal maps, too: up, as in OpenGL and glTF, or down, as in DirectX; opengl.",
         ),
         key(
             "light_map",

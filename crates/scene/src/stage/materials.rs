@@ -200,34 +200,52 @@ impl MaterialChange {
         }
     }
 
-    /// What there is to say where surfaces lack the second UV set that a map lies on.
+    /// What there is to say where surfaces lack the UV set that a map lies on.
     fn missing_sets(&self, scene: &Scene, materials: &[usize]) -> Vec<String> {
-        let on_second = [
+        // Heights and details lie as what they belong to, which may differ from material to material.
+        let changed = || materials.iter().filter_map(|index| scene.materials.get(*index));
+        let set_of_height = changed().find_map(|material| material.height.map(|height| height.texture.uv_set));
+        let set_of_detail = changed().find_map(|material| {
+            let detail = material.detail.as_ref()?;
+            detail.normal_texture.or(detail.base_color_texture).map(|texture| texture.uv_set)
+        });
+        let of_detail = self.detail.iter().flat_map(|detail| [&detail.normal, &detail.color]).flatten();
+        let with_sets = [
             self.light_map.as_ref().map(|(image, _, set)| (image, *set)),
             self.occlusion.as_ref().map(|(image, set)| (image, *set)),
             self.emissive.as_ref().map(|(image, set)| (image, *set)),
+            self.height.as_ref().map(|(image, _)| image).zip(set_of_height),
         ];
+        let maps = with_sets.into_iter().flatten().chain(of_detail.zip(set_of_detail.into_iter().cycle()));
         // A material may be shown in a variant alone, or where the surface is small.
         let is_changed = |material: usize| {
             let coarser = scene.materials.get(material).and_then(|material| material.levels.as_ref());
             let mut shown = coarser.into_iter().flat_map(|levels| &levels.coarser);
             materials.contains(&material) || shown.any(|material| materials.contains(material))
         };
-        let is_without = |primitive: &crate::Primitive| {
+        let is_without = |primitive: &crate::Primitive, set: u32| {
             let of_variants = primitive.variant_materials.iter().map(|(_, material)| *material);
-            primitive.uv1.is_empty() && primitive.material.into_iter().chain(of_variants).any(is_changed)
+            let uv = if set == 0 { &primitive.uv0 } else { &primitive.uv1 };
+            uv.is_empty() && primitive.material.into_iter().chain(of_variants).any(is_changed)
         };
-        if !scene.meshes.iter().flat_map(|mesh| &mesh.primitives).any(is_without) {
-            return Vec::new();
-        }
-        let of_image = |image: &str| {
+        let is_missing = [0, 1].map(|set| {
+            let mut primitives = scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
+            primitives.any(|primitive| is_without(primitive, set))
+        });
+        let of_map = |(image, set): (&Placed<String>, u32)| {
+            let remedy = match (set, is_missing[0]) {
+                (1, false) => "give it `…_texcoord = 0`, or a second UV set to the model",
+                (1, true) => "give the model a second UV set",
+                _ => "give the model UVs",
+            };
             format!(
-                "`{image}` lies on UV set 1 of `{}`, which some of its surfaces lack: they show the map's first texel; \
-                 give it `…_texcoord = 0`, or a second UV set to the model",
+                "`{}` lies on UV set {set} of `{}`, which some of its surfaces lack: they show the map's first texel; \
+                 {remedy}",
+                image.value,
                 self.names.value.text()
             )
         };
-        on_second.iter().flatten().filter(|(_, set)| *set == 1).map(|(image, _)| of_image(&image.value)).collect()
+        maps.filter(|(_, set)| is_missing[usize::from(*set != 0)]).map(of_map).collect()
     }
 }
 

@@ -169,6 +169,26 @@ fn surfaces_that_lack_a_uv_set_are_told_whichever_way_they_show_the_material() {
     }
 }
 
+#[test]
+fn heights_and_details_without_uvs_are_told() {
+    let keys =
+        "height_map = \"a.png\"\nheight_depth_m = 0.1\ndetail_normal_map = \"b.png\"\ndetail_color_map = \"c.png\"\n";
+    let text = format!("model = \"m.glb\"\n[[materials]]\nname = \"glass\"\n{keys}");
+    let stage = Stage::parse("a.stage.toml", &text).unwrap();
+    let warnings = |uv0: Vec<[f32; 2]>| {
+        let mut scene = model();
+        let primitive = Primitive { uv0, material: Some(0), ..Primitive::default() };
+        scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+        stage.apply_with(&mut scene, &mut |_| Ok(TEXEL.to_vec())).unwrap()
+    };
+    let found = warnings(Vec::new());
+    for image in ["a", "b", "c"] {
+        let told = |line: &String| line.starts_with(&format!("`{image}.png` lies on UV set 0 of `glass`"));
+        assert!(found.iter().any(told), "{image}: {found:?}");
+    }
+    assert_eq!((found.len(), warnings(vec![[0.0; 2]])), (3, Vec::new()));
+}
+
 /// Texts below `model`, and what the error begins with and contains.
 const WRONG: &[(&str, &str, &str)] = &[
     ("[[light]]", "2:3: error: no key of a stage is called `light`; did you mean `lights`?", ""),
