@@ -2,7 +2,7 @@
 
 use crate::args::{FrameArgs, GraphArgs, GraphFormat};
 use crate::chosen::Chosen;
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::input::Opened;
 use crate::inspect::one;
 use crate::request::{effect_files, effects};
@@ -26,7 +26,8 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     job::camera(&args.frame)?;
     let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
     job::check_aovs(!aovs.is_empty(), &settings)?;
-    let Opened { mut scene, mut warnings, stage } = one(&args.input)?.load()?;
+    let input = one(&args.input)?;
+    let Opened { mut scene, mut warnings, stage } = input.load()?;
     let settings = match &stage {
         None => settings,
         stage => chosen.settings(Settings::default(), stage.as_ref(), &mut files)?,
@@ -37,14 +38,16 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
     scene.variant = looks::variant(&scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);
-    let renderer = match floor {
+    let mut renderer = match floor {
         None => session::open(args.adapter.as_deref(), false)?,
         Some(floor) => {
             let gpu = Gpu::without_adapter(floor).map_err(|error| session::gpu_failure(&error))?;
             Renderer::new(gpu).map_err(failed)?
         }
     };
-    let plan = plan(renderer, &scene, &args.frame, settings, files, &aovs)?;
+    let plan = plan(&mut renderer, &scene, &args.frame, settings, files, &aovs)?;
+    warnings.extend(renderer.warnings());
+    warnings.iter().for_each(|warning| say(format_args!("warning: {}: {warning}", input.name())));
     let text = match args.format {
         GraphFormat::Text => plan.to_text(),
         GraphFormat::Json => plan.to_json(),
@@ -54,7 +57,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
 }
 
 fn plan(
-    mut renderer: Renderer,
+    renderer: &mut Renderer,
     scene: &Scene,
     args: &FrameArgs,
     settings: Settings,
@@ -70,7 +73,7 @@ fn plan(
         settings,
         sample_count: args.samples,
         want_aovs: aovs.iter().filter_map(|name| aov_named(name)).collect(),
-        effects: effects(&renderer, files)?,
+        effects: effects(renderer, files)?,
         ..FrameRequest::new(width, height, View { world_from_view, projection })
     };
     renderer.plan(scene, &request).map_err(failed)

@@ -241,3 +241,23 @@ fn an_effect_that_hides_settings_of_the_frame_is_warned_of() {
     let strict = run_in(&folder, &[flags.as_slice(), &["--strict"]].concat());
     assert!(strict.expect(1).stderr.contains("hides `tone_map.*`"));
 }
+
+#[test]
+fn graph_says_what_the_limits_leave_out() {
+    let folder = Folder::new("limits");
+    let floats: [f32; 9] = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0];
+    folder.write("tri.bin", &floats.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>());
+    let json = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0,"targets":[{"POSITION":0}]}],"weights":[0]}],
+        "materials":[{"extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":1}}}],
+        "extensionsUsed":["KHR_materials_clearcoat"],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[-1,-1,0],"max":[1,1,0]}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"tri.bin","byteLength":36}]}"#;
+    folder.write("tri.gltf", json.as_bytes());
+    for (limits, has_layers) in [("webgpu", true), ("webgl2", false)] {
+        let run = run_in(&folder, &["graph", "tri.gltf", "--limits", limits]).expect(0);
+        let warning = "warning: tri.gltf: this adapter has too few textures for materials with layers";
+        assert_eq!(run.stderr.starts_with(warning), !has_layers, "{limits}: {}", run.stderr);
+        assert_eq!(run.text().lines().any(|line| line.trim_start().starts_with("layered ")), has_layers, "{limits}");
+    }
+}

@@ -6,13 +6,14 @@ mod common;
 
 use common::{plain_request, radiance, renderer};
 use glam::{Vec3, Vec4};
-use manypass::{Background, Environment, FrameRequest, Path};
+use manypass::gpu::Floor;
+use manypass::{Background, Environment, FrameRequest, Gpu, Path, Renderer};
 use manypass_scene::material::{
     Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Mapped, Material, Sheen, Specular, Volume,
 };
 use manypass_scene::{
-    AlphaMode, Image, ImageSource, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel, Texture, TextureRef,
-    TextureTransform, primitives,
+    AlphaMode, Image, ImageSource, MorphTarget, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel, Skin,
+    Texture, TextureRef, TextureTransform, primitives,
 };
 use manypass_testkit::build::{SceneBuilder, at};
 use manypass_testkit::raycast::Options;
@@ -324,6 +325,52 @@ fn occlusion_in_the_texture_of_metallic_roughness_keeps_light_from_layers() {
         for clearcoat in [None, Some(coat(0.3))] {
             let share = lit(texture, clearcoat) / lit(None, clearcoat);
             assert!(share < 0.5, "{path:?}, {}: {share}", if clearcoat.is_some() { "coated" } else { "plain" });
+        }
+    }
+}
+
+/// A ball with a clear coat, as `deform` makes it of one that is not deformed.
+fn coated_ball(deform: impl Fn(&mut Scene, &mut manypass_scene::Primitive) -> Option<usize>) -> Scene {
+    let projection = Projection::Perspective { fov_y_rad: 0.7, near_m: 0.1, far_m: None };
+    let mut builder = SceneBuilder::new(Vec3::Z * 4.0, Vec3::ZERO, projection);
+    let mut ball = primitives::uv_sphere(1.0, 16, 8);
+    let skin = deform(&mut builder.scene, &mut ball);
+    builder.put(ball, Material { clearcoat: Some(coat(0.1)), ..white() }, at(Vec3::ZERO));
+    let mut scene = builder.finish();
+    let node = scene.nodes.iter().position(|node| node.mesh.is_some()).unwrap();
+    scene.nodes[node].skin = skin;
+    scene.update_transforms();
+    scene
+}
+
+#[test]
+fn layers_of_what_is_deformed_are_missed_on_webgl_2_alone_and_a_warning_says_so() {
+    let plain = coated_ball(|_, _| None);
+    let morphed = coated_ball(|_, ball| {
+        let positions = vec![[0.1, 0.0, 0.0]; ball.positions.len()];
+        ball.morph_targets = vec![MorphTarget { positions, ..MorphTarget::default() }];
+        None
+    });
+    let skinned = coated_ball(|scene, ball| {
+        ball.joints = vec![[0; 4]; ball.positions.len()];
+        ball.weights = vec![[1.0, 0.0, 0.0, 0.0]; ball.positions.len()];
+        let joint = scene.add_node(None, Default::default());
+        scene.skins.push(Skin { joints: vec![joint], inverse_bind_matrices: Vec::new() });
+        Some(0)
+    });
+    for (floor, layers_deform) in [(Floor::WebGpu, true), (Floor::WebGl2, false)] {
+        let mut renderer = Renderer::new(Gpu::without_adapter(floor).unwrap()).unwrap();
+        for (name, scene, is_deformed) in
+            [("plain", &plain, false), ("morphed", &morphed, true), ("skinned", &skinned, true)]
+        {
+            renderer.load(scene).unwrap();
+            let is_lost = is_deformed && !layers_deform;
+            let plan = renderer.plan(scene, &plain_request(scene, SIZE)).unwrap();
+            let is_layered = plan.passes.iter().any(|pass| pass.name == "layered");
+            assert_eq!(is_layered, !is_lost, "{floor:?}, {name}");
+            let warnings = renderer.warnings();
+            let says_so = warnings.iter().any(|warning| warning.contains("too few textures for materials with layers"));
+            assert_eq!(says_so, is_lost, "{floor:?}, {name}: {warnings:?}");
         }
     }
 }

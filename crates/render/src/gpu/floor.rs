@@ -21,6 +21,20 @@ impl Floor {
             Self::WebGl2 => wgpu::Limits::downlevel_webgl2_defaults(),
         }
     }
+
+    /// What every adapter of the kind can do, of one that says that it can do all.
+    fn capabilities(self, all: Capabilities) -> Capabilities {
+        match self {
+            Self::WebGpu => all,
+            Self::WebGl2 => Capabilities {
+                anisotropy: false,
+                uniforms_of_any_size: false,
+                arrays_of_any_length: false,
+                layers_deform: false,
+                ..all
+            },
+        }
+    }
 }
 
 impl Gpu {
@@ -41,7 +55,7 @@ impl Gpu {
         let device = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = device.map_err(|error| GpuError::Device(error.to_string()))?;
         // This adapter knows nothing of formats. Those of the frame are among what the kind guarantees.
-        let capabilities = Capabilities::of_device(adapter, &device);
+        let capabilities = floor.capabilities(Capabilities::of_device(adapter, &device));
         let faults = Faults::default();
         faults.watch(&device);
         Ok(Self { device, queue, capabilities, adapter: adapter.get_info().into(), faults })
