@@ -3,7 +3,7 @@
 // Source: by the method, Kaneko et al. 2001 with the limit of Welsh 2004 (parallax); McGuire & McGuire 2005, "Steep
 // Parallax Mapping"; Brawley & Tatarchuk 2004, "Parallax Occlusion Mapping" (steps, then where two lines cross; steps
 // towards light). Where it differs: steps are as long as texels of the mip are wide, up to a limit, so that few pass
-// over anything.
+// over anything; coarse ones end before the heights, not behind them, where all would lie in their own shadow.
 
 import package::constants::{LAYER_PARALLAX, LAYER_SELF_SHADOW, LAYER_STEPS};
 import package::shaders::facet::{Facet, facet_of, uv_step};
@@ -53,8 +53,13 @@ fn step_count(uv: vec2f, level: f32, most: f32, steps_a_texel: f32) -> u32 {
     return u32(clamp(ceil(texels * steps_a_texel), STEPS_MIN, most));
 }
 
+// Coarse steps end on either side of the heights. What is seen lies before them, and what shadow maps hold behind them,
+// so that no point lies in the shadow of its own step.
+const BEFORE_HEIGHTS: u32 = 0u;
+const BEHIND_HEIGHTS: u32 = 1u;
+
 // The share of the depth at which a ray meets the heights: `start` where it enters, `way` to the lowest.
-fn depth_met(start: vec2f, way: vec2f, level: f32, cosine: f32) -> f32 {
+fn depth_met(start: vec2f, way: vec2f, level: f32, cosine: f32, side: u32) -> f32 {
     let first = 1.0 - height_at(start, level);
     if !has_layer(LAYER_STEPS) {
         return first * cosine;
@@ -75,7 +80,7 @@ fn depth_met(start: vec2f, way: vec2f, level: f32, cosine: f32) -> f32 {
         before = vec2f(depth, gap);
     }
     if !is_fine {
-        return after.x;
+        return select(before.x, after.x, side == BEHIND_HEIGHTS);
     }
     // Twice the place where a line through both crosses the heights. What was found by rounded heights may lie a little
     // beside.
@@ -107,6 +112,10 @@ struct ReliefShadows {
     depth: f32,
 }
 
+fn has_coarse_steps() -> bool {
+    return has_layer(LAYER_STEPS) && !has_layer(LAYER_PARALLAX);
+}
+
 // A surface as it is seen in its heights.
 struct Sunk {
     surface: SurfaceVarying,
@@ -125,7 +134,7 @@ fn sunk(drawn: SurfaceVarying) -> Sunk {
     let ray = descent(facet, direction, down);
     let level = height_level(map_uv_step(facet.uv_dx, MAP_HEIGHT), map_uv_step(facet.uv_dy, MAP_HEIGHT));
     let start = map_uv(drawn.uv, MAP_HEIGHT);
-    let depth = depth_met(start, map_uv_step(ray.uv, MAP_HEIGHT), level, ray.cosine);
+    let depth = depth_met(start, map_uv_step(ray.uv, MAP_HEIGHT), level, ray.cosine, BEFORE_HEIGHTS);
     var out: Sunk;
     out.surface = drawn;
     out.surface.uv = drawn.uv + ray.uv * depth;

@@ -10,7 +10,8 @@ pub enum HeightMethod {
     /// Moves every map once along the line of sight, no farther than the surface is deep (Kaneko et al. 2001, "Detailed
     /// Shape Representation with Parallax Mapping"; Welsh 2004, with limited offsets).
     Parallax,
-    /// Goes along the line of sight in steps, to the first that lies below the surface (McGuire & McGuire 2005).
+    /// Goes along the line of sight in coarse steps, to the last that lies above the heights (after McGuire & McGuire
+    /// 2005).
     Steep,
     /// The same in finer steps, and from the last two to where the heights cross the line of sight (Brawley & Tatarchuk
     /// 2004, "Parallax Occlusion Mapping").

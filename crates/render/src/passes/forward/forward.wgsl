@@ -26,7 +26,7 @@ import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
 import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled, shaded_targets};
-@if(relief) import package::shaders::relief::{Sunk, depth_again, sunk};
+@if(relief) import package::shaders::relief::{Sunk, depth_again, has_coarse_steps, sunk};
 @if(relief) import package::shaders::surface_material::detailed_sample;
 
 // Which lights: those of clusters, or a batch of the object's own; the first is drawn with emission and ambient light.
@@ -81,7 +81,11 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     @if(layered) {
         sample.surface.roughness_perceptual = layered_roughness(sample.surface, layers);
     }
-    let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
+    @if(!relief) let facet = cross(dpdx(in.position_world), dpdy(in.position_world));
+    // Neighbours that coarse steps put apart are on no plane.
+    @if(relief) let facet = select(
+        cross(dpdx(in.position_world), dpdy(in.position_world)), seen.facet.across, has_coarse_steps(),
+    );
     let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
     if is_peeled(in.position_clip, in.position_world) {
         discard;

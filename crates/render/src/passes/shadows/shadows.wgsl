@@ -15,7 +15,7 @@ import package::shaders::surface_material::{material_factors, surface_base_color
 @if(relief) import package::shaders::layer_maps::{
     MAP_HEIGHT, drawn_uv_dx, drawn_uv_dy, layer_factors, map_uv, map_uv_step,
 };
-@if(relief) import package::shaders::relief::{depth_met, descent};
+@if(relief) import package::shaders::relief::{BEHIND_HEIGHTS, depth_met, descent};
 
 struct ShadowVarying {
     @builtin(position) position_clip: vec4f,
@@ -104,7 +104,8 @@ fn threshold_at(position_px: vec2f, object: u32) -> f32 {
     let direction = mix(vec3f(0.0, 0.0, -1.0), in.position_tile, in.is_perspective);
     let ray = descent(facet, direction, in.down_tile);
     let level = height_level(map_uv_step(facet.uv_dx, MAP_HEIGHT), map_uv_step(facet.uv_dy, MAP_HEIGHT));
-    let depth = depth_met(map_uv(in.uv, MAP_HEIGHT), map_uv_step(ray.uv, MAP_HEIGHT), level, ray.cosine);
+    let way = map_uv_step(ray.uv, MAP_HEIGHT);
+    let depth = depth_met(map_uv(in.uv, MAP_HEIGHT), way, level, ray.cosine, BEHIND_HEIGHTS);
     let z = in.position_tile.z + direction.z * (ray.along * depth);
     return Met(clamp(mix(z, 1.0 / max(z, 1e-6), in.is_perspective), 0.0, 1.0), in.uv + ray.uv * depth);
 }
