@@ -271,6 +271,14 @@ pub struct BenchArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
+    /// Whether there is a cache.
+    #[command(flatten)]
+    pub cache: CacheArgs,
+}
+
+/// Flags of all that draws more than once.
+#[derive(Debug, Args)]
+pub struct CacheArgs {
     /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's
     /// folder of caches.
     ///
@@ -338,13 +346,9 @@ pub struct RenderArgs {
     /// Render on the adapter whose name contains this.
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's
-    /// folder of caches.
-    ///
-    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most.
-    /// MANYPASS_NO_CACHE=1 is the same.
-    #[arg(long)]
-    pub no_cache: bool,
+    /// Whether there is a cache.
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
     ///
     /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all or --camera

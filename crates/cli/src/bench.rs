@@ -44,7 +44,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let settings = chosen.settings(bare(), None, &mut effect_files)?;
     let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
     let failed = |error: RenderError| still_failure(&error.into());
-    let mut renderer = session::open(args.adapter.as_deref(), !args.no_cache)?;
+    let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let load_started = Instant::now();
     let Opened { mut scene, mut warnings, stage } = input.load()?;
     let settings = match &stage {
@@ -52,7 +52,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         stage => chosen.settings(bare(), stage.as_ref(), &mut effect_files)?,
     };
     job::check_settings(&settings)?;
-    warnings.extend(Surroundings::new(session::cache(!args.no_cache)).prepare(&mut scene, &settings)?);
+    warnings.extend(Surroundings::new(session::cache(!args.cache.no_cache)).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();

@@ -178,16 +178,30 @@ mod tests {
     fn every_flag_is_a_short_way_to_a_setting() {
         assert_eq!(chosen(&[]).expect("defaults"), Settings::default());
         let flags = "--path forward --light-culling none --tonemap agx --environment #ff0000 --environment-intensity 2 \
-                     --background transparent --exposure auto-1";
+                     --environment-rotation 30 --background transparent --ground none --exposure auto-1";
         let short = chosen(&flags.split_whitespace().collect::<Vec<_>>()).expect("flags");
         let set = "render.path=forward lights.culling=none tone_map.curve=agx environment.source=#ff0000 \
-                   environment.intensity=2 background.source=transparent exposure.stops=auto-1";
+                   environment.intensity=2 environment.rotation_deg=30 background.source=transparent ground.mode=none \
+                   exposure.stops=auto-1";
         let long: Vec<&str> = set.split_whitespace().flat_map(|pair| ["--set", pair]).collect();
         assert_eq!(short, chosen(&long).expect("settings"));
         assert_eq!(short.environment.source, Environment::Color([1.0, 0.0, 0.0]));
         assert_eq!((short.render.path, short.lights.culling), (manypass::Path::Forward, LightCulling::None));
         assert_eq!((short.tone_map.curve, short.background.source), (Tonemap::Agx, Background::Transparent));
         assert_eq!(short.exposure.stops, Exposure::Auto { compensation_stops: -1.0 });
+    }
+
+    #[test]
+    fn the_docs_name_every_flag() {
+        let docs = include_str!("../../../docs/settings.md");
+        let place =
+            docs.split("the flags that are short ways to keys").nth(1).and_then(|rest| rest.split("5. ").next());
+        let place = place.expect("the list of where a value comes from");
+        let cli = Cli::try_parse_from(["manypass", "graph", "a.glb"]).expect("no flags");
+        let Command::Graph(args) = cli.command else { panic!("not graph") };
+        for (flag, ..) in args.frame.flags() {
+            assert!(place.contains(&format!("`{flag}`")), "{flag} is missing in docs/settings.md");
+        }
     }
 
     #[test]

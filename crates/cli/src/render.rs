@@ -83,7 +83,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     if ahead.is_some() {
         settings.environment.source.begin();
     }
-    let renderer = session::open(args.adapter.as_deref(), !args.no_cache)?;
+    let renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let hidden = hidden_settings(&effect_files);
     let effect_values = effect_files.iter().map(effect_values).collect();
     let effects = effects(&renderer, effect_files.clone())?;
@@ -94,7 +94,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         plain_settings: &settings,
         settings: settings.clone(),
         renderer: ManuallyDrop::new(renderer),
-        surroundings: Surroundings::new(session::cache(!args.no_cache)),
+        surroundings: Surroundings::new(session::cache(!args.cache.no_cache)),
         ahead,
         effects,
         effect_files,

@@ -247,6 +247,20 @@ fn coarser_levels_of_meshes_are_kept_in_the_same_place() {
     };
     let truth = render("a.png", &["--no-cache"]);
     assert!(kept().is_empty());
+    let diff = |cached: &[&str]| {
+        let models =
+            ["diff", "sheet.obj", "sheet.obj", "--set", "lod.simplify=true", "--size", "64x64", "--samples", "1"];
+        let places = [("XDG_CACHE_HOME", &*place), ("MANYPASS_NO_CACHE", "")];
+        run_with(&folder, &[&models[..], cached].concat(), &places).expect(0);
+    };
+    diff(&["--no-cache"]);
+    assert!(kept().is_empty());
+    diff(&[]);
+    assert_eq!(kept().len(), 1);
+    // Pictures have none.
+    let pictures = run_with(&folder, &["diff", "a.png", "a.png", "--no-cache"], &[]).expect(2);
+    assert!(pictures.stderr.contains("models"), "{}", pictures.stderr);
+    std::fs::remove_dir_all(&cache).expect("it goes");
     assert!(render("b.png", &[]) == truth && kept().len() == 1, "{:?}", kept());
     assert!(render("c.png", &[]) == truth && kept().len() == 1);
     assert!(render("d.png", &["--set", "lod.enabled=false"]) != truth);

@@ -1,6 +1,6 @@
 //! The command line of `diff`.
 
-use crate::args::FrameArgs;
+use crate::args::{CacheArgs, FrameArgs};
 use clap::{Args, Parser};
 use manypass_flip::{PIXELS_PER_DEGREE, PIXELS_PER_DEGREE_RANGE};
 use std::path::PathBuf;
@@ -54,6 +54,9 @@ pub struct DiffArgs {
     /// Render models on the adapter whose name contains this.
     #[arg(long, value_name = "NAME", help_heading = "Two models")]
     pub adapter: Option<String>,
+    /// Whether there is a cache.
+    #[command(flatten, next_help_heading = "Two models")]
+    pub cache: CacheArgs,
 }
 
 impl DiffArgs {
@@ -65,7 +68,7 @@ impl DiffArgs {
             args: DiffArgs,
         }
         let plain = Plain::try_parse_from(["diff", "a", "b"]).map(|plain| plain.args);
-        self.adapter.is_some() || plain.is_ok_and(|plain| plain.frame != self.frame)
+        self.adapter.is_some() || self.cache.no_cache || plain.is_ok_and(|plain| plain.frame != self.frame)
     }
 }
 

@@ -67,7 +67,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let mut files = effect_files(&frame.change.effects)?;
     let chosen = Chosen::of_frame(frame)?;
     job::check_aovs(true, &chosen.settings(Settings::default(), None, &mut files)?)?;
-    let mut surroundings = Surroundings::new(session::cache(true));
+    let mut surroundings = Surroundings::new(session::cache(!args.cache.no_cache));
     let mut read = |argument: &str| -> Result<Read, Failure> {
         let input = one(argument)?;
         let Opened { mut scene, mut warnings, stage } = input.load()?;
@@ -84,7 +84,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let framing = Framing::of_scenes(&[&a.scene, &b.scene]);
     let view = view(&spec, &a.scene, &framing, width as f32 / height as f32)?;
     interrupt::heed(true);
-    let mut renderer = session::open(args.adapter.as_deref(), true)?;
+    let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let request = FrameRequest {
         sample_count: frame.samples,
         want_aovs: drawn,
