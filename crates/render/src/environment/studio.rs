@@ -14,7 +14,7 @@ use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use glam::{Mat3, Vec3};
 use half::f16;
 use manypass_scene::EnvironmentLight;
-use std::f32::consts::{FRAC_PI_2, TAU};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -28,8 +28,11 @@ const STRIDE: usize = 4;
 /// More threads than this have no work.
 const THREADS_MAX: usize = 4;
 
+/// What a soft box adds is left out where it is less than this: a thousandth of the room.
+const DIM_RADIANCE: f32 = 1e-4;
+
 /// What is between texels is taken from them where the middle differs by less than this share of what is there.
-const TOLERANCE: f32 = 0.002;
+const TOLERANCE: f32 = 0.003;
 
 /// The share of the key that is a light with shadows, and not in the tiles.
 const KEY_LIGHT_SHARE: f32 = 0.7;
@@ -41,9 +44,11 @@ pub(crate) const WITHOUT_KEY_LIGHT: f32 = 1.3;
 /// within 2 %.
 const LEVEL_NARROW_LAST: u32 = 7;
 
-/// The sides of the faces of a cube whose texels are all directions, of the first three levels after
-/// [`LEVEL_NARROW_LAST`] and of the wider ones.
-const SPHERE_SIDES: [u32; 2] = [32, 16];
+/// The sides of the faces of a cube whose texels are all directions, of the first level after [`LEVEL_NARROW_LAST`] and
+/// from each of [`SPHERE_LEVELS`] on.
+const SPHERE_SIDES: [u32; 4] = [32, 24, 16, 12];
+/// See [`SPHERE_SIDES`].
+const SPHERE_LEVELS: [u32; 3] = [9, 11, 15];
 
 /// A rectangle that shines, seen from the middle of the room.
 #[derive(Clone, Copy, Debug)]
@@ -125,6 +130,13 @@ impl Placed {
         let width = 0.5 * (self.of.edge.hypot(blur) + self.of.edge + blur);
         let [half_width, half_height] = self.of.half_extent;
         let [x, y] = [self.axes.x_axis, self.axes.y_axis].map(|axis| axis.dot(direction) / forward);
+        // Far away the lobe is nearly even over the box.
+        let [beside, above] = [x.abs() - half_width, y.abs() - half_height].map(|by| by.max(0.0));
+        let lobe = beside * beside + above * above + width * width;
+        let area = 4.0 * half_width * half_height;
+        if width * width * area * self.of.radiance < DIM_RADIANCE * PI * lobe * lobe {
+            return 0.0;
+        }
         let ([left, right], [lower, upper]) = ([x - half_width, x + half_width], [y - half_height, y + half_height]);
         let [a, b, c, d] = corners([left, right, left, right], [lower, lower, upper, upper], width);
         self.of.radiance * (a - b - c + d)
@@ -206,7 +218,7 @@ fn texels_of(studio: &Studio) -> Vec<[f16; 4]> {
             if level > ENVIRONMENT_LEVEL_LAST as u32 {
                 break;
             }
-            let sphere = &spheres[usize::from(level > LEVEL_NARROW_LAST + 3)];
+            let sphere = &spheres[SPHERE_LEVELS.iter().filter(|first| level >= **first).count()];
             let of_level = Level {
                 studio,
                 sphere: Some(sphere).filter(|_| level > LEVEL_NARROW_LAST),
@@ -355,7 +367,6 @@ impl Sphere {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f32::consts::PI;
 
     /// Directions spread evenly.
     fn directions(count: u32) -> impl Iterator<Item = Vec3> {
