@@ -188,3 +188,48 @@ fn files_that_an_obj_names_are_not_replaced() {
     }
     assert_eq!(std::fs::read(folder.join("lib/wood.png")).expect("there"), b"kept");
 }
+
+/// Four by four bumps on a square of a metre: heights, and the normals of what is `depth_m` deep.
+fn bumps(depth_m: f32) -> [image::RgbImage; 2] {
+    const SIDE: u32 = 128;
+    let turn = 4.0 * std::f32::consts::TAU;
+    let at = |pixel: u32| turn * (pixel as f32 + 0.5) / SIDE as f32;
+    let byte = |value: f32| (value * 255.0).round().clamp(0.0, 255.0) as u8;
+    let heights = |x: u32, y: u32| image::Rgb([byte(0.5 + 0.5 * at(x).cos() * at(y).cos()); 3]);
+    let normals = |x: u32, y: u32| {
+        // Rows count downwards, and +Y of normals upwards.
+        let slope = [-at(x).sin() * at(y).cos(), at(x).cos() * at(y).sin()].map(|slope| 0.5 * turn * depth_m * slope);
+        let normal = glam::Vec3::new(-slope[0], -slope[1], 1.0).normalize();
+        image::Rgb((0.5 + 0.5 * normal).to_array().map(byte))
+    };
+    [image::RgbImage::from_fn(SIDE, SIDE, heights), image::RgbImage::from_fn(SIDE, SIDE, normals)]
+}
+
+#[test]
+fn heights_of_an_obj_bend_normals_as_a_map_of_such_normals_does() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("bumps");
+    // A hundredth of the diagonal for each unit of -bm.
+    let [heights, normals] = bumps(0.02 * 2f32.sqrt());
+    heights.save(folder.join("heights.png")).expect("a file");
+    normals.save(folder.join("normals.png")).expect("a file");
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3 4/4\n";
+    let libraries = [("flat", ""), ("normals", "norm normals.png"), ("heights", "map_Bump -bm 2 heights.png")];
+    for (name, map) in libraries.into_iter().chain([("hollows", "bump -bm -2 heights.png")]) {
+        folder.write(&format!("{name}.mtl"), format!("newmtl m\nKd 0.6 0.5 0.4\nPr 0.5\n{map}\n").as_bytes());
+        folder.write(&format!("{name}.obj"), format!("mtllib {name}.mtl\n{square}").as_bytes());
+        let out = format!("seen_{name}.png");
+        let args = ["render", &format!("{name}.obj"), "-o", &out, "--size", "192x192", "--orbit", "20,30,auto"];
+        let run = run_in(&folder, &[&args[..], &["--samples", "4", "--quiet"]].concat()).expect(0);
+        assert_eq!(run.stderr, "");
+    }
+    let [flat, normals, heights, hollows] = ["flat", "normals", "heights", "hollows"].map(|name| {
+        let picture = image::open(folder.join(&format!("seen_{name}.png"))).expect("a picture").to_rgba8();
+        Picture::from_rgba8(192, 192, picture.as_raw())
+    });
+    let errors = [&heights, &flat, &hollows].map(|other| flip(&normals, other).mean());
+    println!("heights, none and hollows beside normals: {errors:?}");
+    assert!(errors[0] < 0.01 && errors[1] > 0.05 && errors[2] > 0.05, "{errors:?}");
+}

@@ -5,8 +5,12 @@
 use super::image_files::{ImageFiles, texture};
 use super::parts::{Parts, plain_material};
 use super::text;
+use crate::material::{HeightMap, HeightMethod};
 use crate::{AlphaMode, Image, Material, Sampler, TextureRef, TextureTransform, Wrap};
 use glam::{Vec2, Vec3};
+
+/// How high white lies over black by `-bm 1`, of the diagonal of the model's box: MTL gives the number no unit.
+const BUMP_OF_SIZE: f32 = 0.01;
 
 /// A texture as a statement names it.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,10 +110,12 @@ impl Definition {
         maps.into_iter().chain([&self.roughness_map, &self.metallic_map]).flatten()
     }
 
-    /// The material of metallic-roughness, with its textures. `has_colors` says that vertices bring colours.
+    /// The material of metallic-roughness, with its textures. `has_colors` says that vertices bring colours, and
+    /// `size_m` is the diagonal of the model's box.
     pub(super) fn material(
         &self,
         has_colors: bool,
+        size_m: f32,
         parts: &mut Parts,
         images: &mut ImageFiles,
         resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
@@ -129,7 +135,14 @@ impl Definition {
             let image = reference.and_then(|found| parts.scene.textures.get(found.texture)).map(|found| found.image);
             match image.and_then(|image| parts.scene.images.get(image)) {
                 Some(image) if holds_heights(image) => {
-                    parts.warn(format!("texture \"{}\" holds heights, which are not drawn; name normals", bump.name));
+                    let depth_m = bump.strength * BUMP_OF_SIZE * size_m;
+                    let is_deep = depth_m != 0.0 && depth_m.is_finite();
+                    material.height = reference.filter(|_| is_deep).map(|texture| HeightMap {
+                        texture,
+                        depth_m,
+                        method: HeightMethod::Bump,
+                        self_shadow: false,
+                    });
                 }
                 Some(_) => {
                     material.normal_texture = reference;

@@ -9,7 +9,7 @@ use super::smooth::{Smoothed, Smoothing, smooth};
 use super::text::{self, at_line};
 use super::{mtl, polygon};
 use crate::gltf_file::{LoadError, Loaded};
-use crate::{Primitive, Topology};
+use crate::{Aabb, Primitive, Topology};
 use glam::Vec3;
 use std::collections::{BTreeSet, HashMap};
 
@@ -137,6 +137,8 @@ fn materials(file: &File, parts: &mut Parts, resolve: &mut Resolve) -> Vec<usize
     let (definitions, warnings) = read_libraries(&file.libraries, resolve);
     warnings.into_iter().for_each(|warning| parts.warn(warning));
     let has_colors = !file.colors.is_empty();
+    let bounds = Aabb::from_points(file.positions.iter().copied().map(Vec3::from));
+    let size_m = (bounds.max - bounds.min).length();
     let by_name: HashMap<&str, &mtl::Definition> =
         definitions.iter().map(|definition| (definition.name.as_str(), definition)).collect();
     let mut images = ImageFiles::default();
@@ -147,7 +149,7 @@ fn materials(file: &File, parts: &mut Parts, resolve: &mut Resolve) -> Vec<usize
             return 0;
         }
         let material = match by_name.get(name.as_str()) {
-            Some(definition) => definition.material(has_colors, parts, &mut images, resolve),
+            Some(definition) => definition.material(has_colors, size_m, parts, &mut images, resolve),
             None => {
                 if index > 0 && !definitions.is_empty() {
                     parts.warn(format!("no library has the material \"{name}\"; it is drawn grey"));

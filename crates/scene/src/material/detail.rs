@@ -23,7 +23,8 @@ pub enum HeightMethod {
 pub struct HeightMap {
     /// Linear; images of 16 bits a channel keep them.
     pub texture: TextureRef,
-    /// How far below the triangles a height of 0 lies, in metres of the mesh's own space.
+    /// How far below the triangles a height of 0 lies, in metres of the mesh's own space. Of [`HeightMethod::Bump`]
+    /// it may be negative: black is then high.
     pub depth_m: f32,
     /// What is done with it.
     pub method: HeightMethod,
