@@ -2,6 +2,7 @@
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use manypass_scene::environment::{exr_fault, missing_channels};
 use std::io::Cursor;
 
 /// The largest width and height in pixels.
@@ -107,9 +108,12 @@ fn check_size(width: usize, height: usize) -> Result<(), DecodeError> {
 }
 
 fn decode_exr(bytes: &[u8]) -> Result<Decoded, DecodeError> {
-    let failed = |error: exr::error::Error| DecodeError::Decoder { format: "EXR", reason: error.to_string() };
+    let failed = |error: exr::error::Error| DecodeError::Decoder { format: "EXR", reason: exr_fault(&error) };
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     meta.headers.iter().try_for_each(|header| check_size(header.layer_size.0, header.layer_size.1))?;
+    if let Some(reason) = missing_channels(&meta.headers) {
+        return Err(DecodeError::Decoder { format: "EXR", reason });
+    }
     let reader = read().no_deep_data().largest_resolution_level().rgba_channels(
         |size, _| (size.0, vec![[0.0, 0.0, 0.0, 1.0]; size.0 * size.1]),
         |(width, pixels), position, (r, g, b, a): (f32, f32, f32, f32)| {
@@ -128,6 +132,7 @@ fn decode_exr(bytes: &[u8]) -> Result<Decoded, DecodeError> {
 mod tests {
     use super::*;
     use crate::encode;
+    use exr::prelude::{SpecificChannels, WritableImage};
 
     #[test]
     fn what_was_encoded_is_decoded() {
@@ -149,6 +154,11 @@ mod tests {
         let png = encode::png_rgba8(2, 2, &[9; 16]).expect("encoded");
         assert!(matches!(decode(&png[..png.len() / 2]), Err(DecodeError::Decoder { format: "PNG", .. })));
         assert!(matches!(decode(&[0x76, 0x2f, 0x31, 0x01, 2]), Err(DecodeError::Decoder { format: "EXR", .. })));
+        let grey = SpecificChannels::build().with_channel("Y").with_pixel_fn(|_: exr::prelude::Vec2<usize>| (0.5f32,));
+        let mut bytes = Cursor::new(Vec::new());
+        exr::prelude::Image::from_channels((2, 2), grey).write().to_buffered(&mut bytes).expect("written");
+        let refused = decode(bytes.get_ref()).expect_err("one channel").to_string();
+        assert!(refused.contains("channels R, G and B in one part, and it has Y"), "{refused}");
         assert!(
             check_size(MAX_SIDE_PX + 1, 1).is_err()
                 && check_size(8193, 8193).is_err()

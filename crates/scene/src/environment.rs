@@ -5,17 +5,19 @@
 //! take.
 
 mod cube;
+mod exr_file;
 mod ktx2;
+mod radiance;
 
 pub use cube::{CUBE_FACES, FACE_SIDE_MAX, face_files, files_of};
+pub use exr_file::{exr_fault, missing_channels};
 pub use ktx2::PrefilteredEnvironment;
 
 use crate::ktx2::is_ktx2;
-use exr::prelude::{ReadChannels, ReadLayers, read};
+use exr_file::{decode_exr, is_exr};
 use glam::Vec3;
 use half::f16;
-use image::{ColorType, ImageDecoder};
-use std::io::Cursor;
+use radiance::{decode_radiance, is_radiance};
 
 /// The widest picture that is kept: 4096 by 2048, 64 MiB. A wider one is made smaller by whole factors.
 pub const KEPT_WIDTH_MAX: u32 = 4096;
@@ -86,10 +88,6 @@ pub struct EnvironmentError {
     pub message: String,
 }
 
-/// How files begin.
-const EXR_MAGIC: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
-const RADIANCE_MAGIC: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
-
 /// A picture before it is checked.
 pub(crate) struct Decoded {
     pub(crate) width: u32,
@@ -108,7 +106,7 @@ impl EnvironmentMap {
         if is_ktx2(bytes) {
             return ktx2::decode(name, bytes);
         }
-        let decoded = if bytes.starts_with(EXR_MAGIC) {
+        let decoded = if is_exr(bytes) {
             decode_exr(bytes, check_size)
         } else if is_radiance(bytes) {
             decode_radiance(bytes, check_size)
@@ -220,68 +218,23 @@ fn check_size(width: u32, height: u32) -> Result<(), String> {
     Ok(())
 }
 
-fn is_radiance(bytes: &[u8]) -> bool {
-    RADIANCE_MAGIC.iter().any(|magic| bytes.starts_with(magic))
-}
-
 /// Whether bytes are a Radiance or an OpenEXR file, whose values are light.
 pub(crate) fn holds_light(bytes: &[u8]) -> bool {
-    bytes.starts_with(EXR_MAGIC) || is_radiance(bytes)
+    is_exr(bytes) || is_radiance(bytes)
 }
 
 /// A Radiance or an OpenEXR file of a size that `check_size` allows.
 pub(crate) fn decode_light(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
-    if bytes.starts_with(EXR_MAGIC) { decode_exr(bytes, check_size) } else { decode_radiance(bytes, check_size) }
+    if is_exr(bytes) { decode_exr(bytes, check_size) } else { decode_radiance(bytes, check_size) }
 }
 
 /// Width and height of such a file, from its header; of an OpenEXR file with several parts the first one's.
 pub(crate) fn light_size(bytes: &[u8]) -> Result<(u32, u32), String> {
-    if !bytes.starts_with(EXR_MAGIC) {
-        let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
-        return Ok(decoder.dimensions());
-    }
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
-    let size = meta.headers.first().map(|header| header.layer_size).ok_or("it has no part")?;
-    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
-    Ok((side(size.0), side(size.1)))
+    if is_exr(bytes) { exr_file::size(bytes) } else { radiance::size(bytes) }
 }
 
 /// What says whether a width and height can be read.
 pub(crate) type CheckSize = fn(u32, u32) -> Result<(), String>;
-
-fn decode_radiance(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
-    let failed = |error: image::ImageError| error.to_string();
-    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(failed)?;
-    let (width, height) = decoder.dimensions();
-    check_size(width, height)?;
-    if decoder.color_type() != ColorType::Rgb32F {
-        return Err("it holds no red, green and blue".into());
-    }
-    let mut rgb = vec![[0.0f32; 3]; width as usize * height as usize];
-    decoder.read_image(bytemuck::cast_slice_mut(&mut rgb)).map_err(failed)?;
-    Ok(Decoded { width, height, rgb })
-}
-
-fn decode_exr(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
-    let failed = |error: exr::error::Error| error.to_string();
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
-    for header in &meta.headers {
-        let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
-        check_size(side(header.layer_size.0), side(header.layer_size.1))?;
-    }
-    let reader = read().no_deep_data().largest_resolution_level().rgb_channels(
-        |size, _| (size.0, vec![[0.0f32; 3]; size.0 * size.1]),
-        |(width, pixels), position, (r, g, b): (f32, f32, f32)| {
-            if let Some(pixel) = pixels.get_mut(position.1 * *width + position.0) {
-                *pixel = [r, g, b];
-            }
-        },
-    );
-    let image = reader.first_valid_layer().all_attributes().non_parallel().from_buffered(Cursor::new(bytes));
-    let layer = image.map_err(failed)?.layer_data;
-    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
-    Ok(Decoded { width: side(layer.size.0), height: side(layer.size.1), rgb: layer.channel_data.pixels.1 })
-}
 
 #[cfg(test)]
 mod tests {

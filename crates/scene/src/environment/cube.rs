@@ -4,7 +4,7 @@
 //! a left-handed space, so that +X is on the left of who looks along +Z.
 
 use super::{Decoded, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, cut, equirectangular_direction};
-use super::{EXR_MAGIC, decode_exr, decode_radiance, is_radiance};
+use super::{decode_exr, decode_radiance, is_exr, is_radiance};
 use glam::Vec3;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -244,7 +244,7 @@ fn check_face(width: u32, height: u32) -> Result<(), String> {
 }
 
 fn decode_face(bytes: &[u8]) -> Result<Decoded, String> {
-    if bytes.starts_with(EXR_MAGIC) {
+    if is_exr(bytes) {
         return decode_exr(bytes, check_face);
     }
     if is_radiance(bytes) {
