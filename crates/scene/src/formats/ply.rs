@@ -1,6 +1,8 @@
 //! PLY (Turk 1994): meshes and clouds of points, as scanners write them; text, or bytes in either order. It has no
 //! units, and is taken as it is: Y points up.
 
+mod faults;
+
 use super::parts::{Parts, linear, plain_material};
 use super::polygon;
 use super::smooth::{Smoothing, smooth, weld};
@@ -111,7 +113,7 @@ struct Contents {
 pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<Nothing>::new();
-    let header = parser.read_header(&mut reader).map_err(|error| wrong(&error, None))?;
+    let header = parser.read_header(&mut reader).map_err(|error| faults::of_header(&error, bytes))?;
     let vertex = header.elements.get("vertex");
     let vertex = vertex.ok_or_else(|| LoadError::malformed("", "the header has no element \"vertex\""))?;
     for name in ["x", "y", "z"] {
@@ -182,25 +184,25 @@ fn read(reader: &mut Reader<&[u8]>, header: &Header, bytes: &[u8]) -> Result<Con
     for element in header.elements.values() {
         let left_bytes = reader.get_ref().len();
         check_count(element, header, left_bytes)?;
-        let is_binary = header.encoding != Encoding::Ascii;
-        let at_byte = |error: ParseError| wrong(&error, is_binary.then_some(bytes.len() - left_bytes));
+        let fault =
+            |error: ParseError| faults::of_element(&error, element, header.encoding, bytes, bytes.len() - left_bytes);
         match element.name.as_str() {
             "vertex" => {
-                contents.vertices = Parser::new().read_payload_for_element(reader, element, header).map_err(at_byte)?;
+                contents.vertices = Parser::new().read_payload_for_element(reader, element, header).map_err(fault)?;
                 contents.has_vertices = true;
             }
             "face" => {
-                contents.faces = Parser::new().read_payload_for_element(reader, element, header).map_err(at_byte)?;
+                contents.faces = Parser::new().read_payload_for_element(reader, element, header).map_err(fault)?;
                 contents.has_faces |= element.count > 0;
             }
             "tristrips" => {
-                contents.strips = Parser::new().read_payload_for_element(reader, element, header).map_err(at_byte)?;
+                contents.strips = Parser::new().read_payload_for_element(reader, element, header).map_err(fault)?;
                 contents.has_faces |= element.count > 0;
             }
             _ if contents.has_vertices && element.count == 0 => {}
             _ => {
                 let parser = Parser::<Nothing>::new();
-                parser.read_payload_for_element(reader, element, header).map_err(at_byte)?;
+                parser.read_payload_for_element(reader, element, header).map_err(fault)?;
             }
         }
     }
@@ -244,23 +246,6 @@ fn check_count(element: &ElementDef, header: &Header, left_bytes: usize) -> Resu
         return Err(LoadError::malformed("", message));
     }
     Ok(())
-}
-
-/// What the parser says, in one line. In files of bytes it knows no line, and the element begins at `byte`.
-fn wrong(error: &ParseError, byte: Option<usize>) -> LoadError {
-    let place = match (byte, error.line()) {
-        (Some(byte), _) => format!("after byte {byte}"),
-        (None, Some(line)) => format!("line {line}"),
-        (None, None) => String::new(),
-    };
-    let text = error.to_string();
-    let text =
-        text.strip_prefix("Line ").and_then(|rest| rest.split_once(": ")).map_or(text.as_str(), |(_, rest)| rest);
-    let mut message = text.split_whitespace().collect::<Vec<_>>().join(" ").escape_debug().to_string();
-    if let Some((end, _)) = message.char_indices().nth(300) {
-        message.truncate(end);
-    }
-    LoadError::malformed(&place, message)
 }
 
 /// The list of triangles of faces and strips.
