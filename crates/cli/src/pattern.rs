@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 /// What a pattern may hold, for messages.
 const PLACEHOLDERS: &str = "{parent}, {stem}, {variant}, {camera}, {frame}, {frame:04} and {aov}";
 
+/// How those begin.
+const NAMES: [&str; 6] = ["parent", "stem", "variant", "camera", "frame", "aov"];
+
 /// The most digits of `{frame:0N}`.
 const MOST_DIGITS: usize = 32;
 
@@ -62,11 +65,17 @@ impl Pattern {
     /// The pattern that `text` is.
     ///
     /// # Errors
-    /// Wrong usage, if something else stands in braces.
+    /// Wrong usage, if something else stands in braces, or a placeholder lacks its second one.
     pub fn new(text: &str) -> Result<Self, Failure> {
         let (mut parts, mut rest) = (Vec::new(), text);
         while let Some((before, after)) = rest.split_once('{') {
-            let Some((name, after)) = after.split_once('}') else { break };
+            let Some((name, after)) = after.split_once('}') else {
+                if NAMES.iter().any(|name| after.starts_with(name)) {
+                    let message = format!("the `{{` before `{after}` has no `}}` in `{text}`");
+                    return Err(Failure::usage(message, format!("known: {PLACEHOLDERS}")));
+                }
+                break;
+            };
             let part = Part::placeholder(name).ok_or_else(|| {
                 Failure::usage(
                     format!("unknown placeholder `{{{name}}}` in `{text}`"),
@@ -78,6 +87,15 @@ impl Pattern {
         }
         parts.push(Part::Text(rest.to_owned()));
         Ok(Self { text: text.to_owned(), parts })
+    }
+
+    /// The pattern of files called `name` in a folder, each a pattern of its own.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    fn in_folder(folder: &str, name: &str) -> Result<Self, Failure> {
+        let (folder, name) = (Self::new(folder.trim_end_matches('/'))?, Self::new(&format!("/{name}"))?);
+        Ok(Self { text: folder.text + &name.text, parts: [folder.parts, name.parts].concat() })
     }
 
     /// The path that `text` is, whatever it holds.
@@ -204,8 +222,8 @@ pub fn output(args: &RenderArgs, are_several: bool, several: Several) -> Result<
     }
     match extension.filter(|_| !out.ends_with('/') && !path.is_dir()) {
         None => {
-            let file = format!("{}/{default_name}.{}", out.trim_end_matches('/'), format.extension());
-            Ok((format, Output::Pattern(Pattern::new(&file)?)))
+            let name = format!("{default_name}.{}", format.extension());
+            Ok((format, Output::Pattern(Pattern::in_folder(out, &name)?)))
         }
         Some(extension) => {
             let named = Format::from_extension(extension);
@@ -270,6 +288,14 @@ mod tests {
         assert_eq!(expand("o/{parent}/{stem}.{frame:04}{frame}.{aov}.png"), Path::new("o/p/{aov}.00077.depth.png"));
         assert_eq!(expand("{variant}/{camera}.png"), Path::new("v/c.png"));
         assert_eq!(expand("a{.png"), Path::new("a{.png"));
+        for (text, part) in [("{stem", "`{` before `stem` has no `}` in `{stem`"), ("{foo}/", "`{foo}` in `{foo}`")] {
+            let failure = Pattern::in_folder(text, "{stem}.png").expect_err(text);
+            assert!(failure.code() == 2 && failure.message.contains(part), "{failure:?}");
+        }
+        let failure = Pattern::new("{parent}/{frame:04.png").expect_err("no second brace");
+        assert!(failure.message.contains("`{` before `frame:04.png` has no `}`"), "{failure:?}");
+        let in_folder = Pattern::in_folder("a{//", "{stem}.png").expect("a folder");
+        assert_eq!(in_folder.expand(subject, "depth"), Path::new("a{/{aov}.png"));
         for text in
             ["{foo}", "{}", "{frame:4}", "{frame:0}", "{frame:0x}", "{frame:099}", "{Stem}", "{{stem}}", "{ stem}"]
         {
