@@ -7,7 +7,7 @@ mod light;
 pub use light::HalfFloats;
 
 use crate::environment::light_size;
-use crate::ktx2::is_ktx2;
+use crate::ktx2::{DeclaredColors, is_ktx2};
 use std::io::Cursor;
 use std::sync::Arc;
 
@@ -219,6 +219,18 @@ impl Image {
             return Err(self.error(format!("it has {width} by {height} texels")));
         }
         Ok((width, height))
+    }
+
+    /// What is said of an image whose file declares other colours than it is read as: sRGB with the primaries of
+    /// Rec. 709, or linear data. Files in KTX2 containers are looked at alone.
+    pub fn color_warning(&self, is_srgb: bool) -> Option<String> {
+        let ImageSource::Encoded(bytes) = &self.source else { return None };
+        let declared = DeclaredColors::of(bytes).filter(|_| is_ktx2(bytes))?.other_than(is_srgb)?;
+        let (read, remedy) = match is_srgb {
+            true => ("sRGB with the primaries of Rec. 709, as textures of colour are", "convert the image to that"),
+            false => ("linear data, as its texture is", "write the container anew as linear if its texels are"),
+        };
+        Some(format!("it declares {declared}, and is read as {read}; {remedy}"))
     }
 
     /// All levels as blocks of a format, the largest first, where the image can become such without loss of much: a

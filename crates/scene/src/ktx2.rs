@@ -63,6 +63,55 @@ pub(crate) fn unpacked_bytes(bytes: &[u8], level: u32) -> Result<u64, String> {
     read_u64(bytes, LEVELS_OFFSET + 24 * level as usize + 16)
 }
 
+/// What the descriptor says of the colours of texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct DeclaredColors {
+    /// The primaries: a number of the Khronos Data Format Specification.
+    primaries: u8,
+    /// The transfer function: likewise.
+    transfer: u8,
+}
+
+/// Source: Khronos Data Format Specification 1.4, the basic descriptor block.
+impl DeclaredColors {
+    const LINEAR: u8 = 1;
+    const SRGB: u8 = 2;
+    const REC_709: u8 = 1;
+
+    /// None where there is no basic descriptor block.
+    pub fn of(bytes: &[u8]) -> Option<Self> {
+        // After the length of all blocks, the vendor and kind of the first, both 0, its version and its length.
+        let block = usize::try_from(read_u32(bytes, 48).ok()?).ok()?.checked_add(4)?;
+        let is_basic = read_u32(bytes, block).ok()? == 0;
+        let [_, primaries, transfer, _] = read_u32(bytes, block.checked_add(8)?).ok()?.to_le_bytes();
+        is_basic.then_some(Self { primaries, transfer })
+    }
+
+    /// What texels are declared as, in words, if that is something else than what they are read as.
+    pub fn other_than(self, is_srgb: bool) -> Option<String> {
+        // What says nothing is as it is read; data have no primaries.
+        let transfer_differs = self.transfer > 0 && self.transfer != if is_srgb { Self::SRGB } else { Self::LINEAR };
+        let primaries_differ = is_srgb && self.primaries > Self::REC_709;
+        let transfer = match self.transfer {
+            0 => "texels without a transfer function".to_owned(),
+            Self::LINEAR => "linear texels".to_owned(),
+            Self::SRGB => "sRGB texels".to_owned(),
+            other => format!("texels of the transfer function {other}"),
+        };
+        let primaries = match self.primaries {
+            0 => "no primaries".to_owned(),
+            Self::REC_709 => "the primaries of Rec. 709".to_owned(),
+            2 | 3 => "the primaries of Rec. 601".to_owned(),
+            4 => "the primaries of Rec. 2020".to_owned(),
+            10 => "the primaries of Display P3".to_owned(),
+            11 => "the primaries of Adobe RGB".to_owned(),
+            other => format!("the primaries {other} of the Khronos Data Format"),
+        };
+        let declared = if primaries_differ { format!("{transfer} with {primaries}") } else { transfer };
+        (transfer_differs || primaries_differ).then_some(declared)
+    }
+}
+
 /// Fails unless all that the container names lies inside it.
 pub(crate) fn check_ranges(bytes: &[u8]) -> Result<(), String> {
     let level_count = header(bytes)?.levels.max(1);

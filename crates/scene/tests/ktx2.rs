@@ -77,7 +77,12 @@ fn what_is_wrong_is_named_and_takes_no_memory() {
         (changed(28, &[9]), "of one flat picture"),
         (changed(20, &70_000_u32.to_le_bytes()), "it has 70000 by 4 texels"),
         (changed(20, &4096_u32.to_le_bytes()), "Basis Universal data are broken"),
-        (changed(12, &[109]), "Basis Universal data are broken or of a kind that is not supported"),
+        (
+            changed(12, &[97]),
+            "its format R16G16B16A16_SFLOAT (97) cannot be read; textures of materials have eight bits",
+        ),
+        (changed(12, &[109]), "its format R32G32B32A32_SFLOAT (109) cannot be read"),
+        (changed(12, &[200]), "its format 200 (a number of Vulkan) cannot be read"),
         (container(R8G8B8_UNORM, 2, 2, 0, &[0; 11]), "expected 12 bytes of texels in level 0, found 11"),
         (container(R8G8B8_UNORM, 2, 2, 2, &[0; 12]), "broken Zstandard"),
         (container(R8G8B8_UNORM, 2, 2, 3, &[0; 12]), "expected no supercompression or Zstandard"),

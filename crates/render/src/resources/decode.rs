@@ -30,11 +30,14 @@ fn transcode(scene: &Scene, source: ImageSource, limits: Limits) -> Option<MipCh
 }
 
 fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
+    let mut warnings = Vec::new();
     if let Some(chain) = transcode(scene, source, limits) {
-        return Decoded { chain: Some(chain), warnings: Vec::new() };
+        if let ImageSource::Image { image, is_srgb } = source {
+            warnings.extend(color_warning(scene, image, is_srgb));
+        }
+        return Decoded { chain: Some(chain), warnings };
     }
     let limit = limits.side;
-    let mut warnings = Vec::new();
     let (base, is_srgb) = match source {
         ImageSource::Layers { material: index, is_srgb } => {
             let material = scene.materials.get(index);
@@ -79,11 +82,18 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
             return None;
         }
     };
+    warnings.extend(color_warning(scene, image, is_srgb));
     warnings.extend(halving_warning(image, name, (pixels.width, pixels.height), limit));
     while pixels.width.max(pixels.height) > limit {
         pixels = half(&pixels, is_srgb);
     }
     Some(pixels)
+}
+
+/// What is said of an image whose file declares other colours than it is read as.
+fn color_warning(scene: &Scene, image: usize, is_srgb: bool) -> Option<String> {
+    let source = scene.images.get(image)?;
+    source.color_warning(is_srgb).map(|warning| format!("image {image} `{}`: {warning}", source.name))
 }
 
 /// What is said of an image that is larger than `limit` texels a side, and so is halved until it is not.
@@ -277,5 +287,41 @@ pub(super) fn decode_all(
 ) {
     for key in wanted {
         take(*key, decode(scene, *key, limits));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use manypass_scene::Image;
+
+    #[test]
+    fn images_that_declare_other_colours_are_warned_of_whether_they_stay_packed_or_not() {
+        // UASTC, which declares sRGB with the primaries of Rec. 709; at byte 104 lies its descriptor.
+        let block = manypass_testkit::ktx2::solid_block([9, 8, 7, 255]);
+        let bytes = manypass_testkit::ktx2::picture(0, [4, 4], 0, &[&block, &block, &block]);
+        let warnings = |at: usize, value: u8, is_srgb: bool, blocks: Option<BlockFormat>| {
+            let mut bytes = bytes.clone();
+            bytes[at] = value;
+            let source = manypass_scene::ImageSource::Encoded(bytes.into());
+            let scene = Scene { images: vec![Image { name: "a".into(), source }], ..Scene::default() };
+            let decoded = decode(&scene, ImageSource::Image { image: 0, is_srgb }, Limits { side: 64, blocks });
+            assert!(decoded.chain.is_some());
+            decoded.warnings
+        };
+        let descriptor = 80 + 24 * 3;
+        let (primaries, transfer) = (descriptor + 13, descriptor + 14);
+        for blocks in [None, Some(BlockFormat::Bc7)] {
+            assert_eq!(warnings(primaries, 1, true, blocks), Vec::<String>::new());
+            assert_eq!(warnings(transfer, 1, false, blocks), Vec::<String>::new());
+            let linear = warnings(transfer, 1, true, blocks);
+            assert!(
+                matches!(&linear[..], [one] if one.contains("image 0 `a`: it declares linear texels, and is read as sRGB"))
+            );
+            let wide = warnings(primaries, 10, true, blocks);
+            assert!(matches!(&wide[..], [one] if one.contains("sRGB texels with the primaries of Display P3")));
+            let data = warnings(transfer, 2, false, blocks);
+            assert!(matches!(&data[..], [one] if one.contains("it declares sRGB texels, and is read as linear data")));
+        }
     }
 }

@@ -32,7 +32,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<u8>, String> {
         16 | 22 => return plain(bytes, &header, 2),
         23 | 29 => return plain(bytes, &header, 3),
         37 | 43 => return plain(bytes, &header, 4),
-        _ => {}
+        // What Basis Universal packs, and ASTC, whose kinds of floats the transcoder names.
+        0 | 157..=184 | 1_000_066_000..=1_000_066_013 => {}
+        other => {
+            return Err(format!(
+                "its format {} cannot be read; textures of materials have eight bits a channel \
+                 (R8, R8G8, R8G8B8, R8G8B8A8), or are ASTC or Basis Universal (ETC1S, UASTC)",
+                format_name(other)
+            ));
+        }
     }
     let refused = |error| match error {
         basisu::Error::Unsupported { source, .. } => {
@@ -53,6 +61,34 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<u8>, String> {
         return Err("its Basis Universal data are of another size than the container says".to_owned());
     }
     Ok(texels)
+}
+
+/// The name that Vulkan has for a format, where it is one that containers often hold, and its number.
+fn format_name(format: u32) -> String {
+    let name = match format {
+        70 => "R16_UNORM",
+        76 => "R16_SFLOAT",
+        77 => "R16G16_UNORM",
+        83 => "R16G16_SFLOAT",
+        84 => "R16G16B16_UNORM",
+        90 => "R16G16B16_SFLOAT",
+        91 => "R16G16B16A16_UNORM",
+        97 => "R16G16B16A16_SFLOAT",
+        100 => "R32_SFLOAT",
+        103 => "R32G32_SFLOAT",
+        106 => "R32G32B32_SFLOAT",
+        109 => "R32G32B32A32_SFLOAT",
+        122 => "B10G11R11_UFLOAT",
+        123 => "E5B9G9R9_UFLOAT",
+        30 | 36 | 44 | 50 => "of blue before red",
+        131..=138 => "of BC1, BC2 or BC3",
+        139..=142 => "of BC4 or BC5",
+        143 | 144 => "of BC6H",
+        145 | 146 => "of BC7",
+        147..=156 => "of ETC2 or EAC",
+        other => return format!("{other} (a number of Vulkan)"),
+    };
+    format!("{name} ({format})")
 }
 
 /// What the sides become in level `level`.
