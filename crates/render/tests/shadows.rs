@@ -171,6 +171,30 @@ fn a_plane_is_lit_by_itself_from_any_angle() {
     }
 }
 
+/// Of the pixels of a ball over a floor, around `middle`, how much of the light each gets.
+fn ball_around(middle: Vec3) -> Vec<Option<f32>> {
+    let mut builder = SceneBuilder::new(middle + Vec3::new(0.0, 3.0, 5.0), middle, perspective());
+    builder.put(primitives::plane(6.0), grey(0.5), at(middle));
+    builder.put(primitives::uv_sphere(0.8, 96, 48), grey(0.5), at(middle + Vec3::new(0.0, 1.0, 0.0)));
+    let down = Vec3::new(-0.6, -0.7, 0.3).normalize();
+    builder.light(light(LightKind::Directional, 100.0), middle - 5.0 * down, down);
+    let scene = builder.finish();
+    shares(&scene, &request(&scene), 1)
+}
+
+#[test]
+fn positions_that_are_rounded_far_from_the_origin_do_not_shadow_themselves() {
+    let near = ball_around(Vec3::ZERO);
+    let shadowed = near.iter().flatten().filter(|share| **share < 0.5).count();
+    // There floats are 1/64 m apart.
+    let far = ball_around(Vec3::new(131_072.0, 0.0, -196_608.0));
+    let pairs: Vec<_> = near.iter().zip(&far).filter_map(|(near, far)| Some(((*near)?, (*far)?))).collect();
+    let differing = pairs.iter().filter(|(near, far)| (near - far).abs() > 0.2).count();
+    println!("{} pixels, {shadowed} in shadow, {differing} differ", pairs.len());
+    // What differs is the edge of the shadow, which moves.
+    assert!(shadowed > 800 && differing < shadowed / 4, "{differing} differ, {shadowed} in shadow");
+}
+
 #[test]
 fn edges_lie_where_the_ray_caster_says() {
     let scene = still_life(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(-1.0, -0.9, -0.3));

@@ -28,6 +28,9 @@ const BORDER_TEXELS: f32 = 3.0;
 // Room for rounding: of depth as such, and as a share of it.
 const DEPTH_SLACK: f32 = 2e-7;
 const DEPTH_SLACK_SHARE: f32 = 2e-5;
+// Room for the rounding of positions, as a share of the largest coordinate: six times what a float of 24 bits leaves
+// out, because both the map and the surface are rounded, in more than one step.
+const POSITION_SLACK_SHARE: f32 = 7e-7;
 // Comparisons of a penumbra, and looks for what blocks the light.
 const PENUMBRA_TAPS: u32 = 16u;
 // The widest penumbra, as a share of half the tile.
@@ -80,7 +83,10 @@ fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspect
     // A surface that lies as the map does needs less of it, however the light's rays meet it; half of it is kept
     // because normals may be bent.
     let facing = min(abs(dot(tile.row_z.xyz, normal)) / length(tile.row_z.xyz), 1.0);
-    let offset_m = cluster_grid.shadow_filter.w * texel_m * max(sqrt(1.0 - facing * facing), 0.5);
+    // Far from the origin positions are rounded to more than a texel.
+    let largest = max(max(abs(position_world.x), abs(position_world.y)), abs(position_world.z));
+    let of_texel_m = cluster_grid.shadow_filter.w * texel_m * max(sqrt(1.0 - facing * facing), 0.5);
+    let offset_m = max(of_texel_m, POSITION_SLACK_SHARE * largest);
     let at = in_tile(tile, position_world + normal * offset_m);
     // Normals turn by the inverse transpose; the rows are at right angles, so that this is a division by squared
     // lengths.
