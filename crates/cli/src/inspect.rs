@@ -106,6 +106,7 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
     };
     let (width, height) = CAMERA_SIZE_PX;
     let bounds = scene.bounds_world();
+    warnings.extend(bounds.far_warning());
     let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
     Ok(json!({
         "input": name,

@@ -177,6 +177,22 @@ fn models_of_any_format_can_be_named_wherever_gltf_can() {
 }
 
 #[test]
+fn models_far_from_the_origin_are_warned_of() {
+    let folder = Folder::new("formats-far");
+    let corners = |x: f32| format!("v {x} 0 0\nv {} 0 0\nv {x} 1 0\nf 1 2 3\n", x + 1.0);
+    folder.write("far.obj", corners(500_000.0).as_bytes());
+    folder.write("near.obj", corners(50.0).as_bytes());
+    let said = |run: common::Run| run.text() + &run.stderr;
+    let warning = "it lies 500000 m from the origin and is 1.41 m across: positions there are rounded to 0.0312 m";
+    assert!(said(run_in(&folder, &["info", "far.obj", "--json"]).expect(0)).contains(warning));
+    assert!(!said(run_in(&folder, &["info", "near.obj", "--json"]).expect(0)).contains("from the origin"));
+    if has_adapter() {
+        let run = run_in(&folder, &[&["render", "far.obj"][..], &SMALL].concat()).expect(0);
+        assert!(run.stderr.contains(&format!("warning: far.obj: {warning}")), "{}", run.stderr);
+    }
+}
+
+#[test]
 fn files_that_an_obj_names_are_not_replaced() {
     let folder = Folder::new("formats-named");
     folder.write("a.obj", b"mtllib lib/a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

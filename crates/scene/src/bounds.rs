@@ -2,6 +2,16 @@
 
 use glam::{Mat4, Vec3};
 
+/// A box whose middle lies so many of its half diagonals from the origin is far away. A float has 24 bits, so that
+/// positions there are rounded to about 1/1,000 of the half diagonal, which is half a pixel of a picture 1,000 pixels
+/// high.
+const FAR_RADII: f32 = 10_000.0;
+
+/// A number with three digits that stand for all.
+fn rounded(value: f32) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or_default()
+}
+
 /// An axis-aligned box in metres. An empty box has `min > max` in every component.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
@@ -43,6 +53,30 @@ impl Aabb {
         if self.is_empty() { 0.0 } else { 0.5 * (self.max - self.min).length() }
     }
 
+    /// What is said of a box so far from the origin that the rounding of its positions, which are 32-bit floats, shows
+    /// in a picture of it.
+    pub fn far_warning(&self) -> Option<String> {
+        // Of what has no extent, nothing is known but where it lies: it may have lost its extent by that.
+        let radius_m = Some(self.radius_m()).filter(|radius_m| *radius_m > 0.0).unwrap_or(1.0);
+        let center = self.center();
+        let distance_m = center.length();
+        if distance_m <= FAR_RADII * radius_m {
+            return None;
+        }
+        let largest = self.min.abs().max(self.max.abs()).max_element();
+        let rounding_m = f32::from_bits(largest.to_bits() + 1) - largest;
+        Some(format!(
+            "it lies {} m from the origin and is {} m across: positions there are rounded to {} m, which may show in edges and \
+             shadows; move it to the origin: leave out its node's translation, or subtract {} {} {} from its positions",
+            rounded(distance_m),
+            rounded(self.radius_m() * 2.0),
+            rounded(rounding_m),
+            rounded(center.x),
+            rounded(center.y),
+            rounded(center.z),
+        ))
+    }
+
     /// The eight corners.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
@@ -60,5 +94,24 @@ impl Aabb {
             return *self;
         }
         Self::from_points(self.corners().map(|corner| matrix.transform_point3(corner)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_far_from_the_origin_for_its_size_is_warned_of() {
+        let at = |center: Vec3, half_m: f32| Aabb { min: center - half_m, max: center + half_m }.far_warning();
+        assert_eq!((at(Vec3::ZERO, 0.5), at(Vec3::new(5e3, 0.0, 0.0), 0.5)), (None, None));
+        assert_eq!((Aabb::EMPTY.far_warning(), at(Vec3::new(500_000.0, 120.0, -4_500_000.0), 500.0)), (None, None));
+        // A single point near the origin is no matter.
+        assert_eq!(at(Vec3::ONE, 0.0), None);
+        let said = at(Vec3::new(500_000.0, 120.0, -4_500_000.0), 25.0).unwrap_or_default();
+        let expected = ["4530000 m from", "86.6 m across", "rounded to 0.5 m", "subtract 500000 120 -4500000"];
+        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        // A cube that has no extent left.
+        assert!(at(Vec3::splat(1e8), 0.5).is_some_and(|said| said.contains("is 0 m across") && said.contains("8 m")));
     }
 }

@@ -143,6 +143,7 @@ impl Viewer {
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
         self.framing = Framing::of_scene(&scene);
+        self.warnings.extend(self.framing.bounds_world().far_warning());
         self.scene = Some(scene);
         Ok(())
     }

@@ -59,6 +59,7 @@ impl Batch<'_> {
         scene.variant = looks.first().and_then(|look| look.variant);
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
+        warnings.extend(framing.bounds_world().far_warning());
         phases.load = ms_since(start);
         let start = Instant::now();
         self.renderer.load(&scene).map_err(failed)?;
