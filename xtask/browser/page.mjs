@@ -7,10 +7,10 @@ export const asUser = (browser, origin) => test("page", async (faults) => {
   const page = await open(browser, origin, {}, { width: 640, height: 360 }, faults);
   const error = await page.evaluate(() => window.manypass.error);
   if (error) throw new Error(error);
-  const picture = () => page.evaluate(async () => {
-    await window.manypass.draw();
+  const picture = (draws = true) => page.evaluate(async (draws) => {
+    if (draws) await window.manypass.draw();
     return (await window.manypass.viewer.pixels()).reduce((hash, value) => (hash * 31 + value) | 0, 7);
-  });
+  }, draws);
   const before = await picture();
   await page.mouse.move(300, 200);
   await page.mouse.down();
@@ -31,12 +31,28 @@ export const asUser = (browser, origin) => test("page", async (faults) => {
   const said = (pattern) => page.waitForFunction((source) => new RegExp(source).test(document.getElementById("message").textContent), pattern, { timeout: 20000 });
   const base64 = (value) => Buffer.from(value).toString("base64");
   const corners = base64(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer);
-  const gltf = base64(JSON.stringify({
+  const triangle = {
     asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
     meshes: [{ primitives: [{ attributes: { POSITION: 0 } }] }],
     accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: "VEC3", min: [0, 0, 0], max: [1, 1, 0] }],
     bufferViews: [{ buffer: 0, byteLength: 36 }], buffers: [{ uri: "my%20corners.bin", byteLength: 36 }],
+  };
+  const gltf = base64(JSON.stringify(triangle));
+  // The same, red by a texture.
+  const painted = base64(JSON.stringify({
+    ...triangle, meshes: [{ primitives: [{ attributes: { POSITION: 0, TEXCOORD_0: 1 }, material: 0 }] }],
+    materials: [{ pbrMetallicRoughness: { baseColorTexture: { index: 0 } } }], textures: [{ source: 0 }], images: [{ uri: "red.png" }],
+    accessors: [...triangle.accessors, { bufferView: 1, componentType: 5126, count: 3, type: "VEC2" }],
+    bufferViews: [...triangle.bufferViews, { buffer: 0, byteLength: 36, byteStride: 12 }],
   }));
+  const red = await page.evaluate(() => {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 2;
+    const context = canvas.getContext("2d");
+    context.fillStyle = "red";
+    context.fillRect(0, 0, 2, 2);
+    return canvas.toDataURL("image/png").split(",")[1];
+  });
   await drop([["broken.glb", base64("not a model")]]);
   await said("not a glTF|neither a .glb|glTF");
   await drop([["triangle.gltf", gltf]]);
@@ -58,6 +74,19 @@ export const asUser = (browser, origin) => test("page", async (faults) => {
   await drop([["triangle.gltf", gltf], ["my corners.bin", corners]]);
   await said("^$");
   if (await picture() !== unlit) faults.push("settings of a stage outlast it");
+  // An image that never comes, and one that comes after its model; both are drawn as soon as they are whole. One sample
+  // of each will do.
+  await page.evaluate(() => { window.manypass.viewer.refine = async () => false; });
+  const unpainted = await picture();
+  const whole = () => page.waitForFunction(() => window.manypass.isWhole, null, { timeout: 60000 });
+  await drop([["painted.gltf", painted], ["my corners.bin", corners]]);
+  await said("image `red.png` did not come, and materials do without it");
+  await whole();
+  if (await picture(false) !== unpainted) faults.push("a model whose image does not come is not drawn as without it");
+  await drop([["painted.gltf", painted], ["my corners.bin", corners], ["red.png", red]]);
+  await said("^$");
+  await whole();
+  if (await picture(false) === unpainted) faults.push("an image that comes late is not shown");
   await page.close();
 });
 

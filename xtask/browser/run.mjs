@@ -1,8 +1,8 @@
 // run.mjs CASES: opens the page with every model on each backend, fails on errors of page or driver, and saves into
 // target/browser what the viewer reads back (NAME-BACKEND.png), what the canvas shows (NAME-BACKEND-canvas.png), the exposure
 // (NAME-BACKEND-exposure.json), and variables (NAME-BACKEND-VARIABLE.bin: four bytes a value).
-// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups, options, effects, variables }]; with `groups`
-// eighths of the lights must add up to all of them; `options` and `effects` are what the viewer is given; `variables` are
+// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups, variant, options, effects, variables }]; with `groups`
+// eighths of the lights must add up to all of them; `variant` is the name of one or null; `options` and `effects` are what the viewer is given; `variables` are
 // { orbits, names }: two views, one after the other, and the variables of the second.
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
@@ -17,13 +17,13 @@ const pictures = cases.filter(pictureOf).map((one) => [`/models/${one.name}.hdr`
 const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures]));
 let browser = await launchWithBoth();
 
-for (const { name, model, width, height, groups, options, effects, variables } of cases) {
+for (const { name, model, width, height, groups, variant, options, effects, variables } of cases) {
   for (const backend of ["webgpu", "webgl"]) {
     await test(`${name} on ${backend}`, async (faults) => {
       const query = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : address({ name, model }) };
       const page = await open(browser, origin, query, { width, height }, faults);
       try {
-        const result = await page.evaluate(async ({ name, groups, options, effects }) => {
+        const result = await page.evaluate(async ({ name, groups, variant, options, effects }) => {
           let groupRatio, offPixels;
           if (window.manypass.error) throw new Error(window.manypass.error);
           const viewer = window.manypass.viewer;
@@ -31,7 +31,11 @@ for (const { name, model, width, height, groups, options, effects, variables } o
             const picture = await fetch(`models/${name}.hdr`);
             viewer.loadEnvironment(new Uint8Array(await picture.arrayBuffer()));
           }
-          const isChanged = Object.keys(options).length + effects.length > 0;
+          if (variant) {
+            if (!viewer.variants().includes(variant)) throw new Error(`there are the variants ${viewer.variants()}`);
+            viewer.showVariant(variant);
+          }
+          const isChanged = variant || Object.keys(options).length + effects.length > 0;
           if (isChanged) {
             viewer.configure(options);
             viewer.setEffects(effects);
@@ -69,7 +73,7 @@ for (const { name, model, width, height, groups, options, effects, variables } o
           [canvas.width, canvas.height] = [info.width, info.height];
           canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
           return { info, exposure: viewer.exposure(), first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
-        }, { name, groups, options, effects });
+        }, { name, groups, variant, options, effects });
         await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
         await writeFile(join(out, `${name}-${backend}-exposure.json`), JSON.stringify(result.exposure));
         await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });

@@ -54,7 +54,7 @@ pub(crate) fn test() -> Result<Tally> {
             let (options, effects) = case.page()?;
             let variables = case.has_variables.then(variables::page);
             Ok(json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
-                "groups": GROUPS.contains(&case.name), "options": options, "effects": effects, "variables": variables }))
+                "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "variables": variables }))
         })
         .collect::<Result<_>>()?;
     let browser = check(

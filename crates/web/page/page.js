@@ -4,7 +4,7 @@ import init, { create, modelFiles, stageEnvironment, stageImages, stageModel } f
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
 const message = document.getElementById("message");
-const state = (window.manypass = { viewer: null, ready: false, error: null, draw });
+const state = (window.manypass = { viewer: null, ready: false, error: null, isWhole: false, draw });
 /** Nothing until the user turns: then the view sets out from the file's camera. */
 let orbit;
 /** Whether there is a model to draw. */
@@ -67,7 +67,7 @@ async function open(name, bytes, get) {
     const late = images.map((uri) => [uri, get(uri)]);
     // What fails is said when its turn comes.
     for (const [, file] of late) file.catch(() => {});
-    await show(await parts(bytes, buffers), (viewer, found) => viewer.loadBeforeImages(bytes, found, images));
+    await show(await parts(bytes, buffers), (viewer, found) => viewer.loadBeforeImages(bytes, found, images), false);
     return dress(late);
   }
   const model = stageModel(bytes);
@@ -105,14 +105,15 @@ async function openFiles(files) {
   });
 }
 
-/** Loads with what was found of the files that are referred to. */
-async function show(found, load) {
+/** Loads with what was found of the files that are referred to; `isWhole` says whether its images come with it. */
+async function show(found, load, isWhole = true) {
   latest++;
   opened++;
   await inTurn(() => {
     isLoaded = false;
     load(state.viewer, new Map(found));
     isLoaded = true;
+    state.isWhole = isWhole;
     orbit = undefined;
     say(state.viewer.warnings().slice(0, 5).join("\n"));
   });
@@ -140,9 +141,12 @@ async function dress(late) {
       await step((viewer) => viewer.missImage(decodeURIComponent(uri), String(error.message ?? error)));
     }
   }
-  if (!came || mine !== opened) return;
-  say(state.viewer.warnings().slice(0, 5).join("\n"));
-  await draw();
+  if (mine !== opened) return;
+  if (came) {
+    say(state.viewer.warnings().slice(0, 5).join("\n"));
+    await draw();
+  }
+  state.isWhole = mine === opened;
 }
 
 /** Leaves the file's camera as soon as the user turns or zooms. */

@@ -235,6 +235,26 @@ impl Viewer {
         Ok(())
     }
 
+    /// The names of the file's variants (KHR_materials_variants), in order.
+    pub fn variants(&self) -> Vec<String> {
+        self.scene.iter().flat_map(|scene| &scene.variants).cloned().collect()
+    }
+
+    /// Shows the model in a variant, by its name or its index; without one, in the materials that the file shows first.
+    ///
+    /// # Errors
+    /// When there is no such variant; the one before stays then.
+    #[wasm_bindgen(js_name = showVariant)]
+    pub fn show_variant(&mut self, name_or_index: Option<String>) -> Result<(), JsError> {
+        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("no model is loaded"))?;
+        let index = name_or_index.map(|name| {
+            scene.variant_named(&name).ok_or_else(|| JsError::new(&format!("there is no variant `{name}`")))
+        });
+        scene.variant = index.transpose()?;
+        self.forget_frame();
+        Ok(())
+    }
+
     /// Draws one frame at the canvas's size: seen from `orbit`, or else from the model's first camera, or else so that
     /// the whole model is seen. Wait for the promise before you call another method.
     ///

@@ -15,6 +15,8 @@ pub(super) struct Case {
     pub size: (u32, u32),
     /// By the forward path instead of the deferred one.
     is_forward: bool,
+    /// In a variant of the file.
+    pub variant: Option<&'static str>,
     /// With the effect [`ECHO`], and its settings.
     pub echo: Option<Echo>,
     /// Whether the variables of a frame are read too; of [`variables::MODEL`].
@@ -50,6 +52,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         model,
         size,
         is_forward: false,
+        variant: None,
         echo: None,
         has_variables: false,
         is_dazzling: false,
@@ -70,7 +73,7 @@ const SPHERES: &str =
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 39] = [
+pub(super) const CASES: [Case; 42] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -142,8 +145,14 @@ pub(super) const CASES: [Case; 39] = [
     case("IridescenceSuzanne", "", SQUARE),
     // Sheen, and glass that refracts colours apart, smooth and rough.
     case("layers", "xtask/browser/layers.gltf", SQUARE),
+    // Light that comes through from behind, and specular-glossiness, both in a variant.
+    Case { variant: Some("layered"), ..case("scattering", "xtask/browser/scattering.gltf", SQUARE) },
     // Textures of KTX2 (UASTC), one of which has directions of anisotropy.
     case("AnisotropyBarnLamp", "bevy/AnisotropyBarnLamp/AnisotropyBarnLamp.gltf", SQUARE),
+    case("meshopt", "loaders.gl/BoxTextured_meshopt.glb", SQUARE),
+    // The bytes tell the format: the page is given this one as a .glb, too. It is grey, which no comparison of colours
+    // would fail at.
+    Case { settings: &[("background.source", "c06030")], ..case("part", "xtask/browser/part.stl", SQUARE) },
     case("Draco", "khronos-sample-assets/Models/Duck/glTF-Draco/Duck.gltf", SQUARE),
     // Six faces, which the page is given as one container.
     Case { settings: &[("environment.file", made::CUBE)], ..case("cube", SPHERES, WIDE) },
@@ -170,6 +179,7 @@ impl Case {
         if self.is_forward {
             arguments.extend(["--path", "forward"].map(String::from));
         }
+        arguments.extend(self.variant.iter().flat_map(|name| ["--variant", name]).map(String::from));
         if self.is_dazzling {
             let flags = ["--environment", "studio", "--environment-intensity", "1000000", "--exposure", "0"];
             arguments.extend(flags.map(String::from));
