@@ -82,6 +82,11 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     };
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let framing = Framing::of_scenes(&[&a.scene, &b.scene]);
+    framing
+        .bounds_world()
+        .far_warning()
+        .iter()
+        .for_each(|warning| say(format_args!("warning: both models: {warning}")));
     let view = view(&spec, &a.scene, &framing, width as f32 / height as f32)?;
     interrupt::heed(true);
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
