@@ -487,7 +487,7 @@ fn what_is_seen_smallest_has_the_means_of_its_textures() {
     let pixels = Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data };
     without.images[1].source = ImageSource::Pixels(pixels.into());
     without.materials[0].occlusion_texture = scene.materials[0].occlusion_texture;
-    switch_at(4.0, &scene, &without, 0.04);
+    switch_at(4.0, &scene, &without, 0.045);
 }
 
 /// A surface that shows another part of a texture than most keeps it.
