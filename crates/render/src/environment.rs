@@ -142,7 +142,8 @@ pub struct EnvironmentUniform {
     /// Of the lobe in which the camera sees suns where the picture is blurred: the square of alpha, one divided by the
     /// lobe's integral times how much of them is not in the mirror's tile; zeros.
     pub backdrop_lobe: Vec4,
-    /// Where strong small sources of the picture are; w is their spread ([`suns::Sun::spread`]).
+    /// Where strong small sources of the picture are; w is how far half vectors go apart by their discs: the
+    /// square of half the half angle.
     pub sun_directions: [Vec4; suns::SUNS_MAX],
     /// Their irradiance, pre-exposed; w is 0.
     pub sun_irradiances: [Vec4; suns::SUNS_MAX],
