@@ -195,19 +195,24 @@ pub(crate) fn key_light() -> EnvironmentLight {
     })
 }
 
-/// Computes the texels on a thread of its own, so that they are there when they are asked for; where there can be no
+static TEXELS: OnceLock<Vec<[f16; 4]>> = OnceLock::new();
+
+/// Computes the texels on one thread of its own, so that they are there when they are asked for; where there can be no
 /// thread, nothing happens.
 pub(crate) fn begin() {
-    drop(std::thread::Builder::new().spawn(texels));
+    drop(std::thread::Builder::new().spawn(|| texels_by(1)));
 }
 
 /// The texels of its tiles, without the key light, in the texture of [`SIDES`]: rows from the top.
 pub(crate) fn texels() -> &'static [[f16; 4]] {
-    static TEXELS: OnceLock<Vec<[f16; 4]>> = OnceLock::new();
-    TEXELS.get_or_init(|| texels_of(&Studio::new(1.0 - KEY_LIGHT_SHARE)))
+    texels_by(THREADS_MAX)
 }
 
-fn texels_of(studio: &Studio) -> Vec<[f16; 4]> {
+fn texels_by(threads_max: usize) -> &'static [[f16; 4]] {
+    TEXELS.get_or_init(|| texels_of(&Studio::new(1.0 - KEY_LIGHT_SHARE), threads_max))
+}
+
+fn texels_of(studio: &Studio, threads_max: usize) -> Vec<[f16; 4]> {
     let (width, height) = texture_size(SIDES);
     let texels = Mutex::new(vec![[f16::ZERO; 4]; (width * height) as usize]);
     let spheres = SPHERE_SIDES.map(|side| Sphere::new(studio, side));
@@ -233,7 +238,7 @@ fn texels_of(studio: &Studio) -> Vec<[f16; 4]> {
             }
         }
     };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(threads_max);
     std::thread::scope(|scope| {
         // Where no further thread can be had, this one does its work.
         (1..threads).for_each(|_| drop(std::thread::Builder::new().spawn_scoped(scope, draw)));
@@ -430,7 +435,7 @@ mod tests {
     #[test]
     fn every_level_is_the_integral_over_its_lobe() {
         let studio = Studio::new(1.0 - KEY_LIGHT_SHARE);
-        let texels = texels_of(&studio);
+        let texels = texels_of(&studio, THREADS_MAX);
         let (width, _) = texture_size(SIDES);
         let mut worst = 0.0f32;
         for level in 1..=ENVIRONMENT_LEVEL_LAST as u32 {
