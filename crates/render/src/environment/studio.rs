@@ -4,9 +4,9 @@
 //! ceiling) and of soft boxes: a key from above on the left, a wide fill on the right, two strips behind for long
 //! highlights along edges, and one overhead. A white sphere reads about 0.65 on average. What surfaces of some
 //! roughness reflect of it has a closed form while lobes are narrow, because they weigh the plane of their tangents as
-//! form factors do: a straight edge that is blurred by one is x / √(x² + a²), and rectangles have a form factor. Wide
-//! lobes are sums over all directions. So it takes some milliseconds, no file and no pass of its own, and is the same
-//! on every backend.
+//! form factors do: a straight edge that is blurred by one is x / √(x² + a²), and rectangles have a form factor. Of wide
+//! lobes the light is that of sums over all directions, and the closed form has the edges between them. So it takes some
+//! tens of milliseconds, no file and no pass of its own, and is the same on every backend.
 
 use super::lobe::{Lobe, roughness_of_level};
 use super::tiles::{Tile, TileSides, texture_size};
@@ -22,10 +22,11 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 /// would show as teeth along edges.
 pub(crate) const SIDES: TileSides = TileSides { mirror: 512, fine: 256, medium: 128, coarse: 32 };
 
-/// So many texels of larger tiles than those for which sums are taken lie between two for which they are.
+/// In tiles larger than coarse ones the closed form and sums are taken at every so many texels, and where the studio is
+/// uneven the closed form at all: 128 / 4 places are as many as a coarse tile has.
 const STRIDE: usize = 4;
 
-/// More threads than this have no work.
+/// A third of the texels are the mirror's, which one thread draws: more threads than this would wait for it.
 const THREADS_MAX: usize = 4;
 
 /// What a soft box adds is left out where it is less than this: a thousandth of the room.
@@ -288,9 +289,9 @@ impl Level<'_> {
         for row in 1..nodes {
             let below = row_of(row);
             for column in 1..nodes {
-                let corners = [above[column - 1], above[column], below[column - 1], below[column]];
+                let at_corners = [above[column - 1], above[column], below[column - 1], below[column]];
                 let block = [place(column - 1), place(row - 1), place(column), place(row)];
-                self.fill(block, corners, |x, y, radiance| {
+                self.fill(block, at_corners, |x, y, radiance| {
                     let grey = f16::from_f32(radiance);
                     texels[y * side + x] = [grey, grey, grey, f16::ONE];
                 });
@@ -305,13 +306,13 @@ impl Level<'_> {
     fn fill(
         &self,
         [left, top, right, bottom]: [usize; 4],
-        corners: [[f32; 2]; 4],
+        at_corners: [[f32; 2]; 4],
         mut put: impl FnMut(usize, usize, f32),
     ) {
         let between = |part: usize, x: usize, y: usize| {
             let [share_x, share_y] =
                 [(x - left) as f32 / (right - left) as f32, (y - top) as f32 / (bottom - top) as f32];
-            let [a, b, c, d] = corners.map(|corner| corner[part]);
+            let [a, b, c, d] = at_corners.map(|corner| corner[part]);
             let (upper, lower) = (a + (b - a) * share_x, c + (d - c) * share_x);
             upper + (lower - upper) * share_y
         };
