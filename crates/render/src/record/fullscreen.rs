@@ -5,7 +5,7 @@ use super::uniforms::Uniform;
 use super::{Frame, PreparedView};
 use crate::lights::Rectangle;
 use crate::shader::Program;
-use crate::shader::cache::{DepthTest, FullscreenPipeline, FullscreenTarget};
+use crate::shader::cache::{DepthTest, FullscreenPipeline, FullscreenTarget, SETTLED_BIT, StencilUse};
 use crate::shader::program::{Constant, ProgramError};
 use bytemuck::Pod;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, PassContext, Read, TextureDesc};
@@ -21,7 +21,7 @@ pub const ADD: wgpu::BlendState = {
     wgpu::BlendState { color: component, alpha: component }
 };
 
-/// A part of the picture, told by depth.
+/// A part of the picture, told by depth and stencil.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PicturePart {
     /// Where there is an opaque or masked surface.
@@ -30,14 +30,9 @@ pub enum PicturePart {
     Background,
     /// Where samples are still added to the picture; everywhere in frames that leave nothing out.
     Unsettled,
-    /// Where there is a surface that samples are still added to. In frames that leave something out, there may be none:
-    /// shaders tell.
+    /// Where there is a surface that samples are still added to.
     Lit,
 }
-
-/// Depth of a triangle that lies before all but what is settled: a little farther than the near plane, in 24 bits as
-/// well.
-const NEXT_TO_NEAREST: f32 = 1.0 - 1.0 / (1 << 22) as f32;
 
 /// Which pipeline draws.
 pub(super) enum Shading {
@@ -63,8 +58,6 @@ pub struct Fullscreen<'r, 'f> {
     bindings: Vec<(&'static str, Binding)>,
     pub(super) blend: Option<wgpu::BlendState>,
     depth: Option<DepthTest>,
-    /// The depth of the triangle.
-    triangle_depth: f32,
     /// Whether nothing is drawn where tiles are settled.
     leaves_out: bool,
     rectangles: Option<Vec<[u32; 4]>>,
@@ -81,7 +74,6 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             bindings: Vec::new(),
             blend: None,
             depth: None,
-            triangle_depth: 0.0,
             leaves_out: false,
             rectangles: None,
             constants: Vec::new(),
@@ -147,19 +139,16 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
 
     /// Draws over the pixels that `part` means alone; the others cost nothing. `depth` is attached, read-only.
     pub fn over(mut self, part: PicturePart, depth: &Handle) -> Self {
-        // Depth is reversed and cleared to 0.
-        let part = match part {
-            PicturePart::Lit if self.view.settled.is_some() => PicturePart::Unsettled,
-            part => part,
-        };
-        let (compare, triangle_depth) = match part {
-            PicturePart::Surfaces | PicturePart::Lit => (wgpu::CompareFunction::Less, 0.0),
-            PicturePart::Background => (wgpu::CompareFunction::GreaterEqual, 0.0),
-            PicturePart::Unsettled => (wgpu::CompareFunction::Greater, NEXT_TO_NEAREST),
+        // Depth is reversed and cleared to 0. What is settled is nearest of all, so that it is no background; what is
+        // lit is told alike in all samples of a still, because a large shader's pipeline takes long to make.
+        let (compare, stencil) = match part {
+            PicturePart::Surfaces => (wgpu::CompareFunction::Less, StencilUse::Ignored),
+            PicturePart::Background => (wgpu::CompareFunction::GreaterEqual, StencilUse::Ignored),
+            PicturePart::Unsettled => (wgpu::CompareFunction::Always, StencilUse::Unsettled),
+            PicturePart::Lit => (wgpu::CompareFunction::Less, StencilUse::Unsettled),
         };
         self.pass.depth_stencil_read_only(depth);
-        self.depth = Some(DepthTest { format: depth.desc().format, compare, writes: false });
-        self.triangle_depth = triangle_depth;
+        self.depth = Some(DepthTest { format: depth.desc().format, compare, writes: false, stencil });
         self.leave_out_settled()
     }
 
@@ -191,16 +180,16 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         Ok(target)
     }
 
-    /// Declares the pass: depth becomes that of the near plane wherever the shader discards nothing. Returns the
-    /// version of `depth` that holds the result.
+    /// Declares the pass: wherever the shader discards nothing, depth becomes that of the near plane, and the stencil
+    /// says that it is settled. Returns the version of `depth` that holds the result.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
-    pub fn draw_nearest_into(mut self, depth: Handle, load: DepthLoad) -> Result<Handle, ProgramError> {
+    pub fn draw_settled_into(mut self, depth: Handle, load: DepthLoad) -> Result<Handle, ProgramError> {
         let desc = depth.desc();
         let depth = self.pass.depth_stencil(depth, load);
-        self.depth = Some(DepthTest { format: desc.format, compare: wgpu::CompareFunction::Always, writes: true });
-        self.triangle_depth = 1.0;
+        let compare = wgpu::CompareFunction::Always;
+        self.depth = Some(DepthTest { format: desc.format, compare, writes: true, stencil: StencilUse::Settles });
         self.draw(None, desc)?;
         Ok(depth)
     }
@@ -218,10 +207,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { pass, frame, view, rectangles, triangle_depth, leaves_out, .. } = self;
+        let Self { pass, frame, view, rectangles, depth, leaves_out, .. } = self;
         let whole = [0, 0, desc.width, desc.height];
+        let settles = depth.is_some_and(|depth| depth.stencil == StencilUse::Settles);
         // The triangle is at depth 0 of the viewport's.
-        let rectangles = rectangles.or((triangle_depth > 0.0).then(|| vec![whole]));
+        let nearest = if settles { 1.0 } else { 0.0 };
+        let rectangles = rectangles.or(settles.then(|| vec![whole]));
         let rectangles = match &view.unsettled {
             Some(unsettled) if leaves_out => {
                 let all = rectangles.unwrap_or_else(|| vec![whole]);
@@ -242,9 +233,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             if let Some(own) = &own {
                 render_pass.set_bind_group(2, own, &[]);
             }
+            if settles {
+                render_pass.set_stencil_reference(SETTLED_BIT);
+            }
             let Some(rectangles) = rectangles else { return render_pass.draw(0..3, 0..1) };
             for [x, y, width, height] in rectangles {
-                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, triangle_depth, 1.0);
+                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, nearest, 1.0);
                 render_pass.set_scissor_rect(x, y, width, height);
                 render_pass.draw(0..3, 0..1);
             }

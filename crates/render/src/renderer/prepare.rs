@@ -424,7 +424,7 @@ fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTil
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
     }
-    if takes_one_tap(&settings.shadows, asked.request.sample()) {
+    if takes_one_tap(&asked.request) {
         constants.push(("takes_one_tap", 1));
     }
     if let Some(tiles) = tiles {

@@ -148,8 +148,13 @@ impl Renderer {
         // What fades has instances that only now are known.
         stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
         let shadows = self.prepare_shadows(asked, states, &lit, &world, &mut stats, purpose);
+        let limits = Limits::from(&self.gpu.capabilities.limits);
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
+            self.world_draws = world.draws;
+            // Nothing is recorded, so that no pipeline is made that the picture may not need.
+            let plan = self.executor.graph(limits).plan()?;
+            return Ok(Executed { plan, run: None, export: None, legends: Legends::default() });
         }
         let ground = self.prepare_ground(asked, states, &world, &mut stats, purpose.is_plan());
         let ready: Vec<Ready> = asked
@@ -186,7 +191,6 @@ impl Renderer {
             volumes: &self.volumes,
             legends: &legends,
         };
-        let limits = Limits::from(&self.gpu.capabilities.limits);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for (at, unfinished) in &unfinished {
             let (Some(view), Some(tiles)) = (&shared_view, self.resources.environments.get(*at)) else { continue };

@@ -6,7 +6,7 @@ use super::output::ViewState;
 use super::prepare::{Asked, Lit, World};
 use crate::gpu::Gpu;
 use crate::record::{InstanceTable, depth_texture};
-use crate::request::FrameStats;
+use crate::request::{FrameRequest, FrameStats};
 use crate::shadows::{FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
 use crate::transparency::Masks;
 use manypass_graph::TextureDesc;
@@ -78,11 +78,13 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
     Some((settings, Shadows::side_allowed(settings, limit, longest_px, lights)))
 }
 
-/// Whether this one of so many samples of a still compares but once with a map, by turns at the four places of a
-/// filter: in their mean that is the filter. With fewer, each place would meet too few parts of a pixel; and the first,
-/// which may be shown before the others are there, is filtered like a picture of its own.
-pub(super) fn takes_one_tap(settings: &ShadowSettings, (sample_index, sample_count): (u32, u32)) -> bool {
-    settings.enabled && settings.filter == ShadowFilter::Pcf && sample_index > 0 && sample_count >= 16
+/// Whether a sample of a still compares but once with a map, by turns at the four places of a filter: in their mean
+/// that is the filter. With few samples, each place would meet too few parts of a pixel; and one that is shown before
+/// the others are there is filtered like a picture of its own.
+pub(super) fn takes_one_tap(request: &FrameRequest) -> bool {
+    let (settings, (sample_index, sample_count)) = (&request.settings.shadows, request.sample());
+    let is_shown = request.goes_on && sample_index == 0;
+    settings.enabled && settings.filter == ShadowFilter::Pcf && sample_count >= 16 && !is_shown
 }
 
 /// The uniform's part that says how shadows are filtered in a sample: see `light_table.wgsl`.

@@ -37,11 +37,11 @@ impl FullscreenPipeline {
                 buffers: &[],
             },
             primitive: Default::default(),
-            depth_stencil: depth.map(|DepthTest { format, compare, writes }| wgpu::DepthStencilState {
+            depth_stencil: depth.map(|DepthTest { format, compare, writes, stencil }| wgpu::DepthStencilState {
                 format,
                 depth_write_enabled: Some(writes),
                 depth_compare: Some(compare),
-                stencil: Default::default(),
+                stencil: stencil.state(),
                 bias: Default::default(),
             }),
             multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
@@ -90,6 +90,34 @@ pub struct DepthTest {
     pub compare: wgpu::CompareFunction,
     /// Whether the triangle's depth replaces it.
     pub writes: bool,
+    /// What is done with the stencil.
+    pub stencil: StencilUse,
+}
+
+/// The bit of the stencil that is set where tiles of a still are settled. Light volumes have another.
+pub const SETTLED_BIT: u32 = 2;
+
+/// What a pipeline does with the bit of settled tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StencilUse {
+    /// Nothing.
+    Ignored,
+    /// Draws where it is 0.
+    Unsettled,
+    /// Sets it where it draws; the reference is [`SETTLED_BIT`].
+    Settles,
+}
+
+impl StencilUse {
+    fn state(self) -> wgpu::StencilState {
+        let (compare, pass_op, mask) = match self {
+            Self::Ignored => return wgpu::StencilState::default(),
+            Self::Unsettled => (wgpu::CompareFunction::Equal, wgpu::StencilOperation::Keep, 0),
+            Self::Settles => (wgpu::CompareFunction::Always, wgpu::StencilOperation::Replace, SETTLED_BIT),
+        };
+        let face = wgpu::StencilFaceState { compare, pass_op, ..wgpu::StencilFaceState::IGNORE };
+        wgpu::StencilState { front: face, back: face, read_mask: SETTLED_BIT, write_mask: mask }
+    }
 }
 
 /// Every program and full-screen pipeline made so far.

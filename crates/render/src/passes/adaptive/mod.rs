@@ -6,8 +6,8 @@
 //! are settled, and the depth that a frame begins with.
 //!
 //! Every pass draws where depth lets it. A settled tile begins with the nearest depth there is, so that neither
-//! surfaces nor what lies behind them is drawn there; what the frame's textures hold there means nothing, and the mean
-//! stays as it is.
+//! surfaces nor what lies behind them is drawn there, and is marked in the stencil, which light heeds; what the frame's
+//! textures hold there means nothing, and the mean stays as it is.
 
 mod blocks;
 mod settings;
@@ -103,7 +103,7 @@ pub fn begin_depth(r: &mut Recorder<'_, '_>) -> Result<(Handle, DepthLoad), Prog
     let clear = DepthLoad::Clear { depth: 0.0, stencil: 0 };
     let Some(settled) = &r.view.settled else { return Ok((depth, clear)) };
     let step = r.fullscreen("adaptive.depth", "adaptive_depth", &[]).table("settled", settled);
-    Ok((step.draw_nearest_into(depth, clear)?, DepthLoad::Keep))
+    Ok((step.draw_settled_into(depth, clear)?, DepthLoad::Keep))
 }
 
 /// Records what is to be done after a sample, of the `mean` with it.
