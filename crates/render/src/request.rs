@@ -45,9 +45,9 @@ pub struct FrameRequest {
     /// beyond `shadows.maps` of the settings, cast no shadow, and are counted.
     pub light_rounds: Option<u32>,
     /// Whether a frame that starts anew still goes on from the view's last one: what effects keep from frame to frame
-    /// lasts, as a live view wants it. It is shown before its other samples are there, so its textures are filtered
-    /// like those of a picture of its own. Otherwise a picture depends on nothing before its first sample, and all its
-    /// samples are filtered alike.
+    /// lasts, as a live view wants it. It is shown before its other samples are there, so its textures and shadows are
+    /// filtered like those of a picture of its own. Otherwise a picture depends on nothing before its first sample, and
+    /// all its samples are filtered alike.
     pub goes_on: bool,
     /// The height of the ground, if there is one (`ground.mode`): where the scene's lowest point is, over an animation
     /// if it plays. Without it the lower side of the bounds of what is drawn, which encloses what is turned with some

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{plain_request, renderer};
-use manypass::{Averaging, FrameRequest, Path, Renderer};
+use manypass::{Averaging, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::Scene;
 use manypass_testkit::scenes;
 
@@ -59,6 +59,21 @@ fn what_is_left_out_is_not_missed() {
         assert!(differences(&whole, &uniform).0 > 1.5 * rms, "{path:?}: {:?}", differences(&whole, &uniform));
         // The same again, from the same textures.
         assert!(still(&mut renderer, &scene, &request, 2.0).0 == adaptive, "{path:?}");
+    }
+}
+
+#[test]
+fn lights_in_lists_and_volumes_know_what_is_left_out() {
+    let scene = scenes::rows_of_spheres().scene;
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    for culling in [LightCulling::Tiled, LightCulling::Volumes, LightCulling::VolumesStencil] {
+        let request = request(&scene).with(|settings| settings.lights.culling = culling);
+        let (whole, _) = still(&mut renderer, &scene, &request, 0.0);
+        let (adaptive, mean) = still(&mut renderer, &scene, &request, 2.0);
+        assert!(mean < 0.8 * f64::from(SAMPLES), "{culling:?}: {mean}");
+        let (rms, far) = differences(&whole, &adaptive);
+        assert!(rms < 0.6 && far < 1e-3, "{culling:?}: {rms}, {far}");
     }
 }
 

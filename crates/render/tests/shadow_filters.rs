@@ -204,7 +204,7 @@ fn a_moving_camera_makes_no_shadow_shimmer() {
     assert!(worst <= 1.0 / 255.0, "the same point changed by {worst}");
 }
 
-/// From sixteen samples on each but the first compares once, and the places of the filter take turns.
+/// From sixteen samples on each compares once, and the places of the filter take turns.
 #[test]
 fn places_of_a_filter_that_take_turns_are_the_filter() {
     let with =
@@ -220,7 +220,7 @@ fn places_of_a_filter_that_take_turns_are_the_filter() {
         let (mean, most) = difference(&of(ShadowFilter::Pcf, 16));
         let (_, hard) = difference(&of(ShadowFilter::Hard, 16));
         println!("{kind:?}: mean {mean:.5}, most {most:.4}; without a filter {hard:.4}");
-        // The first sample is filtered whole, so that the places of the others are not quite even.
+        // Sixteen samples are four at each place, which fifteen whole ones are not just like.
         assert!(mean < 0.003 && most < 0.05, "{kind:?}: {mean}, {most}");
         assert!(hard > 2.0 * most, "{kind:?}: the test cannot tell a filter from none: {hard}");
     }
