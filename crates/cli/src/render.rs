@@ -15,7 +15,7 @@ use crate::memory;
 use crate::output;
 use crate::places::Places;
 use crate::report::{Phases, Report};
-use crate::request::{effect_files, effect_values, effects, hidden_settings};
+use crate::request::{effect_files, effect_values, effects, hidden_settings, unseen_effects};
 use crate::session::{self, ms_since, still_failure};
 use crate::surroundings::{self, Surroundings};
 use crate::tally::Tally;
@@ -84,7 +84,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         settings.environment.source.begin();
     }
     let renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
-    let hidden = hidden_settings(&effect_files);
+    let effect_warnings = [hidden_settings(&effect_files), unseen_effects(&effect_files, job.format)].concat();
     let effect_values = effect_files.iter().map(effect_values).collect();
     let effects = effects(&renderer, effect_files.clone())?;
     let mut batch = Batch {
@@ -105,7 +105,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         start_ms: ms_since(started),
     };
     batch.warn("the inputs", &inputs.warnings)?;
-    batch.warn("--effect", &hidden)?;
+    batch.warn("--effect", &effect_warnings)?;
     let result = batch.render_all(inputs);
     // A software driver that still compiles for what was submitted would crash when the process ends.
     batch.renderer.wait();

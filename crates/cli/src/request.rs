@@ -5,7 +5,7 @@ use crate::failure::{Failure, Kind};
 use crate::job::Job;
 use crate::shot::time_secs;
 use manypass::shader::ProgramError;
-use manypass::{Averaging, Effect, EffectFile, FrameRequest, Renderer, Settings, View, WgslEffect};
+use manypass::{Averaging, Effect, EffectFile, EffectStage, FrameRequest, Renderer, Settings, View, WgslEffect};
 use manypass_offline::still::aov_named;
 use manypass_offline::{CameraData, Format, PictureInfo, manifest};
 use manypass_scene::Scene;
@@ -86,6 +86,15 @@ fn program_failure(error: &ProgramError, hint: &str) -> Failure {
         ProgramError::Text(diagnostic) => Failure::located(Kind::Failed, diagnostic, hint),
         error => Failure::new(Kind::Failed, error, hint),
     }
+}
+
+/// Warnings of effects that nobody will see in pictures of a format.
+pub fn unseen_effects(files: &[EffectFile], format: Format) -> Vec<String> {
+    let of_display = files.iter().filter(|file| format == Format::Exr && file.stage() == EffectStage::Display);
+    let warning = |file: &EffectFile| {
+        format!("the effect `{}` changes display colours; an EXR file holds radiance, and is without it", file.name())
+    };
+    of_display.map(warning).collect()
 }
 
 /// The request of one picture.

@@ -4,6 +4,7 @@ mod file;
 mod header;
 mod padding;
 mod scan;
+mod steps;
 mod uniforms;
 
 pub use file::EffectFile;
@@ -13,21 +14,36 @@ use crate::gpu::Gpu;
 use crate::record::Recorder;
 use crate::settings::{SettingInfo, SettingValue, Settings, SettingsError, Written};
 use crate::shader::cache::{FullscreenPipeline, FullscreenTarget};
-use crate::shader::program::{FrameLayout, Program, ProgramError};
+use crate::shader::program::{FrameLayout, Program, ProgramError, Slot};
 use crate::shader::{compose, locate};
+use header::DISPLAY;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+use std::collections::HashMap;
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use steps::{Rounds, STEPS_MAX, Step};
 use uniforms::{Block, OWN_GROUP, Uniforms};
 
-/// A pass, or several, that make new radiance of a view's radiance: after its surfaces, before accumulation and the
-/// tone curve. [`crate::FrameRequest::effects`] lists them in their order.
+/// What an effect makes new, and so where in a frame it stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EffectStage {
+    /// Radiance, of every sample: after the surfaces, before the tone curve.
+    #[default]
+    Radiance,
+    /// Display colours, of the mean of all samples: after the tone curve and over the background, before they become
+    /// 8 bits. Linear files, which hold radiance, know nothing of it.
+    Display,
+}
+
+/// A pass, or several, that make new radiance of a view's radiance, or new display colours.
+/// [`crate::FrameRequest::effects`] lists them in their order; those of one stage follow each other.
 ///
-/// [`WgslEffect`] is the one for a single full-screen shader. Implement this trait for anything else: a blur of two
-/// passes, a pass with textures of its own.
+/// [`WgslEffect`] is the one of full-screen shaders in one file. Implement this trait for anything else, such as passes
+/// with buffers of their own.
 pub trait Effect: Debug + wgpu::WasmNotSendSync {
     /// Records the passes and returns what holds the new radiance: the format of `radiance`, pre-exposed, with coverage
-    /// in alpha. `gbuffer` is none on the forward path.
+    /// in alpha. `gbuffer` is none on the forward path. At [`EffectStage::Display`] it is given display colours, linear
+    /// and multiplied by alpha, and no `gbuffer`.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
@@ -37,9 +53,15 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
         gbuffer: Option<&Gbuffer>,
         radiance: Handle,
     ) -> Result<Handle, ProgramError>;
+
+    /// What it makes new.
+    fn stage(&self) -> EffectStage {
+        EffectStage::Radiance
+    }
 }
 
-/// An effect of one full-screen fragment shader, which returns the new radiance of its pixel.
+/// An effect of full-screen fragment shaders in one file, whose last one returns the new radiance, or display colour, of
+/// its pixel.
 ///
 /// The shader finds this declared, beside what WGSL has (all of it is [`compose::EFFECT_PRELUDE`]):
 /// - textures of the frame's size: `radiance`, `base_color`, `normal`, `material`, `linear_depth`, and `previous`, what
@@ -79,13 +101,39 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
 #[derive(Debug)]
 pub struct WgslEffect {
     gpu: Gpu,
-    pipeline: Arc<FullscreenPipeline>,
+    name: String,
+    stage: EffectStage,
+    passes: Vec<CompiledStep>,
     /// The same as those of `uniforms`, which keeps their values.
     settings: Vec<SettingInfo>,
     uniforms: Mutex<Uniforms>,
     /// A buffer for every block of `uniforms`; none if the shader does not use it.
     buffers: Vec<Option<wgpu::Buffer>>,
+}
+
+/// A pass of an effect on a device.
+#[derive(Debug)]
+struct CompiledStep {
+    step: Step,
+    pipeline: Arc<FullscreenPipeline>,
+    /// The effect's own uniforms, if the pass uses any.
     own_group: Option<wgpu::BindGroup>,
+}
+
+/// The uniform of `steps.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+struct DrawnUniform {
+    /// Width and height of what the pass draws into.
+    size_px: [f32; 2],
+    /// 1 / the same.
+    inverse_size_px: [f32; 2],
+    /// How often the pass was drawn before in this frame.
+    round: u32,
+    /// How often it is drawn in all.
+    rounds: u32,
+    /// Zero.
+    padding: [f32; 2],
 }
 
 impl WgslEffect {
@@ -103,20 +151,29 @@ impl WgslEffect {
     /// # Errors
     /// The device refuses what [`EffectFile::parse`] does not foresee.
     pub fn compile(gpu: &Gpu, effect: EffectFile) -> Result<Self, ProgramError> {
-        let EffectFile { file, mut text, name, mut module, slots, uniforms } = effect;
+        let EffectFile { file, mut text, name, mut module, further, steps, stage, uniforms } = effect;
         let invalid = |message: String| ProgramError::Invalid { pass: name.clone(), message };
         if !gpu.capabilities.uniforms_of_any_size {
-            (text, module) = padding::filled_up(&file, &name, text, module, &uniforms)?;
+            (text, module) = padding::filled_up((&file, &name), (text, &further), module, &uniforms)?;
         }
         #[cfg(not(target_arch = "wasm32"))]
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let triangle = compose::source("fullscreen", &[]).map_err(&invalid)?;
         let frame = FrameLayout::new(&gpu.device);
         let triangle = Program::new(&frame, "fullscreen", triangle)?;
-        let composed = locate::composed(&text);
-        let program = Arc::new(Program::from_parsed(&frame, &name, &composed, &module, slots)?);
-        let pipeline =
-            FullscreenPipeline::new(&gpu.device, program.clone(), &triangle, FullscreenTarget::of(RADIANCE), &[]);
+        let composed = wgpu::ShaderSource::Wgsl(locate::composed(&text, &further).into());
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(&name), source: composed };
+        let compiled = gpu.device.create_shader_module(descriptor);
+        let is_only = steps.len() == 1;
+        let make = |(step, slots): (Step, Vec<Vec<Slot>>)| {
+            let pass = if is_only { name.clone() } else { format!("{name}.{}", step.name()) };
+            let program =
+                Arc::new(Program::of_entry_point(&frame, &pass, &compiled, (&module, &step.function), slots)?);
+            let target = FullscreenTarget::of(RADIANCE);
+            let pipeline = Arc::new(FullscreenPipeline::new(&gpu.device, program, &triangle, target, &[]));
+            Ok(CompiledStep { step, pipeline, own_group: None })
+        };
+        let mut passes = steps.into_iter().map(make).collect::<Result<Vec<_>, ProgramError>>()?;
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(invalid(format!("{file}: {error}")));
@@ -128,16 +185,19 @@ impl WgslEffect {
         let resources: Vec<_> = named
             .filter_map(|(block, buffer)| Some((block.name.as_str(), buffer.as_ref()?.as_entire_binding())))
             .collect();
-        let own_group =
-            program.uses_group(OWN_GROUP).then(|| program.bind(&gpu.device, OWN_GROUP, &resources)).transpose()?;
+        for CompiledStep { pipeline, own_group, .. } in &mut passes {
+            let program = &pipeline.program;
+            let bind = || program.bind(&gpu.device, OWN_GROUP, &resources);
+            *own_group = program.uses_group(OWN_GROUP).then(bind).transpose()?;
+        }
         let settings = uniforms.settings.clone();
         let uniforms = Mutex::new(uniforms);
-        Ok(Self { gpu: gpu.clone(), pipeline: Arc::new(pipeline), settings, uniforms, buffers, own_group })
+        Ok(Self { gpu: gpu.clone(), name, stage, passes, settings, uniforms, buffers })
     }
 
     /// The name of the pass: in plans, timers, reports and the keys of its settings.
     pub fn name(&self) -> &str {
-        &self.pipeline.program.name
+        &self.name
     }
 
     /// The members of its uniforms that text can give, in the order of their declaration; then whether it is drawn.
@@ -237,27 +297,77 @@ impl Effect for WgslEffect {
         }
         let TextureDesc { width, height, .. } = radiance.desc();
         let desc = TextureDesc::new_2d(width, height, RADIANCE);
-        let keeps = self.pipeline.program.slots(1).iter().any(|slot| slot.name == "previous");
-        let (previous, target) = if keeps {
-            let history = r.history(self.name().to_owned(), desc);
+        let keeps =
+            self.passes.iter().any(|pass| pass.pipeline.program.slots(1).iter().any(|slot| slot.name == "previous"));
+        let (previous, result) = if keeps {
+            let history = r.history(self.name.clone(), desc);
             ((!history.is_first).then_some(history.previous), history.next)
         } else {
-            (None, r.texture_of(format!("{}.radiance", self.name()), desc))
+            (None, r.texture_of(format!("{}.radiance", self.name), desc))
         };
-        let offered = textures(gbuffer, &radiance, previous.as_ref());
-        let mut step = r.own_fullscreen(self.name().to_owned(), self.pipeline.clone(), self.own_group.clone());
-        for slot in self.pipeline.program.slots(1) {
-            match offered.iter().find(|(name, _)| *name == slot.name) {
-                Some((name, handle)) => step = step.read(name, handle),
+        let Some((last, others)) = self.passes.split_last() else { return Ok(radiance) };
+        let mut offered =
+            Offered { of_frame: textures(self.stage, gbuffer, &radiance, previous.as_ref()), own: HashMap::new() };
+        for pass in others {
+            let Some(name) = &pass.step.texture else { continue };
+            let side = |of: u32| of.div_ceil(pass.step.divisor);
+            let desc = TextureDesc::new_2d(side(width), side(height), RADIANCE);
+            let rounds = self.rounds(&pass.step);
+            for round in 0..rounds {
+                let target = r.texture_of(format!("{}.{name}", self.name), desc);
+                let written = self.draw(r, pass, &offered, (round, rounds), target)?;
+                offered.own.insert(name.clone(), written);
+            }
+        }
+        self.draw(r, last, &offered, (0, 1), result)
+    }
+
+    fn stage(&self) -> EffectStage {
+        self.stage
+    }
+}
+
+impl WgslEffect {
+    /// How often a pass is drawn.
+    fn rounds(&self, step: &Step) -> u32 {
+        let count = match &step.rounds {
+            Rounds::Count(count) => Some(*count),
+            Rounds::Setting(setting) => self.uniforms().count(&format!("{}.{setting}", self.name)),
+        };
+        // A whole uniform that was set by its bytes has passed no range.
+        count.unwrap_or(1).clamp(1, STEPS_MAX as u32)
+    }
+
+    /// Records one round of a pass.
+    fn draw<'f>(
+        &'f self,
+        r: &mut Recorder<'_, 'f>,
+        pass: &'f CompiledStep,
+        offered: &Offered<'_>,
+        (round, rounds): (u32, u32),
+        target: Handle,
+    ) -> Result<Handle, ProgramError> {
+        let CompiledStep { pipeline, own_group, .. } = pass;
+        let name = &pipeline.program.name;
+        let name = if round == 0 { name.clone() } else { format!("{name}.{}", round + 1) };
+        let TextureDesc { width, height, .. } = target.desc();
+        let size_px = [width as f32, height as f32];
+        let inverse_size_px = size_px.map(f32::recip);
+        let drawn = DrawnUniform { size_px, inverse_size_px, round, rounds, padding: [0.0; 2] };
+        let mut step = r.own_fullscreen(name, pipeline.clone(), own_group.clone());
+        for slot in pipeline.program.slots(1) {
+            match offered.get(&slot.name) {
+                Some(handle) => step = step.read_own(&slot.name, handle),
+                None if slot.name == "drawn" => step = step.uniform("drawn", &drawn),
                 None if slot.name.ends_with("_clamp") => {}
                 None => {
-                    let known: Vec<_> = offered.iter().map(|(name, _)| *name).collect();
+                    let known: Vec<_> = offered.of_frame.iter().map(|(name, _)| *name).collect();
                     let message = format!(
                         "it reads `{}`, which this path does not have; there is: {}",
                         slot.name,
                         known.join(", ")
                     );
-                    return Err(ProgramError::Misplaced { pass: self.name().into(), message });
+                    return Err(ProgramError::Misplaced { pass: self.name.clone(), message });
                 }
             }
         }
@@ -265,13 +375,32 @@ impl Effect for WgslEffect {
     }
 }
 
-/// The textures that an effect may read, by their names.
+/// The textures that a pass of an effect may read, by their names.
+struct Offered<'h> {
+    of_frame: Vec<(&'static str, &'h Handle)>,
+    /// What its passes wrote so far.
+    own: HashMap<String, Handle>,
+}
+
+impl Offered<'_> {
+    fn get(&self, name: &str) -> Option<&Handle> {
+        let of_frame = || self.of_frame.iter().find(|(known, _)| *known == name).map(|(_, handle)| *handle);
+        self.own.get(name).or_else(of_frame)
+    }
+}
+
+/// The textures of the frame that an effect may read.
 fn textures<'h>(
+    stage: EffectStage,
     gbuffer: Option<&'h Gbuffer>,
     radiance: &'h Handle,
     previous: Option<&'h Handle>,
 ) -> Vec<(&'static str, &'h Handle)> {
-    let mut offered = vec![("radiance", radiance), ("previous", previous.unwrap_or(radiance))];
+    let previous = ("previous", previous.unwrap_or(radiance));
+    if stage == EffectStage::Display {
+        return vec![(DISPLAY, radiance), previous];
+    }
+    let mut offered = vec![("radiance", radiance), previous];
     if let Some(gbuffer) = gbuffer {
         offered.extend([
             ("base_color", &gbuffer.base_color),

@@ -2,8 +2,8 @@
 
 use crate::aov::AovPasses;
 use crate::draws::Tile;
-use crate::effect::Effect;
-use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
+use crate::effect::{Effect, EffectStage};
+use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::passes::accumulate::Part;
@@ -23,7 +23,7 @@ use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
 use crate::transparency::{Blended, Peel, Side, TransparencyMode};
 use crate::view::CameraStep;
-use manypass_graph::Handle;
+use manypass_graph::{Handle, TextureDesc};
 use std::sync::Arc;
 
 /// What all views of a frame share: the maps of their shadows.
@@ -287,7 +287,7 @@ fn surface_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<(Vi
     Ok((ViewOutputs { radiance, depth: geometry.depth, gbuffer: None, emission, ids, motion }, gbuffer))
 }
 
-/// The user's effects, each on the radiance of the one before.
+/// The user's effects on radiance, each on that of the one before.
 ///
 /// # Errors
 /// As [`Effect::record`].
@@ -296,7 +296,7 @@ pub fn effect_passes<'f>(
     effects: &'f [Arc<dyn Effect>],
     mut outputs: ViewOutputs,
 ) -> Result<ViewOutputs, ProgramError> {
-    for effect in effects {
+    for effect in effects.iter().filter(|effect| effect.stage() == EffectStage::Radiance) {
         outputs.radiance = effect.record(r, outputs.gbuffer.as_ref(), outputs.radiance)?;
     }
     Ok(outputs)
@@ -307,12 +307,13 @@ pub fn effect_passes<'f>(
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
-pub fn output_passes(
-    r: &mut Recorder<'_, '_>,
+pub fn output_passes<'f>(
+    r: &mut Recorder<'_, 'f>,
     settings: &Settings,
     radiance: &Handle,
     means: Means,
     picture: Picture<'_>,
+    effects: &'f [Arc<dyn Effect>],
 ) -> Result<(), ProgramError> {
     let Picture { display, target, is_shown, sample_index, exposure, depth, adaptive_step, settling } = picture;
     let curve = settings.tone_map.curve;
@@ -352,7 +353,19 @@ pub fn output_passes(
         }
     };
     let shown = (mean.as_ref().unwrap_or(radiance), glow.as_ref());
-    let display = tone_map::record(r, &settings.tone_map, left, shown, display)?;
+    let is_of_display = |effect: &&Arc<dyn Effect>| is_shown && effect.stage() == EffectStage::Display;
+    let mut of_display = effects.iter().filter(is_of_display).peekable();
+    let display = if of_display.peek().is_some() {
+        let linear = TextureDesc { format: RADIANCE, ..display.desc() };
+        let linear = r.texture_of("tone_map.linear", linear);
+        let mut linear = tone_map::record_linear(r, &settings.tone_map, left, shown, linear)?;
+        for effect in of_display {
+            linear = effect.record(r, None, linear)?;
+        }
+        tone_map::record_encoded(r, &settings.tone_map, &linear, display)?
+    } else {
+        tone_map::record(r, &settings.tone_map, left, shown, display)?
+    };
     let display = crate::passes::debug::record(r, &settings.debug, display)?;
     for mean in mean.into_iter().chain(glow) {
         r.graph.export(mean);

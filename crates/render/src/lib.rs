@@ -54,7 +54,7 @@ mod view;
 
 pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
 pub use diagnostic::Diagnostic;
-pub use effect::{Effect, EffectFile, WgslEffect};
+pub use effect::{Effect, EffectFile, EffectStage, WgslEffect};
 pub use environment::{Background, Environment};
 pub use exposure::{Exposure, ExposureError, Metering};
 pub use fog::FogMode;

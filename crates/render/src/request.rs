@@ -1,7 +1,7 @@
 //! What a frame is asked for, and what is told of it afterwards.
 
 use crate::aov::Aov;
-use crate::effect::Effect;
+use crate::effect::{Effect, EffectStage};
 use crate::environment::Environment;
 use crate::exposure::Exposure;
 use crate::exposure::Metering;
@@ -110,7 +110,7 @@ impl FrameRequest {
     pub(crate) fn is_adaptive(&self) -> bool {
         let Settings { adaptive, render, msaa, fog, .. } = &self.settings;
         let is_of_pixels =
-            render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && self.effects.is_empty();
+            render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 
@@ -121,7 +121,7 @@ impl FrameRequest {
         let (_, samples) = self.sample();
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
         // A mean over a pixel of marks of what glows is none.
-        let is_marked = self.effects.is_empty() && self.settings.msaa.samples.count() == 1;
+        let is_marked = !self.changes_radiance() && self.settings.msaa.samples.count() == 1;
         is_asked && is_marked && !self.is_stochastic()
     }
 
@@ -129,6 +129,11 @@ impl FrameRequest {
     /// afterwards, what glows too.
     fn is_stochastic(&self) -> bool {
         self.settings.transparency.mode == TransparencyMode::Stochastic
+    }
+
+    /// Whether effects make new radiance of every sample's.
+    fn changes_radiance(&self) -> bool {
+        self.effects.iter().any(|effect| effect.stage() == EffectStage::Radiance)
     }
 
     fn deals_lights(&self) -> bool {

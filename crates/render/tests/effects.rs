@@ -99,13 +99,16 @@ fn a_wrong_effect_is_an_error_that_says_where() {
     let gpu = renderer.gpu();
     let main = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {";
     for (source, expected) in [
-        ("", "mine.wgsl:1:1: error: an effect has one entry point"),
+        ("", "mine.wgsl:1:1: error: an effect has an entry point"),
         ("this is no WGSL", "mine.wgsl:1:1"),
         (&format!("{main}\n\n    return radianc_at(vec2i(p.xy)); }}"), "mine.wgsl:3:12"),
         (&format!("{main}\n    return vec3f(1.0); }}"), "mine.wgsl:2"),
         (&format!("{main} loop {{ }} }}"), "mine.wgsl"),
         ("@compute @workgroup_size(1) fn cs() {}", "mine.wgsl:1:32: error: the entry point `cs` is not a `@fragment`"),
-        (&format!("{main} return vec4f(1.0); }}\n@fragment fn two() {{}}"), "mine.wgsl:2:14: error: an effect has one"),
+        (
+            &format!("{main} return vec4f(1.0); }}\n@fragment fn two() {{}}"),
+            "mine.wgsl:2:14: error: `two` returns `@location(0) vec4f`",
+        ),
         ("@fragment fn fs(@location(0) uv: vec2f) -> @location(0) vec4f { return uv.xyxy; }", "takes nothing but"),
         ("@fragment fn fs() -> @location(1) vec4f { return vec4f(1.0); }", "`@location(0) vec4f`"),
         ("@fragment fn fs() -> @location(0) vec4u { return vec4u(1); }", "`@location(0) vec4f`"),
@@ -318,7 +321,10 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
             "a.wgsl:1:5: error: the shader also reads radiance; the shader does not",
         ),
         (format!("//! reads: radiance\n{}", of_default("")), ""),
-        (format!("//! passes: other\n{}", of_default("")), "a.wgsl:1:13: error: there is no pass `other`"),
+        (
+            format!("//! passes: other\n{}", of_default("")),
+            "a.wgsl:1:13: error: there is no `@fragment` function `other`; there is: fs",
+        ),
         (format!("//! author: me\n{}", of_default("")), "a.wgsl:1:5: error: `author: me` begins with no word"),
         (of_default("// = 1").replace("x: f32", "x: f32, y: mat4x4f"), ""),
         (

@@ -1,13 +1,19 @@
 //! An effect as its file has it, before a device compiles it.
 
+use super::EffectStage;
 use super::header::{Header, Source};
 use super::scan::{Scan, scan};
+use super::steps::{self, Rounds, STEPS_MAX, Step};
 use super::uniforms::{OWN_GROUP, Uniforms};
 use crate::diagnostic::Diagnostic;
 use crate::settings::{SettingInfo, SettingValue, SettingsError, Written};
 use crate::shader::locate;
 use crate::shader::program::{ProgramError, Slot};
-use crate::shader::reflection::reflect_bindings;
+use crate::shader::reflection::reflect_bindings_of;
+use std::fmt::Write;
+
+/// The first binding of an effect's own textures; those before are the frame's.
+const OWN_TEXTURES: u32 = 10;
 
 /// The text of a [`super::WgslEffect`], checked without a device: its name, its settings and their values.
 #[derive(Clone, Debug)]
@@ -18,7 +24,11 @@ pub struct EffectFile {
     pub(super) text: String,
     pub(super) name: String,
     pub(super) module: naga::Module,
-    pub(super) slots: Vec<Vec<Slot>>,
+    /// What its header lets it find declared beside the prelude.
+    pub(super) further: String,
+    /// Its passes in their order, each with what it binds by group.
+    pub(super) steps: Vec<(Step, Vec<Vec<Slot>>)>,
+    pub(super) stage: EffectStage,
     pub(super) uniforms: Uniforms,
 }
 
@@ -38,20 +48,37 @@ impl EffectFile {
             return Err(source.fault(place.clone(), "the shader is too long or nested too deeply from here on").into());
         }
         let header = Header::parse(source, &scan)?;
-        let (module, info) = locate::parse(file, text)?;
-        let slots = reflect_bindings(&module, &info, &locate::composed(text));
-        let entry_point = check_module(source, &scan, &module)?;
-        check_slots(source, &scan, &slots)?;
-        let names = |group: usize| -> Vec<&str> {
-            slots.get(group).map_or(Vec::new(), |slots| slots.iter().map(|slot| slot.name.as_str()).collect())
+        let further = further_declarations(&header);
+        let (module, info) = locate::parse(file, text, &further)?;
+        check_module(source, &scan, &module)?;
+        let composed = locate::composed(text, &further);
+        let with_slots = |(step, index): (Step, usize)| {
+            let slots = reflect_bindings_of(&module, &info, &composed, index..index + 1);
+            check_slots(source, &scan, &slots).map(|()| (step, slots))
         };
-        header.check(source, &entry_point, &names(1))?;
+        let steps = found_steps(source, &scan, &header.steps, &module)?;
+        let steps = steps.into_iter().map(with_slots).collect::<Result<Vec<_>, _>>()?;
+        let names = |group: usize| -> Vec<&str> {
+            let slots = steps.iter().filter_map(|(_, slots)| slots.get(group)).flatten();
+            slots.map(|slot| slot.name.as_str()).collect()
+        };
+        header.check(source, &names(1))?;
+        check_textures(source, &steps)?;
+        let stage = if header.reads_display() { EffectStage::Display } else { EffectStage::Radiance };
         let name = header.name.unwrap_or_else(|| {
             let stem = std::path::Path::new(file).file_stem();
             stem.map_or(file.into(), |stem| stem.to_string_lossy().into_owned())
         });
         let uniforms = Uniforms::reflect(&name, source, &scan, &module, &names(OWN_GROUP as usize))?;
-        Ok(Self { file: file.into(), text: text.into(), name, module, slots, uniforms })
+        for (step, _) in &steps {
+            check_rounds(source, step, &name, &uniforms)?;
+        }
+        Ok(Self { file: file.into(), text: text.into(), name, module, further, steps, stage, uniforms })
+    }
+
+    /// What it makes new.
+    pub fn stage(&self) -> EffectStage {
+        self.stage
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -103,23 +130,119 @@ impl EffectFile {
     }
 }
 
-/// The name of the module's entry point, if it is one fragment shader from a position to a colour.
-fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Module) -> Result<String, Box<Diagnostic>> {
-    use naga::{AddressSpace, Binding, BuiltIn};
+/// What the words of a header let the shader find declared beside the prelude. Only they do, so that files without them
+/// may give their own things these names.
+fn further_declarations(header: &Header) -> String {
+    let mut further = String::new();
+    if header.reads_display() {
+        further.push_str(include_str!("display.wgsl"));
+    }
+    if header.steps.len() > 1 {
+        further.push_str(include_str!("steps.wgsl"));
+    }
+    let mut textures: Vec<&str> = header.steps.iter().filter_map(|step| step.texture.as_deref()).collect();
+    textures.sort_unstable();
+    textures.dedup();
+    for (binding, texture) in (OWN_TEXTURES..).zip(textures) {
+        let _ = writeln!(further, "@group(1) @binding({binding}) var {texture}: texture_2d<f32>;");
+    }
+    further
+}
+
+/// The passes of an effect, each with the index of its entry point: those that the header names, or the only one.
+fn found_steps(
+    source: Source<'_>,
+    scan: &Scan,
+    declared: &[Step],
+    module: &naga::Module,
+) -> Result<Vec<(Step, usize)>, Box<Diagnostic>> {
     let place = |name: &str| scan.functions.get(name).cloned().unwrap_or(0..0);
-    let entry = match module.entry_points.as_slice() {
-        [entry] => entry,
-        [] => {
-            let end = source.text.len();
-            return Err(source.fault(end..end, "an effect has one entry point, a `@fragment` function; this has none"));
-        }
-        [_, second, ..] => {
+    let names: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+    if names.is_empty() {
+        let end = source.text.len();
+        return Err(source.fault(end..end, "an effect has an entry point, a `@fragment` function; this has none"));
+    }
+    if declared.is_empty() {
+        let [only] = names[..] else {
+            let message = format!("an effect of {} passes says in its header what becomes of them", names.len());
+            let list = names.join(" -> TEXTURE, ");
+            return Err(Box::new(
+                source.fault(place(names[1]), message).note(format!("such as `//! passes: {list}`, in their order")),
+            ));
+        };
+        return Ok(vec![(Step::only(only.into()), 0)]);
+    }
+    let indexed = declared.iter().map(|step| match names.iter().position(|name| *name == step.function) {
+        Some(index) => Ok((step.clone(), index)),
+        None => {
             let message =
-                format!("an effect has one entry point, a `@fragment` function, not {}", module.entry_points.len());
-            return Err(source.fault(place(&second.name), message));
+                format!("there is no `@fragment` function `{}`; there is: {}", step.function, names.join(", "));
+            Err(source.fault(step.place.clone(), message))
         }
+    });
+    let indexed = indexed.collect::<Result<_, _>>()?;
+    if let Some(unused) = names.iter().find(|name| !declared.iter().any(|step| step.function == **name)) {
+        let message = format!("the `@fragment` function `{unused}` is no pass of the line `//! passes:`");
+        return Err(source.fault(place(unused), message));
+    }
+    Ok(indexed)
+}
+
+/// Whether passes read textures of the effect's own after others have written them.
+fn check_textures(source: Source<'_>, steps: &[(Step, Vec<Vec<Slot>>)]) -> Result<(), Box<Diagnostic>> {
+    let is_own = |name: &str| steps.iter().any(|(step, _)| step.texture.as_deref() == Some(name));
+    let read = |slots: &[Vec<Slot>]| -> Vec<String> {
+        let names = slots.get(1).into_iter().flatten().map(|slot| slot.name.clone());
+        names.filter(|name| is_own(name)).collect()
     };
-    let fault = |message: String| source.fault(place(&entry.name), message);
+    let read: Vec<Vec<String>> = steps.iter().map(|(_, slots)| read(slots)).collect();
+    let read: Vec<Vec<&str>> = read.iter().map(|names| names.iter().map(String::as_str).collect()).collect();
+    let steps: Vec<Step> = steps.iter().map(|(step, _)| step.clone()).collect();
+    steps::check(source, &steps, &read)
+}
+
+/// Whether the setting is there that says how often a pass is drawn, and bounds that.
+fn check_rounds(source: Source<'_>, step: &Step, effect: &str, uniforms: &Uniforms) -> Result<(), Box<Diagnostic>> {
+    let Rounds::Setting(setting) = &step.rounds else { return Ok(()) };
+    let range = uniforms.range_of_count(&format!("{effect}.{setting}"));
+    if range.is_some_and(|(least, most)| least >= 1.0 && most <= STEPS_MAX as f64) {
+        return Ok(());
+    }
+    let message =
+        format!("`{setting}` is no number of rounds: a member that is a `u32` and stays within 1..{STEPS_MAX}");
+    let note = format!("declare it in a uniform as\n// = 4 in 1..{STEPS_MAX}\n{setting}: u32,");
+    Err(Box::new(source.fault(step.place.clone(), message).note(note)))
+}
+
+/// Whether the module's entry points are fragment shaders from a position to a colour.
+fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Module) -> Result<(), Box<Diagnostic>> {
+    use naga::AddressSpace;
+    for entry in &module.entry_points {
+        check_entry_point(source, scan, module, entry)?;
+    }
+    if let Some((handle, _)) = module.overrides.iter().find(|(_, constant)| constant.init.is_none()) {
+        let place = module.overrides.get_span(handle).to_range().unwrap_or(0..0);
+        return Err(source.fault(place, "nobody gives a value to an `override` without one; use a uniform"));
+    }
+    for (handle, global) in module.global_variables.iter() {
+        let is_good = matches!(global.space, AddressSpace::Private | AddressSpace::Uniform | AddressSpace::Handle);
+        if !is_good {
+            let place = module.global_variables.get_span(handle).to_range().unwrap_or(0..0);
+            let name = global.name.as_deref().unwrap_or_default();
+            return Err(source.fault(place, format!("`{name}` is neither a uniform nor a texture nor a sampler")));
+        }
+    }
+    Ok(())
+}
+
+fn check_entry_point(
+    source: Source<'_>,
+    scan: &Scan,
+    module: &naga::Module,
+    entry: &naga::EntryPoint,
+) -> Result<(), Box<Diagnostic>> {
+    use naga::{Binding, BuiltIn};
+    let fault = |message: String| source.fault(scan.functions.get(&entry.name).cloned().unwrap_or(0..0), message);
     if entry.stage != naga::ShaderStage::Fragment {
         return Err(fault(format!("the entry point `{}` is not a `@fragment` function", entry.name)));
     }
@@ -134,22 +257,10 @@ fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Module) -> Resul
         matches!(result.binding, Some(Binding::Location { location: 0, .. })) && module.types[result.ty].inner == vec4f
     });
     if !is_color {
-        let message = format!("`{}` returns `@location(0) vec4f`, the new radiance and coverage", entry.name);
+        let message = format!("`{}` returns `@location(0) vec4f`: colour, and coverage as alpha", entry.name);
         return Err(fault(message));
     }
-    if let Some((handle, _)) = module.overrides.iter().find(|(_, constant)| constant.init.is_none()) {
-        let place = module.overrides.get_span(handle).to_range().unwrap_or(0..0);
-        return Err(source.fault(place, "nobody gives a value to an `override` without one; use a uniform"));
-    }
-    for (handle, global) in module.global_variables.iter() {
-        let is_good = matches!(global.space, AddressSpace::Private | AddressSpace::Uniform | AddressSpace::Handle);
-        if !is_good {
-            let place = module.global_variables.get_span(handle).to_range().unwrap_or(0..0);
-            let name = global.name.as_deref().unwrap_or_default();
-            return Err(source.fault(place, format!("`{name}` is neither a uniform nor a texture nor a sampler")));
-        }
-    }
-    Ok(entry.name.clone())
+    Ok(())
 }
 
 /// Whether what the shader itself declares are uniforms in group 2, and filtering is used where formats allow it.

@@ -1,20 +1,24 @@
 //! The header of an effect's file: its first lines, which begin with `//!`.
 
 use super::scan::Scan;
+use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
 use std::ops::Range;
 
 /// The words that a header may hold.
 const WORDS: [&str; 3] = ["effect", "reads", "passes"];
 /// What an effect may say that it reads, and the name of each in the shader.
-const READS: [(&str, &str); 6] = [
+const READS: [(&str, &str); 7] = [
     ("depth", "linear_depth"),
     ("normal", "normal"),
     ("base_color", "base_color"),
     ("material", "material"),
     ("radiance", "radiance"),
     ("previous", "previous"),
+    (DISPLAY, DISPLAY),
 ];
+/// What an effect reads that stands after the tone curve.
+pub(super) const DISPLAY: &str = "display";
 /// The longest name of an effect.
 const NAME_CHARACTERS: usize = 64;
 
@@ -25,8 +29,8 @@ pub(super) struct Header {
     pub name: Option<String>,
     /// What it reads, with the place of the list.
     reads: Option<(Vec<&'static str>, Range<usize>)>,
-    /// Its pass, with the place.
-    pass: Option<(String, Range<usize>)>,
+    /// Its passes; none where it says nothing of them.
+    pub steps: Vec<Step>,
 }
 
 /// A text of the user's, and how a fault in it is told.
@@ -107,14 +111,10 @@ impl Header {
                 self.reads = Some((reads.collect::<Result<_, _>>()?, word_start..word_start + line.len()));
             }
             "passes" => {
-                again(self.pass.is_some())?;
-                let rest = list("passes: NAME")?;
-                let mut passes = entries(rest, word_start + line.len() - rest.len());
-                self.pass = passes.next().map(|(name, place)| (name.to_owned(), place));
-                if let Some((_, place)) = passes.next() {
-                    return Err(source
-                        .fault(place, format!("{} has effects of one pass; several are not there yet", version())));
-                }
+                again(!self.steps.is_empty())?;
+                let rest = list("passes: FUNCTION -> TEXTURE, …, FUNCTION")?;
+                let passes = entries(rest, word_start + line.len() - rest.len());
+                self.steps = steps::parse(source, passes)?;
             }
             _ => {
                 let known = WORDS.join(", ");
@@ -127,19 +127,24 @@ impl Header {
         Ok(())
     }
 
-    /// Whether the header says of the shader what is true: `entry_point` is its function, `used` are the frame's
-    /// textures that it uses.
+    /// Whether it says that the effect reads display colours.
+    pub fn reads_display(&self) -> bool {
+        self.reads.iter().any(|(reads, _)| reads.contains(&DISPLAY))
+    }
+
+    /// Whether the header says of the shader what is true: `used` are the frame's textures that it uses.
     ///
     /// # Errors
     /// A difference.
-    pub fn check(&self, source: Source<'_>, entry_point: &str, used: &[&str]) -> Result<(), Box<Diagnostic>> {
-        if let Some((pass, place)) = &self.pass
-            && pass != entry_point
-        {
-            let message = format!("there is no pass `{pass}`: the `@fragment` function is called `{entry_point}`");
-            return Err(source.fault(place.clone(), message));
-        }
+    pub fn check(&self, source: Source<'_>, used: &[&str]) -> Result<(), Box<Diagnostic>> {
         let Some((reads, place)) = &self.reads else { return Ok(()) };
+        let is_of_frame = |read: &&&str| !matches!(**read, DISPLAY | "previous");
+        if let Some(other) = reads.iter().find(is_of_frame).filter(|_| self.reads_display()) {
+            let message =
+                format!("an effect that reads `display` stands after the tone curve, and cannot read `{other}`");
+            let note = "of the frame it reads `display` and `previous`; make what needs more an effect of its own";
+            return Err(Box::new(source.fault(place.clone(), message).note(note)));
+        }
         let used: Vec<_> = READS.iter().filter(|(_, texture)| used.contains(texture)).map(|(name, _)| *name).collect();
         let missing: Vec<_> = used.iter().copied().filter(|name| !reads.contains(name)).collect();
         let needless: Vec<_> = reads.iter().copied().filter(|name| !used.contains(name)).collect();
@@ -201,18 +206,17 @@ mod tests {
         let header = parse(text).expect("a good header");
         assert_eq!(header.name.as_deref(), Some("soft-lines_2"));
         let source = Source { file: "a.wgsl", text };
-        header.check(source, "fs_lines", &["normal", "linear_depth"]).expect("true");
-        let error = |entry, used: &[&str]| header.check(source, entry, used).expect_err("false").to_string();
-        assert!(
-            error("fs", &["normal", "linear_depth"]).starts_with("a.wgsl:5:13: error: there is no pass `fs_lines`")
-        );
-        let reads = error("fs_lines", &["normal", "radiance"]);
+        header.check(source, &["normal", "linear_depth"]).expect("true");
+        let reads = header.check(source, &["normal", "radiance"]).expect_err("false").to_string();
         assert!(
             reads.starts_with("a.wgsl:4:4: error: the shader also reads radiance; the shader does not read depth"),
             "{reads}"
         );
         assert!(reads.contains("`//! reads: normal, radiance` is right"), "{reads}");
-        parse("fn f() {}").expect("no header").check(source, "f", &["normal"]).expect("nothing said");
+        parse("fn f() {}").expect("no header").check(source, &["normal"]).expect("nothing said");
+        let text = "//! reads: display, depth";
+        let both = parse(text).expect("good words").check(Source { file: "a.wgsl", text }, &[]);
+        assert!(both.expect_err("two places").to_string().contains("cannot read `depth`"));
     }
 
     #[test]
@@ -231,8 +235,7 @@ mod tests {
             ("//! reads:", "write `//! reads: NAME"),
             ("//! reads: depth, colour", "a.wgsl:1:19: error: there is no `colour` to read; there is: depth, normal"),
             ("//! reads: depth,", "there is no `` to read"),
-            ("//! passes: blur_x, blur_y", "a.wgsl:1:21: error: manypass "),
-            ("//! passes: blur_x, blur_y", "has effects of one pass"),
+            ("//! passes:", "write `//! passes: FUNCTION"),
             ("struct S {}\n//! effect a", "a.wgsl:2:1: error: a line of the header stands below"),
             ("struct S {} //! effect a", "stands below"),
         ] {

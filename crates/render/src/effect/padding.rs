@@ -19,9 +19,8 @@ type Edit = (Range<usize>, String);
 /// # Errors
 /// A uniform that cannot be filled up.
 pub(super) fn filled_up(
-    file: &str,
-    name: &str,
-    text: String,
+    (file, name): (&str, &str),
+    (text, further): (String, &str),
     module: naga::Module,
     uniforms: &Uniforms,
 ) -> Result<(String, naga::Module), ProgramError> {
@@ -29,7 +28,7 @@ pub(super) fn filled_up(
     let odd: Vec<&str> = uniforms.blocks.iter().filter(is_odd).map(|block| block.name.as_str()).collect();
     let Some(first) = odd.first() else { return Ok((text, module)) };
     let padded = padded(&text, &module, &odd);
-    let parsed = padded.and_then(|text| Some((locate::parse(file, &text).ok()?.0, text)));
+    let parsed = padded.and_then(|text| Some((locate::parse(file, &text, further).ok()?.0, text)));
     parsed.map(|(module, text)| (text, module)).ok_or_else(|| {
         let message = format!(
             "the size of the uniform `{first}` is no multiple of 16 bytes, as this adapter (WebGL 2) wants it, and it \
@@ -136,12 +135,12 @@ mod tests {
 
     /// The padded text, which is valid and whose uniforms are multiples of 16 bytes; none if it cannot be padded.
     fn checked(text: &str) -> Option<String> {
-        let (module, _) = locate::parse("a.wgsl", text).expect("the test's own text is valid");
+        let (module, _) = locate::parse("a.wgsl", text, "").expect("the test's own text is valid");
         let names = sizes(&module);
         let odd: Vec<&str> = names.iter().filter(|(_, size)| size % 16 != 0).map(|(name, _)| name.as_str()).collect();
         assert!(!odd.is_empty(), "nothing to pad: {text}");
         let padded = padded(text, &module, &odd)?;
-        let (module, _) = locate::parse("a.wgsl", &padded).unwrap_or_else(|error| panic!("{padded}\n{error}"));
+        let (module, _) = locate::parse("a.wgsl", &padded, "").unwrap_or_else(|error| panic!("{padded}\n{error}"));
         assert!(sizes(&module).iter().all(|(_, size)| size % 16 == 0), "{padded}");
         // Errors of a driver still name the lines of the file.
         assert_eq!(

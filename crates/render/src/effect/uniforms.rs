@@ -138,6 +138,19 @@ impl Uniforms {
         })
     }
 
+    /// The range of the setting of a key, if it is a single `u32` that has both ends.
+    pub fn range_of_count(&self, key: &str) -> Option<(f64, f64)> {
+        let info = self.settings.iter().find(|info| info.key == key)?;
+        let is_count = matches!(info.kind, SettingType::Number(NumberType { scalar: Scalar::U32, count: 1 }));
+        info.min.zip(info.max).filter(|_| is_count)
+    }
+
+    /// The present value of the number that a key sets.
+    pub fn count(&self, key: &str) -> Option<u32> {
+        let (_, value) = self.values().into_iter().find(|(known, _)| known == key)?;
+        if let SettingValue::Integer(count) = value { u32::try_from(count).ok() } else { None }
+    }
+
     /// Whether [`Self::set`] knows the key.
     pub fn has(&self, effect: &str, key: &str) -> bool {
         self.field(effect, key).is_some() || self.switch().is_some_and(|switch| switch.key == key)

@@ -9,6 +9,7 @@ use crate::shader::cache::{DepthTest, FullscreenPipeline, FullscreenTarget, SETT
 use crate::shader::program::{Constant, ProgramError};
 use bytemuck::Pod;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, PassContext, Read, TextureDesc};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Adds colour to the target and leaves its alpha, the coverage, alone (the source's alpha is 0).
@@ -55,7 +56,7 @@ pub struct Fullscreen<'r, 'f> {
     pub(super) frame: &'f Frame<'f>,
     pub(super) view: &'f PreparedView,
     pub(super) shading: Shading,
-    bindings: Vec<(&'static str, Binding)>,
+    bindings: Vec<(Cow<'static, str>, Binding)>,
     pub(super) blend: Option<wgpu::BlendState>,
     depth: Option<DepthTest>,
     /// Whether nothing is drawn where tiles are settled.
@@ -83,14 +84,21 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     /// The shader reads `handle` under `name`.
     pub fn read(mut self, name: &'static str, handle: &Handle) -> Self {
         let read = self.pass.read(handle);
-        self.bindings.push((name, Binding::Read(read)));
+        self.bindings.push((name.into(), Binding::Read(read)));
+        self
+    }
+
+    /// As [`Self::read`], under a name that a file has given.
+    pub fn read_own(mut self, name: &str, handle: &Handle) -> Self {
+        let read = self.pass.read(handle);
+        self.bindings.push((name.to_owned().into(), Binding::Read(read)));
         self
     }
 
     /// The shader reads `handle` under `name` as a texture of another dimension, such as a cube.
     pub fn read_as(mut self, name: &'static str, handle: &Handle, dimension: wgpu::TextureViewDimension) -> Self {
         let read = self.pass.read_as(handle, dimension);
-        self.bindings.push((name, Binding::Read(read)));
+        self.bindings.push((name.into(), Binding::Read(read)));
         self
     }
 
@@ -109,19 +117,19 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     /// The shader reads the depth of `handle` under `name`.
     pub fn read_depth(mut self, name: &'static str, handle: &Handle) -> Self {
         let read = self.pass.read_depth(handle);
-        self.bindings.push((name, Binding::Read(read)));
+        self.bindings.push((name.into(), Binding::Read(read)));
         self
     }
 
     /// The shader finds `value` in the uniform `name`.
     pub fn uniform<T: Pod>(mut self, name: &'static str, value: &T) -> Self {
-        self.bindings.push((name, Binding::Uniform(self.frame.uniforms.push(value))));
+        self.bindings.push((name.into(), Binding::Uniform(self.frame.uniforms.push(value))));
         self
     }
 
     /// The shader finds the table `texture`, which is no part of the graph, under `name`.
     pub fn table(mut self, name: &'static str, texture: &wgpu::TextureView) -> Self {
-        self.bindings.push((name, Binding::Table(texture.clone())));
+        self.bindings.push((name.into(), Binding::Table(texture.clone())));
         self
     }
 
@@ -250,7 +258,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     /// reads are still to come.
     pub(super) fn slots(&self, program: &Program) -> Result<Vec<Slot>, ProgramError> {
         let known = || {
-            let names = self.bindings.iter().map(|(name, _)| *name);
+            let names = self.bindings.iter().map(|(name, _)| &**name);
             names.chain(["linear_clamp", "nearest_clamp"]).collect::<Vec<_>>().join(", ")
         };
         let slots = program.slots(1).iter().map(|slot| {

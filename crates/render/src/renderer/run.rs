@@ -420,7 +420,7 @@ fn record_view<'f>(
                 adaptive_step: step,
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
-            frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture)?;
+            frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture, &request.effects)?;
         }
     }
     let variables = if asked.wants_variables {

@@ -47,7 +47,7 @@ impl FullscreenPipeline {
             multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
                 module: &specialised.module,
-                entry_point: None,
+                entry_point: program.entry_point.as_deref(),
                 compilation_options: specialised.options(),
                 targets: targets.as_slice(),
             }),

@@ -14,17 +14,18 @@ struct Fault {
     notes: Vec<String>,
 }
 
-/// An effect's own text with what it finds declared after it, so that its lines keep their numbers.
-pub(crate) fn composed(own: &str) -> String {
-    format!("{own}\n{}", compose::EFFECT_PRELUDE)
+/// An effect's own text with what it finds declared after it, so that its lines keep their numbers; `further` are
+/// declarations that not every effect finds.
+pub(crate) fn composed(own: &str, further: &str) -> String {
+    format!("{own}\n{}\n{further}", compose::EFFECT_PRELUDE)
 }
 
-/// Parses and validates `own` with what effects find declared.
+/// Parses and validates `own` with what effects find declared, and with `further` declarations.
 ///
 /// # Errors
 /// It is not valid; the place is one of `own`.
-pub(crate) fn parse(file: &str, own: &str) -> Result<(naga::Module, ModuleInfo), Box<Diagnostic>> {
-    let source = composed(own);
+pub(crate) fn parse(file: &str, own: &str, further: &str) -> Result<(naga::Module, ModuleInfo), Box<Diagnostic>> {
+    let source = composed(own, further);
     let module = match wgsl::parse_str(&source) {
         Ok(module) => module,
         Err(error) => return Err(Box::new(located(file, own, parse_fault(&error)))),
@@ -114,7 +115,7 @@ mod tests {
     use super::*;
 
     fn error(own: &str) -> String {
-        parse("a.wgsl", own).map(drop).expect_err(own).to_string()
+        parse("a.wgsl", own, "").map(drop).expect_err(own).to_string()
     }
 
     const MAIN: &str = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {";
@@ -140,18 +141,18 @@ mod tests {
     #[test]
     fn a_cut_off_text_is_reported_at_its_last_line() {
         let whole = format!("{MAIN}\n    let x = 1.0;\n    return vec4f(x, 1.0, 1.0, 1.0);\n}}\n");
-        parse("a.wgsl", &whole).map(drop).expect("the whole is valid");
+        parse("a.wgsl", &whole, "").map(drop).expect("the whole is valid");
         let mut cut_count = 0;
         for cut in 1..whole.len() - 1 {
             let own = &whole[..cut];
-            let Err(error) = parse("a.wgsl", own) else { continue };
+            let Err(error) = parse("a.wgsl", own, "") else { continue };
             cut_count += 1;
             let lines = own.trim_end().lines().count();
             assert!(error.line >= 1 && error.line <= lines, "{own}\n{error}");
             assert!(error.line + 1 >= lines, "{own}\n{error}");
         }
         assert!(cut_count > 60);
-        let cut = parse("a.wgsl", &whole[..whole.len() - 3]).map(drop).expect_err("cut off").to_string();
+        let cut = parse("a.wgsl", &whole[..whole.len() - 3], "").map(drop).expect_err("cut off").to_string();
         assert!(cut.starts_with("a.wgsl:3:36: error: ") && cut.contains("the file ends here"), "{cut}");
     }
 

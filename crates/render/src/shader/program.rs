@@ -104,6 +104,8 @@ pub struct Program {
     groups: Vec<(wgpu::BindGroupLayout, Vec<Slot>)>,
     vertex_inputs: Vec<(String, u32)>,
     overrides: Vec<String>,
+    /// Which of the module's entry points it is; none where there is one of each stage.
+    pub(super) entry_point: Option<String>,
 }
 
 /// What pipelines are made of.
@@ -171,7 +173,10 @@ impl Program {
     pub fn new(frame: &FrameLayout, name: &str, source: &str) -> Result<Self, ProgramError> {
         let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
-        Self::from_parsed(frame, name, source, &module, slots)
+        Self::compiled(frame, name, Declared::of(&module), slots, |device| {
+            let source = wgpu::ShaderSource::Wgsl(source.into());
+            Modules::Whole(device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source }))
+        })
     }
 
     /// As [`Self::new`], of one of our own modules, whose loops are known to end: they are spared the counter that
@@ -193,18 +198,16 @@ impl Program {
         })
     }
 
-    /// The program of a module that has been parsed and validated, with its `slots`.
-    pub(crate) fn from_parsed(
+    /// The program of one entry point of a module that has been parsed and validated, with its `slots`.
+    pub(crate) fn of_entry_point(
         frame: &FrameLayout,
         name: &str,
-        source: &str,
-        module: &naga::Module,
+        compiled: &wgpu::ShaderModule,
+        (module, entry_point): (&naga::Module, &str),
         slots: Vec<Vec<Slot>>,
     ) -> Result<Self, ProgramError> {
-        Self::compiled(frame, name, Declared::of(module), slots, |device| {
-            let source = wgpu::ShaderSource::Wgsl(source.into());
-            Modules::Whole(device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source }))
-        })
+        let program = Self::compiled(frame, name, Declared::of(module), slots, |_| Modules::Whole(compiled.clone()))?;
+        Ok(Self { entry_point: Some(entry_point.into()), ..program })
     }
 
     fn compiled(
@@ -238,7 +241,7 @@ impl Program {
         let modules = compile(device);
         static NEXT_ID: AtomicU32 = AtomicU32::new(0);
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { name: name.into(), id, modules, layout, vertex_inputs, overrides, groups })
+        Ok(Self { name: name.into(), id, modules, layout, vertex_inputs, overrides, entry_point: None, groups })
     }
 
     /// What a pipeline with `constants` is made of. Those that the module does not declare, which are errors in

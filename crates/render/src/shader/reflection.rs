@@ -3,6 +3,7 @@
 use super::program::{ProgramError, Slot};
 use naga::front::wgsl;
 use naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
+use std::ops::Range;
 
 /// Parses and validates a built-in module.
 pub(super) fn parse(pass: &str, source: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), ProgramError> {
@@ -17,10 +18,11 @@ pub(super) fn parse(pass: &str, source: &str) -> Result<(naga::Module, naga::val
 fn stages_of(
     info: &naga::valid::ModuleInfo,
     module: &naga::Module,
+    entries: &Range<usize>,
     global: naga::Handle<naga::GlobalVariable>,
 ) -> wgpu::ShaderStages {
     let mut stages = wgpu::ShaderStages::empty();
-    for (index, entry) in module.entry_points.iter().enumerate() {
+    for (index, entry) in module.entry_points.iter().enumerate().filter(|(index, _)| entries.contains(index)) {
         if info.get_entry_point(index)[global] != GlobalUse::empty() {
             stages |= match entry.stage {
                 naga::ShaderStage::Vertex => wgpu::ShaderStages::VERTEX,
@@ -33,9 +35,13 @@ fn stages_of(
 }
 
 /// The textures that are used with a filtering sampler. A sampler whose name begins with `nearest` does not filter.
-fn filtered_textures(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Vec<naga::Handle<naga::GlobalVariable>> {
+fn filtered_textures(
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+    entries: &Range<usize>,
+) -> Vec<naga::Handle<naga::GlobalVariable>> {
     let mut filtered = Vec::new();
-    for index in 0..module.entry_points.len() {
+    for index in entries.clone() {
         for key in &info.get_entry_point(index).sampling_set {
             if !samples_nearest(module, key.sampler) {
                 filtered.push(key.image);
@@ -50,12 +56,22 @@ fn samples_nearest(module: &naga::Module, sampler: naga::Handle<naga::GlobalVari
 }
 
 /// What the module's entry points bind, by group.
-pub(crate) fn reflect_bindings(module: &naga::Module, info: &naga::valid::ModuleInfo, source: &str) -> Vec<Vec<Slot>> {
-    let filtered = filtered_textures(module, info);
+pub(super) fn reflect_bindings(module: &naga::Module, info: &naga::valid::ModuleInfo, source: &str) -> Vec<Vec<Slot>> {
+    reflect_bindings_of(module, info, source, 0..module.entry_points.len())
+}
+
+/// As [`reflect_bindings`], of some of its entry points.
+pub(crate) fn reflect_bindings_of(
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+    source: &str,
+    entries: Range<usize>,
+) -> Vec<Vec<Slot>> {
+    let filtered = filtered_textures(module, info, &entries);
     let mut groups: Vec<Vec<Slot>> = Vec::new();
     for (handle, global) in module.global_variables.iter() {
         let Some(binding) = global.binding else { continue };
-        let visibility = stages_of(info, module, handle);
+        let visibility = stages_of(info, module, &entries, handle);
         if visibility.is_empty() {
             continue;
         }

@@ -81,6 +81,45 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &ToneMapSettings,
     left: Display,
+    shown: (&Handle, Option<&Handle>),
+    output: Handle,
+) -> Result<Handle, ProgramError> {
+    record_step(r, ("tone_map", 1), settings, left, shown, output)
+}
+
+/// As [`record`], but what is written are linear colours, multiplied by alpha, for effects to go on with.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_linear(
+    r: &mut Recorder<'_, '_>,
+    settings: &ToneMapSettings,
+    left: Display,
+    shown: (&Handle, Option<&Handle>),
+    output: Handle,
+) -> Result<Handle, ProgramError> {
+    record_step(r, ("tone_map", 0), settings, left, shown, output)
+}
+
+/// The rest, of what effects left of the linear colours.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_encoded(
+    r: &mut Recorder<'_, '_>,
+    settings: &ToneMapSettings,
+    linear: &Handle,
+    output: Handle,
+) -> Result<Handle, ProgramError> {
+    let left = Display { curve: Tonemap::None, exposure: 1.0, background: Background::Transparent, is_mean: false };
+    record_step(r, ("tone_map.encode", 1), settings, left, (linear, None), output)
+}
+
+fn record_step(
+    r: &mut Recorder<'_, '_>,
+    (name, encodes): (&'static str, u32),
+    settings: &ToneMapSettings,
+    left: Display,
     (radiance, glow): (&Handle, Option<&Handle>),
     output: Handle,
 ) -> Result<Handle, ProgramError> {
@@ -90,8 +129,8 @@ pub fn record(
     let over_color = left.background.colors().is_some();
     let uniform = ToneMapUniform::new(left, settings.dither, &to);
     let step = r
-        .fullscreen("tone_map", "tone_map", &[])
-        .constants(&[curve, ("over_color", u32::from(over_color))])
+        .fullscreen(name, "tone_map", &[])
+        .constants(&[curve, ("over_color", u32::from(over_color)), ("encodes", encodes)])
         .constants(&[("scaled", u32::from(is_scaled)), ("has_glow", u32::from(glow.is_some()))])
         .uniform("tone_map", &uniform)
         .read("radiance", radiance);

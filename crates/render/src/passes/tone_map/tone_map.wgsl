@@ -3,7 +3,8 @@
 // alpha; negative alpha marks clamped pixels) or the frame's radiance, which is filtered linearly where it was shaded
 // at another size than the picture's (`scaled`). Writes: display colour, unassociated alpha; opaque over a background
 // colour. With `has_glow` there is a mean of display colours beside the mean of radiance, each of its own part of every
-// sample.
+// sample. Where effects on display colours follow it is drawn twice: before them without sRGB and dithering, after them
+// for these alone.
 // Program: tone_map.
 
 import package::shaders::colour::{linear_from_srgb, srgb_from_linear};
@@ -45,6 +46,8 @@ override over_color: u32 = 0u;
 override scaled: u32 = 0u;
 // 1 if there is a mean of display colours as well.
 override has_glow: u32 = 0u;
+// 0 if colours stay linear, multiplied by alpha, because effects go on with them.
+override encodes: u32 = 1u;
 
 fn radiance_at(position_px: vec2f) -> vec4f {
     if scaled != 0u {
@@ -85,10 +88,16 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let behind_srgb = tone_map.background_srgb + tone_map.background_step_srgb * place;
         let behind = mix(tone_map.background_linear, linear_from_srgb(behind_srgb), tone_map.is_gradient);
         let over = mix(behind, color, alpha);
+        if encodes == 0u {
+            return vec4f(over, 1.0);
+        }
         let display = encoded(over, position.xy, tone_map.dither * alpha);
         // Steps of a gradient are wider than pixels.
         let noise = (dither_noise(floor(position.xy)) - 0.5) * tone_map.dither * tone_map.is_gradient / 255.0;
         return vec4f(select(display, behind_srgb + noise, alpha == 0.0), 1.0);
+    }
+    if encodes == 0u {
+        return vec4f(color, 1.0) * min(coverage, 1.0);
     }
     return vec4f(encoded(color, position.xy, tone_map.dither), min(coverage, 1.0));
 }

@@ -1,0 +1,234 @@
+//! The passes of an effect, as the line `//! passes:` of its header has them.
+
+use super::header::{DISPLAY, Source};
+use crate::diagnostic::Diagnostic;
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// An effect has at most so many passes, each drawn at most so often.
+pub(super) const STEPS_MAX: usize = 64;
+
+/// The names that an effect's own textures cannot have, because its shader finds them declared.
+const TAKEN: [&str; 11] = [
+    "base_color",
+    "normal",
+    "material",
+    "linear_depth",
+    "depth",
+    "radiance",
+    "previous",
+    "linear_clamp",
+    "nearest_clamp",
+    "drawn",
+    DISPLAY,
+];
+
+/// A pass of an effect.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Step {
+    /// Its `@fragment` function.
+    pub function: String,
+    /// The texture that it writes; none for the effect's result.
+    pub texture: Option<String>,
+    /// The sides of the texture are those of the picture divided by this, rounded up.
+    pub divisor: u32,
+    /// How often it is drawn.
+    pub rounds: Rounds,
+    /// The bytes of its entry.
+    pub place: Range<usize>,
+}
+
+/// How often a pass is drawn, each time with what it left the time before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Rounds {
+    /// So often.
+    Count(u32),
+    /// As often as this setting says.
+    Setting(String),
+}
+
+impl Step {
+    /// The only pass of an effect that has but one function.
+    pub fn only(function: String) -> Self {
+        Self { function, texture: None, divisor: 1, rounds: Rounds::Count(1), place: 0..0 }
+    }
+
+    /// The name of the pass within its effect: the function's, without `fs_`.
+    pub fn name(&self) -> &str {
+        self.function.strip_prefix("fs_").unwrap_or(&self.function)
+    }
+}
+
+/// Reads the entries of the list, each with its bytes.
+///
+/// # Errors
+/// One that is not of the form, or a list whose last pass is not its only one that writes the result.
+pub(super) fn parse<'t>(
+    source: Source<'t>,
+    entries: impl Iterator<Item = (&'t str, Range<usize>)>,
+) -> Result<Vec<Step>, Box<Diagnostic>> {
+    let steps = entries.map(|(entry, place)| step(source, entry, place)).collect::<Result<Vec<_>, _>>()?;
+    if let Some(beyond) = steps.get(STEPS_MAX) {
+        return Err(source.fault(beyond.place.clone(), format!("an effect has at most {STEPS_MAX} passes")));
+    }
+    let Some((last, others)) = steps.split_last() else { return Ok(steps) };
+    if let Some(step) = others.iter().find(|step| step.texture.is_none()) {
+        let message = format!("only the last pass makes the result; `{}` writes a texture", step.function);
+        let note = format!("name it: `{} -> TEXTURE`; later passes read it by that name", step.function);
+        return Err(Box::new(source.fault(step.place.clone(), message).note(note)));
+    }
+    let is_result = last.texture.is_none() && last.divisor == 1 && last.rounds == Rounds::Count(1);
+    if !is_result {
+        let message = format!("the last pass makes the result: it is `{}` alone", last.function);
+        let note = "it writes no texture of its own, and is drawn once at the full size";
+        return Err(Box::new(source.fault(last.place.clone(), message).note(note)));
+    }
+    Ok(steps)
+}
+
+fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Box<Diagnostic>> {
+    let malformed = |message: String| {
+        let note = "a pass is `FUNCTION -> TEXTURE 1/2 x 3`: what it writes, the size of that, and how often it is drawn; \
+                    all but the function may be left out";
+        Box::new(source.fault(place.clone(), message).note(note))
+    };
+    let mut words = entry.split_whitespace().peekable();
+    let function = words.next().filter(|word| is_identifier(word));
+    let function = function.ok_or_else(|| malformed(format!("`{entry}` begins with no name of a function")))?;
+    let mut step = Step { place: place.clone(), ..Step::only(function.into()) };
+    if words.next_if_eq(&"->").is_some() {
+        let texture = words.next().filter(|word| is_identifier(word));
+        let texture = texture.ok_or_else(|| malformed("`->` is followed by the name of a texture".into()))?;
+        if TAKEN.contains(&texture) {
+            return Err(malformed(format!(
+                "`{texture}` is declared already; the effect's own textures have other names"
+            )));
+        }
+        step.texture = Some(texture.into());
+    }
+    if let Some(size) = words.next_if(|word| word.starts_with("1/")) {
+        let divisor = size.strip_prefix("1/").and_then(|number| number.parse().ok());
+        let divisor = divisor.filter(|divisor| (1..=64).contains(divisor));
+        step.divisor = divisor.ok_or_else(|| malformed(format!("`{size}` is no size: 1/1 to 1/64 of each side")))?;
+    }
+    if words.next_if_eq(&"x").is_some() {
+        let rounds = words.next().and_then(|word| match word.parse::<u32>() {
+            Ok(count) => (1..=STEPS_MAX as u32).contains(&count).then_some(Rounds::Count(count)),
+            Err(_) => is_identifier(word).then(|| Rounds::Setting(word.into())),
+        });
+        let message = || format!("`x` is followed by a number of rounds from 1 to {STEPS_MAX}, or by a setting");
+        step.rounds = rounds.ok_or_else(|| malformed(message()))?;
+    }
+    match words.next() {
+        Some(word) => Err(malformed(format!("`{word}` is not understood"))),
+        None => Ok(step),
+    }
+}
+
+fn is_identifier(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && word != "_"
+        && !word.starts_with("__")
+}
+
+/// Checks that each pass reads what is there, and that all that is written is read; `read` are the names of the own
+/// textures that each pass reads, in their order.
+///
+/// # Errors
+/// A texture that is read before it is written, or never.
+pub(super) fn check(source: Source<'_>, steps: &[Step], read: &[Vec<&str>]) -> Result<(), Box<Diagnostic>> {
+    let mut written: BTreeSet<&str> = BTreeSet::new();
+    for (step, read) in steps.iter().zip(read) {
+        if let Some(early) = read.iter().find(|texture| !written.contains(*texture)) {
+            let message = format!("`{}` reads `{early}`, which no pass before it writes", step.function);
+            return Err(source.fault(step.place.clone(), message));
+        }
+        written.extend(step.texture.as_deref());
+    }
+    for (at, step) in steps.iter().enumerate() {
+        let Some(texture) = step.texture.as_deref() else { continue };
+        // Until another takes its place, which may itself look at it.
+        let later = steps.iter().zip(read).skip(at + 1);
+        let mut until = later.scan(false, |is_over, (step, read)| {
+            let was_over = std::mem::replace(is_over, *is_over || step.texture.as_deref() == Some(texture));
+            (!was_over).then_some(read)
+        });
+        if !until.any(|read| read.contains(&texture)) {
+            let message = format!("no later pass reads `{texture}`, which `{}` writes", step.function);
+            return Err(source.fault(step.place.clone(), message));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(list: &str) -> Result<Vec<Step>, String> {
+        let source = Source { file: "a.wgsl", text: list };
+        let entries = list.split(',').map(|entry| (entry.trim(), 0..1));
+        parse(source, entries).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_pass_is_read_to_its_last_word() {
+        let steps = parsed("fs_a -> wide 1/4 x 3, b -> wide x rounds, fs_c").expect("a good list");
+        let step = |function: &str, texture: Option<&str>, divisor, rounds| Step {
+            texture: texture.map(str::to_owned),
+            divisor,
+            rounds,
+            place: 0..1,
+            ..Step::only(function.into())
+        };
+        assert_eq!(steps[0], step("fs_a", Some("wide"), 4, Rounds::Count(3)));
+        assert_eq!(steps[1], step("b", Some("wide"), 1, Rounds::Setting("rounds".into())));
+        assert_eq!(steps[2], step("fs_c", None, 1, Rounds::Count(1)));
+        assert_eq!([steps[0].name(), steps[1].name()], ["a", "b"]);
+    }
+
+    #[test]
+    fn what_is_no_list_of_passes_is_refused() {
+        for (list, expected) in [
+            ("fs_a, fs_b", "only the last pass makes the result"),
+            ("fs_a -> wide", "the last pass makes the result"),
+            ("fs_a x 2", "the last pass makes the result"),
+            ("fs_a 1/2", "the last pass makes the result"),
+            ("2d -> wide, fs_b", "begins with no name"),
+            ("fs_a ->, fs_b", "followed by the name of a texture"),
+            ("fs_a -> radiance, fs_b", "`radiance` is declared already"),
+            ("fs_a -> wide 1/0, fs_b", "`1/0` is no size"),
+            ("fs_a -> wide 1/65, fs_b", "`1/65` is no size"),
+            ("fs_a -> wide x, fs_b", "followed by a number of rounds"),
+            ("fs_a -> wide x 0, fs_b", "followed by a number of rounds"),
+            ("fs_a -> wide x 65, fs_b", "followed by a number of rounds"),
+            ("fs_a -> wide twice, fs_b", "`twice` is not understood"),
+            ("fs_a -> wide x 2 1/2, fs_b", "`1/2` is not understood"),
+        ] {
+            let error = parsed(list).expect_err(list);
+            assert!(error.contains(expected), "{list}\n{error}\nshould say {expected}");
+        }
+        let many = vec!["fs_a -> wide"; STEPS_MAX].join(", ") + ", fs_b";
+        assert!(parsed(&many).expect_err("many").contains("at most 64 passes"));
+    }
+
+    #[test]
+    fn textures_are_written_before_they_are_read_and_read_after() {
+        let checked = |list: &str, read: &[&[&str]]| {
+            let read: Vec<Vec<&str>> = read.iter().map(|read| read.to_vec()).collect();
+            check(Source { file: "a.wgsl", text: list }, &parsed(list).expect(list), &read)
+                .map_err(|error| error.to_string())
+        };
+        checked("a -> x, b -> x, c", &[&[], &["x"], &["x"]]).expect("ping-pong");
+        let early = checked("a -> x, b", &[&["x"], &["x"]]).expect_err("early");
+        assert!(early.contains("`a` reads `x`, which no pass before it writes"), "{early}");
+        for (list, read) in [
+            ("a -> x, b", &[&[][..], &[]][..]),
+            ("a -> x, b -> x, c", &[&[], &[], &["x"]]),
+            ("a -> x, b -> y, c", &[&[], &["x"], &["x"]]),
+        ] {
+            assert!(checked(list, read).expect_err(list).contains("no later pass reads"), "{list}");
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Effects of several passes, and those on display colours: what they make, and what is said where they are wrong.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::{plain_request, renderer};
+use manypass::{Averaging, Background, EffectFile, EffectStage, FrameRequest, Renderer, Tonemap, WgslEffect};
+use manypass_scene::Scene;
+use manypass_testkit::scenes;
+use std::sync::Arc;
+
+const SIZE: (u32, u32) = (65, 65);
+
+/// One bright pixel in the middle.
+const IMPULSE: &str = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {
+    return vec4f(select(0.0, 1000.0, all(vec2i(p.xy) == vec2i(32))));
+}";
+
+const BLUR: &str = include_str!("../examples/effects/blur.wgsl");
+const FILM: &str = include_str!("../examples/effects/film.wgsl");
+const GLOW: &str = include_str!("../examples/effects/glow.wgsl");
+const SHARPEN: &str = include_str!("../examples/effects/sharpen.wgsl");
+
+fn effect(renderer: &Renderer, source: &str) -> Arc<WgslEffect> {
+    Arc::new(WgslEffect::new(renderer.gpu(), "mine.wgsl", source).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// A renderer and something to draw.
+fn drawn() -> (Renderer, Scene, FrameRequest) {
+    let scene = scenes::rows_of_spheres().scene;
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let request = plain_request(&scene, SIZE);
+    (renderer, scene, request)
+}
+
+fn radiance(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Vec<f32> {
+    renderer.render(scene, request).unwrap();
+    renderer.read_radiance().unwrap()
+}
+
+/// The picture of so many samples.
+fn picture(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<u8> {
+    let request = FrameRequest { sample_count: samples, ..request.clone() };
+    for sample_index in 0..samples {
+        let request = FrameRequest { sample_index, ..request.clone() };
+        if sample_index + 1 < samples {
+            renderer.accumulate(scene, &request).unwrap();
+        } else {
+            renderer.render(scene, &request).unwrap();
+        }
+    }
+    renderer.read_display().unwrap()
+}
+
+#[test]
+fn a_blur_keeps_energy_and_is_the_same_in_every_direction() {
+    let (mut renderer, scene, mut request) = drawn();
+    let blur = effect(&renderer, BLUR);
+    blur.set("blur.sigma_px", "5").unwrap();
+    request.effects = vec![effect(&renderer, IMPULSE), blur];
+    let blurred = radiance(&mut renderer, &scene, &request);
+    let at = |x: usize, y: usize| f64::from(blurred[4 * (y * SIZE.0 as usize + x)]);
+    let sum: f64 = blurred.chunks_exact(4).map(|pixel| f64::from(pixel[0])).sum();
+    assert!((sum / 1000.0 - 1.0).abs() < 0.01, "{sum}");
+    let peak = 1000.0 / (2.0 * std::f64::consts::PI * 25.0);
+    for distance in 0..15 {
+        let expected = peak * (-0.5 * (distance as f64 / 5.0).powi(2)).exp();
+        let around = [at(32 + distance, 32), at(32 - distance, 32), at(32, 32 + distance), at(32, 32 - distance)];
+        for found in around {
+            assert!((found / expected - 1.0).abs() < 0.03, "{distance}: {found} instead of {expected}");
+        }
+        let [most, least] = [f64::max, f64::min].map(|of| around.into_iter().reduce(of).unwrap());
+        assert!(most / least < 1.01, "{distance}: {around:?}");
+    }
+    // Along the diagonal, too: 9 and 12 are a triangle's sides of 15.
+    assert!((at(41, 44) / at(47, 32) - 1.0).abs() < 0.02, "{} {}", at(41, 44), at(47, 32));
+}
+
+#[test]
+fn a_pass_is_drawn_as_often_as_its_setting_says() {
+    let (mut renderer, scene, mut request) = drawn();
+    let count = effect(
+        &renderer,
+        "//! effect count
+        //! passes: fs_begin -> number 1/4, fs_add -> number 1/4 x rounds, fs_add -> number 1/4 x 2, fs_end
+        // = 3 in 1..8
+        @group(2) @binding(0) var<uniform> rounds: u32;
+        fn here(p: vec4f) -> vec4f { return textureLoad(number, vec2i(p.xy), 0); }
+        @fragment fn fs_begin(@builtin(position) p: vec4f) -> @location(0) vec4f { return vec4f(drawn.size_px.x, 0.0, 0.0, 1.0); }
+        @fragment fn fs_add(@builtin(position) p: vec4f) -> @location(0) vec4f {
+            return here(p) + vec4f(0.0, 1.0, f32(drawn.round) + 100.0 * f32(drawn.rounds), 0.0);
+        }
+        @fragment fn fs_end(@builtin(position) p: vec4f) -> @location(0) vec4f {
+            return textureSampleLevel(number, nearest_clamp, uv_at(p.xy), 0.0) + 0.0 * f32(rounds);
+        }",
+    );
+    request.effects = vec![count.clone()];
+    // 65 / 4, rounded up.
+    let expected = |rounds: f32, sum: f32| [17.0, rounds + 2.0, sum + 401.0, 1.0];
+    let found = radiance(&mut renderer, &scene, &request);
+    assert!(found.chunks_exact(4).all(|pixel| pixel == expected(3.0, 903.0)), "{:?}", &found[..4]);
+    count.set("count.rounds", "1").unwrap();
+    let found = radiance(&mut renderer, &scene, &request);
+    assert!(found.chunks_exact(4).all(|pixel| pixel == expected(1.0, 100.0)), "{:?}", &found[..4]);
+    let plan = format!("{:?}", renderer.plan(&scene, &request).unwrap());
+    for name in ["count.begin", "count.add", "count.end", "count.number"] {
+        assert!(plan.contains(name), "{name} in\n{plan}");
+    }
+}
+
+#[test]
+fn display_colours_come_after_the_curve_and_over_the_background() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.settings.tone_map.dither = 0.0;
+    request.settings.tone_map.curve = Tonemap::Neutral;
+    request.averaging = Averaging::Display;
+    let same = effect(
+        &renderer,
+        "//! reads: display
+        @fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f { return display_at(vec2i(p.xy)); }",
+    );
+    assert_eq!(manypass::Effect::stage(&*same), EffectStage::Display);
+    let backgrounds = [
+        Background::Transparent,
+        Background::Color([0.2, 0.4, 0.8]),
+        Background::Gradient([[0.1, 0.2, 0.4], [0.8, 0.6, 0.2]]),
+    ];
+    for background in backgrounds {
+        for samples in [1, 4] {
+            request.settings.background.source = background;
+            request.effects.clear();
+            let plain = picture(&mut renderer, &scene, &request, samples);
+            request.effects = vec![same.clone()];
+            let through = picture(&mut renderer, &scene, &request, samples);
+            let off = plain.iter().zip(&through).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+            assert!(off <= 1, "{background:?}, {samples} samples: {off}");
+        }
+    }
+    // What an effect on radiance makes goes through the curve, what one on display colours makes does not.
+    let grey = |reads: &str| {
+        let source = format!(
+            "//! reads: {reads}
+            @fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {{
+                return vec4f(vec3f(0.9), 1.0) + 0.0 * {reads}_at(vec2i(p.xy));
+            }}"
+        );
+        effect(&renderer, &source)
+    };
+    let [of_radiance, of_display] = ["radiance", "display"].map(grey);
+    let mut found = [of_radiance, of_display].map(|effect| {
+        request.effects = vec![effect];
+        picture(&mut renderer, &scene, &request, 1)[0]
+    });
+    assert_eq!(found[1], 243, "0.9 in sRGB");
+    found.sort_unstable();
+    assert!(found[0] < 240, "{found:?}");
+    // Effects of one stage follow each other, whatever stands between them in the list.
+    let double = |reads: &str| {
+        let source = format!(
+            "//! reads: {reads}
+            @fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {{
+                return vec4f({reads}_at(vec2i(p.xy)).rgb * 0.5, 1.0);
+            }}"
+        );
+        effect(&renderer, &source)
+    };
+    let [on_radiance, on_display] = ["radiance", "display"].map(double);
+    request.effects = vec![on_display.clone(), on_radiance.clone()];
+    let first = picture(&mut renderer, &scene, &request, 1);
+    request.effects = vec![on_radiance, on_display];
+    assert_eq!(picture(&mut renderer, &scene, &request, 1), first);
+}
+
+#[test]
+fn effects_on_display_colours_leave_out_no_samples_and_see_their_mean() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.averaging = Averaging::Display;
+    request.effects = vec![effect(
+        &renderer,
+        "//! reads: display, previous
+        @fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {
+            return vec4f(previous_at(vec2i(p.xy)).rgb * 0.0 + display_at(vec2i(p.xy)).rgb, 1.0);
+        }",
+    )];
+    let with = picture(&mut renderer, &scene, &request, 16);
+    assert!(renderer.read_samples_mean().unwrap() < 16.0, "settled tiles are left out as without effects");
+    request.effects.clear();
+    let without = picture(&mut renderer, &scene, &request, 16);
+    let off = with.iter().zip(&without).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+    assert_eq!(off, 0);
+}
+
+#[test]
+fn the_sample_effects_do_what_they_say() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.settings.tone_map.dither = 0.0;
+    let plain = picture(&mut renderer, &scene, &request, 1);
+    let sum = |picture: &[u8]| picture.iter().map(|value| f64::from(*value)).sum::<f64>();
+    for (source, off, brighter) in [
+        (GLOW, ("glow.strength", "0"), Some(true)),
+        (FILM, ("film.enabled", "false"), Some(false)),
+        (SHARPEN, ("sharpen.strength", "0"), None),
+        (BLUR, ("blur.sigma_px", "0.1"), None),
+    ] {
+        let effect = effect(&renderer, source);
+        request.effects = vec![effect.clone()];
+        let with = picture(&mut renderer, &scene, &request, 1);
+        assert_ne!(with, plain, "{}", effect.name());
+        if let Some(brighter) = brighter {
+            assert_eq!(sum(&with) > sum(&plain), brighter, "{}", effect.name());
+        }
+        effect.set(off.0, off.1).unwrap();
+        let without = picture(&mut renderer, &scene, &request, 1);
+        let far = without.iter().zip(&plain).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        assert!(far <= 1, "{}: {far}", effect.name());
+    }
+}
+
+#[test]
+fn wrong_lists_of_passes_are_errors_that_say_where() {
+    let main = |name: &str, body: &str| {
+        format!("@fragment fn {name}(@builtin(position) p: vec4f) -> @location(0) vec4f {{ return {body}; }}\n")
+    };
+    let load = |name: &str| format!("textureLoad({name}, vec2i(p.xy), 0)");
+    let (a, b) = (main("fs_a", "p"), main("fs_b", "p"));
+    let reads_wide = main("fs_b", &load("wide"));
+    for (source, expected) in [
+        (format!("{a}{b}"), "mine.wgsl:2:14: error: an effect of 2 passes says in its header"),
+        (format!("{a}{b}"), "`//! passes: fs_a -> TEXTURE, fs_b`"),
+        (format!("//! passes: fs_a\n{a}{b}"), "`fs_b` is no pass of the line"),
+        (format!("//! passes: fs_a -> wide, fs_c\n{a}{b}"), "there is no `@fragment` function `fs_c`"),
+        (format!("//! passes: fs_a -> wide, fs_b\n{a}{b}"), "no later pass reads `wide`"),
+        (format!("//! passes: fs_b -> wide, fs_a\n{a}{reads_wide}"), "`fs_b` reads `wide`, which no pass before"),
+        (format!("//! passes: fs_a -> wide x many, fs_b\n{a}{reads_wide}"), "`many` is no number of rounds"),
+        (
+            format!(
+                "//! passes: fs_a -> wide x many, fs_b\n// = 3 in 1..\n@group(2) @binding(0) var<uniform> many: u32;\n\
+                 {a}{reads_wide}"
+            ),
+            "`many` is no number of rounds",
+        ),
+        (format!("//! passes: fs_a -> wide, fs_b\n{a}{}", main("fs_b", &load("wider"))), "`wider`"),
+        (format!("//! reads: display, radiance\n{}", main("fs", &load("display"))), "cannot read `radiance`"),
+        (main("fs", &load("display")), "display"),
+    ] {
+        let error = EffectFile::parse("mine.wgsl", &source).map(drop).unwrap_err().to_string();
+        assert!(
+            error.starts_with("mine.wgsl:") && error.contains(expected),
+            "{source}\n{error}\nshould say {expected}"
+        );
+    }
+    // Names that only words of a header declare are free without them.
+    let own = format!("const drawn = 1.0;\nfn uv_at() -> f32 {{ return drawn; }}\nfn display_at() {{ }}\n{a}");
+    EffectFile::parse("mine.wgsl", &own).unwrap_or_else(|error| panic!("{error}"));
+}
