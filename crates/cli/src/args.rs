@@ -122,9 +122,9 @@ pub struct ChangeArgs {
     /// How lights are found for a pixel; short for --set lights.culling [default: clustered].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
     pub light_culling: Option<String>,
-    /// Put a pass of your own, one WGSL file, before the tone curve; may be given again.
+    /// Put an effect of your own, one WGSL file, before or after the tone curve; may be given again.
     ///
-    /// The file declares its settings with their defaults; `manypass settings --effect FILE.wgsl` lists them.
+    /// docs/effects.md has the form, and crates/render/examples/effects files to begin with. The file declares its settings with their defaults; `manypass settings --effect FILE.wgsl` lists them.
     #[arg(long = "effect", value_name = "FILE.wgsl")]
     pub effects: Vec<PathBuf>,
     /// Change a setting; `manypass settings` lists the keys; may be given again.

@@ -303,7 +303,8 @@ impl Effect for WgslEffect {
             let history = r.history(self.name.clone(), desc);
             ((!history.is_first).then_some(history.previous), history.next)
         } else {
-            (None, r.texture_of(format!("{}.radiance", self.name), desc))
+            let kind = if self.stage == EffectStage::Display { DISPLAY } else { "radiance" };
+            (None, r.texture_of(format!("{}.{kind}", self.name), desc))
         };
         let Some((last, others)) = self.passes.split_last() else { return Ok(radiance) };
         let mut offered =

@@ -19,6 +19,8 @@ pub(super) struct Case {
     pub variant: Option<&'static str>,
     /// With the effect [`ECHO`], and its settings.
     pub echo: Option<Echo>,
+    /// Sample effects by their names, as they are.
+    effects: &'static [&'static str],
     /// Whether the variables of a frame are read too; of [`variables::MODEL`].
     pub has_variables: bool,
     /// In the studio at a million times its light, without exposure.
@@ -54,6 +56,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         is_forward: false,
         variant: None,
         echo: None,
+        effects: &[],
         has_variables: false,
         is_dazzling: false,
         tolerance: Tolerance::RASTERIZERS,
@@ -73,7 +76,7 @@ const SPHERES: &str =
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 42] = [
+pub(super) const CASES: [Case; 43] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -85,6 +88,8 @@ pub(super) const CASES: [Case; 42] = [
         tolerance: Tolerance { share: 0.93, share_between: 0.994, mean: 0.75, ..together(52, 16) },
         ..case("relief", "docs/examples/relief.stage.toml", SQUARE)
     },
+    // Effects of several passes, and of display colours; `sharpen` would sharpen what rasterizers round differently.
+    Case { effects: &["glow", "film"], ..case("hall-effects", variables::MODEL, WIDE) },
     // A picture of the environment, with a sun; the page is given its bytes.
     Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
     // The sky is computed in the page, too, and metered.
@@ -170,6 +175,11 @@ pub(super) const CASES: [Case; 42] = [
     },
 ];
 
+/// The file of a sample effect.
+fn sample(name: &str) -> String {
+    format!("crates/render/examples/effects/{name}.wgsl")
+}
+
 impl Case {
     /// The flags of the command line.
     pub fn arguments(&self) -> Vec<String> {
@@ -184,6 +194,7 @@ impl Case {
             let flags = ["--environment", "studio", "--environment-intensity", "1000000", "--exposure", "0"];
             arguments.extend(flags.map(String::from));
         }
+        arguments.extend(self.effects.iter().flat_map(|name| ["--effect".into(), sample(name)]));
         if let Some(Echo { share, gain }) = self.echo {
             arguments.extend(["--effect".into(), ECHO.into()]);
             arguments.extend([
@@ -215,10 +226,16 @@ impl Case {
         if !settings.is_empty() {
             options["settings"] = settings.into();
         }
-        let Some(Echo { share, gain }) = self.echo else { return Ok((options, json!([]))) };
-        let source = std::fs::read_to_string(root().join(ECHO))?;
-        let settings = json!({ "echo.share": share, "echo.gain": gain });
-        Ok((options, json!([{ "file": ECHO, "source": source, "settings": settings }])))
+        let source = |file: &str| std::fs::read_to_string(root().join(file));
+        let mut effects = Vec::new();
+        for file in self.effects.iter().map(|name| sample(name)) {
+            effects.push(json!({ "file": file, "source": source(&file)? }));
+        }
+        if let Some(Echo { share, gain }) = self.echo {
+            let settings = json!({ "echo.share": share, "echo.gain": gain });
+            effects.push(json!({ "file": ECHO, "source": source(ECHO)?, "settings": settings }));
+        }
+        Ok((options, effects.into()))
     }
 
     /// What the command line and the browser are given; none if this machine does not have the model.
