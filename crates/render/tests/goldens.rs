@@ -7,9 +7,10 @@ mod common;
 #[path = "goldens/subjects.rs"]
 mod subjects;
 
-use manypass::Renderer;
+use manypass::{Renderer, WgslEffect};
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use subjects::Subject;
 
 /// Software adapters differ by two to three levels from host to host (they use other vector units), and at edges, where
@@ -38,8 +39,11 @@ fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     renderer.load(&subject.scene).unwrap();
     let mut pixels = Vec::new();
     let (mut width, mut height) = (0, 0);
-    for request in &subject.strips {
+    for (strip, request) in subject.strips.iter().enumerate() {
         let mut request = request.clone();
+        if let Some((name, text)) = subject.effects.get(strip) {
+            request.effects = vec![Arc::new(WgslEffect::new(renderer.gpu(), name, text).unwrap())];
+        }
         request.sample_count = 4;
         for sample_index in 0..request.sample_count {
             request.sample_index = sample_index;

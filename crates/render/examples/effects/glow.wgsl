@@ -42,6 +42,8 @@ fn fs_across(@builtin(position) position: vec4f) -> @location(0) vec4f {
 @fragment
 fn fs_mix(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let here = radiance_at(vec2i(position.xy));
-    let spread = textureSampleLevel(wide, linear_clamp, uv_at(position.xy), 0.0).rgb;
-    return vec4f(half_float_clamped(here.rgb + glow.strength * spread), here.a);
+    let added = glow.strength * textureSampleLevel(wide, linear_clamp, uv_at(position.xy), 0.0).rgb;
+    // Where there is nothing, light covers what the picture is laid over, the more the brighter it is.
+    let cover = 1.0 - exp(-max(added.r, max(added.g, added.b)));
+    return vec4f(half_float_clamped(here.rgb + added), mix(cover, 1.0, here.a));
 }

@@ -21,5 +21,5 @@ fn fs_sharpen(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let room = clamp(min(lowest, 1.0 - highest) / max(highest, vec3f(1e-4)), vec3f(0.0), vec3f(1.0));
     let weight = -sqrt(room) * mix(0.125, 0.2, strength) * step(1e-6, strength);
     let sum = here.rgb + (above + below + left + right) * weight;
-    return vec4f(clamp(sum / (1.0 + 4.0 * weight), vec3f(0.0), vec3f(1.0)), here.a);
+    return vec4f(clamp(sum / (1.0 + 4.0 * weight), lowest, highest), here.a);
 }

@@ -18,6 +18,8 @@ pub struct Subject {
     pub scene: Scene,
     /// Requests of one width, drawn below one another.
     pub strips: Vec<FrameRequest>,
+    /// The effect of each strip, where there are any: its name and its text.
+    pub effects: Vec<(&'static str, &'static str)>,
     /// Why the picture is known to be wrong, if it is.
     pub known_failure: Option<&'static str>,
 }
@@ -35,6 +37,7 @@ pub fn all() -> Vec<Subject> {
         skin_and_morph(),
         transparent_background(),
         hall(),
+        sample_effects(),
     ]
 }
 
@@ -44,7 +47,7 @@ fn subject(name: &'static str, mut scene: Scene, size: (u32, u32), eye: Vec3, ta
     request.camera = looking(eye, target);
     request.settings.background.source = Background::Color([0.02, 0.02, 0.03]);
     request.settings.tone_map.dither = 0.0;
-    Subject { name, scene, strips: vec![request], known_failure: None }
+    Subject { name, scene, strips: vec![request], effects: Vec::new(), known_failure: None }
 }
 
 fn looking(eye: Vec3, target: Vec3) -> View {
@@ -295,5 +298,23 @@ fn hall() -> Subject {
     request.settings.tone_map.dither = 0.0;
     // As in a still, all of its lights have their maps.
     request.settings.shadows.maps = 65536;
-    Subject { name: "hall", scene, strips: vec![request], known_failure: None }
+    Subject { name: "hall", scene, strips: vec![request], effects: Vec::new(), known_failure: None }
+}
+
+/// The sample effects, each in a strip, over boxes of colours and boxes that glow.
+fn sample_effects() -> Subject {
+    let mut subject = tone_curves();
+    let mut request = subject.strips[1].clone();
+    request.height = 24;
+    request.camera.projection = Projection::Orthographic { height_m: 2.4, near_m: 0.1, far_m: 10.0 };
+    let effects = [
+        ("glow", include_str!("../../examples/effects/glow.wgsl")),
+        ("blur", include_str!("../../examples/effects/blur.wgsl")),
+        ("film", include_str!("../../examples/effects/film.wgsl")),
+        ("sharpen", include_str!("../../examples/effects/sharpen.wgsl")),
+    ];
+    subject.name = "sample_effects";
+    subject.strips = vec![request; effects.len()];
+    subject.effects = effects.to_vec();
+    subject
 }
