@@ -58,6 +58,11 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
     fn stage(&self) -> EffectStage {
         EffectStage::Radiance
     }
+
+    /// Whether it draws anything in the next frame; where it does not, the frame is as if it were not listed.
+    fn is_on(&self) -> bool {
+        true
+    }
 }
 
 /// An effect of full-screen fragment shaders in one file, whose last one returns the new radiance, or display colour, of
@@ -166,7 +171,7 @@ impl WgslEffect {
         let compiled = gpu.device.create_shader_module(descriptor);
         let is_only = steps.len() == 1;
         let make = |(step, slots): (Step, Vec<Vec<Slot>>)| {
-            let pass = if is_only { name.clone() } else { format!("{name}.{}", step.name()) };
+            let pass = if is_only { name.clone() } else { format!("{name}.{}", step.name) };
             let program =
                 Arc::new(Program::of_entry_point(&frame, &pass, &compiled, (&module, &step.function), slots)?);
             let target = FullscreenTarget::of(RADIANCE);
@@ -195,7 +200,8 @@ impl WgslEffect {
         Ok(Self { gpu: gpu.clone(), name, stage, passes, settings, uniforms, buffers })
     }
 
-    /// The name of the pass: in plans, timers, reports and the keys of its settings.
+    /// The name: in reports and the keys of its settings; in plans and timers that of its only pass, or what the names of
+    /// several begin with.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -289,9 +295,6 @@ impl Effect for WgslEffect {
             let message = "it was compiled for another device than that of `Renderer::gpu`".into();
             return Err(ProgramError::Misplaced { pass: self.name().into(), message });
         }
-        if self.uniforms().is_off {
-            return Ok(radiance);
-        }
         if let Some((_, missing)) = self.uniforms().missing() {
             return Err(Box::new(missing.clone()).into());
         }
@@ -301,7 +304,8 @@ impl Effect for WgslEffect {
             self.passes.iter().any(|pass| pass.pipeline.program.slots(1).iter().any(|slot| slot.name == "previous"));
         let (previous, result) = if keeps {
             let history = r.history(self.name.clone(), desc);
-            ((!history.is_first).then_some(history.previous), history.next)
+            let is_first = history.is_first || self.stage == EffectStage::Display && !r.view.display_goes_on;
+            ((!is_first).then_some(history.previous), history.next)
         } else {
             let kind = if self.stage == EffectStage::Display { DISPLAY } else { "radiance" };
             (None, r.texture_of(format!("{}.{kind}", self.name), desc))
@@ -309,22 +313,32 @@ impl Effect for WgslEffect {
         let Some((last, others)) = self.passes.split_last() else { return Ok(radiance) };
         let mut offered =
             Offered { of_frame: textures(self.stage, gbuffer, &radiance, previous.as_ref()), own: HashMap::new() };
+        // How often each function was drawn, because no two passes of a frame have one name.
+        let mut drawn: HashMap<&str, u32> = HashMap::new();
         for pass in others {
-            let Some(name) = &pass.step.texture else { continue };
+            // All but the last pass write a texture.
+            let texture = pass.step.texture.as_deref().unwrap_or_default();
             let side = |of: u32| of.div_ceil(pass.step.divisor);
             let desc = TextureDesc::new_2d(side(width), side(height), RADIANCE);
             let rounds = self.rounds(&pass.step);
             for round in 0..rounds {
-                let target = r.texture_of(format!("{}.{name}", self.name), desc);
-                let written = self.draw(r, pass, &offered, (round, rounds), target)?;
-                offered.own.insert(name.clone(), written);
+                let target = r.texture_of(format!("{}.{texture}", self.name), desc);
+                let count = drawn.entry(&pass.step.name).or_default();
+                *count += 1;
+                let written = self.draw(r, pass, &offered, (*count, round, rounds), target)?;
+                offered.own.insert(texture.to_owned(), written);
             }
         }
-        self.draw(r, last, &offered, (0, 1), result)
+        let count = drawn.get(&*last.step.name).copied().unwrap_or_default() + 1;
+        self.draw(r, last, &offered, (count, 0, 1), result)
     }
 
     fn stage(&self) -> EffectStage {
         self.stage
+    }
+
+    fn is_on(&self) -> bool {
+        !self.uniforms().is_off
     }
 }
 
@@ -333,24 +347,24 @@ impl WgslEffect {
     fn rounds(&self, step: &Step) -> u32 {
         let count = match &step.rounds {
             Rounds::Count(count) => Some(*count),
-            Rounds::Setting(setting) => self.uniforms().count(&format!("{}.{setting}", self.name)),
+            Rounds::Setting(setting) => self.uniforms().count(&self.name, &format!("{}.{setting}", self.name)),
         };
         // A whole uniform that was set by its bytes has passed no range.
         count.unwrap_or(1).clamp(1, STEPS_MAX as u32)
     }
 
-    /// Records one round of a pass.
+    /// Records one round of a pass, whose function is drawn for the `count`th time.
     fn draw<'f>(
         &'f self,
         r: &mut Recorder<'_, 'f>,
         pass: &'f CompiledStep,
         offered: &Offered<'_>,
-        (round, rounds): (u32, u32),
+        (count, round, rounds): (u32, u32, u32),
         target: Handle,
     ) -> Result<Handle, ProgramError> {
         let CompiledStep { pipeline, own_group, .. } = pass;
         let name = &pipeline.program.name;
-        let name = if round == 0 { name.clone() } else { format!("{name}.{}", round + 1) };
+        let name = if count == 1 { name.clone() } else { format!("{name}.{count}") };
         let TextureDesc { width, height, .. } = target.desc();
         let size_px = [width as f32, height as f32];
         let inverse_size_px = size_px.map(f32::recip);

@@ -296,7 +296,8 @@ pub fn effect_passes<'f>(
     effects: &'f [Arc<dyn Effect>],
     mut outputs: ViewOutputs,
 ) -> Result<ViewOutputs, ProgramError> {
-    for effect in effects.iter().filter(|effect| effect.stage() == EffectStage::Radiance) {
+    let is_of_radiance = |effect: &&Arc<dyn Effect>| effect.is_on() && effect.stage() == EffectStage::Radiance;
+    for effect in effects.iter().filter(is_of_radiance) {
         outputs.radiance = effect.record(r, outputs.gbuffer.as_ref(), outputs.radiance)?;
     }
     Ok(outputs)
@@ -353,7 +354,8 @@ pub fn output_passes<'f>(
         }
     };
     let shown = (mean.as_ref().unwrap_or(radiance), glow.as_ref());
-    let is_of_display = |effect: &&Arc<dyn Effect>| is_shown && effect.stage() == EffectStage::Display;
+    let is_of_display =
+        |effect: &&Arc<dyn Effect>| is_shown && effect.is_on() && effect.stage() == EffectStage::Display;
     let mut of_display = effects.iter().filter(is_of_display).peekable();
     let display = if of_display.peek().is_some() {
         let linear = TextureDesc { format: RADIANCE, ..display.desc() };

@@ -133,7 +133,7 @@ impl FrameRequest {
 
     /// Whether effects make new radiance of every sample's.
     fn changes_radiance(&self) -> bool {
-        self.effects.iter().any(|effect| effect.stage() == EffectStage::Radiance)
+        self.effects.iter().any(|effect| effect.is_on() && effect.stage() == EffectStage::Radiance)
     }
 
     fn deals_lights(&self) -> bool {

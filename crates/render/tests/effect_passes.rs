@@ -105,8 +105,9 @@ fn a_pass_is_drawn_as_often_as_its_setting_says() {
     let found = radiance(&mut renderer, &scene, &request);
     assert!(found.chunks_exact(4).all(|pixel| pixel == expected(1.0, 100.0)), "{:?}", &found[..4]);
     let plan = format!("{:?}", renderer.plan(&scene, &request).unwrap());
-    for name in ["count.begin", "count.add", "count.end", "count.number"] {
-        assert!(plan.contains(name), "{name} in\n{plan}");
+    // Of one function three rounds in two passes, each with a name of its own.
+    for name in ["count.begin", "count.add", "count.add.2", "count.add.3", "count.end"] {
+        assert!(plan.contains(&format!("\"{name}\"")), "{name} in\n{plan}");
     }
 }
 
@@ -174,7 +175,7 @@ fn display_colours_come_after_the_curve_and_over_the_background() {
 }
 
 #[test]
-fn effects_on_display_colours_leave_out_no_samples_and_see_their_mean() {
+fn effects_on_display_colours_let_later_samples_leave_tiles_out() {
     let (mut renderer, scene, mut request) = drawn();
     request.averaging = Averaging::Display;
     request.effects = vec![effect(
@@ -190,6 +191,61 @@ fn effects_on_display_colours_leave_out_no_samples_and_see_their_mean() {
     let without = picture(&mut renderer, &scene, &request, 16);
     let off = with.iter().zip(&without).filter(|(a, b)| a.abs_diff(**b) > 1).count();
     assert_eq!(off, 0);
+}
+
+#[test]
+fn what_is_shown_of_one_picture_is_not_in_the_next() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.averaging = Averaging::Display;
+    let trail = effect(
+        &renderer,
+        "//! reads: display, previous
+        @fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {
+            return vec4f(0.5 * previous_at(vec2i(p.xy)).rgb + 0.25 * display_at(vec2i(p.xy)).rgb, 1.0);
+        }",
+    );
+    request.effects = vec![trail];
+    let alone = picture(&mut renderer, &scene, &request, 4);
+    let bright = request.with(|settings| settings.exposure.stops = manypass::Exposure::Stops(4.0));
+    picture(&mut renderer, &scene, &bright, 4);
+    assert_eq!(picture(&mut renderer, &scene, &request, 4), alone);
+    // A live view goes on with what it showed.
+    let live = FrameRequest { goes_on: true, ..request.clone() };
+    picture(&mut renderer, &scene, &bright, 1);
+    assert_ne!(picture(&mut renderer, &scene, &live, 1), alone);
+}
+
+#[test]
+fn display_colours_have_the_size_of_the_picture() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.settings.tone_map.dither = 0.0;
+    request.effects = vec![effect(
+        &renderer,
+        "//! reads: display
+        @fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {
+            return vec4f(uv_at(p.xy), 0.0, 1.0) + 0.0 * display_at(vec2i(p.xy));
+        }",
+    )];
+    let whole = picture(&mut renderer, &scene, &request, 1);
+    assert_eq!(whole[whole.len() - 4..whole.len() - 2], [254, 254]);
+    request.settings.render.scale = 0.5;
+    assert_eq!(picture(&mut renderer, &scene, &request, 1), whole);
+}
+
+#[test]
+fn an_effect_that_is_off_is_as_if_it_were_not_listed() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.averaging = Averaging::Display;
+    request.settings.background.source = Background::Color([0.2, 0.4, 0.8]);
+    let plain = picture(&mut renderer, &scene, &request, 16);
+    let samples = renderer.read_samples_mean().unwrap();
+    for (source, key) in [(FILM, "film.enabled"), (GLOW, "glow.enabled")] {
+        let effect = effect(&renderer, source);
+        effect.set(key, "false").unwrap();
+        request.effects = vec![effect];
+        assert_eq!(picture(&mut renderer, &scene, &request, 16), plain, "{key}");
+        assert_eq!(renderer.read_samples_mean().unwrap(), samples, "{key}");
+    }
 }
 
 #[test]
@@ -225,7 +281,7 @@ fn wrong_lists_of_passes_are_errors_that_say_where() {
     };
     let load = |name: &str| format!("textureLoad({name}, vec2i(p.xy), 0)");
     let (a, b) = (main("fs_a", "p"), main("fs_b", "p"));
-    let reads_wide = main("fs_b", &load("wide"));
+    let [goes_on, reads_wide] = ["fs_c", "fs_b"].map(|name| main(name, &load("wide")));
     for (source, expected) in [
         (format!("{a}{b}"), "mine.wgsl:2:14: error: an effect of 2 passes says in its header"),
         (format!("{a}{b}"), "`//! passes: fs_a -> TEXTURE, fs_b`"),
@@ -233,17 +289,34 @@ fn wrong_lists_of_passes_are_errors_that_say_where() {
         (format!("//! passes: fs_a -> wide, fs_c\n{a}{b}"), "there is no `@fragment` function `fs_c`"),
         (format!("//! passes: fs_a -> wide, fs_b\n{a}{b}"), "no later pass reads `wide`"),
         (format!("//! passes: fs_b -> wide, fs_a\n{a}{reads_wide}"), "`fs_b` reads `wide`, which no pass before"),
-        (format!("//! passes: fs_a -> wide x many, fs_b\n{a}{reads_wide}"), "`many` is no number of rounds"),
+        (
+            format!("//! passes: fs_a -> wide, fs_c -> wide x many, fs_b\n{a}{goes_on}{reads_wide}"),
+            "`many` is no number of rounds",
+        ),
         (
             format!(
-                "//! passes: fs_a -> wide x many, fs_b\n// = 3 in 1..\n@group(2) @binding(0) var<uniform> many: u32;\n\
-                 {a}{reads_wide}"
+                "//! passes: fs_a -> wide, fs_c -> wide x many, fs_b\n// = 3 in 1..\n@group(2) @binding(0) var<uniform> many: u32;\n\
+                 {a}{goes_on}{reads_wide}"
             ),
             "`many` is no number of rounds",
         ),
         (format!("//! passes: fs_a -> wide, fs_b\n{a}{}", main("fs_b", &load("wider"))), "`wider`"),
         (format!("//! reads: display, radiance\n{}", main("fs", &load("display"))), "cannot read `radiance`"),
-        (main("fs", &load("display")), "display"),
+        (
+            format!("//! reads: display\n{}", main("fs", "radiance_at(vec2i(0)) + display_at(vec2i(0))")),
+            "cannot read `radiance`",
+        ),
+        (format!("//! reads: display\n{a}"), "reads `display` in one of its passes"),
+        (main("fs", &load("display")), "`//! reads: display` in the header declares it"),
+        (main("fs", "vec4f(uv_at(p.xy), 0.0, 0.0)"), "a list of several `//! passes:`"),
+        (format!("//! passes: fs_a -> fn, fs_b\n{a}{b}"), "mine.wgsl:1:13: error: a texture cannot be called `fn`"),
+        (format!("//! passes: fs_a -> max, fs_b\n{a}{b}"), "a texture cannot be called `max`"),
+        (format!("//! passes: fs_a -> vec4f, fs_b\n{a}{b}"), "a texture cannot be called `vec4f`"),
+        (format!("//! passes: fs_a -> view, fs_b\n{a}{b}"), "a texture cannot be called `view`"),
+        (format!("//! passes: fs_a -> uv_at, fs_b\n{a}{b}"), "a texture cannot be called `uv_at`"),
+        (format!("//! passes: fs_a -> fs_b, fs_b\n{a}{b}"), "a texture cannot be called `fs_b`"),
+        (format!("//! passes: fs_a -> S, fs_b\nstruct S {{ x: f32 }}\n{a}{b}"), "a texture cannot be called `S`"),
+        (format!("//! passes: fs_a -> wide x 2, fs_b\n{a}{reads_wide}"), "of its rounds only the last would count"),
     ] {
         let error = EffectFile::parse("mine.wgsl", &source).map(drop).unwrap_err().to_string();
         assert!(
@@ -251,6 +324,24 @@ fn wrong_lists_of_passes_are_errors_that_say_where() {
             "{source}\n{error}\nshould say {expected}"
         );
     }
+    let count = 17;
+    let names: Vec<String> = (0..count).map(|at| format!("t{at}")).collect();
+    let list: String = names.iter().map(|name| format!("fs_a -> {name}, ")).collect();
+    let sum = names.iter().map(|name| load(name)).collect::<Vec<_>>().join(" + ");
+    let many = format!("//! passes: {list}fs_b\n{a}{}", main("fs_b", &sum));
+    let error = EffectFile::parse("mine.wgsl", &many).map(drop).unwrap_err().to_string();
+    assert!(error.contains("`fs_b` reads 17 textures; a pass reads at most 16"), "{error}");
+    // Two uniforms have a member of the same name, so that it is called by both.
+    let both = "// = 2 in 1..4\n{}: u32, padding_a: u32, padding_b: u32, padding_c: u32 }";
+    let [first, second] = ["A", "B"].map(|name| format!("struct {name} {{\n{}", both.replace("{}", "rounds")));
+    let source = format!(
+        "//! passes: fs_a -> wide, fs_c -> wide x b.rounds, fs_b\n{first}\n{second}\n\
+         @group(2) @binding(0) var<uniform> a: A;\n@group(2) @binding(1) var<uniform> b: B;\n{a}{}{}",
+        main("fs_c", &load("wide")),
+        main("fs_b", &format!("{} + f32(a.rounds + b.rounds)", load("wide"))),
+    );
+    let parsed = EffectFile::parse("mine.wgsl", &source).unwrap_or_else(|error| panic!("{error}"));
+    assert!(parsed.has("mine.b.rounds"));
     // Names that only words of a header declare are free without them.
     let own = format!("const drawn = 1.0;\nfn uv_at() -> f32 {{ return drawn; }}\nfn display_at() {{ }}\n{a}");
     EffectFile::parse("mine.wgsl", &own).unwrap_or_else(|error| panic!("{error}"));

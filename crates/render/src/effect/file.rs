@@ -15,6 +15,9 @@ use std::fmt::Write;
 /// The first binding of an effect's own textures; those before are the frame's.
 const OWN_TEXTURES: u32 = 10;
 
+/// A stage of WebGL 2 has so many textures.
+const TEXTURES_MAX: usize = 16;
+
 /// The text of a [`super::WgslEffect`], checked without a device: its name, its settings and their values.
 #[derive(Clone, Debug)]
 pub struct EffectFile {
@@ -37,8 +40,8 @@ impl EffectFile {
     /// none.
     ///
     /// # Errors
-    /// The text is not WGSL, or not one fragment shader that fits the frame, or its header or a default is not of the
-    /// form; with file, line and column.
+    /// The text is not WGSL, or not of fragment shaders that fit the frame, or its header or a default is not of the form;
+    /// with file, line and column.
     pub fn parse(file: &str, text: &str) -> Result<Self, ProgramError> {
         // Some editors begin files with a byte order mark, which WGSL does not know.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -48,8 +51,9 @@ impl EffectFile {
             return Err(source.fault(place.clone(), "the shader is too long or nested too deeply from here on").into());
         }
         let header = Header::parse(source, &scan)?;
+        check_names(source, &scan, &header)?;
         let further = further_declarations(&header);
-        let (module, info) = locate::parse(file, text, &further)?;
+        let (module, info) = locate::parse(file, text, &further).map_err(with_words)?;
         check_module(source, &scan, &module)?;
         let composed = locate::composed(text, &further);
         let with_slots = |(step, index): (Step, usize)| {
@@ -63,7 +67,7 @@ impl EffectFile {
             slots.map(|slot| slot.name.as_str()).collect()
         };
         header.check(source, &names(1))?;
-        check_textures(source, &steps)?;
+        check_textures(source, &scan, &steps)?;
         let stage = if header.reads_display() { EffectStage::Display } else { EffectStage::Radiance };
         let name = header.name.unwrap_or_else(|| {
             let stem = std::path::Path::new(file).file_stem();
@@ -137,7 +141,7 @@ fn further_declarations(header: &Header) -> String {
     if header.reads_display() {
         further.push_str(include_str!("display.wgsl"));
     }
-    if header.steps.len() > 1 {
+    if header.reads_display() || header.steps.len() > 1 {
         further.push_str(include_str!("steps.wgsl"));
     }
     let mut textures: Vec<&str> = header.steps.iter().filter_map(|step| step.texture.as_deref()).collect();
@@ -188,30 +192,73 @@ fn found_steps(
     Ok(indexed)
 }
 
-/// Whether passes read textures of the effect's own after others have written them.
-fn check_textures(source: Source<'_>, steps: &[(Step, Vec<Vec<Slot>>)]) -> Result<(), Box<Diagnostic>> {
-    let is_own = |name: &str| steps.iter().any(|(step, _)| step.texture.as_deref() == Some(name));
-    let read = |slots: &[Vec<Slot>]| -> Vec<String> {
-        let names = slots.get(1).into_iter().flatten().map(|slot| slot.name.clone());
-        names.filter(|name| is_own(name)).collect()
+/// Whether each pass reads what is there, and no more than every adapter can bind.
+fn check_textures(source: Source<'_>, scan: &Scan, steps: &[(Step, Vec<Vec<Slot>>)]) -> Result<(), Box<Diagnostic>> {
+    let is_texture = |slot: &&Slot| matches!(slot.entry.ty, wgpu::BindingType::Texture { .. });
+    let mut read = Vec::with_capacity(steps.len());
+    for (step, slots) in steps {
+        let textures = slots.get(1).into_iter().flatten().filter(is_texture);
+        let names: Vec<&str> = textures.map(|slot| slot.name.as_str()).collect();
+        if names.len() > TEXTURES_MAX {
+            let place = scan.functions.get(&step.function).cloned().unwrap_or(0..0);
+            let message =
+                format!("`{}` reads {} textures; a pass reads at most {TEXTURES_MAX}", step.function, names.len());
+            return Err(source.fault(place, message));
+        }
+        read.push((step, names));
+    }
+    steps::check(source, &read)
+}
+
+/// Whether the names that a header gives to textures are free: neither words of WGSL, nor the file's own, nor those of
+/// what it finds declared.
+fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> Result<(), Box<Diagnostic>> {
+    for step in &header.steps {
+        let Some(texture) = &step.texture else { continue };
+        let is_own = scan.functions.contains_key(texture)
+            || scan.variables.contains_key(texture)
+            || scan.members.keys().any(|(structure, _)| structure == texture);
+        let trial = format!(
+            "@group(1) @binding({OWN_TEXTURES}) var {texture}: texture_2d<f32>;\n\
+             fn of_{texture}_() -> vec2u {{ return textureDimensions({texture}); }}\n{}\n{}",
+            include_str!("display.wgsl"),
+            include_str!("steps.wgsl"),
+        );
+        if is_own || locate::parse(source.file, &trial, "").is_err() {
+            let message = format!("a texture cannot be called `{texture}`");
+            let note = "it is a word of WGSL, or something of that name is declared already";
+            return Err(Box::new(source.fault(step.place.clone(), message).note(note)));
+        }
+    }
+    Ok(())
+}
+
+/// The fault of a file that uses what only words of its header declare, with these words.
+fn with_words(fault: Box<Diagnostic>) -> Box<Diagnostic> {
+    let is_unknown =
+        |name: &str| fault.message.contains("no definition in scope") && fault.message.contains(&format!("`{name}`"));
+    let note = if ["display", "display_at"].into_iter().any(is_unknown) {
+        "`//! reads: display` in the header declares it"
+    } else if ["drawn", "uv_at"].into_iter().any(is_unknown) {
+        "`//! reads: display` in the header declares it, and so does a list of several `//! passes:`"
+    } else {
+        return fault;
     };
-    let read: Vec<Vec<String>> = steps.iter().map(|(_, slots)| read(slots)).collect();
-    let read: Vec<Vec<&str>> = read.iter().map(|names| names.iter().map(String::as_str).collect()).collect();
-    let steps: Vec<Step> = steps.iter().map(|(step, _)| step.clone()).collect();
-    steps::check(source, &steps, &read)
+    Box::new(fault.note(note))
 }
 
 /// Whether the setting is there that says how often a pass is drawn, and bounds that.
 fn check_rounds(source: Source<'_>, step: &Step, effect: &str, uniforms: &Uniforms) -> Result<(), Box<Diagnostic>> {
     let Rounds::Setting(setting) = &step.rounds else { return Ok(()) };
-    let range = uniforms.range_of_count(&format!("{effect}.{setting}"));
+    let range = uniforms.range_of_count(effect, &format!("{effect}.{setting}"));
     if range.is_some_and(|(least, most)| least >= 1.0 && most <= STEPS_MAX as f64) {
         return Ok(());
     }
     let message =
-        format!("`{setting}` is no number of rounds: a member that is a `u32` and stays within 1..{STEPS_MAX}");
-    let note = format!("declare it in a uniform as\n// = 4 in 1..{STEPS_MAX}\n{setting}: u32,");
-    Err(Box::new(source.fault(step.place.clone(), message).note(note)))
+        format!("`{setting}` is no number of rounds: a setting that is a `u32` and stays within 1..{STEPS_MAX}");
+    let note = format!("it is a member of a uniform, `u32`, with a line such as `// = 4 in 1..{STEPS_MAX}` above it");
+    let several = "where two uniforms have a member of that name, it is called `UNIFORM.MEMBER`";
+    Err(Box::new(source.fault(step.place.clone(), message).note(note).note(several)))
 }
 
 /// Whether the module's entry points are fragment shaders from a position to a colour.

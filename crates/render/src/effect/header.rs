@@ -138,14 +138,14 @@ impl Header {
     /// A difference.
     pub fn check(&self, source: Source<'_>, used: &[&str]) -> Result<(), Box<Diagnostic>> {
         let Some((reads, place)) = &self.reads else { return Ok(()) };
+        let used: Vec<_> = READS.iter().filter(|(_, texture)| used.contains(texture)).map(|(name, _)| *name).collect();
         let is_of_frame = |read: &&&str| !matches!(**read, DISPLAY | "previous");
-        if let Some(other) = reads.iter().find(is_of_frame).filter(|_| self.reads_display()) {
+        if let Some(other) = reads.iter().chain(&used).find(is_of_frame).filter(|_| self.reads_display()) {
             let message =
                 format!("an effect that reads `display` stands after the tone curve, and cannot read `{other}`");
             let note = "of the frame it reads `display` and `previous`; make what needs more an effect of its own";
             return Err(Box::new(source.fault(place.clone(), message).note(note)));
         }
-        let used: Vec<_> = READS.iter().filter(|(_, texture)| used.contains(texture)).map(|(name, _)| *name).collect();
         let missing: Vec<_> = used.iter().copied().filter(|name| !reads.contains(name)).collect();
         let needless: Vec<_> = reads.iter().copied().filter(|name| !used.contains(name)).collect();
         if missing.is_empty() && needless.is_empty() {
@@ -159,7 +159,14 @@ impl Header {
             parts.push(format!("the shader does not read {}", needless.join(", ")));
         }
         let fault = source.fault(place.clone(), parts.join("; "));
-        let right = format!("`//! reads: {}` is right, and so is no such line", used.join(", "));
+        let right = match (used.join(", "), self.reads_display()) {
+            (list, false) if list.is_empty() => "no such line is right".into(),
+            (list, true) if list.is_empty() => {
+                "an effect on display colours reads `display` in one of its passes".into()
+            }
+            (list, false) => format!("`//! reads: {list}` is right, and so is no such line"),
+            (list, true) => format!("`//! reads: {list}` is right"),
+        };
         let note =
             "`surface_at` reads normal, base_color and material; `distance_at` reads depth; `radiance_at` radiance";
         Err(Box::new(fault.note(right).note(note)))

@@ -28,6 +28,8 @@ const TAKEN: [&str; 11] = [
 pub(super) struct Step {
     /// Its `@fragment` function.
     pub function: String,
+    /// What it is called within the effect: the function, without `fs_` where no other is called so.
+    pub name: String,
     /// The texture that it writes; none for the effect's result.
     pub texture: Option<String>,
     /// The sides of the texture are those of the picture divided by this, rounded up.
@@ -50,13 +52,19 @@ pub(super) enum Rounds {
 impl Step {
     /// The only pass of an effect that has but one function.
     pub fn only(function: String) -> Self {
-        Self { function, texture: None, divisor: 1, rounds: Rounds::Count(1), place: 0..0 }
+        Self {
+            name: short(&function).into(),
+            function,
+            texture: None,
+            divisor: 1,
+            rounds: Rounds::Count(1),
+            place: 0..0,
+        }
     }
+}
 
-    /// The name of the pass within its effect: the function's, without `fs_`.
-    pub fn name(&self) -> &str {
-        self.function.strip_prefix("fs_").unwrap_or(&self.function)
-    }
+fn short(function: &str) -> &str {
+    function.strip_prefix("fs_").filter(|rest| !rest.is_empty()).unwrap_or(function)
 }
 
 /// Reads the entries of the list, each with its bytes.
@@ -67,7 +75,13 @@ pub(super) fn parse<'t>(
     source: Source<'t>,
     entries: impl Iterator<Item = (&'t str, Range<usize>)>,
 ) -> Result<Vec<Step>, Box<Diagnostic>> {
-    let steps = entries.map(|(entry, place)| step(source, entry, place)).collect::<Result<Vec<_>, _>>()?;
+    let mut steps = entries.map(|(entry, place)| step(source, entry, place)).collect::<Result<Vec<_>, _>>()?;
+    let functions: Vec<String> = steps.iter().map(|step| step.function.clone()).collect();
+    for step in &mut steps {
+        if functions.iter().any(|other| *other != step.function && short(other) == step.name) {
+            step.name.clone_from(&step.function);
+        }
+    }
     if let Some(beyond) = steps.get(STEPS_MAX) {
         return Err(source.fault(beyond.place.clone(), format!("an effect has at most {STEPS_MAX} passes")));
     }
@@ -88,8 +102,8 @@ pub(super) fn parse<'t>(
 
 fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Box<Diagnostic>> {
     let malformed = |message: String| {
-        let note = "a pass is `FUNCTION -> TEXTURE 1/2 x 3`: what it writes, the size of that, and how often it is drawn; \
-                    all but the function may be left out";
+        let note = "a pass is `FUNCTION -> TEXTURE 1/2 x 3`, with spaces between: what it writes, the size of that, and how \
+                    often it is drawn; all but the function may be left out";
         Box::new(source.fault(place.clone(), message).note(note))
     };
     let mut words = entry.split_whitespace().peekable();
@@ -107,14 +121,14 @@ fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Bo
         step.texture = Some(texture.into());
     }
     if let Some(size) = words.next_if(|word| word.starts_with("1/")) {
-        let divisor = size.strip_prefix("1/").and_then(|number| number.parse().ok());
+        let divisor = size.strip_prefix("1/").and_then(number);
         let divisor = divisor.filter(|divisor| (1..=64).contains(divisor));
         step.divisor = divisor.ok_or_else(|| malformed(format!("`{size}` is no size: 1/1 to 1/64 of each side")))?;
     }
     if words.next_if_eq(&"x").is_some() {
-        let rounds = words.next().and_then(|word| match word.parse::<u32>() {
-            Ok(count) => (1..=STEPS_MAX as u32).contains(&count).then_some(Rounds::Count(count)),
-            Err(_) => is_identifier(word).then(|| Rounds::Setting(word.into())),
+        let rounds = words.next().and_then(|word| match number(word) {
+            Some(count) => (1..=STEPS_MAX as u32).contains(&count).then_some(Rounds::Count(count)),
+            None => word.split('.').all(is_identifier).then(|| Rounds::Setting(word.into())),
         });
         let message = || format!("`x` is followed by a number of rounds from 1 to {STEPS_MAX}, or by a setting");
         step.rounds = rounds.ok_or_else(|| malformed(message()))?;
@@ -125,6 +139,12 @@ fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Bo
     }
 }
 
+/// A number as it is written for good: digits, of which the first is not 0.
+fn number(word: &str) -> Option<u32> {
+    let is_plain = word.bytes().all(|byte| byte.is_ascii_digit()) && !word.starts_with('0');
+    word.parse().ok().filter(|_| is_plain)
+}
+
 fn is_identifier(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
@@ -132,31 +152,31 @@ fn is_identifier(word: &str) -> bool {
         && !word.starts_with("__")
 }
 
-/// Checks that each pass reads what is there, and that all that is written is read; `read` are the names of the own
-/// textures that each pass reads, in their order.
+/// Checks that each pass reads what is there, and that all that is written is read; with each pass the names of the
+/// textures that it reads.
 ///
 /// # Errors
-/// A texture that is read before it is written, or never.
-pub(super) fn check(source: Source<'_>, steps: &[Step], read: &[Vec<&str>]) -> Result<(), Box<Diagnostic>> {
+/// A texture that is read before it is written, or never; a pass whose rounds know nothing of each other.
+pub(super) fn check(source: Source<'_>, steps: &[(&Step, Vec<&str>)]) -> Result<(), Box<Diagnostic>> {
+    let fault = |step: &Step, message: String| Err(source.fault(step.place.clone(), message));
+    let is_own = |name: &str| steps.iter().any(|(step, _)| step.texture.as_deref() == Some(name));
     let mut written: BTreeSet<&str> = BTreeSet::new();
-    for (step, read) in steps.iter().zip(read) {
-        if let Some(early) = read.iter().find(|texture| !written.contains(*texture)) {
-            let message = format!("`{}` reads `{early}`, which no pass before it writes", step.function);
-            return Err(source.fault(step.place.clone(), message));
+    for (at, (step, read)) in steps.iter().enumerate() {
+        if let Some(early) = read.iter().find(|texture| is_own(texture) && !written.contains(*texture)) {
+            return fault(step, format!("`{}` reads `{early}`, which no pass before it writes", step.function));
         }
-        written.extend(step.texture.as_deref());
-    }
-    for (at, step) in steps.iter().enumerate() {
         let Some(texture) = step.texture.as_deref() else { continue };
+        written.insert(texture);
+        if step.rounds != Rounds::Count(1) && !read.contains(&texture) {
+            let message =
+                format!("`{}` does not read `{texture}`: of its rounds only the last would count", step.function);
+            return fault(step, message);
+        }
         // Until another takes its place, which may itself look at it.
-        let later = steps.iter().zip(read).skip(at + 1);
-        let mut until = later.scan(false, |is_over, (step, read)| {
-            let was_over = std::mem::replace(is_over, *is_over || step.texture.as_deref() == Some(texture));
-            (!was_over).then_some(read)
-        });
-        if !until.any(|read| read.contains(&texture)) {
-            let message = format!("no later pass reads `{texture}`, which `{}` writes", step.function);
-            return Err(source.fault(step.place.clone(), message));
+        let next = steps.iter().skip(at + 1).position(|(later, _)| later.texture.as_deref() == Some(texture));
+        let mut until = steps.iter().skip(at + 1).take(next.map_or(usize::MAX, |next| next + 1));
+        if !until.any(|(_, read)| read.contains(&texture)) {
+            return fault(step, format!("no later pass reads `{texture}`, which `{}` writes", step.function));
         }
     }
     Ok(())
@@ -185,7 +205,10 @@ mod tests {
         assert_eq!(steps[0], step("fs_a", Some("wide"), 4, Rounds::Count(3)));
         assert_eq!(steps[1], step("b", Some("wide"), 1, Rounds::Setting("rounds".into())));
         assert_eq!(steps[2], step("fs_c", None, 1, Rounds::Count(1)));
-        assert_eq!([steps[0].name(), steps[1].name()], ["a", "b"]);
+        assert_eq!([&steps[0].name, &steps[1].name], ["a", "b"]);
+        let names: Vec<String> =
+            parsed("fs_a -> x, a -> x, fs_").expect("three").into_iter().map(|step| step.name).collect();
+        assert_eq!(names, ["fs_a", "a", "fs_"]);
     }
 
     #[test]
@@ -199,6 +222,9 @@ mod tests {
             ("fs_a ->, fs_b", "followed by the name of a texture"),
             ("fs_a -> radiance, fs_b", "`radiance` is declared already"),
             ("fs_a -> wide 1/0, fs_b", "`1/0` is no size"),
+            ("fs_a -> wide 1/+2, fs_b", "`1/+2` is no size"),
+            ("fs_a -> wide 1/02, fs_b", "`1/02` is no size"),
+            ("fs_a -> wide x +3, fs_b", "followed by a number of rounds"),
             ("fs_a -> wide 1/65, fs_b", "`1/65` is no size"),
             ("fs_a -> wide x, fs_b", "followed by a number of rounds"),
             ("fs_a -> wide x 0, fs_b", "followed by a number of rounds"),
@@ -216,11 +242,14 @@ mod tests {
     #[test]
     fn textures_are_written_before_they_are_read_and_read_after() {
         let checked = |list: &str, read: &[&[&str]]| {
-            let read: Vec<Vec<&str>> = read.iter().map(|read| read.to_vec()).collect();
-            check(Source { file: "a.wgsl", text: list }, &parsed(list).expect(list), &read)
-                .map_err(|error| error.to_string())
+            let steps = parsed(list).expect(list);
+            let steps: Vec<_> = steps.iter().zip(read).map(|(step, read)| (step, read.to_vec())).collect();
+            check(Source { file: "a.wgsl", text: list }, &steps).map_err(|error| error.to_string())
         };
         checked("a -> x, b -> x, c", &[&[], &["x"], &["x"]]).expect("ping-pong");
+        checked("a -> x, b -> x x 4, c", &[&["radiance"], &["x"], &["x"]]).expect("rounds");
+        let deaf = checked("a -> x x 2, b", &[&["radiance"], &["x"]]).expect_err("rounds that do not go on");
+        assert!(deaf.contains("of its rounds only the last would count"), "{deaf}");
         let early = checked("a -> x, b", &[&["x"], &["x"]]).expect_err("early");
         assert!(early.contains("`a` reads `x`, which no pass before it writes"), "{early}");
         for (list, read) in [

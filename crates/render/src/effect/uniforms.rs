@@ -139,16 +139,19 @@ impl Uniforms {
     }
 
     /// The range of the setting of a key, if it is a single `u32` that has both ends.
-    pub fn range_of_count(&self, key: &str) -> Option<(f64, f64)> {
-        let info = self.settings.iter().find(|info| info.key == key)?;
+    pub fn range_of_count(&self, effect: &str, key: &str) -> Option<(f64, f64)> {
+        let (setting, _) = self.fields.get(self.field(effect, key)?)?.setting?;
+        let info = self.settings.get(setting)?;
         let is_count = matches!(info.kind, SettingType::Number(NumberType { scalar: Scalar::U32, count: 1 }));
         info.min.zip(info.max).filter(|_| is_count)
     }
 
     /// The present value of the number that a key sets.
-    pub fn count(&self, key: &str) -> Option<u32> {
-        let (_, value) = self.values().into_iter().find(|(known, _)| known == key)?;
-        if let SettingValue::Integer(count) = value { u32::try_from(count).ok() } else { None }
+    pub fn count(&self, effect: &str, key: &str) -> Option<u32> {
+        let field = self.fields.get(self.field(effect, key)?)?;
+        let (_, kind) = field.setting?;
+        let components = read(&self.blocks.get(field.block)?.bytes, field.offset, kind);
+        components.first().map(|count| *count as u32)
     }
 
     /// Whether [`Self::set`] knows the key.

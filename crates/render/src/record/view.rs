@@ -56,6 +56,8 @@ pub struct PreparedView {
     pub is_environment_dark: bool,
     /// Whether the frame goes on from the view's last one, so that histories hold what that left.
     pub goes_on: bool,
+    /// The same of what is made of a picture that is shown: the last one was, too, and belongs to this one.
+    pub display_goes_on: bool,
     /// Of how many samples the picture is the mean.
     pub sample_count: u32,
     /// How many samples of a pixel surfaces cover that are shaded where they are drawn (`msaa.samples`).
@@ -221,6 +223,7 @@ pub(crate) struct Viewed<'a> {
     pub name: Cow<'static, str>,
     pub size: (u32, u32),
     pub goes_on: bool,
+    pub display_goes_on: bool,
     pub sample_count: u32,
     pub pixel_samples: u32,
     pub uniform: ViewUniform,
@@ -288,6 +291,7 @@ impl Viewed<'_> {
             light_count: self.light_count,
             is_environment_dark: self.environment.is_dark(),
             goes_on: self.goes_on,
+            display_goes_on: self.display_goes_on,
             sample_count: self.sample_count,
             pixel_samples: self.pixel_samples,
             draws: self.draws,

@@ -55,6 +55,8 @@ pub(super) struct ViewState {
     pub unsettled: Option<Arc<[Rectangle]>>,
     /// Of how many samples the picture of the last frame is.
     pub sample_count: u32,
+    /// Whether that frame made a picture, and was not only added to one.
+    pub was_shown: bool,
     /// What the last frame left means of, and what their radiance is multiplied by.
     pub means_of: MeansOf,
     pub pre_exposure: f32,
@@ -76,6 +78,7 @@ impl ViewState {
             has_settled: false,
             unsettled: None,
             sample_count: 1,
+            was_shown: false,
             means_of: MeansOf::Nothing,
             pre_exposure: 1.0,
             background_radiance: (Background::Transparent, 1.0),

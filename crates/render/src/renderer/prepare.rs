@@ -237,6 +237,7 @@ impl Renderer {
         let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
         let uniform = self.view_uniform(asked, range, *size, filtering);
         let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
+        let display_goes_on = request.goes_on || request.sample_index > 0 && state.was_shown;
         let ViewState { tables, lists, unsettled, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
         stats.draws += (draws.opaque.len() + draws.transmissive.len() + draws.blended.len()) as u32;
@@ -264,6 +265,7 @@ impl Renderer {
                 name: name.into(),
                 size,
                 goes_on: request.goes_on || request.sample_index > 0,
+                display_goes_on,
                 sample_count,
                 pixel_samples: if is_of_variables || asked.counts_pairs { 1 } else { settings.msaa.samples.count() },
                 uniform,
@@ -333,6 +335,7 @@ impl Renderer {
             name: "".into(),
             size: asked.size,
             goes_on: false,
+            display_goes_on: false,
             sample_count: 1,
             pixel_samples: 1,
             uniform: ViewUniform { sample_index: asked.request.dealing().pattern(), ..ready.view.uniform },

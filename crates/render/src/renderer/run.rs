@@ -358,6 +358,7 @@ fn keep(
             let goes_on = state.has_settled && asked.request.sample_index > 0;
             let looks = matches!(asked.adaptive_step(), adaptive::Step::Settle { .. });
             (_, state.sample_count) = asked.request.sample();
+            state.was_shown = !matches!(purpose, Purpose::Sample);
             state.unsettled = state.unsettled.take().filter(|_| goes_on);
             state.has_settled = ready.is_adaptive && (goes_on || looks);
             state.means_of = asked.means_of;

@@ -86,7 +86,7 @@ fn located(file: &str, own: &str, fault: Fault) -> Diagnostic {
         diagnostic = diagnostic.note(format!("{label} ({}:{}:{})", place.file, place.line, place.column));
     }
     for (_, label) in outside.iter().filter(|(_, label)| !label.is_empty()) {
-        diagnostic = diagnostic.note(format!("{label} (in what every effect finds declared)"));
+        diagnostic = diagnostic.note(format!("{label} (in what effects find declared)"));
     }
     fault.notes.iter().fold(diagnostic, |diagnostic, note| diagnostic.note(note))
 }
