@@ -310,6 +310,8 @@ fn wrong_lists_of_passes_are_errors_that_say_where() {
         (main("fs", &load("display")), "`//! reads: display` in the header declares it"),
         (main("fs", "vec4f(uv_at(p.xy), 0.0, 0.0)"), "a list of several `//! passes:`"),
         (format!("//! passes: fs_a -> fn, fs_b\n{a}{b}"), "mine.wgsl:1:13: error: a texture cannot be called `fn`"),
+        (format!("//! passes: fs_a -> depth, fs_b\n{a}{b}"), "a texture cannot be called `depth`"),
+        (format!("//! passes: fs_a -> radiance, fs_b\n{a}{b}"), "a texture cannot be called `radiance`"),
         (format!("//! passes: fs_a -> max, fs_b\n{a}{b}"), "a texture cannot be called `max`"),
         (format!("//! passes: fs_a -> vec4f, fs_b\n{a}{b}"), "a texture cannot be called `vec4f`"),
         (format!("//! passes: fs_a -> view, fs_b\n{a}{b}"), "a texture cannot be called `view`"),

@@ -1,7 +1,7 @@
 //! An effect as its file has it, before a device compiles it.
 
 use super::EffectStage;
-use super::header::{Header, Source};
+use super::header::{Header, READS, Source};
 use super::scan::{Scan, scan};
 use super::steps::{self, Rounds, STEPS_MAX, Step};
 use super::uniforms::{OWN_GROUP, Uniforms};
@@ -215,7 +215,8 @@ fn check_textures(source: Source<'_>, scan: &Scan, steps: &[(Step, Vec<Vec<Slot>
 fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> Result<(), Box<Diagnostic>> {
     for step in &header.steps {
         let Some(texture) = &step.texture else { continue };
-        let is_own = scan.functions.contains_key(texture)
+        let is_taken = READS.iter().any(|(name, _)| name == texture)
+            || scan.functions.contains_key(texture)
             || scan.variables.contains_key(texture)
             || scan.members.keys().any(|(structure, _)| structure == texture);
         let trial = format!(
@@ -224,7 +225,7 @@ fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> Result<(), B
             include_str!("display.wgsl"),
             include_str!("steps.wgsl"),
         );
-        if is_own || locate::parse(source.file, &trial, "").is_err() {
+        if is_taken || locate::parse(source.file, &trial, "").is_err() {
             let message = format!("a texture cannot be called `{texture}`");
             let note = "it is a word of WGSL, or something of that name is declared already";
             return Err(Box::new(source.fault(step.place.clone(), message).note(note)));

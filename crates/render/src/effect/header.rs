@@ -8,7 +8,7 @@ use std::ops::Range;
 /// The words that a header may hold.
 const WORDS: [&str; 3] = ["effect", "reads", "passes"];
 /// What an effect may say that it reads, and the name of each in the shader.
-const READS: [(&str, &str); 7] = [
+pub(super) const READS: [(&str, &str); 7] = [
     ("depth", "linear_depth"),
     ("normal", "normal"),
     ("base_color", "base_color"),

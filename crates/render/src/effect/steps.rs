@@ -1,27 +1,12 @@
 //! The passes of an effect, as the line `//! passes:` of its header has them.
 
-use super::header::{DISPLAY, Source};
+use super::header::Source;
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// An effect has at most so many passes, each drawn at most so often.
 pub(super) const STEPS_MAX: usize = 64;
-
-/// The names that an effect's own textures cannot have, because its shader finds them declared.
-const TAKEN: [&str; 11] = [
-    "base_color",
-    "normal",
-    "material",
-    "linear_depth",
-    "depth",
-    "radiance",
-    "previous",
-    "linear_clamp",
-    "nearest_clamp",
-    "drawn",
-    DISPLAY,
-];
 
 /// A pass of an effect.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,11 +98,6 @@ fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Bo
     if words.next_if_eq(&"->").is_some() {
         let texture = words.next().filter(|word| is_identifier(word));
         let texture = texture.ok_or_else(|| malformed("`->` is followed by the name of a texture".into()))?;
-        if TAKEN.contains(&texture) {
-            return Err(malformed(format!(
-                "`{texture}` is declared already; the effect's own textures have other names"
-            )));
-        }
         step.texture = Some(texture.into());
     }
     if let Some(size) = words.next_if(|word| word.starts_with("1/")) {
@@ -220,7 +200,6 @@ mod tests {
             ("fs_a 1/2", "the last pass makes the result"),
             ("2d -> wide, fs_b", "begins with no name"),
             ("fs_a ->, fs_b", "followed by the name of a texture"),
-            ("fs_a -> radiance, fs_b", "`radiance` is declared already"),
             ("fs_a -> wide 1/0, fs_b", "`1/0` is no size"),
             ("fs_a -> wide 1/+2, fs_b", "`1/+2` is no size"),
             ("fs_a -> wide 1/02, fs_b", "`1/02` is no size"),
