@@ -50,7 +50,7 @@ for (const { name, model, width, height, groups, variant, options, effects, vari
           const second = performance.now() - first;
           // An effect that keeps what it made makes more of it.
           const isSame = pixels.every((value, index) => value === again[index]);
-          const keeps = effects.some(({ source }) => /^\/\/! reads:.*\bprevious\b/m.test(source));
+          const keeps = effects.some(({ source }) => /^\/\/! reads:.*\bprevious\b/m.test(source ?? ""));
           if (keeps && isSame) throw new Error("an effect with a history makes nothing of it");
           if (!keeps && !isSame) throw new Error("the second frame differs from the first");
           if (groups) {

@@ -23,7 +23,7 @@ cargo xtask COMMAND
   browser   only the browser tests, with the web package as it was built last, or else built as by `web --fast` (about
               3 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
   bench     measure every way of lighting against brute force, and the loop over lights against its limit; ratios within
-              one run (about 12 minutes); `bench --help` lists its tables and options
+              one run (about 14 minutes); `bench --help` lists its tables and options
   fidelity  render the scenes that others publish pictures of, and say how far ours are from those (about 3 minutes);
               `fidelity --help` lists its options
   goldens   write the golden pictures again; look at every change before you commit it
@@ -64,7 +64,7 @@ fn main() -> Result<()> {
         ["bench", options @ ..] => match bench::Options::parse(options) {
             Ok(options) => {
                 steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
-                steps.run("bench", "12 min, and 4 min to build", || bench::run(&options));
+                steps.run("bench", "14 min, and 4 min to build", || bench::run(&options));
             }
             Err(error) => {
                 eprintln!("error: {error}\nhint: cargo xtask bench --help lists tables and options");

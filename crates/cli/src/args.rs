@@ -81,8 +81,8 @@ pub enum Command {
     },
     /// List the keys of `--set` and of files of `--settings`, without a GPU.
     Settings {
-        /// List the keys of the effect in this file too; may be given again.
-        #[arg(long = "effect", value_name = "FILE.wgsl")]
+        /// List the keys of this effect too; may be given again.
+        #[arg(long = "effect", value_name = "NAME|FILE.wgsl")]
         effects: Vec<PathBuf>,
         /// Print JSON: an array of objects with key, type, default, min, max, choices, unit, needs, doc.
         ///
@@ -122,10 +122,11 @@ pub struct ChangeArgs {
     /// How lights are found for a pixel; short for --set lights.culling [default: clustered].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
     pub light_culling: Option<String>,
-    /// Put an effect of your own, one WGSL file, before or after the tone curve; may be given again.
+    /// Put an effect before or after the tone curve, by its name or in a WGSL file of your own; may be given again.
     ///
-    /// docs/effects.md has the form, and crates/render/examples/effects files to begin with. The file declares its settings with their defaults; `manypass settings --effect FILE.wgsl` lists them.
-    #[arg(long = "effect", value_name = "FILE.wgsl")]
+    /// Built in are bloom, blur, film, fxaa, glow and sharpen; docs/effects.md has the form of a file. Each declares its
+    /// settings with their defaults; `manypass settings --effect NAME|FILE.wgsl` lists them.
+    #[arg(long = "effect", value_name = "NAME|FILE.wgsl")]
     pub effects: Vec<PathBuf>,
     /// Change a setting; `manypass settings` lists the keys; may be given again.
     ///

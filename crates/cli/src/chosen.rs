@@ -150,7 +150,7 @@ fn effect_hint(key: &str, effects: &[EffectFile]) -> &'static str {
     // A key without a group is none of an effect's, either.
     let is_known = Settings::declared().iter().any(|info| group(&info.key) == group(key));
     let is_given = effects.iter().any(|effect| group(key).is_some_and(|group| group == effect.name()));
-    if is_known || is_given || group(key).is_none() { "" } else { "; settings of effects need --effect FILE" }
+    if is_known || is_given || group(key).is_none() { "" } else { "; settings of effects need --effect NAME|FILE.wgsl" }
 }
 
 /// Where the keys are listed.

@@ -9,6 +9,7 @@ use crate::job::Job;
 use crate::looks::Subject;
 use crate::output;
 use crate::pattern::{Output, is_stdout};
+use crate::request::is_built_in;
 use manypass_offline::atomic;
 use manypass_scene::environment::files_of;
 use manypass_scene::formats;
@@ -78,7 +79,7 @@ impl Places {
     /// What one input and `effects` read.
     pub fn of_input_and_effects(input: &Input, effects: &[PathBuf]) -> Self {
         let mut places = Self::of_input(input);
-        effects.iter().for_each(|path| places.read(path, format!("the effect {}", path.display())));
+        places.read_effects(effects);
         places
     }
 
@@ -99,9 +100,15 @@ impl Places {
         places
     }
 
+    /// The files of effects; built-in ones have none.
+    fn read_effects(&mut self, effects: &[PathBuf]) {
+        let files = effects.iter().filter(|path| !is_built_in(path));
+        files.for_each(|path| self.read(path, format!("the effect {}", path.display())));
+    }
+
     /// The effects and the file of settings that flags name.
     fn read_named(&mut self, frame: &FrameArgs) {
-        frame.change.effects.iter().for_each(|path| self.read(path, format!("the effect {}", path.display())));
+        self.read_effects(&frame.change.effects);
         frame.settings.iter().for_each(|path| self.read(path, format!("the settings {}", path.display())));
     }
 

@@ -25,9 +25,11 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
     let mut effects: Vec<EffectFile> = Vec::new();
     for path in paths {
         let file = path.display().to_string();
-        let text = read_text(path, "name a WGSL file")?;
-        let effect =
-            EffectFile::parse(&file, &text).map_err(|error| program_failure(&error, "correct the WGSL file"))?;
+        let parsed = match EffectFile::built_in(&file) {
+            Some(built_in) => built_in,
+            None => EffectFile::parse(&file, &read_text(path, &effect_hint())?),
+        };
+        let effect = parsed.map_err(|error| program_failure(&error, "correct the WGSL file"))?;
         if let Some(other) = effects.iter().find(|other| other.name() == effect.name()) {
             return Err(Failure::usage(
                 format!("two effects are called `{}`: {} and {file}", effect.name(), other.file()),
@@ -37,6 +39,16 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
         effects.push(effect);
     }
     Ok(effects)
+}
+
+/// Whether this is the name of a built-in effect, in place of a file. `./NAME` is a file in any case.
+pub fn is_built_in(path: &Path) -> bool {
+    path.to_str().is_some_and(EffectFile::is_built_in)
+}
+
+fn effect_hint() -> String {
+    let names: Vec<_> = EffectFile::built_in_names().collect();
+    format!("name a WGSL file, or a built-in effect: {}", names.join(", "))
 }
 
 /// The effects, compiled for the renderer's device.
@@ -61,7 +73,8 @@ pub fn hidden_settings(files: &[EffectFile]) -> Vec<String> {
 /// What the report says of an effect.
 pub fn effect_values(file: &EffectFile) -> serde_json::Value {
     let settings: std::collections::BTreeMap<_, _> = file.values().into_iter().collect();
-    serde_json::json!({ "path": file.file(), "name": file.name(), "settings": settings })
+    let path = Some(file.file()).filter(|path| !EffectFile::is_built_in(path));
+    serde_json::json!({ "path": path, "name": file.name(), "settings": settings })
 }
 
 /// The text of a file that somebody wrote; a device may have no end.

@@ -104,9 +104,9 @@ fn errors_begin_with_file_line_and_column_and_keep_their_lines() {
             &["--settings", "value.toml"],
             2,
             "value.toml:2:1: error: no setting is called `lines.color`\n",
-            "need --effect FILE",
+            "need --effect NAME|FILE.wgsl",
         ),
-        (&["--set", "lines.x=1"], 2, "error: no setting is called `lines.x`\n", "need --effect FILE"),
+        (&["--set", "lines.x=1"], 2, "error: no setting is called `lines.x`\n", "need --effect NAME|FILE.wgsl"),
         (&["--settings", "syntax.toml"], 2, "syntax.toml:2:8: error: ", "2 | rest = = 1\n  |        ^"),
         (
             &["--effect", "lines.wgsl", "--set", "lines.rest=2"],

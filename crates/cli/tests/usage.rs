@@ -65,7 +65,7 @@ fn wrong_usage_ends_with_2_and_says_what_is_wrong() {
         (&["render", "a.glb", "--orbit", "0,0,0"], "RADIUS must be above 0"),
         (&["render", "a.glb", "--orbit", "0,0,-2"], "RADIUS must be above 0"),
         (&["render", "a.glb", "--orbit", "1e38,0,auto"], "out of range"),
-        (&["render", "a.glb", "--set", "fx.strength=0.1"], "settings of effects need --effect FILE"),
+        (&["render", "a.glb", "--set", "fx.strength=0.1"], "settings of effects need --effect NAME|FILE.wgsl"),
         (&["render", "a.glb", "--report", "r_{stem}.json"], "one file for the whole call"),
         (&["render", "a.glb", "--frames", "0..1", "--dump-passes", "d/"], "d/ is one place for all frames"),
         (&["bench", "a.glb", "--png", "x.jpg"], "does not end in .png"),

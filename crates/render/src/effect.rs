@@ -2,6 +2,7 @@
 
 mod file;
 mod header;
+mod library;
 mod padding;
 mod scan;
 mod steps;

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{plain_request, renderer};
+use common::{built_in, plain_request, renderer};
 use manypass::{Averaging, Background, EffectFile, EffectStage, FrameRequest, Renderer, Tonemap, WgslEffect};
 use manypass_scene::Scene;
 use manypass_testkit::scenes;
@@ -16,11 +16,6 @@ const SIZE: (u32, u32) = (65, 65);
 const IMPULSE: &str = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {
     return vec4f(select(0.0, 1000.0, all(vec2i(p.xy) == vec2i(32))));
 }";
-
-const BLUR: &str = include_str!("../examples/effects/blur.wgsl");
-const FILM: &str = include_str!("../examples/effects/film.wgsl");
-const GLOW: &str = include_str!("../examples/effects/glow.wgsl");
-const SHARPEN: &str = include_str!("../examples/effects/sharpen.wgsl");
 
 fn effect(renderer: &Renderer, source: &str) -> Arc<WgslEffect> {
     Arc::new(WgslEffect::new(renderer.gpu(), "mine.wgsl", source).unwrap_or_else(|error| panic!("{error}")))
@@ -57,7 +52,7 @@ fn picture(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, sampl
 #[test]
 fn a_blur_keeps_energy_and_is_the_same_in_every_direction() {
     let (mut renderer, scene, mut request) = drawn();
-    let blur = effect(&renderer, BLUR);
+    let blur = built_in(&renderer, "blur");
     blur.set("blur.sigma_px", "5").unwrap();
     request.effects = vec![effect(&renderer, IMPULSE), blur];
     let blurred = radiance(&mut renderer, &scene, &request);
@@ -239,8 +234,8 @@ fn an_effect_that_is_off_is_as_if_it_were_not_listed() {
     request.settings.background.source = Background::Color([0.2, 0.4, 0.8]);
     let plain = picture(&mut renderer, &scene, &request, 16);
     let samples = renderer.read_samples_mean().unwrap();
-    for (source, key) in [(FILM, "film.enabled"), (GLOW, "glow.enabled")] {
-        let effect = effect(&renderer, source);
+    for (name, key) in [("film", "film.enabled"), ("glow", "glow.enabled")] {
+        let effect = built_in(&renderer, name);
         effect.set(key, "false").unwrap();
         request.effects = vec![effect];
         assert_eq!(picture(&mut renderer, &scene, &request, 16), plain, "{key}");
@@ -249,29 +244,86 @@ fn an_effect_that_is_off_is_as_if_it_were_not_listed() {
 }
 
 #[test]
-fn the_sample_effects_do_what_they_say() {
+fn built_in_effects_with_nothing_to_do_leave_the_picture() {
     let (mut renderer, scene, mut request) = drawn();
     request.settings.tone_map.dither = 0.0;
     let plain = picture(&mut renderer, &scene, &request, 1);
-    let sum = |picture: &[u8]| picture.iter().map(|value| f64::from(*value)).sum::<f64>();
-    for (source, off, brighter) in [
-        (GLOW, ("glow.strength", "0"), Some(true)),
-        (FILM, ("film.enabled", "false"), Some(false)),
-        (SHARPEN, ("sharpen.strength", "0"), None),
-        (BLUR, ("blur.sigma_px", "0.1"), None),
-    ] {
-        let effect = effect(&renderer, source);
+    let nothing = [
+        ("bloom", "strength", "0"),
+        ("blur", "sigma_px", "0.1"),
+        ("film", "enabled", "false"),
+        ("fxaa", "threshold_dark", "1"),
+        ("glow", "strength", "0"),
+        ("sharpen", "strength", "0"),
+    ];
+    assert!(EffectFile::built_in_names().eq(nothing.map(|(name, ..)| name)), "every one has its line here");
+    assert!(EffectFile::built_in("blom").is_none() && !EffectFile::is_built_in("blom"));
+    for (name, setting, value) in nothing {
+        let effect = built_in(&renderer, name);
+        assert_eq!(effect.name(), name);
+        assert!(effect.settings().iter().all(|info| info.default.is_some() && !info.doc.is_empty()), "{name}");
         request.effects = vec![effect.clone()];
-        let with = picture(&mut renderer, &scene, &request, 1);
-        assert_ne!(with, plain, "{}", effect.name());
-        if let Some(brighter) = brighter {
-            assert_eq!(sum(&with) > sum(&plain), brighter, "{}", effect.name());
-        }
-        effect.set(off.0, off.1).unwrap();
+        assert_ne!(picture(&mut renderer, &scene, &request, 1), plain, "{name}");
+        effect.set(&format!("{name}.{setting}"), value).unwrap();
         let without = picture(&mut renderer, &scene, &request, 1);
         let far = without.iter().zip(&plain).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-        assert!(far <= 1, "{}: {far}", effect.name());
+        assert!(far <= 1, "{name}: {far}");
     }
+}
+
+#[test]
+fn bloom_spreads_light_and_adds_none() {
+    let (mut renderer, scene, mut request) = drawn();
+    let bloom = built_in(&renderer, "bloom");
+    bloom.set("bloom.strength", "0.5").unwrap();
+    let flat = effect(&renderer, "@fragment fn fs() -> @location(0) vec4f { return vec4f(0.25, 0.5, 2.0, 1.0); }");
+    request.effects = vec![flat, bloom.clone()];
+    let found = radiance(&mut renderer, &scene, &request);
+    let far = found.chunks_exact(4).flat_map(|pixel| [pixel[0] - 0.25, pixel[1] - 0.5, pixel[2] - 2.0, pixel[3] - 1.0]);
+    assert!(far.map(f32::abs).fold(0.0, f32::max) < 0.004, "what is flat stays flat");
+    // Far from the edges, where nothing is lost. A threshold leaves what is darker where it was.
+    (request.width, request.height) = (256, 256);
+    for threshold in ["0", "500"] {
+        bloom.set("bloom.threshold", threshold).unwrap();
+        bloom.set("bloom.spread", "0.5").unwrap();
+        let middle = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {
+            return vec4f(select(0.0, 1000.0, all(vec2i(p.xy) / 4 == vec2i(32))));
+        }";
+        request.effects = vec![effect(&renderer, middle), bloom.clone()];
+        let found = radiance(&mut renderer, &scene, &request);
+        let sum: f64 = found.chunks_exact(4).map(|pixel| f64::from(pixel[0])).sum();
+        assert!((sum / 16_000.0 - 1.0).abs() < 0.01, "{sum}");
+        let of = |x: usize, y: usize| found[4 * (y * 256 + x)];
+        assert!(of(130, 130) < 900.0 && of(120, 130) > 0.1, "{} {}", of(130, 130), of(120, 130));
+    }
+}
+
+#[test]
+fn fxaa_smooths_edges_and_leaves_flat_areas_alone() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.settings.tone_map.dither = 0.0;
+    let plain = picture(&mut renderer, &scene, &request, 1);
+    let reference = picture(&mut renderer, &scene, &request, 64);
+    let fxaa = built_in(&renderer, "fxaa");
+    request.effects = vec![fxaa.clone()];
+    let smooth = picture(&mut renderer, &scene, &request, 1);
+    let rms = |picture: &[u8]| {
+        let squares = picture.iter().zip(&reference).map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2));
+        (squares.sum::<f64>() / picture.len() as f64).sqrt()
+    };
+    println!("rms to 64 samples: {:.2} with, {:.2} without", rms(&smooth), rms(&plain));
+    assert!(rms(&smooth) < 0.7 * rms(&plain));
+    // Pixels that differ little from those around them are as they were.
+    let at = |x: usize, y: usize| &plain[4 * (y * SIZE.0 as usize + x)..][..4];
+    let (mut flat, mut changed) = (0, 0);
+    for (x, y) in (1..SIZE.0 as usize - 1).flat_map(|x| (1..SIZE.1 as usize - 1).map(move |y| (x, y))) {
+        let around = [at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)];
+        if around.iter().flat_map(|other| other.iter().zip(at(x, y))).all(|(a, b)| a.abs_diff(*b) < 4) {
+            flat += 1;
+            changed += u32::from(smooth[4 * (y * SIZE.0 as usize + x)..][..4] != *at(x, y));
+        }
+    }
+    assert!(flat > 500 && changed == 0, "{changed} of {flat}");
 }
 
 #[test]

@@ -7,10 +7,9 @@ mod common;
 #[path = "goldens/subjects.rs"]
 mod subjects;
 
-use manypass::{Renderer, WgslEffect};
+use manypass::Renderer;
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use subjects::Subject;
 
 /// Software adapters differ by two to three levels from host to host (they use other vector units), and at edges, where
@@ -41,8 +40,8 @@ fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     let (mut width, mut height) = (0, 0);
     for (strip, request) in subject.strips.iter().enumerate() {
         let mut request = request.clone();
-        if let Some((name, text)) = subject.effects.get(strip) {
-            request.effects = vec![Arc::new(WgslEffect::new(renderer.gpu(), name, text).unwrap())];
+        if let Some(name) = subject.effects.get(strip) {
+            request.effects = vec![common::built_in(renderer, name)];
         }
         request.sample_count = 4;
         for sample_index in 0..request.sample_count {

@@ -38,6 +38,10 @@ export interface RenderOptions {
  * by key (`{ "echo.share": 0.25 }`).
  */
 export interface EffectFile { file: string; source: string; settings?: RenderOptions["settings"]; }
+/** An effect that is built in, by its name. */
+export interface BuiltInEffect {
+  name: "bloom" | "blur" | "film" | "fxaa" | "glow" | "sharpen"; settings?: RenderOptions["settings"];
+}
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
 /** The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds. */
@@ -83,7 +87,7 @@ extern "C" {
     #[wasm_bindgen(typescript_type = "Picked")]
     pub type Picked;
     /// Effects of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "EffectFile[]")]
+    #[wasm_bindgen(typescript_type = "(EffectFile | BuiltInEffect)[]")]
     pub type EffectFiles;
     /// `Resources` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "Resources | undefined")]

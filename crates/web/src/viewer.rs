@@ -318,7 +318,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Puts effects between shading and tone curve from now on, in the place of those before.
+    /// Puts effects before and after the tone curve from now on, in the place of those before.
     ///
     /// # Errors
     /// When one does not compile, or a setting is refused; the message names file, line and column. Nothing is changed
@@ -328,10 +328,14 @@ impl Viewer {
         let mut compiled: Vec<Arc<dyn Effect>> = Vec::new();
         for effect in js_sys::Array::from(&effects.into()).iter() {
             let text = |key: &str| js_sys::Reflect::get(&effect, &key.into()).ok().and_then(|value| value.as_string());
-            let (Some(file), Some(source)) = (text("file"), text("source")) else {
-                return Err(JsError::new("an effect is an object with `file` and `source`"));
+            let mut parsed = match (text("name"), text("file"), text("source")) {
+                (None, Some(file), Some(source)) => EffectFile::parse(&file, &source)?,
+                (Some(name), None, None) => EffectFile::built_in(&name).ok_or_else(|| {
+                    let known: Vec<_> = EffectFile::built_in_names().collect();
+                    JsError::new(&format!("no effect is called `{name}`; there is: {}", known.join(", ")))
+                })??,
+                _ => return Err(JsError::new("an effect is an object with `name`, or with `file` and `source`")),
             };
-            let mut parsed = EffectFile::parse(&file, &source)?;
             if let Some(settings) = js_sys::Reflect::get(&effect, &"settings".into()).ok().filter(JsValue::is_object) {
                 for (key, value) in options::entries(&settings) {
                     parsed.give(&key, &value)?;

@@ -2,6 +2,7 @@
 //! one that brute force draws.
 
 mod baseline;
+mod effects;
 mod environment;
 mod fields;
 mod levels;
@@ -82,6 +83,7 @@ impl Bench<'_> {
             (TableName::Fields, _) => fields::print(self),
             (TableName::Textures, _) => self.print_textures(),
             (TableName::Levels, _) => levels::print(self),
+            (TableName::Effects, _) => effects::print(self),
             (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),

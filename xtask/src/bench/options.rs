@@ -17,6 +17,7 @@ Tables:
             measured in the same run (`cargo bench -p manypass --bench limit`), and the frame against forward and brute force
   textures  memory of the textures of a frame of 1920x1080
   levels    10,000 small things with and without levels of detail of meshes and materials
+  effects   built-in effects at 1920x1080 beside a plain copy, and a blur in two dimensions beside that in rows and columns
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
 
@@ -30,7 +31,7 @@ Options:
   --baseline PROGRAM  run the table baseline against another build of manypass; alone, unless --only names other tables, too
   --program PROGRAM   measure this build of manypass; otherwise the release build, which is made first
 
-All tables take about 13 minutes on two cores with a software adapter, and 4 more to build.
+All tables take about 14 minutes on two cores with a software adapter, and 4 more to build.
 The fields of lights lie in MANYPASS_ASSETS, else beside the repository in shared/assets.
 ";
 
@@ -46,18 +47,20 @@ pub(crate) enum TableName {
     Fields,
     Textures,
     Levels,
+    Effects,
     Environment,
     Baseline,
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 8] = [
+    const ALL: [(&str, Self); 9] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
         ("fields", Self::Fields),
         ("textures", Self::Textures),
         ("levels", Self::Levels),
+        ("effects", Self::Effects),
         ("environment", Self::Environment),
         ("baseline", Self::Baseline),
     ];
@@ -108,11 +111,11 @@ impl Options {
                 _ => program = Some(PathBuf::from(value)),
             }
         }
-        use TableName::{Baseline, Environment, Fields, Graph, Levels, Shadows, Textures, Ways};
+        use TableName::{Baseline, Effects, Environment, Fields, Graph, Levels, Shadows, Textures, Ways};
         let tables = match (only, &baseline) {
             (Some(only), _) => only,
             (None, Some(_)) => vec![Baseline],
-            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Environment],
+            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Effects, Environment],
         };
         if tables.contains(&Baseline) != baseline.is_some() {
             return Err("the table baseline and --baseline PROGRAM need each other".into());
@@ -149,7 +152,7 @@ mod tests {
         assert_eq!(tables(&["--baseline", "old"]), Ok(vec![TableName::Baseline]));
         let both = tables(&["--baseline", "old", "--only", "baseline,ways"]);
         assert_eq!(both, Ok(vec![TableName::Baseline, TableName::Ways]));
-        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(7));
+        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(8));
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub(super) struct Case {
     pub variant: Option<&'static str>,
     /// With the effect [`ECHO`], and its settings.
     pub echo: Option<Echo>,
-    /// Sample effects by their names, as they are.
+    /// Built-in effects by their names, as they are.
     effects: &'static [&'static str],
     /// Whether the variables of a frame are read too; of [`variables::MODEL`].
     pub has_variables: bool,
@@ -89,7 +89,7 @@ pub(super) const CASES: [Case; 43] = [
         ..case("relief", "docs/examples/relief.stage.toml", SQUARE)
     },
     // Effects of several passes, and of display colours; `sharpen` would sharpen what rasterizers round differently.
-    Case { effects: &["glow", "film"], ..case("hall-effects", variables::MODEL, WIDE) },
+    Case { effects: &["bloom", "glow", "film"], ..case("hall-effects", variables::MODEL, WIDE) },
     // A picture of the environment, with a sun; the page is given its bytes.
     Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
     // The sky is computed in the page, too, and metered.
@@ -175,11 +175,6 @@ pub(super) const CASES: [Case; 43] = [
     },
 ];
 
-/// The file of a sample effect.
-fn sample(name: &str) -> String {
-    format!("crates/render/examples/effects/{name}.wgsl")
-}
-
 impl Case {
     /// The flags of the command line.
     pub fn arguments(&self) -> Vec<String> {
@@ -194,7 +189,7 @@ impl Case {
             let flags = ["--environment", "studio", "--environment-intensity", "1000000", "--exposure", "0"];
             arguments.extend(flags.map(String::from));
         }
-        arguments.extend(self.effects.iter().flat_map(|name| ["--effect".into(), sample(name)]));
+        arguments.extend(self.effects.iter().flat_map(|name| ["--effect", name].map(String::from)));
         if let Some(Echo { share, gain }) = self.echo {
             arguments.extend(["--effect".into(), ECHO.into()]);
             arguments.extend([
@@ -226,14 +221,12 @@ impl Case {
         if !settings.is_empty() {
             options["settings"] = settings.into();
         }
-        let source = |file: &str| std::fs::read_to_string(root().join(file));
-        let mut effects = Vec::new();
-        for file in self.effects.iter().map(|name| sample(name)) {
-            effects.push(json!({ "file": file, "source": source(&file)? }));
-        }
+        let mut effects: Vec<Value> = self.effects.iter().map(|name| json!({ "name": name })).collect();
         if let Some(Echo { share, gain }) = self.echo {
             let settings = json!({ "echo.share": share, "echo.gain": gain });
-            effects.push(json!({ "file": ECHO, "source": source(ECHO)?, "settings": settings }));
+            effects.push(
+                json!({ "file": ECHO, "source": std::fs::read_to_string(root().join(ECHO))?, "settings": settings }),
+            );
         }
         Ok((options, effects.into()))
     }

@@ -95,3 +95,9 @@ pub fn ids(aov: AovPixels) -> Vec<u32> {
         AovPixels::Float { .. } => panic!("floats are not ids"),
     }
 }
+
+/// A built-in effect on the renderer's device.
+pub fn built_in(renderer: &Renderer, name: &str) -> std::sync::Arc<manypass::WgslEffect> {
+    let file = manypass::EffectFile::built_in(name).expect("a name of the library").expect("a valid text");
+    std::sync::Arc::new(manypass::WgslEffect::compile(renderer.gpu(), file).unwrap())
+}

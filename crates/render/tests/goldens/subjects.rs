@@ -7,7 +7,7 @@ use manypass::scene::{
     Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive, Projection, Sampler, Scene, ShadingModel, Skin,
     Texture, TextureRef, TextureTransform, demo,
 };
-use manypass::{Background, Environment, FrameRequest, Tonemap, View};
+use manypass::{Background, EffectFile, Environment, FrameRequest, Tonemap, View};
 use std::sync::Arc;
 
 /// One golden.
@@ -18,8 +18,8 @@ pub struct Subject {
     pub scene: Scene,
     /// Requests of one width, drawn below one another.
     pub strips: Vec<FrameRequest>,
-    /// The effect of each strip, where there are any: its name and its text.
-    pub effects: Vec<(&'static str, &'static str)>,
+    /// The built-in effect of each strip, where there are any.
+    pub effects: Vec<&'static str>,
     /// Why the picture is known to be wrong, if it is.
     pub known_failure: Option<&'static str>,
 }
@@ -37,7 +37,7 @@ pub fn all() -> Vec<Subject> {
         skin_and_morph(),
         transparent_background(),
         hall(),
-        sample_effects(),
+        built_in_effects(),
     ]
 }
 
@@ -301,20 +301,14 @@ fn hall() -> Subject {
     Subject { name: "hall", scene, strips: vec![request], effects: Vec::new(), known_failure: None }
 }
 
-/// The sample effects, each in a strip, over boxes of colours and boxes that glow.
-fn sample_effects() -> Subject {
+/// The built-in effects, each in a strip, over boxes of colours and boxes that glow.
+fn built_in_effects() -> Subject {
     let mut subject = tone_curves();
     let mut request = subject.strips[1].clone();
-    request.height = 24;
-    request.camera.projection = Projection::Orthographic { height_m: 2.4, near_m: 0.1, far_m: 10.0 };
-    let effects = [
-        ("glow", include_str!("../../examples/effects/glow.wgsl")),
-        ("blur", include_str!("../../examples/effects/blur.wgsl")),
-        ("film", include_str!("../../examples/effects/film.wgsl")),
-        ("sharpen", include_str!("../../examples/effects/sharpen.wgsl")),
-    ];
-    subject.name = "sample_effects";
-    subject.strips = vec![request; effects.len()];
-    subject.effects = effects.to_vec();
+    request.height = 21;
+    request.camera.projection = Projection::Orthographic { height_m: 2.1, near_m: 0.1, far_m: 10.0 };
+    subject.name = "built_in_effects";
+    subject.effects = EffectFile::built_in_names().collect();
+    subject.strips = vec![request; subject.effects.len()];
     subject
 }

@@ -1,0 +1,35 @@
+//! The effects that come with the renderer: files like everybody's.
+
+use super::EffectFile;
+use crate::shader::program::ProgramError;
+
+/// Their names and texts.
+const LIBRARY: [(&str, &str); 6] = [
+    ("bloom", include_str!("../../effects/bloom.wgsl")),
+    ("blur", include_str!("../../effects/blur.wgsl")),
+    ("film", include_str!("../../effects/film.wgsl")),
+    ("fxaa", include_str!("../../effects/fxaa.wgsl")),
+    ("glow", include_str!("../../effects/glow.wgsl")),
+    ("sharpen", include_str!("../../effects/sharpen.wgsl")),
+];
+
+impl EffectFile {
+    /// The names of the effects that come with the renderer; docs/effects.md says what each does.
+    pub fn built_in_names() -> impl Iterator<Item = &'static str> {
+        LIBRARY.iter().map(|(name, _)| *name)
+    }
+
+    /// Whether an effect of this name comes with the renderer.
+    pub fn is_built_in(name: &str) -> bool {
+        Self::built_in_names().any(|known| known == name)
+    }
+
+    /// The effect of this name that comes with the renderer; none if there is none.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], which a test rules out.
+    pub fn built_in(name: &str) -> Option<Result<Self, ProgramError>> {
+        let (name, text) = LIBRARY.iter().find(|(known, _)| *known == name)?;
+        Some(Self::parse(name, text))
+    }
+}
