@@ -10,7 +10,8 @@ const CERTAIN_PX: f32 = 4.0;
 /// A triangle with a circle of this radius inside of it, too, however it is turned and wherever the sample lies.
 const CERTAIN_RADIUS_PX: f32 = 1.0;
 
-/// So many triangles of a primitive are looked at: most models have a large one among the first few.
+/// About so many triangles are looked at, evenly of all primitives: most models have a large one among the first few, and
+/// the look takes less than a millisecond.
 const TRIANGLES_LOOKED_AT: usize = 10_000;
 
 /// The longer sides of the pictures in which surfaces are looked for, where the picture is no smaller: the second,
@@ -19,8 +20,8 @@ const PROBES_PX: [f32; 2] = [128.0, 2048.0];
 
 /// Whether no pixel of what `request` asks for will show a surface, although the scene has some. Most pictures need no
 /// look at the device for it; where the camera sees no model whole, nor a triangle large enough, a small frame is drawn
-/// without light, and a larger one where that is empty. It is for a time at which nothing that was rendered waits to be
-/// read.
+/// without environment and shadows, and a larger one where that is empty. It is for a time at which nothing that was
+/// rendered waits to be read.
 ///
 /// # Errors
 /// If the renderer fails.
@@ -29,7 +30,8 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
     let projection = Projected::new(&request.camera, size_px * request.settings.render.scale);
     let surfaces: Vec<Surface> = surfaces(scene).collect();
     let is_seen = |surface: &Surface| surface.is_solid && projection.surely_shows(&surface.bounds_world);
-    let has_seen = |surface: &Surface| surface.shape.is_some_and(|shape| projection.surely_shows_part_of(shape));
+    let most = (TRIANGLES_LOOKED_AT / surfaces.len().max(1)).max(1);
+    let has_seen = |surface: &Surface| surface.shape.is_some_and(|shape| projection.surely_shows_part_of(shape, most));
     if surfaces.is_empty() || surfaces.iter().any(is_seen) || surfaces.iter().any(has_seen) {
         return Ok(false);
     }
@@ -177,8 +179,9 @@ impl Projected {
         !is_thin(bounds_world) && (high_px - low_px).min_element() >= CERTAIN_PX
     }
 
-    /// Whether one of the first triangles of a shape shows in any case, unless something hides it that shows itself.
-    fn surely_shows_part_of(&self, shape: Shape<'_>) -> bool {
+    /// Whether one of the first `most` triangles of a shape shows in any case, unless something hides it that shows
+    /// itself.
+    fn surely_shows_part_of(&self, shape: Shape<'_>, most: usize) -> bool {
         let Shape { primitive: Primitive { positions, indices, .. }, world_from_object, has_backs } = shape;
         let view_from_object = self.view_from_world * *world_from_object;
         // A mirror image has its fronts on the other side.
@@ -188,7 +191,7 @@ impl Projected {
             self.position_px(view_from_object.transform_point3(Vec3::from(*positions.get(index)?)))
         };
         let count = if indices.is_empty() { positions.len() } else { indices.len() } / 3;
-        (0..count.min(TRIANGLES_LOOKED_AT)).any(|triangle| {
+        (0..count.min(most)).any(|triangle| {
             let corners = [0, 1, 2].map(|corner| corner_px(3 * triangle + corner));
             let [Some(a), Some(b), Some(c)] = corners else { return false };
             let doubled_area = (b - a).perp_dot(c - a) * front;
@@ -263,7 +266,7 @@ mod tests {
             // The first is too far away to be seen.
             let positions = [Vec3::X * 99.0; 3].into_iter().chain(corners).map(Vec3::into).collect();
             let primitive = Primitive { positions, ..Primitive::default() };
-            projected.surely_shows_part_of(Shape { primitive: &primitive, world_from_object, has_backs })
+            projected.surely_shows_part_of(Shape { primitive: &primitive, world_from_object, has_backs }, 2)
         };
         let front = [Vec3::ZERO, Vec3::X, Vec3::Y];
         let (here, mirrored) = (Mat4::IDENTITY, Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)));

@@ -21,7 +21,7 @@ struct Fxaa {
 
 @group(2) @binding(0) var<uniform> fxaa: Fxaa;
 
-// So many steps along an edge, of 34 pixels in all.
+// So many steps along an edge, which reach 30 pixels.
 const STEPS: u32 = 12u;
 
 fn tone(color: vec4f) -> f32 {

@@ -373,7 +373,7 @@ impl WgslEffect {
         let mut step = r.own_fullscreen(name, pipeline.clone(), own_group.clone());
         for slot in pipeline.program.slots(1) {
             match offered.get(&slot.name) {
-                Some(handle) => step = step.read_own(&slot.name, handle),
+                Some(handle) => step = step.read(slot.name.clone(), handle),
                 None if slot.name == "drawn" => step = step.uniform("drawn", &drawn),
                 None if slot.name.ends_with("_clamp") => {}
                 None => {

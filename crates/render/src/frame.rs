@@ -322,7 +322,7 @@ pub fn output_passes<'f>(
     let of_display = share(accumulate::Average::Display(curve), Part::Whole);
     let of_radiance = share(accumulate::Average::Radiance, Part::Whole);
     let background = settings.background.source;
-    let is_done = tone_map::Display { curve: tone_map::Tonemap::None, exposure: 1.0, background, is_mean: true };
+    let is_done = tone_map::Display { background, is_mean: true, ..tone_map::ENCODING };
     let is_linear = tone_map::Display { curve, exposure, ..is_done };
     let mut glow = None;
     let (mean, left) = match means {
@@ -357,16 +357,17 @@ pub fn output_passes<'f>(
     let is_of_display =
         |effect: &&Arc<dyn Effect>| is_shown && effect.is_on() && effect.stage() == EffectStage::Display;
     let mut of_display = effects.iter().filter(is_of_display).peekable();
+    let tone = &settings.tone_map;
     let display = if of_display.peek().is_some() {
-        let linear = TextureDesc { format: RADIANCE, ..display.desc() };
-        let linear = r.texture_of("tone_map.linear", linear);
-        let mut linear = tone_map::record_linear(r, &settings.tone_map, left, shown, linear)?;
+        let linear = r.texture_of("tone_map.linear", TextureDesc { format: RADIANCE, ..display.desc() });
+        let left = tone_map::Display { encodes: false, ..left };
+        let mut linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
         for effect in of_display {
             linear = effect.record(r, None, linear)?;
         }
-        tone_map::record_encoded(r, &settings.tone_map, &linear, display)?
+        tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, (&linear, None), display)?
     } else {
-        tone_map::record(r, &settings.tone_map, left, shown, display)?
+        tone_map::record(r, "tone_map", tone, left, shown, display)?
     };
     let display = crate::passes::debug::record(r, &settings.debug, display)?;
     for mean in mean.into_iter().chain(glow) {

@@ -327,6 +327,41 @@ fn fxaa_smooths_edges_and_leaves_flat_areas_alone() {
 }
 
 #[test]
+fn sharpening_makes_no_halos() {
+    let (mut renderer, scene, mut request) = drawn();
+    request.settings.tone_map.dither = 0.0;
+    let plain = picture(&mut renderer, &scene, &request, 1);
+    request.effects = vec![built_in(&renderer, "sharpen")];
+    let sharp = picture(&mut renderer, &scene, &request, 1);
+    let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
+    for (x, y) in (1..width - 1).flat_map(|x| (1..height - 1).map(move |y| (x, y))) {
+        for channel in 0..3 {
+            let at = |x: usize, y: usize| 4 * (y * width + x) + channel;
+            let around = [at(x, y), at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)].map(|at| plain[at]);
+            let [low, high] = [around.iter().min(), around.iter().max()].map(|found| *found.unwrap());
+            let found = sharp[at(x, y)];
+            assert!(
+                found >= low.saturating_sub(1) && found <= high.saturating_add(1),
+                "{found} at {x}, {y} of {around:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn built_in_effects_are_named_wherever_they_are_listed() {
+    let help = include_str!("../../cli/src/args.rs");
+    let page = include_str!("../../web/src/types.rs");
+    let docs = include_str!("../../../docs/effects.md");
+    let help = help.split("Built in are ").nth(1).and_then(|rest| rest.split(';').next()).unwrap();
+    for name in EffectFile::built_in_names() {
+        assert!(help.contains(name), "--help lacks {name}");
+        assert!(page.contains(&format!("\"{name}\"")), "the page's types lack {name}");
+        assert!(docs.contains(&format!("| `{name}` |")), "docs/effects.md lacks {name}");
+    }
+}
+
+#[test]
 fn wrong_lists_of_passes_are_errors_that_say_where() {
     let main = |name: &str, body: &str| {
         format!("@fragment fn {name}(@builtin(position) p: vec4f) -> @location(0) vec4f {{ return {body}; }}\n")

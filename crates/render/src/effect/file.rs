@@ -53,7 +53,8 @@ impl EffectFile {
         let header = Header::parse(source, &scan)?;
         check_names(source, &scan, &header)?;
         let further = further_declarations(&header);
-        let (module, info) = locate::parse(file, text, &further).map_err(with_words)?;
+        let (module, info) =
+            locate::parse(file, text, &further).map_err(|fault| fault_of_names(source, &header, fault))?;
         check_module(source, &scan, &module)?;
         let composed = locate::composed(text, &further);
         let with_slots = |(step, index): (Step, usize)| {
@@ -162,19 +163,20 @@ fn found_steps(
 ) -> Result<Vec<(Step, usize)>, Box<Diagnostic>> {
     let place = |name: &str| scan.functions.get(name).cloned().unwrap_or(0..0);
     let names: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
-    if names.is_empty() {
-        let end = source.text.len();
-        return Err(source.fault(end..end, "an effect has an entry point, a `@fragment` function; this has none"));
-    }
-    if declared.is_empty() {
-        let [only] = names[..] else {
+    match (&names[..], declared) {
+        ([], _) => {
+            let end = source.text.len();
+            return Err(source.fault(end..end, "an effect has an entry point, a `@fragment` function; this has none"));
+        }
+        ([only], []) => return Ok(vec![(Step::only((*only).into()), 0)]),
+        ([_, second, ..], []) => {
             let message = format!("an effect of {} passes says in its header what becomes of them", names.len());
             let list = names.join(" -> TEXTURE, ");
             return Err(Box::new(
-                source.fault(place(names[1]), message).note(format!("such as `//! passes: {list}`, in their order")),
+                source.fault(place(second), message).note(format!("such as `//! passes: {list}`, in their order")),
             ));
-        };
-        return Ok(vec![(Step::only(only.into()), 0)]);
+        }
+        _ => (),
     }
     let indexed = declared.iter().map(|step| match names.iter().position(|name| *name == step.function) {
         Some(index) => Ok((step.clone(), index)),
@@ -210,28 +212,38 @@ fn check_textures(source: Source<'_>, scan: &Scan, steps: &[(Step, Vec<Vec<Slot>
     steps::check(source, &read)
 }
 
-/// Whether the names that a header gives to textures are free: neither words of WGSL, nor the file's own, nor those of
-/// what it finds declared.
+/// Whether the names that a header gives to textures are free: neither the file's own, nor those by which a header calls
+/// what is read.
 fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> Result<(), Box<Diagnostic>> {
-    for step in &header.steps {
-        let Some(texture) = &step.texture else { continue };
-        let is_taken = READS.iter().any(|(name, _)| name == texture)
+    let is_taken = |texture: &str| {
+        READS.iter().any(|(name, _)| *name == texture)
             || scan.functions.contains_key(texture)
             || scan.variables.contains_key(texture)
-            || scan.members.keys().any(|(structure, _)| structure == texture);
-        let trial = format!(
-            "@group(1) @binding({OWN_TEXTURES}) var {texture}: texture_2d<f32>;\n\
-             fn of_{texture}_() -> vec2u {{ return textureDimensions({texture}); }}\n{}\n{}",
+            || scan.members.keys().any(|(structure, _)| structure == texture)
+    };
+    let taken = header.steps.iter().find(|step| step.texture.as_deref().is_some_and(is_taken));
+    taken.map_or(Ok(()), |step| Err(taken_name(source, step)))
+}
+
+/// The fault of a file that is no WGSL with what its header declares: one of its textures, if that by itself is none
+/// beside what effects find declared.
+fn fault_of_names(source: Source<'_>, header: &Header, fault: Box<Diagnostic>) -> Box<Diagnostic> {
+    let is_fault = |step: &&Step| {
+        let Some(texture) = &step.texture else { return false };
+        let alone = format!(
+            "@group(1) @binding({OWN_TEXTURES}) var {texture}: texture_2d<f32>;\n{}\n{}",
             include_str!("display.wgsl"),
             include_str!("steps.wgsl"),
         );
-        if is_taken || locate::parse(source.file, &trial, "").is_err() {
-            let message = format!("a texture cannot be called `{texture}`");
-            let note = "it is a word of WGSL, or something of that name is declared already";
-            return Err(Box::new(source.fault(step.place.clone(), message).note(note)));
-        }
-    }
-    Ok(())
+        locate::parse(source.file, &alone, "").is_err()
+    };
+    header.steps.iter().find(is_fault).map_or_else(|| with_words(fault), |step| taken_name(source, step))
+}
+
+fn taken_name(source: Source<'_>, step: &Step) -> Box<Diagnostic> {
+    let texture = step.texture.as_deref().unwrap_or_default();
+    let fault = source.fault(step.place.clone(), format!("a texture cannot be called `{texture}`"));
+    Box::new(fault.note("it is a word of WGSL, or something of that name is declared already"))
 }
 
 /// The fault of a file that uses what only words of its header declare, with these words.

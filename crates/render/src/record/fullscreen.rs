@@ -82,16 +82,9 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     }
 
     /// The shader reads `handle` under `name`.
-    pub fn read(mut self, name: &'static str, handle: &Handle) -> Self {
+    pub fn read(mut self, name: impl Into<Cow<'static, str>>, handle: &Handle) -> Self {
         let read = self.pass.read(handle);
         self.bindings.push((name.into(), Binding::Read(read)));
-        self
-    }
-
-    /// As [`Self::read`], under a name that a file has given.
-    pub fn read_own(mut self, name: &str, handle: &Handle) -> Self {
-        let read = self.pass.read(handle);
-        self.bindings.push((name.to_owned().into(), Binding::Read(read)));
         self
     }
 

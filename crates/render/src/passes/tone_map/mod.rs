@@ -71,53 +71,21 @@ pub struct Display {
     pub background: Background,
     /// Whether it is for a mean, in which negative alpha marks clamped pixels, or for the radiance of one frame.
     pub is_mean: bool,
+    /// Whether what is written is the picture; otherwise linear colours, multiplied by alpha, for effects to go on with.
+    pub encodes: bool,
 }
 
-/// Records the pass, of radiance or a mean, and of the mean of what glows where that is apart.
+/// What is left of linear colours that effects went on with.
+pub const ENCODING: Display =
+    Display { curve: Tonemap::None, exposure: 1.0, background: Background::Transparent, is_mean: false, encodes: true };
+
+/// Records the pass under the name `name`, of radiance or a mean, and of the mean of what glows where that is apart.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    settings: &ToneMapSettings,
-    left: Display,
-    shown: (&Handle, Option<&Handle>),
-    output: Handle,
-) -> Result<Handle, ProgramError> {
-    record_step(r, ("tone_map", 1), settings, left, shown, output)
-}
-
-/// As [`record`], but what is written are linear colours, multiplied by alpha, for effects to go on with.
-///
-/// # Errors
-/// A program that does not compile.
-pub fn record_linear(
-    r: &mut Recorder<'_, '_>,
-    settings: &ToneMapSettings,
-    left: Display,
-    shown: (&Handle, Option<&Handle>),
-    output: Handle,
-) -> Result<Handle, ProgramError> {
-    record_step(r, ("tone_map", 0), settings, left, shown, output)
-}
-
-/// The rest, of what effects left of the linear colours.
-///
-/// # Errors
-/// A program that does not compile.
-pub fn record_encoded(
-    r: &mut Recorder<'_, '_>,
-    settings: &ToneMapSettings,
-    linear: &Handle,
-    output: Handle,
-) -> Result<Handle, ProgramError> {
-    let left = Display { curve: Tonemap::None, exposure: 1.0, background: Background::Transparent, is_mean: false };
-    record_step(r, ("tone_map.encode", 1), settings, left, (linear, None), output)
-}
-
-fn record_step(
-    r: &mut Recorder<'_, '_>,
-    (name, encodes): (&'static str, u32),
+    name: &'static str,
     settings: &ToneMapSettings,
     left: Display,
     (radiance, glow): (&Handle, Option<&Handle>),
@@ -127,6 +95,7 @@ fn record_step(
     let is_scaled = (from.width, from.height) != (to.width, to.height);
     let curve = left.curve.constant();
     let over_color = left.background.colors().is_some();
+    let encodes = u32::from(left.encodes);
     let uniform = ToneMapUniform::new(left, settings.dither, &to);
     let step = r
         .fullscreen(name, "tone_map", &[])
