@@ -12,8 +12,8 @@ use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud,
-    ground, ids, indirect, linear_depth, motion, present, resolve, shadows, tile_depth, tone_map, transparency,
-    volumes,
+    ground, ids, indirect, linear_depth, motion, occlusion, present, resolve, shadows, tile_depth, tone_map,
+    transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -215,14 +215,14 @@ fn light_passes(
 ) -> Result<(Handle, Handle), ProgramError> {
     match settings.lights.culling {
         LightCulling::Clustered | LightCulling::None => {
-            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, settings, &Lights::Clusters, gbuffer, &depth, radiance)?, depth))
         }
         LightCulling::Tiled => {
             let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
-            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, settings, &Lights::Tiles(&tile_depth), gbuffer, &depth, radiance)?, depth))
         }
         LightCulling::Volumes | LightCulling::VolumesStencil => {
-            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, &depth, radiance)?;
+            let radiance = surface_light_passes(r, settings, &Lights::Global, gbuffer, &depth, radiance)?;
             volumes::record(r, gbuffer, depth, radiance)
         }
     }
@@ -232,14 +232,17 @@ fn light_passes(
 /// reaches every pixel.
 fn surface_light_passes(
     r: &mut Recorder<'_, '_>,
+    settings: &Settings,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
+    let occlusion = occlusion::record(r, &settings.occlusion, gbuffer, depth)?;
+    let occlusion = occlusion.as_ref();
     let is_apart = !lights.adds_ambient(r) && !r.view.counts_pairs();
-    let radiance = if is_apart { indirect::record(r, gbuffer, depth, radiance)? } else { radiance };
-    direct::record(r, lights, gbuffer, depth, radiance)
+    let radiance = if is_apart { indirect::record(r, gbuffer, occlusion, depth, radiance)? } else { radiance };
+    direct::record(r, lights, gbuffer, occlusion, depth, radiance)
 }
 
 /// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded,

@@ -53,11 +53,15 @@ fn gbuffer_pack(surface: Surface) -> GbufferTexels {
     return texels;
 }
 
+fn normal_unpack(texel: vec2u) -> vec3f {
+    return direction_from_octahedral(vec2f(texel) / 65535.0 * 2.0 - 1.0);
+}
+
 fn gbuffer_unpack(texels: GbufferTexels) -> Surface {
     var surface: Surface;
     surface.base_color = texels.base_color.rgb;
     surface.occlusion = texels.base_color.a;
-    surface.normal_world = direction_from_octahedral(vec2f(texels.normal) / 65535.0 * 2.0 - 1.0);
+    surface.normal_world = normal_unpack(texels.normal);
     surface.metallic = texels.material.r;
     surface.roughness_perceptual = texels.material.g;
     surface.f0_dielectric = texels.material.b * REFLECTANCE_SCALE;

@@ -54,6 +54,7 @@ compose! {
     clusters: crate::lights::ClusterSettings,
     shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,
+    occlusion: crate::passes::occlusion::OcclusionSettings,
     adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
     aov: crate::aov::AovSettings,
@@ -92,12 +93,16 @@ impl Settings {
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
-    /// Several samples a pixel on a path that has none.
+    /// Several samples a pixel, or occlusion, on a path that has none.
     pub fn check(&self) -> Result<(), SettingsError> {
         let path = self.render.path;
         if self.msaa.samples.count() > 1 && path != Path::Forward {
             let key = format!("msaa.samples={}", self.msaa.samples.count());
             return Err(SettingsError::Needs { key, needs: "render.path=forward", found: path.name() });
+        }
+        if self.occlusion.enabled && path != Path::Deferred {
+            let key = "occlusion.enabled=true".to_owned();
+            return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
         }
         Ok(())
     }
@@ -180,6 +185,11 @@ mod tests {
             assert_eq!(error, (*path != "forward").then_some(expected));
         }
         settings.set("msaa.samples", "1").unwrap();
+        assert_eq!(settings.check(), Ok(()));
+        settings.set("occlusion.enabled", "true").unwrap();
+        let error = settings.check().unwrap_err().to_string();
+        assert_eq!(error, "`occlusion.enabled=true` needs `render.path=deferred`, which is `gouraud`");
+        settings.set("render.path", "deferred").unwrap();
         assert_eq!(settings.check(), Ok(()));
         let read = |text| Settings::from_toml("my.toml", text).map_err(|error| error.to_string());
         assert_eq!(read("[msaa]\nsamples = 4").unwrap().msaa.samples.count(), 4);

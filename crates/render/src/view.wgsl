@@ -52,6 +52,24 @@ fn position_view_from_pixel(position_px: vec2f, distance_m: f32) -> vec3f {
     return vec3f(plane * mix(distance_m, 1.0, view.orthographic), -distance_m);
 }
 
+// `dot(of.xy, position_px) + of.z` is the product of a direction in view space with x and y of the point of a pixel at
+// the distance 1.
+fn affine_of_direction_view(direction_view: vec3f) -> vec3f {
+    let scaled = direction_view.xy * view.view_from_ndc_scale;
+    return vec3f(scaled * view.inverse_size_px * vec2f(2.0, -2.0), dot(scaled, vec2f(-1.0, 1.0) - view.jitter_ndc));
+}
+
+fn pixel_from_position_view(position_view: vec3f) -> vec2f {
+    let plane = position_view.xy / mix(-position_view.z, 1.0, view.orthographic);
+    return ((plane / view.view_from_ndc_scale + view.jitter_ndc) * vec2f(0.5, -0.5) + 0.5) * view.size_px;
+}
+
+// How far the pixel of a point moves, to the first order, when the point moves by a step.
+fn pixel_step_from_step_view(position_view: vec3f, step_view: vec3f) -> vec2f {
+    let turned = (step_view.xy - position_view.xy * (step_view.z / position_view.z)) / -position_view.z;
+    return mix(turned, step_view.xy, view.orthographic) / view.view_from_ndc_scale * vec2f(0.5, -0.5) * view.size_px;
+}
+
 fn position_world_from_pixel(position_px: vec2f, distance_m: f32) -> vec3f {
     return (view.world_from_view * vec4f(position_view_from_pixel(position_px, distance_m), 1.0)).xyz;
 }

@@ -105,6 +105,9 @@ fn values_of(name: &str) -> std::ops::RangeInclusive<u32> {
         "curve" | "shown" => 0..=5,
         "blending" | "lights_of" | "reflectance_model" | "sun_count" => 0..=2,
         "light_classes" => 0..=63,
+        "side" => 1..=4,
+        "slices" => 1..=16,
+        "steps" => 1..=32,
         // Seventeen maps and the layers above.
         "material_layers" => 0..=u32::MAX,
         _ => 0..=1,
@@ -161,7 +164,7 @@ fn every_variant_is_valid_and_runs_on_webgl2() {
         }
     }
     println!("{} programs, {modules} modules, {translated} translations", PROGRAMS.len());
-    assert!((30..=64).contains(&modules), "{modules} modules");
+    assert!((30..=68).contains(&modules), "{modules} modules");
 }
 
 #[test]

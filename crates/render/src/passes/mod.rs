@@ -19,6 +19,7 @@ pub mod indirect;
 pub mod linear_depth;
 pub mod meter;
 pub mod motion;
+pub mod occlusion;
 pub mod present;
 pub mod resolve;
 pub mod shadows;

@@ -78,17 +78,29 @@ fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {
     return sum;
 }
 
+// What nothing in the picture hides: the shares of diffuse and of specular light, and the direction around which
+// diffuse light comes.
+struct Seen {
+    diffuse: vec3f,
+    specular: f32,
+    direction: vec3f,
+}
+
 fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
+    return ambient_radiance_seen(surface, shading, Seen(vec3f(1.0), 1.0, shading.normal));
+}
+
+fn ambient_radiance_seen(surface: Surface, shading: Shading, seen: Seen) -> vec3f {
     let specular_albedo = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
     let mirrored = reflect(-shading.to_eye, shading.normal);
     let grazing = grazing_share(shading.f0, 1.0, shading.dfg);
     let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha, grazing);
     let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
-    let diffuse = environment_irradiance(shading.normal) * (1.0 / PI) * shading.albedo * (1.0 - specular_albedo);
+    let diffuse = environment_irradiance(seen.direction) * (1.0 / PI) * shading.albedo * (1.0 - specular_albedo);
     let diffuse_share = diffuse_environment_share(surface);
-    var radiance = diffuse * diffuse_share + specular;
+    var radiance = diffuse * diffuse_share * seen.diffuse + specular * seen.specular;
     if sun_count > 0u {
-        radiance += suns_radiance(shading, diffuse_share);
+        radiance += suns_radiance(shading, diffuse_share) * seen.diffuse;
     }
     return radiance * surface.occlusion;
 }

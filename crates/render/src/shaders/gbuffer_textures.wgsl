@@ -2,7 +2,7 @@
 
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, position_view_from_pixel};
-import package::gbuffer::{GbufferTexels, Surface, gbuffer_unpack};
+import package::gbuffer::{GbufferTexels, Surface, gbuffer_unpack, normal_unpack};
 
 @group(1) @binding(0) var base_color: texture_2d<f32>;
 @group(1) @binding(1) var normal: texture_2d<u32>;
@@ -20,6 +20,10 @@ fn surface_at(pixel: vec2i) -> Surface {
     texels.normal = textureLoad(normal, pixel, 0).rg;
     texels.material = textureLoad(material, pixel, 0);
     return gbuffer_unpack(texels);
+}
+
+fn normal_world_at(pixel: vec2i) -> vec3f {
+    return normal_unpack(textureLoad(normal, pixel, 0).rg);
 }
 
 // Metres along the view axis; at least DISTANCE_BACKGROUND_M where there is no surface.

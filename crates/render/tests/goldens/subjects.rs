@@ -38,6 +38,7 @@ pub fn all() -> Vec<Subject> {
         transparent_background(),
         hall(),
         built_in_effects(),
+        occlusion(),
     ]
 }
 
@@ -310,5 +311,23 @@ fn built_in_effects() -> Subject {
     subject.name = "built_in_effects";
     subject.effects = EffectFile::built_in_names().collect();
     subject.strips = vec![request; subject.effects.len()];
+    subject
+}
+
+/// Boxes and balls in a corner under even light, with horizons (above) and without occlusion.
+fn occlusion() -> Subject {
+    let mut scene = Scene::default();
+    put(&mut scene, plane(8.0), matte([0.8; 3]), Vec3::ZERO);
+    let wall = put(&mut scene, plane(8.0), matte([0.8, 0.75, 0.7]), Vec3::new(0.0, 0.0, -1.0));
+    scene.node_mut(wall).rotation = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    put(&mut scene, cube(Vec3::splat(0.8)), matte([0.8, 0.3, 0.2]), Vec3::new(-1.1, 0.4, -0.4));
+    put(&mut scene, cube(Vec3::new(0.2, 1.4, 0.2)), matte([0.3, 0.5, 0.8]), Vec3::new(-0.2, 0.7, -0.6));
+    put(&mut scene, uv_sphere(0.45, 48, 24), matte([0.8; 3]), Vec3::new(0.6, 0.45, -0.4));
+    put(&mut scene, uv_sphere(0.25, 48, 24), matte([0.2, 0.6, 0.3]), Vec3::new(1.25, 0.25, -0.2));
+    let mut subject = subject("occlusion", scene, (128, 60), Vec3::new(0.4, 1.6, 4.4), Vec3::new(0.0, 0.45, -0.3));
+    let request = &mut subject.strips[0];
+    request.settings.environment.source = Environment::Color([0.8; 3]);
+    let enabled = [true, false];
+    subject.strips = enabled.map(|enabled| request.with(|settings| settings.occlusion.enabled = enabled)).to_vec();
     subject
 }

@@ -1,8 +1,8 @@
 // direct: every light that reaches a pixel, added to `radiance`; with `adds_ambient` that of the environment, too.
 // Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of
 // tiles, and what lies before or behind all of the tile's surfaces is passed over; with `without_lists` only lights
-// that are in none. Reads: G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, and the
-// environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
+// that are in none. Reads: G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, occlusion,
+// and the environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: direct. Axes: tiled.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
@@ -10,7 +10,8 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
-import package::shaders::ambient::ambient_radiance;
+import package::shaders::ambient::ambient_radiance_seen;
+import package::shaders::occlusion::seen_at;
 import package::shaders::light_lists::light_sums;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;
@@ -38,7 +39,8 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     var radiance = sums.radiance;
     if adds_ambient != 0u {
-        radiance += ambient_radiance(surface, shading);
+        let seen = seen_at(pixel, surface, shading);
+        radiance += ambient_radiance_seen(surface, shading, seen);
     }
     return vec4f(half_float_clamped(radiance), 0.0);
 }

@@ -1,12 +1,13 @@
 //! direct: every light that reaches a pixel, added to `radiance`; and that of the environment where one of the lights
 //! reaches every pixel, so that the G-buffer is read once for both.
 //!
-//! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data
-//! textures. Reads: G-buffer, depth, lists of lights, the environment. Writes: radiance, in the rectangles of the
+//! Source: clustered shading (Olsson et al. 2012), or tiled shading (Olsson & Assarsson 2011), lists in data textures.
+//! Reads: G-buffer, depth, lists of lights, occlusion, the environment. Writes: radiance, in the rectangles of the
 //! picture that lights reach; or, for the report, the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;
+use crate::occlusion::Occlusion;
 use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
@@ -49,6 +50,7 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
+    occlusion: Option<&Occlusion>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
@@ -64,6 +66,7 @@ pub fn record(
         Lights::Global => &["without_lists"],
     };
     let step = gbuffer.read_by(r.fullscreen("direct", "direct", &[r.view.light_axes(), axis].concat()));
+    let step = Occlusion::read_by(occlusion, step);
     let step = match lights {
         Lights::Tiles(tile_depth) => step.read("tile_depth", tile_depth).table("light_reaches", &reaches),
         Lights::Clusters | Lights::Global => step,

@@ -7,7 +7,8 @@ import package::view::{view, position_world_from_pixel, ray_direction_world_from
 import package::shaders::colour::half_float_clamped;
 import package::shaders::fog::{fog, ray_length_m};
 import package::shaders::fog_light::{interleaved_noise, light_in_fog};
-import package::passes::fog::halves::pixel_of_texel;
+import package::passes::fog::halves::SIDE;
+import package::shaders::coarse::pixel_of_texel;
 
 @group(1) @binding(1) var linear_depth: texture_2d<f32>;
 
@@ -18,7 +19,7 @@ override halves: u32 = 0u;
 fn fs_fog_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var position_px = position.xy;
     if halves != 0u {
-        position_px = vec2f(pixel_of_texel(vec2i(position.xy))) + 0.5;
+        position_px = vec2f(pixel_of_texel(vec2i(position.xy), SIDE)) + 0.5;
     }
     let depth_m = textureLoad(linear_depth, vec2i(position_px), 0).r;
     let direction_world = ray_direction_world_from_pixel(position_px);

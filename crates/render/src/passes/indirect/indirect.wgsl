@@ -1,5 +1,5 @@
 // indirect: light from the environment, added to `radiance`.
-// Source: split sum (Karis 2013) of the environment. Reads: G-buffer, linear_depth. Writes: radiance.
+// Source: split sum (Karis 2013) of the environment. Reads: G-buffer, linear_depth, occlusion. Writes: radiance.
 // Program: indirect.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
@@ -7,7 +7,8 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::shading::shading_from_surface;
-import package::shaders::ambient::ambient_radiance;
+import package::shaders::ambient::ambient_radiance_seen;
+import package::shaders::occlusion::seen_at;
 import package::shaders::colour::half_float_clamped;
 
 @fragment
@@ -20,5 +21,6 @@ fn fs_indirect(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);
     let shading = shading_from_surface(surface, direction_to_eye_world(position_world));
-    return vec4f(half_float_clamped(ambient_radiance(surface, shading)), 0.0);
+    let seen = seen_at(pixel, surface, shading);
+    return vec4f(half_float_clamped(ambient_radiance_seen(surface, shading, seen)), 0.0);
 }

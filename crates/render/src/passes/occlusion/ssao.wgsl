@@ -1,0 +1,57 @@
+// occlusion: of the environment's diffuse light the share that reaches a surface, by points above it that lie behind
+// what the picture shows.
+// Source: Mittring 2007, "Finding Next Gen: CryEngine 2", in the form with a hemisphere around the normal, noise that
+// turns it, and a check of the range. Differs from it: points are spread by the cosine, so that open surfaces are
+// weighted as their light is; what occludes has to rise over the tangent plane, so that planes do not occlude
+// themselves. Reads: normal, linear_depth. Writes: occlusion (r), and the mean direction of what is left (gba, in world
+// space, its length tells nothing).
+// Program: occlusion_ssao.
+
+import package::view::pixel_from_position_view;
+import package::shaders::brdf::PI;
+import package::passes::occlusion::taps::{
+    center_of_texel, noise_at, occlusion, seen_from, slices, steps, texel_of_loss,
+};
+
+// Of the radius, what rises less than that occludes nothing.
+const HEIGHT_MIN: f32 = 0.02;
+// Steps that leave no gaps and no rows, in one and in two dimensions (Roberts 2018, "The Unreasonable Effectiveness of
+// Quasirandom Sequences").
+const GOLDEN: f32 = 0.618034;
+const PLASTIC: f32 = 0.754878;
+
+@fragment
+fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let center = center_of_texel(vec2i(position.xy));
+    if !center.is_surface {
+        return vec4f(1.0, 0.0, 0.0, 0.0);
+    }
+    let noise = noise_at(position.xy);
+    // Any two directions at right angles to the normal; it is turned towards the eye, so that z is hardly ever -1 (Duff
+    // et al. 2017).
+    let n = center.normal;
+    let side = select(-1.0, 1.0, n.z >= 0.0);
+    let a = -1.0 / (side + n.z);
+    let b = n.x * n.y * a;
+    let right = vec3f(1.0 + side * n.x * n.x * a, side * b, -side * n.x);
+    let up = vec3f(b, side + n.y * n.y * a, -n.y);
+    let count = 2u * max(slices, 1u) * max(steps, 1u);
+    var lost = 0.0;
+    var lost_direction = vec3f(0.0);
+    for (var i = 0u; i < count; i++) {
+        let share = (f32(i) + noise.y) / f32(count);
+        let turn = 2.0 * PI * (f32(i) * GOLDEN + noise.x);
+        let place = fract(f32(i) * PLASTIC + noise.y);
+        let direction = sqrt(share) * (cos(turn) * right + sin(turn) * up) + sqrt(1.0 - share) * n;
+        // Denser near the surface.
+        let point = center.position + direction * (occlusion.radius_m * mix(0.1, 1.0, place * place));
+        let seen = seen_from(center, pixel_from_position_view(point));
+        let rises = dot(seen.xyz, n) > HEIGHT_MIN * occlusion.radius_m;
+        let hides = center.position.z + seen.z > point.z && point.z < 0.0;
+        let range = smoothstep(0.0, 1.0, occlusion.radius_m / max(abs(seen.z), 1e-6));
+        let loss = select(0.0, range * seen.w, rises && hides);
+        lost += loss;
+        lost_direction += loss * direction;
+    }
+    return texel_of_loss(center, lost / f32(count), lost_direction / f32(count));
+}

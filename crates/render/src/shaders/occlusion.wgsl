@@ -1,0 +1,45 @@
+// What reaches a surface of the environment's light past what the picture shows beside it.
+// Sources: light that white surfaces reflect to each other, Jimenez et al. 2016, "Practical Realtime Strategies for
+// Accurate Indirect Occlusion"; of lobes, Lagarde & de Rousiers 2014, "Moving Frostbite to Physically Based Rendering";
+// diffuse light around the mean direction from which it still comes, Landis 2002, "Production-Ready Global
+// Illumination".
+
+import package::gbuffer::Surface;
+import package::shaders::ambient::Seen;
+import package::shaders::brdf::Shading;
+
+// The share of diffuse light (r) and its mean direction (gba); a texel that means nothing where `occluded` is 0.
+@group(1) @binding(6) var screen_occlusion: texture_2d<f32>;
+
+override occluded: u32 = 0u;
+override multi_bounce: u32 = 0u;
+override bent_normals: u32 = 0u;
+
+// What is left of what the material's own occlusion leaves. The lesser of the two is left in all, because both may know
+// of the same crevice.
+fn seen_at(pixel: vec2i, surface: Surface, shading: Shading) -> Seen {
+    var seen = Seen(vec3f(1.0), 1.0, shading.normal);
+    if occluded != 0u {
+        let texel = textureLoad(screen_occlusion, pixel, 0);
+        // A sample of few directions may lie beyond the range, while the mean of them does not.
+        let visibility = clamp(texel.r, 0.0, 1.0);
+        var diffuse = vec3f(visibility);
+        if multi_bounce != 0u {
+            let a = 2.0404 * shading.albedo - 0.3324;
+            let b = -4.7951 * shading.albedo + 0.6417;
+            let c = 2.7552 * shading.albedo + 0.6903;
+            diffuse = max(diffuse, ((visibility * a + b) * visibility + c) * visibility);
+        }
+        let exponent = exp2(-16.0 * shading.roughness_alpha - 1.0);
+        let specular = clamp(pow(shading.n_dot_v + visibility, exponent) - 1.0 + visibility, 0.0, 1.0);
+        let own = max(surface.occlusion, 1e-3);
+        seen.diffuse = min(diffuse / own, vec3f(1.0));
+        seen.specular = min(specular / own, 1.0);
+        if bent_normals != 0u {
+            // Hardly anything is left where the mean of directions has no length.
+            let bent = texel.gba + 1e-3 * shading.normal;
+            seen.direction = bent * inverseSqrt(max(dot(bent, bent), 1e-12));
+        }
+    }
+    return seen;
+}
