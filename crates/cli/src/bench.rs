@@ -9,7 +9,7 @@ use crate::job;
 use crate::pattern::is_stdout;
 use crate::places::Places;
 use crate::report::shadow_numbers;
-use crate::request::{effect_files, effect_values, effects};
+use crate::request::{effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use crate::surroundings::Surroundings;
@@ -35,22 +35,21 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let [input] = &Input::parse(&args.input)?[..] else {
         return Err(Failure::usage("bench takes one file", "name one model"));
     };
+    let chosen = Chosen::of_change(&args.change)?;
+    let (settings, effect_files) = chosen.settings(bare(), None)?;
     if let Some(path) = &args.png {
         check_png(path)?;
-        Places::of_input_and_effects(input, &args.change.effects).write(path)?;
+        Places::of_input_and_effects(input, &effect_files).write(path)?;
     }
-    let mut effect_files = effect_files(&args.change.effects)?;
-    let chosen = Chosen::of_change(&args.change);
-    let settings = chosen.settings(bare(), None, &mut effect_files)?;
-    let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
     let failed = |error: RenderError| still_failure(&error.into());
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let load_started = Instant::now();
     let Opened { mut scene, mut warnings, stage } = input.load()?;
-    let settings = match &stage {
-        None => settings,
-        stage => chosen.settings(bare(), stage.as_ref(), &mut effect_files)?,
+    let (settings, effect_files) = match &stage {
+        None => (settings, effect_files),
+        stage => chosen.settings(bare(), stage.as_ref())?,
     };
+    let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
     job::check_settings(&settings)?;
     warnings.extend(Surroundings::new(session::cache(!args.cache.no_cache)).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;

@@ -3,8 +3,9 @@
 
 use crate::args::{ChangeArgs, FrameArgs};
 use crate::failure::{Failure, Kind};
-use crate::request::read_text;
+use crate::request::{effect_files, effect_names, program_failure, read_effect, read_text};
 use manypass::settings::{SettingsError, Written};
+use manypass::shader::ProgramError;
 use manypass::{Diagnostic, EffectFile, Settings, SettingsFile, effect};
 use manypass_scene::Stage;
 use std::path::{Path, PathBuf};
@@ -49,15 +50,19 @@ fn is_picture(value: &str) -> bool {
 /// What was chosen on the command line; the file of settings is read once, because a pipe cannot be read again.
 pub struct Chosen<'a> {
     file: Option<SettingsFile>,
+    /// The folder of that file.
+    folder: &'a Path,
     flags: Vec<Flag<'a>>,
     change: &'a ChangeArgs,
+    /// The effects that flags name.
+    given: Vec<EffectFile>,
 }
 
 impl<'a> Chosen<'a> {
     /// The choice of `render` and `graph`.
     ///
     /// # Errors
-    /// A file of settings that cannot be read, or is not TOML.
+    /// A file of settings that cannot be read, or is not TOML; an effect that cannot be read, or is none.
     pub fn of_frame(args: &'a FrameArgs) -> Result<Self, Failure> {
         let read = |path: &PathBuf| {
             let text = read_text(path, "name a TOML file")?;
@@ -65,36 +70,72 @@ impl<'a> Chosen<'a> {
                 .map_err(|error| file_failure(&error, &args.change.effects, ""))
         };
         let file = args.settings.as_ref().map(read).transpose()?;
-        Ok(Self { file, flags: args.flags(), change: &args.change })
+        let folder = args.settings.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        let given = effect_files(&args.change.effects)?;
+        Ok(Self { file, folder, flags: args.flags(), change: &args.change, given })
     }
 
     /// The choice of `bench`.
-    pub fn of_change(args: &'a ChangeArgs) -> Self {
-        Self { file: None, flags: args.flags(), change: args }
-    }
-
-    /// The settings: `base`, those of the input's stage, then what was chosen; those of `effects` go to them.
     ///
     /// # Errors
-    /// A wrong key or value, or a setting of an effect without default and value.
-    pub fn settings(
-        &self,
-        base: Settings,
-        stage: Option<&Stage>,
-        effects: &mut [EffectFile],
-    ) -> Result<Settings, Failure> {
+    /// An effect that cannot be read, or is none.
+    pub fn of_change(args: &'a ChangeArgs) -> Result<Self, Failure> {
+        let given = effect_files(&args.effects)?;
+        Ok(Self { file: None, folder: Path::new(""), flags: args.flags(), change: args, given })
+    }
+
+    /// The effects of the chain that counts: of `--set`, of the file of settings, or of the stage; then those of flags
+    /// that it does not name.
+    fn chain(&self, stage: Option<&Stage>) -> Result<Vec<EffectFile>, Failure> {
+        let set: Vec<(&str, Written)> = self
+            .change
+            .set
+            .iter()
+            .filter_map(|pair| key_value(pair).ok())
+            .map(|(key, value)| (key, value.into()))
+            .collect();
+        let of_set = |key: &str| set.iter().rev().find(|(known, _)| *known == key).map(|(_, written)| written);
+        let of_file = || Settings::chain_of(|key| self.file.as_ref()?.last(key)).map(|names| (names, self.folder));
+        let of_stage = || -> Result<_, Failure> {
+            let Some(stage) = stage else { return Ok(None) };
+            let names = Settings::stage_chain(stage).map_err(|error| stage_failure(&error))?;
+            Ok(names.map(|names| (names, Path::new(stage.file()).parent().unwrap_or(Path::new("")))))
+        };
+        let chosen = Settings::chain_of(of_set).map(|names| (names, Path::new(""))).or_else(of_file);
+        let chosen = chosen.map_or_else(of_stage, |chosen| Ok(Some(chosen)))?;
+        let (names, folder) = chosen.unwrap_or((Vec::new(), Path::new("")));
+        let read = |name: &str| match Path::new(name).extension() {
+            Some(end) if end.eq_ignore_ascii_case("wgsl") => read_effect(&folder.join(name)).map_err(Unread::Failure),
+            _ => Err(Unread::Failure(Failure::usage(
+                format!("no effect is called `{name}`"),
+                format!("{}; the chain also takes names of those of --effect", effect_names()),
+            ))),
+        };
+        EffectFile::chain(&names, self.given.clone(), read).map_err(|unread| match unread {
+            Unread::Failure(failure) => failure,
+            Unread::Program(error) => program_failure(&error, "list each effect once"),
+        })
+    }
+
+    /// The settings: `base`, those of the input's stage, then what was chosen; and the effects of the chain with theirs.
+    ///
+    /// # Errors
+    /// A wrong key or value, or a setting of an effect without default and value; an effect of the chain that is not there,
+    /// or reads what is not.
+    pub fn settings(&self, base: Settings, stage: Option<&Stage>) -> Result<(Settings, Vec<EffectFile>), Failure> {
         let mut settings = base;
         let lists = list_hint(&self.change.effects);
+        let mut effects = self.chain(stage)?;
+        let effects = &mut effects;
         if let Some(stage) = stage {
-            let hint = "correct the stage; `manypass settings` lists the keys";
-            settings.apply_stage(stage).map_err(|error| Failure::located(Kind::Failed, &error, hint))?;
+            settings.apply_stage(stage, effects).map_err(|error| stage_failure(&error))?;
         }
         let pairs: Vec<(&str, &str)> = self.change.set.iter().map(|pair| key_value(pair)).collect::<Result<_, _>>()?;
         let hints: Vec<&str> = pairs.iter().map(|(key, _)| effect_hint(key, effects)).collect();
         if let Some(file) = &self.file {
             let mut hint = "";
             let mut set = |key: &str, written: &Written| {
-                effect::set(&mut settings, effects, key, written).inspect_err(|error| {
+                effect::set_of_file(&mut settings, effects, key, written).inspect_err(|error| {
                     if matches!(error, SettingsError::UnknownKey { .. }) {
                         hint = effect_hint(key, effects);
                     }
@@ -111,8 +152,28 @@ impl<'a> Chosen<'a> {
             effect::set(&mut settings, effects, key, &Written::from(value))
                 .map_err(|error| Failure::usage(error, format!("write --set KEY=VALUE; {lists}{hint}")))?;
         }
-        effects.iter().find_map(missing).map_or(Ok(settings), Err)
+        if let Some(failure) = effects.iter().find_map(missing) {
+            return Err(failure);
+        }
+        EffectFile::check_chain(effects).map_err(|error| program_failure(&error, "correct the chain of effects"))?;
+        Ok((settings, std::mem::take(effects)))
     }
+}
+
+/// Why an effect of a chain is not there.
+enum Unread {
+    Failure(Failure),
+    Program(ProgramError),
+}
+
+impl From<ProgramError> for Unread {
+    fn from(error: ProgramError) -> Self {
+        Self::Program(error)
+    }
+}
+
+fn stage_failure(error: &Diagnostic) -> Failure {
+    Failure::located(Kind::Failed, error, "correct the stage; `manypass settings` lists the keys")
 }
 
 /// What is wrong with a file of settings.
@@ -169,7 +230,9 @@ mod tests {
     fn chosen(flags: &[&str]) -> Result<Settings, Failure> {
         let cli = Cli::try_parse_from(["manypass", "graph", "a.glb"].iter().chain(flags));
         match cli.map_err(|error| Failure::usage(error, ""))?.command {
-            Command::Graph(args) => Chosen::of_frame(&args.frame)?.settings(Settings::default(), None, &mut []),
+            Command::Graph(args) => {
+                Chosen::of_frame(&args.frame)?.settings(Settings::default(), None).map(|(settings, _)| settings)
+            }
             _ => Err(Failure::usage("not graph", "")),
         }
     }

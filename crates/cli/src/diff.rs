@@ -16,6 +16,7 @@ use crate::inspect::one;
 use crate::output;
 use crate::pattern::is_stdout;
 use crate::places::Places;
+use crate::request::effect_files;
 use crate::session::print;
 use linear::Linear;
 use manypass_flip::{ErrorMap, Exposures, FlipError, hdr, ldr};
@@ -149,7 +150,8 @@ fn places(args: &DiffArgs, are_models: bool) -> Result<Places, Failure> {
     if !are_models {
         return Ok(Places::of_pictures(&[Path::new(&args.a), Path::new(&args.b)]));
     }
-    Ok(Places::of_models(&[one(&args.a)?, one(&args.b)?], &args.frame))
+    let effects = effect_files(&args.frame.change.effects)?;
+    Ok(Places::of_models(&[one(&args.a)?, one(&args.b)?], &args.frame, &effects))
 }
 
 fn check_output(path: &Path) -> Result<(), Failure> {

@@ -5,7 +5,7 @@ use crate::chosen::Chosen;
 use crate::failure::{Failure, say};
 use crate::input::Opened;
 use crate::inspect::one;
-use crate::request::{effect_files, effects};
+use crate::request::effects;
 use crate::session::{self, print, still_failure};
 use crate::surroundings::Surroundings;
 use crate::{camera, job, looks, scenes};
@@ -19,18 +19,17 @@ use manypass_scene::{Framing, Scene};
 /// # Errors
 /// Wrong usage, an input that cannot be read, no adapter, or a frame that cannot be planned.
 pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
-    let mut files = effect_files(&args.frame.change.effects)?;
     let chosen = Chosen::of_frame(&args.frame)?;
-    let settings = chosen.settings(Settings::default(), None, &mut files)?;
+    let (settings, files) = chosen.settings(Settings::default(), None)?;
     job::size(&args.frame.size)?;
     job::camera(&args.frame)?;
     let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
     job::check_aovs(!aovs.is_empty(), &settings)?;
     let input = one(&args.input)?;
     let Opened { mut scene, mut warnings, stage } = input.load()?;
-    let settings = match &stage {
-        None => settings,
-        stage => chosen.settings(Settings::default(), stage.as_ref(), &mut files)?,
+    let (settings, files) = match &stage {
+        None => (settings, files),
+        stage => chosen.settings(Settings::default(), stage.as_ref())?,
     };
     job::check_aovs(!aovs.is_empty(), &settings)?;
     job::check_settings(&settings)?;

@@ -9,11 +9,11 @@ use crate::job::Job;
 use crate::looks::Subject;
 use crate::output;
 use crate::pattern::{Output, is_stdout};
-use crate::request::is_built_in;
+use manypass::EffectFile;
 use manypass_offline::atomic;
 use manypass_scene::environment::files_of;
 use manypass_scene::formats;
-use manypass_scene::stage::{is_stage, named_environment, named_images, named_model};
+use manypass_scene::stage::{is_stage, named_effects, named_environment, named_images, named_model};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
@@ -38,14 +38,20 @@ pub struct Places {
 
 impl Places {
     /// Everything that `args` reads and writes, as far as that can be known before anything is drawn; `environment` is
-    /// the picture that settings name.
+    /// the picture that settings name, `effects` are those of the chain that they name.
     ///
     /// # Errors
     /// Wrong usage, if an output would replace something that is read, or another output.
-    pub fn new(args: &RenderArgs, job: &Job, items: &[Item], environment: Option<&Path>) -> Result<Self, Failure> {
+    pub fn new(
+        args: &RenderArgs,
+        job: &Job,
+        items: &[Item],
+        (environment, effects): (Option<&Path>, &[EffectFile]),
+    ) -> Result<Self, Failure> {
         let mut places = Self::default();
         items.iter().for_each(|item| places.read_input(&item.input));
         places.read_named(&args.frame);
+        places.read_effects(effects);
         environment.into_iter().for_each(|path| places.read_environment(path));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
         if job.output == Output::Stdout || reports_to_stdout {
@@ -77,7 +83,7 @@ impl Places {
     }
 
     /// What one input and `effects` read.
-    pub fn of_input_and_effects(input: &Input, effects: &[PathBuf]) -> Self {
+    pub fn of_input_and_effects(input: &Input, effects: &[EffectFile]) -> Self {
         let mut places = Self::of_input(input);
         places.read_effects(effects);
         places
@@ -91,24 +97,24 @@ impl Places {
     }
 
     /// What a comparison of models reads.
-    pub fn of_models(inputs: &[Input], frame: &FrameArgs) -> Self {
+    pub fn of_models(inputs: &[Input], frame: &FrameArgs, effects: &[EffectFile]) -> Self {
         let mut places = Self::default();
         inputs.iter().for_each(|input| places.read_input(input));
         places.read_named(frame);
+        places.read_effects(effects);
         let environment = frame.environment.as_deref().map(Path::new);
         environment.iter().for_each(|path| places.read(path, format!("the environment {}", path.display())));
         places
     }
 
     /// The files of effects; built-in ones have none.
-    fn read_effects(&mut self, effects: &[PathBuf]) {
-        let files = effects.iter().filter(|path| !is_built_in(path));
-        files.for_each(|path| self.read(path, format!("the effect {}", path.display())));
+    fn read_effects(&mut self, effects: &[EffectFile]) {
+        let files = effects.iter().map(EffectFile::file).filter(|file| !EffectFile::is_built_in(file));
+        files.for_each(|file| self.read(Path::new(file), format!("the effect {file}")));
     }
 
-    /// The effects and the file of settings that flags name.
+    /// The file of settings that a flag names.
     fn read_named(&mut self, frame: &FrameArgs) {
-        self.read_effects(&frame.change.effects);
         frame.settings.iter().for_each(|path| self.read(path, format!("the settings {}", path.display())));
     }
 
@@ -133,6 +139,9 @@ impl Places {
                 named_environment(path).into_iter().for_each(|path| self.read_environment(&path));
                 for image in named_images(path) {
                     self.read(&image, format!("an image that {} names", path.display()));
+                }
+                for effect in named_effects(path) {
+                    self.read(&effect, format!("an effect that {} names", path.display()));
                 }
             }
             Input::File(path) => self.read_model(path),

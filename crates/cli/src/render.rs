@@ -15,7 +15,7 @@ use crate::memory;
 use crate::output;
 use crate::places::Places;
 use crate::report::{Phases, Report};
-use crate::request::{effect_files, effect_values, effects, hidden_settings, unseen_effects};
+use crate::request::{effect_warnings, effects};
 use crate::session::{self, ms_since, still_failure};
 use crate::surroundings::{self, Surroundings};
 use crate::tally::Tally;
@@ -43,11 +43,11 @@ struct Batch<'a> {
     surroundings: Surroundings,
     /// The first input, if it is being read already.
     ahead: Option<ReadAhead>,
+    /// Those of the input that is drawn.
     effects: Vec<Arc<dyn Effect>>,
-    /// Their files, whose settings are looked at again for every stage.
+    /// Their files, and those of inputs without a stage.
     effect_files: Vec<EffectFile>,
-    /// What the report says of them.
-    effect_values: Vec<serde_json::Value>,
+    plain_effect_files: &'a [EffectFile],
     report: Option<Report>,
     bar: ProgressBar,
     /// What is read and written.
@@ -63,11 +63,10 @@ struct Batch<'a> {
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let job = Job::new(args, inputs.count() > 1, &aov_names())?;
-    let mut effect_files = effect_files(&args.frame.change.effects)?;
     let chosen = Chosen::of_frame(&args.frame)?;
-    let settings = chosen.settings(Settings::default(), None, &mut effect_files)?;
+    let (settings, effect_files) = chosen.settings(Settings::default(), None)?;
     job.check(&settings)?;
-    let places = Places::new(args, &job, &inputs.items, surroundings::file(&settings))?;
+    let places = Places::new(args, &job, &inputs.items, (surroundings::file(&settings), &effect_files))?;
     let is_lines = inputs.is_batch || job.several.any();
     let open_report =
         || args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose();
@@ -84,8 +83,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         settings.environment.source.begin();
     }
     let renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
-    let effect_warnings = [hidden_settings(&effect_files), unseen_effects(&effect_files, job.format)].concat();
-    let effect_values = effect_files.iter().map(effect_values).collect();
+    let effect_warnings = effect_warnings(&effect_files, job.format);
     let effects = effects(&renderer, effect_files.clone())?;
     let mut batch = Batch {
         args,
@@ -97,8 +95,8 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         surroundings: Surroundings::new(session::cache(!args.cache.no_cache)),
         ahead,
         effects,
-        effect_files,
-        effect_values,
+        effect_files: effect_files.clone(),
+        plain_effect_files: &effect_files,
         report: open_report()?,
         bar: progress_bar(count, args.quiet),
         places,

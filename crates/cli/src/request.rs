@@ -25,11 +25,10 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
     let mut effects: Vec<EffectFile> = Vec::new();
     for path in paths {
         let file = path.display().to_string();
-        let parsed = match EffectFile::built_in(&file) {
-            Some(built_in) => built_in,
-            None => EffectFile::parse(&file, &read_text(path, &effect_hint())?),
+        let effect = match EffectFile::built_in(&file) {
+            Some(built_in) => built_in.map_err(|error| program_failure(&error, "report this"))?,
+            None => read_effect(path)?,
         };
-        let effect = parsed.map_err(|error| program_failure(&error, "correct the WGSL file"))?;
         if let Some(other) = effects.iter().find(|other| other.name() == effect.name()) {
             return Err(Failure::usage(
                 format!("two effects are called `{}`: {} and {file}", effect.name(), other.file()),
@@ -41,12 +40,18 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
     Ok(effects)
 }
 
-/// Whether this is the name of a built-in effect, in place of a file. `./NAME` is a file in any case.
-pub fn is_built_in(path: &Path) -> bool {
-    path.to_str().is_some_and(EffectFile::is_built_in)
+/// The effect of a file.
+///
+/// # Errors
+/// It cannot be read, or is no effect, with the place.
+pub fn read_effect(path: &Path) -> Result<EffectFile, Failure> {
+    let text = read_text(path, &effect_names())?;
+    EffectFile::parse(&path.display().to_string(), &text)
+        .map_err(|error| program_failure(&error, "correct the WGSL file"))
 }
 
-fn effect_hint() -> String {
+/// What names an effect.
+pub fn effect_names() -> String {
     let names: Vec<_> = EffectFile::built_in_names().collect();
     format!("name a WGSL file, or a built-in effect: {}", names.join(", "))
 }
@@ -61,8 +66,13 @@ pub fn effects(renderer: &Renderer, files: Vec<EffectFile>) -> Result<Vec<Arc<dy
     effects.map_err(|error| program_failure(&error, "correct the WGSL file"))
 }
 
+/// Warnings of effects that hide settings of the frame, or that pictures of `format` do not show.
+pub fn effect_warnings(files: &[EffectFile], format: Format) -> Vec<String> {
+    [hidden_settings(files), unseen_effects(files, format)].concat()
+}
+
 /// Warnings of effects that are called like settings of the frame: those cannot be reached beside them.
-pub fn hidden_settings(files: &[EffectFile]) -> Vec<String> {
+fn hidden_settings(files: &[EffectFile]) -> Vec<String> {
     let is_group = |name: &str| Settings::declared().iter().any(|info| info.key.split('.').next() == Some(name));
     let hidden = files.iter().map(EffectFile::name).filter(|name| is_group(name));
     hidden
@@ -94,7 +104,7 @@ pub fn read_text(path: &Path, hint: &str) -> Result<String, Failure> {
 }
 
 /// What a wrong shader means to the user.
-fn program_failure(error: &ProgramError, hint: &str) -> Failure {
+pub fn program_failure(error: &ProgramError, hint: &str) -> Failure {
     match error {
         ProgramError::Text(diagnostic) => Failure::located(Kind::Failed, diagnostic, hint),
         error => Failure::new(Kind::Failed, error, hint),
@@ -102,7 +112,7 @@ fn program_failure(error: &ProgramError, hint: &str) -> Failure {
 }
 
 /// Warnings of effects that nobody will see in pictures of a format.
-pub fn unseen_effects(files: &[EffectFile], format: Format) -> Vec<String> {
+fn unseen_effects(files: &[EffectFile], format: Format) -> Vec<String> {
     let of_display = files.iter().filter(|file| format == Format::Exr && file.stage() == EffectStage::Display);
     let warning = |file: &EffectFile| {
         format!("the effect `{}` changes display colours; an EXR file holds radiance, and is without it", file.name())

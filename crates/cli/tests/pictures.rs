@@ -79,6 +79,67 @@ fn an_effect_changes_the_picture_and_a_wrong_one_is_named() {
 }
 
 #[test]
+fn a_chain_is_that_of_the_stage_the_file_or_the_command_line() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("chain");
+    folder.write("tri.glb", &triangle_glb([0.9, 0.1, 0.1]));
+    let channel = |name: &str, what: &str| {
+        let text = format!(
+            "//! pixel: changed
+            // = 1 in 0..1
+            @group(2) @binding(0) var<uniform> share: f32;
+            fn changed(color: vec4f, position: vec2f) -> vec4f {{ return mix(color, color.{what}, share); }}"
+        );
+        folder.write(&format!("fx/{name}.wgsl"), text.as_bytes());
+    };
+    // Red becomes green, and green blue; the other way round nothing is left of red but green.
+    channel("green", "brga");
+    channel("grey", "ggga");
+    folder.write("fx/s.toml", b"chain = [\"green.wgsl\", \"grey.wgsl\"]\n[bloom]\nstrength = 0.5\n[grey]\nshare = 1\n");
+    folder.write(
+        "fx/a.stage.toml",
+        b"model = \"../tri.glb\"\n[effects]\nchain = [\"grey.wgsl\"]\n[settings.grey]\nshare = 1\n",
+    );
+    let mean = |name: &str| {
+        let picture = picture(&folder.join(name));
+        let sum = |channel: usize| picture.pixels().map(|pixel| u64::from(pixel.0[channel])).sum::<u64>();
+        [0, 1, 2].map(|channel| sum(channel) / u64::from(picture.width() * picture.height()))
+    };
+    let drawn = |output: &str, args: &[&str]| {
+        render(&folder, &[args, &["-o", output, "--background", "000000", "--ground", "none"]].concat()).expect(0);
+        mean(output)
+    };
+    let [red, green, blue] = drawn("a.png", &["tri.glb"]);
+    assert!(red > green + 10 && green.abs_diff(blue) < 8, "{red} {green} {blue}");
+    let [r, g, b] = drawn("b.png", &["tri.glb", "--settings", "fx/s.toml"]);
+    assert!(r.abs_diff(red) < 2 && g.abs_diff(red) < 2 && b.abs_diff(red) < 2, "grey of red: {r} {g} {b}");
+    // --set comes after the file, and what the file says of others does nothing.
+    let [r, g, b] =
+        drawn("c.png", &["tri.glb", "--settings", "fx/s.toml", "--set", "chain=fx/grey.wgsl,fx/green.wgsl"]);
+    assert!(r.abs_diff(green) < 2 && g.abs_diff(green) < 2 && b.abs_diff(green) < 2, "grey of green: {r} {g} {b}");
+    let [r, g, _] = drawn("d.png", &["fx/a.stage.toml"]);
+    assert!(r.abs_diff(green) < 2 && g.abs_diff(green) < 2, "the stage's: {r} {g}");
+    let [r, g, _] = drawn("e.png", &["fx/a.stage.toml", "--settings", "fx/s.toml", "--set", "grey.enabled=false"]);
+    assert!(g.abs_diff(red) < 2 && r < red, "the file's, after the stage's: {r} {g}");
+    assert_eq!(drawn("f.png", &["fx/a.stage.toml", "--set", "effects.enabled=false"]), [red, green, blue]);
+    for (args, code, expected) in [
+        (["--set", "chain=glue"], 2, "no effect is called `glue`"),
+        (["--set", "chain=bloom,bloom"], 1, "`bloom` cannot be used here: it stands twice in the chain"),
+        (["--set", "chain=fx/none.wgsl"], 1, "fx/none.wgsl"),
+        (["--set", "grey.share=0.5"], 2, "need --effect NAME|FILE.wgsl"),
+    ] {
+        let run = render(&folder, &[&["tri.glb", "-o", "x.png"], &args[..]].concat()).expect(code);
+        assert!(run.stderr.contains(expected), "{}", run.stderr);
+    }
+    let run = render(&folder, &["fx/a.stage.toml", "-o", "fx/grey.wgsl", "--format", "png"]).expect(2);
+    assert!(run.stderr.contains("grey.wgsl"), "{}", run.stderr);
+    let plan = run_in(&folder, &["graph", "tri.glb", "--settings", "fx/s.toml"]).expect(0).text();
+    assert!(plan.contains("green+grey"), "{plan}");
+}
+
+#[test]
 fn orbits_begin_with_a_minus_in_one_word_or_two() {
     if !has_adapter() {
         return;

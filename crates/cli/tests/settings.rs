@@ -84,7 +84,7 @@ fn errors_begin_with_file_line_and_column_and_keep_their_lines() {
             &["--effect", "header.wgsl"],
             1,
             "header.wgsl:1:5: error: `colour: red` begins with no word",
-            "effect, reads, passes",
+            "effect, reads, passes, pixel",
         ),
         (&["--effect", "bare.wgsl"], 2, "bare.wgsl:8:5: error: `rest` has neither", "hint: add --set lines.rest=N"),
         (

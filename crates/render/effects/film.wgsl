@@ -1,5 +1,6 @@
 //! effect film
 //! reads: display
+//! pixel: filmed
 
 // What a film and its lens do to a finished picture: corners fall dark, colours lean, and there is grain.
 
@@ -30,16 +31,14 @@ fn noise(pixel: vec2u) -> f32 {
     return f32((word >> 22u) ^ word) / 4294967296.0;
 }
 
-@fragment
-fn fs_film(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let here = display_at(vec2i(position.xy));
-    let from_middle = position.xy / vec2f(textureDimensions(display)) - 0.5;
+fn filmed(here: vec4f, position: vec2f) -> vec4f {
+    let from_middle = uv_at(position) - 0.5;
     let darkened = here.rgb * film.tint * (1.0 - film.vignette * 2.0 * dot(from_middle, from_middle));
     let grey = dot(darkened, vec3f(0.2126, 0.7152, 0.0722));
     let color = max(mix(vec3f(grey), darkened, film.saturation), vec3f(0.0));
     // Of equal width in tones as displays encode them, which a square root is near to; black and white have none.
     let tone = sqrt(clamp(grey, 0.0, 1.0));
-    let pixel = vec2u(position.xy);
+    let pixel = vec2u(position);
     // The sum of four has nearly a normal distribution, of standard deviation 1 / sqrt(3).
     var sum = -2.0;
     for (var i = 0u; i < 4u; i++) {

@@ -2,10 +2,11 @@
 
 use crate::aov::AovPasses;
 use crate::draws::Tile;
-use crate::effect::{Effect, EffectStage};
+use crate::effect::{self, Effect, EffectStage, FrameTextures};
 use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
+use crate::occlusion::Occlusion;
 use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, SeenThrough};
@@ -92,10 +93,14 @@ pub fn view_passes(
         };
         let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
         let radiance = resolve::record(r, "resolve", radiance);
-        return Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None });
+        let none =
+            ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion: None };
+        return Ok(none);
     }
     let (outputs, gbuffer) = surface_passes(r, variables)?;
-    let (radiance, depth) = light_passes(r, settings, &gbuffer, outputs.depth, outputs.radiance)?;
+    let occlusion = occlusion::record(r, &settings.occlusion, variables.reads_occlusion, &gbuffer, &outputs.depth)?;
+    let hidden = occlusion.as_ref();
+    let (radiance, depth) = light_passes(r, settings, &gbuffer, hidden, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
@@ -103,7 +108,8 @@ pub fn view_passes(
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = fog::record_light(r, &settings.fog, &gbuffer.linear_depth, radiance)?;
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
-    Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), ..outputs })
+    let occlusion = occlusion.map(|occlusion| occlusion.texture);
+    Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
 }
 
 /// Opaque surfaces that are shaded where they are drawn: radiance and depth.
@@ -210,19 +216,20 @@ fn light_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     gbuffer: &Gbuffer,
+    occlusion: Option<&Occlusion>,
     depth: Handle,
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
     match settings.lights.culling {
         LightCulling::Clustered | LightCulling::None => {
-            Ok((surface_light_passes(r, settings, &Lights::Clusters, gbuffer, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, occlusion, &depth, radiance)?, depth))
         }
         LightCulling::Tiled => {
             let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
-            Ok((surface_light_passes(r, settings, &Lights::Tiles(&tile_depth), gbuffer, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, occlusion, &depth, radiance)?, depth))
         }
         LightCulling::Volumes | LightCulling::VolumesStencil => {
-            let radiance = surface_light_passes(r, settings, &Lights::Global, gbuffer, &depth, radiance)?;
+            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, occlusion, &depth, radiance)?;
             volumes::record(r, gbuffer, depth, radiance)
         }
     }
@@ -232,14 +239,12 @@ fn light_passes(
 /// reaches every pixel.
 fn surface_light_passes(
     r: &mut Recorder<'_, '_>,
-    settings: &Settings,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
+    occlusion: Option<&Occlusion>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    let occlusion = occlusion::record(r, &settings.occlusion, gbuffer, depth)?;
-    let occlusion = occlusion.as_ref();
     let is_apart = !lights.adds_ambient(r) && !r.view.counts_pairs();
     let radiance = if is_apart { indirect::record(r, gbuffer, occlusion, depth, radiance)? } else { radiance };
     direct::record(r, lights, gbuffer, occlusion, depth, radiance)
@@ -256,7 +261,7 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
         Path::Deferred => {
             let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, &Variables::default())?;
             let pairs = LightTarget::new(r).cleared(r.graph);
-            let (pairs, depth) = light_passes(r, settings, &gbuffer, depth, pairs)?;
+            let (pairs, depth) = light_passes(r, settings, &gbuffer, None, depth, pairs)?;
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
         }
         path => forward_passes(r, settings, path)?,
@@ -287,23 +292,23 @@ fn surface_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<(Vi
     let ids = wanted.ids.then(|| ids::record(r, &geometry.depth)).transpose()?;
     let step = variables.camera_step.as_ref();
     let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
-    Ok((ViewOutputs { radiance, depth: geometry.depth, gbuffer: None, emission, ids, motion }, gbuffer))
+    let depth = geometry.depth;
+    Ok((ViewOutputs { radiance, depth, gbuffer: None, emission, ids, motion, occlusion: None }, gbuffer))
 }
 
-/// The user's effects on radiance, each on that of the one before.
+/// The effects on radiance, each on that of the one before.
 ///
 /// # Errors
 /// As [`Effect::record`].
 pub fn effect_passes<'f>(
     r: &mut Recorder<'_, 'f>,
     effects: &'f [Arc<dyn Effect>],
-    mut outputs: ViewOutputs,
+    outputs: ViewOutputs,
 ) -> Result<ViewOutputs, ProgramError> {
-    let is_of_radiance = |effect: &&Arc<dyn Effect>| effect.is_on() && effect.stage() == EffectStage::Radiance;
-    for effect in effects.iter().filter(is_of_radiance) {
-        outputs.radiance = effect.record(r, outputs.gbuffer.as_ref(), outputs.radiance)?;
-    }
-    Ok(outputs)
+    let ViewOutputs { radiance, gbuffer, occlusion, motion, .. } = outputs;
+    let of_frame = FrameTextures { gbuffer: gbuffer.as_ref(), occlusion: occlusion.as_ref(), motion: motion.as_ref() };
+    let radiance = effect::record(r, effects, EffectStage::Radiance, &of_frame, radiance)?;
+    Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ..outputs })
 }
 
 /// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform,
@@ -359,15 +364,12 @@ pub fn output_passes<'f>(
     let shown = (mean.as_ref().unwrap_or(radiance), glow.as_ref());
     let is_of_display =
         |effect: &&Arc<dyn Effect>| is_shown && effect.is_on() && effect.stage() == EffectStage::Display;
-    let mut of_display = effects.iter().filter(is_of_display).peekable();
     let tone = &settings.tone_map;
-    let display = if of_display.peek().is_some() {
+    let display = if effects.iter().any(|effect| is_of_display(&effect)) {
         let linear = r.texture_of("tone_map.linear", TextureDesc { format: RADIANCE, ..display.desc() });
         let left = tone_map::Display { encodes: false, ..left };
-        let mut linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
-        for effect in of_display {
-            linear = effect.record(r, None, linear)?;
-        }
+        let linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
+        let linear = effect::record(r, effects, EffectStage::Display, &FrameTextures::default(), linear)?;
         tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, (&linear, None), display)?
     } else {
         tone_map::record(r, "tone_map", tone, left, shown, display)?
@@ -393,6 +395,17 @@ pub struct Variables {
     pub passes: AovPasses,
     /// From where to where the camera moved, if there is a previous frame.
     pub camera_step: Option<CameraStep>,
+    /// Whether occlusion is found for an effect, too.
+    pub reads_occlusion: bool,
+}
+
+impl Variables {
+    /// What one of the two wants.
+    pub fn and(mut self, other: &Self) -> Self {
+        self.passes.motion |= other.passes.motion;
+        self.reads_occlusion |= other.reads_occlusion;
+        self
+    }
 }
 
 /// The means over the samples so far, each with the texture for the next one.

@@ -90,6 +90,8 @@ pub struct ViewOutputs {
     pub emission: Option<Handle>,
     /// Nodes and materials, if a variable needs them.
     pub ids: Option<Handle>,
-    /// Pixels moved since the previous frame, if a variable needs it.
+    /// Pixels moved since the previous frame, if a variable or an effect needs it.
     pub motion: Option<Handle>,
+    /// The share of the environment's light that reaches surfaces, if it was found.
+    pub occlusion: Option<Handle>,
 }

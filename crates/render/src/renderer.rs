@@ -1,5 +1,6 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
+mod effects;
 mod ground;
 mod metering;
 mod output;
@@ -12,6 +13,7 @@ mod variables;
 pub use reading::RenderedView;
 
 use crate::draws::WorldDraws;
+use crate::effect::WgslEffect;
 use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
 use crate::lights;
@@ -58,6 +60,8 @@ pub struct Renderer {
     stats: FrameStats,
     memory_budget_bytes: Option<u64>,
     cache: Option<Arc<dyn Cache>>,
+    /// Effects of all pictures, after those of their requests.
+    added: Vec<Arc<WgslEffect>>,
 }
 
 /// What a frame is rendered for. All but the picture itself are for machines with files and a clock of their own.
@@ -89,6 +93,11 @@ impl Purpose<'_> {
     /// Whether the frame is not run.
     fn is_plan(&self) -> bool {
         matches!(self, Self::Plan | Self::Rounds(_))
+    }
+
+    /// Whether effects are drawn.
+    fn has_effects(&self) -> bool {
+        !matches!(self, Self::Variables | Self::Pairs(_) | Self::Meter(_))
     }
 
     /// Whether the frame's variables can be read afterwards.
@@ -123,6 +132,7 @@ impl Renderer {
             stats: FrameStats::default(),
             memory_budget_bytes: None,
             cache: None,
+            added: Vec::new(),
             gpu,
         })
     }

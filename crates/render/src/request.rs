@@ -63,7 +63,7 @@ pub struct FrameRequest {
     pub averaging: Averaging,
     /// The variables that will be read after the frame.
     pub want_aovs: Vec<Aov>,
-    /// The scene and camera of the previous frame, for [`Aov::Motion`].
+    /// The scene and camera of the previous frame, for [`Aov::Motion`] and effects that read `motion`.
     pub previous: Option<Arc<Pose>>,
     /// Passes of the user's own, after shading and before accumulation, in this order.
     pub effects: Vec<Arc<dyn Effect>>,
@@ -137,6 +137,11 @@ impl FrameRequest {
         self.effects.iter().any(|effect| effect.is_on() && effect.stage() == EffectStage::Radiance)
     }
 
+    /// Whether something reads how far surfaces moved since the previous frame.
+    pub(crate) fn needs_motion(&self) -> bool {
+        self.want_aovs.contains(&Aov::Motion) || crate::effect::is_read(&self.effects, "motion")
+    }
+
     fn deals_lights(&self) -> bool {
         self.light_rounds.is_some_and(|rounds| rounds > 1)
     }
@@ -183,6 +188,16 @@ impl FrameRequest {
                 settings.exposure.stops = if is_sky { defaults.exposure_under_sky } else { defaults.exposure };
             }
         })
+        .without_effects_that_are_off()
+    }
+
+    /// The same without what [`crate::effect::EffectSettings::enabled`] switches off.
+    fn without_effects_that_are_off(mut self) -> Self {
+        if !self.settings.effects.enabled {
+            self.effects.clear();
+            self.settings.occlusion.enabled = false;
+        }
+        self
     }
 
     /// The same with other settings.

@@ -58,11 +58,22 @@ compose! {
     adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
     aov: crate::aov::AovSettings,
+    effects: crate::effect::EffectSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
     debug: crate::passes::debug::DebugSettings,
 }
 
+/// The short name of a setting, at the top of a file and on the command line, and its key.
+const CHAIN: (&str, &str) = ("chain", "effects.chain");
+
 impl Settings {
+    /// The chain of effects that `written` finds under one of the two names of that setting.
+    pub fn chain_of<'w>(written: impl Fn(&str) -> Option<&'w Written>) -> Option<Vec<String>> {
+        let written = written(CHAIN.0).or_else(|| written(CHAIN.1))?;
+        // What is no list of texts is told where all settings are read.
+        <Vec<String> as SettingField>::read(written)
+    }
+
     /// Every setting there is, beside those of effects.
     pub fn declared() -> &'static [SettingInfo] {
         static DECLARED: LazyLock<Vec<SettingInfo>> = LazyLock::new(Settings::every_group);
@@ -82,6 +93,7 @@ impl Settings {
     /// # Errors
     /// An unknown key, or a value of another type or outside its range.
     pub fn give(&mut self, key: &str, written: &Written) -> Result<(), SettingsError> {
+        let key = if key == CHAIN.0 { CHAIN.1 } else { key };
         let info = Self::declared().iter().find(|info| info.key == key);
         let group = key.split_once('.').and_then(|(group, field)| Some((self.group(group)?, field)));
         match (info, group) {

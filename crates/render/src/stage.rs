@@ -1,6 +1,7 @@
 //! Stage files as the renderer reads them: their tables of settings, and the schema by which editors check all of them.
 
 use crate::diagnostic::Diagnostic;
+use crate::effect::{self, EffectFile};
 use crate::setting::{SettingsFile, Written, color_schema, schema, unknown_key};
 use crate::settings::{Settings, SettingsError};
 use manypass_scene::Stage;
@@ -14,27 +15,43 @@ const COLOR: (&str, &str) = ("environment.color", "environment.source");
 const FILE: &str = "environment.file";
 
 impl Settings {
-    /// Takes the settings of a stage: of its tables `[environment]`, `[fog]` and `[settings]`.
+    /// Takes the settings of a stage: of its tables `[environment]`, `[fog]`, `[effects]` and `[settings]`; those of
+    /// `effects` go to them.
     ///
     /// # Errors
     /// An unknown key, or a value of another type or outside its range, with its place; those above it are taken.
-    pub fn apply_stage(&mut self, stage: &Stage) -> Result<(), Box<Diagnostic>> {
-        let [environment, fog, settings] = SETTINGS_TABLES.map(|(name, _)| name);
-        let prefixes = [(environment, "environment."), (fog, "fog."), (settings, "")];
-        SettingsFile::of_tables(stage.file(), stage.text(), &prefixes)?.apply(|key, written| {
+    pub fn apply_stage(&mut self, stage: &Stage, effects: &mut [EffectFile]) -> Result<(), Box<Diagnostic>> {
+        settings_of(stage)?.apply(|key, written| {
             let setting = if key == COLOR.0 { COLOR.1 } else { key };
             // Paths in a stage are seen from its folder.
             let path = (key == FILE).then(|| stage.environment_path()).flatten();
             let path = path.map(|path| Written::Text(path.to_string_lossy().into_owned()));
-            self.give(setting, path.as_ref().unwrap_or(written)).map_err(|error| match error {
+            let given = effect::set_of_file(self, effects, setting, path.as_ref().unwrap_or(written));
+            given.map_err(|error| match error {
                 SettingsError::UnknownKey { key, .. } => {
-                    let known = Self::declared().iter().map(|info| &*info.key);
-                    unknown_key(&key, known.chain([COLOR.0]))
+                    let known = effects.iter().flat_map(EffectFile::settings).chain(Self::declared());
+                    unknown_key(&key, known.map(|info| &*info.key).chain([COLOR.0]))
                 }
                 error => error,
             })
         })
     }
+
+    /// The chain of effects of a stage, if it has one; its files are seen from its folder.
+    ///
+    /// # Errors
+    /// The stage is not TOML.
+    pub fn stage_chain(stage: &Stage) -> Result<Option<Vec<String>>, Box<Diagnostic>> {
+        let file = settings_of(stage)?;
+        Ok(Self::chain_of(|key| file.last(key)))
+    }
+}
+
+/// The settings of a stage by their keys, but those of [`COLOR`].
+fn settings_of(stage: &Stage) -> Result<SettingsFile, Box<Diagnostic>> {
+    let [environment, fog, effects, settings] = SETTINGS_TABLES.map(|(name, _)| name);
+    let prefixes = [(environment, "environment."), (fog, "fog."), (effects, "effects."), (settings, "")];
+    SettingsFile::of_tables(stage.file(), stage.text(), &prefixes)
 }
 
 /// The JSON Schema (draft 2020-12) of stage files, by which editors complete and check them.
@@ -50,11 +67,14 @@ pub fn stage_schema() -> Value {
             properties.insert(table.name.into(), json!({ "type": "array", "items": schema, "description": table.doc }));
         }
     }
-    let all = schema(Settings::declared());
+    let built_in: Vec<EffectFile> =
+        EffectFile::built_in_names().filter_map(EffectFile::built_in).filter_map(Result::ok).collect();
+    let all = schema(Settings::declared().iter().chain(built_in.iter().flat_map(EffectFile::settings)));
     for (name, doc) in SETTINGS_TABLES {
         let group = &all["properties"][name];
         let mut of_group = if group.is_null() {
-            json!({ "type": "object", "additionalProperties": false, "properties": all["properties"] })
+            // Tables of effects of one's own have any name.
+            json!({ "type": "object", "additionalProperties": { "type": "object" }, "properties": all["properties"] })
         } else {
             group.clone()
         };
@@ -113,7 +133,7 @@ mod tests {
         let stage =
             Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
         let mut settings = Settings::default();
-        settings.apply_stage(&stage).map_err(|error| error.to_string())?;
+        settings.apply_stage(&stage, &mut []).map_err(|error| error.to_string())?;
         Ok(settings)
     }
 

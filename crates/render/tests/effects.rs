@@ -203,7 +203,8 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
     renderer.load(&test.scene).unwrap();
     let effect = Arc::new(WgslEffect::new(renderer.gpu(), "folder/file.wgsl", SETTINGS).unwrap());
     assert_eq!(effect.name(), "many");
-    let keys: Vec<&str> = effect.settings().iter().map(|info| &*info.key).collect();
+    let settings = effect.settings();
+    let keys: Vec<&str> = settings.iter().map(|info| &*info.key).collect();
     let expected =
         ["many.style.first", "many.color", "many.last", "many.count", "many.offset", "many.pair", "many.first"];
     assert_eq!(keys, [&expected[..], &["many.idle", "many.enabled"]].concat());

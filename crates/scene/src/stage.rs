@@ -24,8 +24,8 @@ mod names;
 mod table;
 
 pub use load::{
-    LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_environment, named_images,
-    named_model,
+    LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_effects, named_environment,
+    named_images, named_model,
 };
 
 use crate::light::LIGHTS_MAX;

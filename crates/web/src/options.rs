@@ -2,7 +2,7 @@
 
 use manypass::scene::{Scene, Stage};
 use manypass::settings::Written;
-use manypass::{Exposure, FrameRequest, Settings};
+use manypass::{EffectFile, Exposure, FrameRequest, Settings, effect};
 use wasm_bindgen::prelude::*;
 
 /// How frames are drawn.
@@ -11,8 +11,14 @@ pub struct Options {
     light_subset: Option<(u32, u32)>,
     /// What was chosen, by key, in its order.
     chosen: Vec<(String, Written)>,
+    /// The stage that is shown.
+    stage: Option<Stage>,
+    /// Effects whose texts were given.
+    given: Vec<EffectFile>,
     /// Of the stage that is shown, then what was chosen.
     settings: Settings,
+    /// Those of the chain, in its order, with their settings.
+    effects: Vec<EffectFile>,
 }
 
 /// Options that are short ways to settings, and the words that they take.
@@ -45,22 +51,65 @@ impl Options {
 
     /// The options for what a stage shows, or a model without one: what was chosen comes after the stage's settings.
     pub fn for_stage(&self, stage: Option<&Stage>) -> Result<Self, JsError> {
-        let mut options = Self { light_subset: self.light_subset, ..Self::default() };
-        if let Some(stage) = stage {
-            options.settings.apply_stage(stage).map_err(|error| JsError::new(&error.to_string()))?;
+        Self { stage: stage.cloned(), ..self.clone() }.settled()
+    }
+
+    /// The options with other effects beside those that the chain names.
+    pub fn with_effects(&self, given: Vec<EffectFile>) -> Result<Self, JsError> {
+        Self { given, ..self.clone() }.settled()
+    }
+
+    /// The options with another text of the effect `name`; what was set of it stays where the text takes it.
+    pub fn with_text_of(&self, name: &str, source: &str) -> Result<Self, JsError> {
+        let known = self.given.iter().position(|file| file.name() == name);
+        let Some(index) = known else {
+            let known: Vec<_> = self.given.iter().map(EffectFile::name).collect();
+            let known = known.join(", ");
+            return Err(JsError::new(&format!("no effect `{name}` was given by `setEffects`; there is: {known}")));
+        };
+        let mut given = self.given.clone();
+        given[index] = given[index].replaced(source)?;
+        self.with_effects(given)
+    }
+
+    /// The effects of the chain, in its order.
+    pub fn effects(&self) -> &[EffectFile] {
+        &self.effects
+    }
+
+    /// The settings and the chain anew, from the stage and what was chosen.
+    fn settled(self) -> Result<Self, JsError> {
+        let failed = |error: &dyn std::fmt::Display| JsError::new(&error.to_string());
+        let of_chosen =
+            |key: &str| self.chosen.iter().rev().find(|(known, _)| known == key).map(|(_, written)| written);
+        let names = match (Settings::chain_of(of_chosen), &self.stage) {
+            (Some(names), _) => names,
+            (None, Some(stage)) => Settings::stage_chain(stage).map_err(|error| failed(&error))?.unwrap_or_default(),
+            (None, None) => Vec::new(),
+        };
+        let unknown = |name: &str| -> Result<EffectFile, JsError> {
+            let known: Vec<_> = EffectFile::built_in_names().collect();
+            let known = known.join(", ");
+            Err(JsError::new(&format!(
+                "no effect is called `{name}`; there is: {known}. The texts of others are given by `setEffects`"
+            )))
+        };
+        let mut effects = EffectFile::chain(&names, self.given.clone(), unknown)?;
+        let mut settings = Settings::default();
+        if let Some(stage) = &self.stage {
+            settings.apply_stage(stage, &mut effects).map_err(|error| failed(&error))?;
         }
         for (key, written) in &self.chosen {
-            options.give(key, written.clone())?;
+            effect::set(&mut settings, &mut effects, key, written)?;
         }
-        Ok(options)
+        EffectFile::check_chain(&effects)?;
+        Ok(Self { settings, effects, ..self })
     }
 
     /// Changes a setting by choice.
-    fn give(&mut self, key: &str, written: Written) -> Result<(), JsError> {
-        self.settings.give(key, &written)?;
+    fn give(&mut self, key: &str, written: Written) {
         self.chosen.retain(|(known, _)| known != key);
         self.chosen.push((key.into(), written));
-        Ok(())
     }
 
     /// A request for a frame of `scene` with the options.
@@ -81,7 +130,7 @@ impl Options {
             let key = entry.get(0).as_string().unwrap_or_default();
             options.change(&key, &entry.get(1))?;
         }
-        Ok(options)
+        options.settled()
     }
 
     fn change(&mut self, key: &str, value: &JsValue) -> Result<(), JsError> {
@@ -93,14 +142,15 @@ impl Options {
             if !words.contains(&name.as_str()) {
                 return Err(JsError::new(&format!("{key} is `{name}`: expected {}", words.join(", "))));
             }
-            return self.give(setting, Written::Text(name));
+            self.give(setting, Written::Text(name));
+            return Ok(());
         }
         match key {
-            "exposure" if value.is_null() => self.give("exposure.stops", Written::from("scene"))?,
+            "exposure" if value.is_null() => self.give("exposure.stops", Written::from("scene")),
             "exposure" => {
                 // It says what is wrong in words of its own.
                 let _: Exposure = scalar(value).parse()?;
-                self.give("exposure.stops", Written::Text(scalar(value)))?;
+                self.give("exposure.stops", Written::Text(scalar(value)));
             }
             "lightSubset" => self.light_subset = light_subset(value)?,
             "settings" => {
@@ -108,7 +158,7 @@ impl Options {
                     return Err(JsError::new("settings is an object of values by key"));
                 }
                 for (key, value) in entries(value) {
-                    self.give(&key, value)?;
+                    self.give(&key, value);
                 }
             }
             _ => return Err(JsError::new(&format!("there is no option `{key}`"))),

@@ -34,7 +34,7 @@ pub struct Viewer {
     /// What the user chose: view, size and background come with each frame.
     options: Options,
     /// Passes of the user's own, in their order.
-    effects: Vec<Arc<dyn Effect>>,
+    effects: Vec<Arc<WgslEffect>>,
     /// The last frame that was drawn, for those that are added to it.
     last: Option<FrameRequest>,
     /// From where the frame before that was seen.
@@ -134,10 +134,11 @@ impl Viewer {
         if options.simplifies() {
             warnings.extend(scene.simplify());
         }
+        let effects = self.compiled(&options)?;
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
         self.late = LateImages::default();
-        self.options = options;
+        (self.options, self.effects) = (options, effects);
         self.forget_frame();
         self.renderer.load(&scene)?;
         self.warnings = warnings;
@@ -146,6 +147,21 @@ impl Viewer {
         self.warnings.extend(self.framing.bounds_world().far_warning());
         self.scene = Some(scene);
         Ok(())
+    }
+
+    /// The effects of `options` on the device. Those that are there already, with the same texts, are given the values.
+    fn compiled(&self, options: &Options) -> Result<Vec<Arc<WgslEffect>>, JsError> {
+        let compile = |file: &EffectFile| -> Result<Arc<WgslEffect>, JsError> {
+            let known = self.effects.iter().zip(self.options.effects()).find(|(_, known)| known.has_text_of(file));
+            let Some((effect, _)) = known else {
+                return Ok(Arc::new(WgslEffect::compile(self.renderer.gpu(), file.clone())?));
+            };
+            for (key, value) in file.values() {
+                effect.set(&key, &value.to_string())?;
+            }
+            Ok(effect.clone())
+        };
+        options.effects().iter().map(compile).collect()
     }
 
     /// Shows the picture of the renderer.
@@ -271,7 +287,7 @@ impl Viewer {
         let request = FrameRequest { ground_height_m, ..FrameRequest::new(width, height, camera) };
         let mut request = self.options.applied(request, scene);
         request.sample_count = REFINED_SAMPLES;
-        request.effects.clone_from(&self.effects);
+        request.effects = self.effects.iter().map(|effect| effect.clone() as Arc<dyn Effect>).collect();
         request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
         self.camera_before = self.last.take().map(|last| last.camera);
         self.drawn.clear();
@@ -314,18 +330,20 @@ impl Viewer {
         if !options.has_light_of(&self.options) {
             self.metering = None;
         }
+        self.effects = self.compiled(&options)?;
         self.options = options;
         Ok(())
     }
 
-    /// Puts effects before and after the tone curve from now on, in the place of those before.
+    /// Puts effects before and after the tone curve from now on, in the place of those before: in their order, unless the
+    /// setting `chain` has another.
     ///
     /// # Errors
     /// When one does not compile, or a setting is refused; the message names file, line and column. Nothing is changed
     /// then.
     #[wasm_bindgen(js_name = setEffects)]
     pub fn set_effects(&mut self, effects: EffectFiles) -> Result<(), JsError> {
-        let mut compiled: Vec<Arc<dyn Effect>> = Vec::new();
+        let mut given: Vec<EffectFile> = Vec::new();
         for effect in js_sys::Array::from(&effects.into()).iter() {
             let text = |key: &str| js_sys::Reflect::get(&effect, &key.into()).ok().and_then(|value| value.as_string());
             let mut parsed = match (text("name"), text("file"), text("source")) {
@@ -341,9 +359,24 @@ impl Viewer {
                     parsed.give(&key, &value)?;
                 }
             }
-            compiled.push(Arc::new(WgslEffect::compile(self.renderer.gpu(), parsed)?));
+            given.push(parsed);
         }
-        self.effects = compiled;
+        let options = self.options.with_effects(given)?;
+        self.effects = self.compiled(&options)?;
+        self.options = options;
+        Ok(())
+    }
+
+    /// Gives the effect `name` another text from the next frame on; its settings keep their values where it takes them. So
+    /// a file can be watched, or written in the page.
+    ///
+    /// # Errors
+    /// When the text does not compile; the message names file, line and column, and the effect stays as it is.
+    #[wasm_bindgen(js_name = replaceEffect)]
+    pub fn replace_effect(&mut self, name: &str, source: &str) -> Result<(), JsError> {
+        let options = self.options.with_text_of(name, source)?;
+        self.effects = self.compiled(&options)?;
+        self.options = options;
         Ok(())
     }
 

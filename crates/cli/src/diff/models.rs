@@ -8,11 +8,11 @@ use crate::exposure::Taken;
 use crate::failure::{Failure, say};
 use crate::input::Opened;
 use crate::inspect::one;
-use crate::request::{effect_files, effects};
+use crate::request::effects;
 use crate::session::{self, still_failure};
 use crate::surroundings::Surroundings;
 use crate::{interrupt, job, looks, memory, scenes};
-use manypass::{Aov, FrameRequest, Renderer, Settings, View};
+use manypass::{Aov, EffectFile, FrameRequest, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names, render_still};
 use manypass_offline::{AovLayer, CameraData, Picture};
 use manypass_scene::{Framing, Scene};
@@ -40,6 +40,7 @@ struct Read {
     name: String,
     scene: Scene,
     settings: Settings,
+    effects: Vec<EffectFile>,
     is_stage: bool,
 }
 
@@ -64,21 +65,20 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let spec = job::camera(frame)?;
     // All are drawn, because what changed is told by all.
     let (listed, drawn) = (variables(frame.aov.as_deref().unwrap_or("all"))?, variables("all")?);
-    let mut files = effect_files(&frame.change.effects)?;
     let chosen = Chosen::of_frame(frame)?;
-    job::check_aovs(true, &chosen.settings(Settings::default(), None, &mut files)?)?;
+    job::check_aovs(true, &chosen.settings(Settings::default(), None)?.0)?;
     let mut surroundings = Surroundings::new(session::cache(!args.cache.no_cache));
     let mut read = |argument: &str| -> Result<Read, Failure> {
         let input = one(argument)?;
         let Opened { mut scene, mut warnings, stage } = input.load()?;
-        let settings = chosen.settings(Settings::default(), stage.as_ref(), &mut files)?;
+        let (settings, effects) = chosen.settings(Settings::default(), stage.as_ref())?;
         job::check_aovs(true, &settings)?;
         warnings.extend(surroundings.prepare(&mut scene, &settings)?);
         scenes::show(&mut scene, frame.scene.as_deref(), &mut warnings)?;
         scene.variant = looks::variant(&scene, frame.variant.as_deref())?;
         let name = input.name();
         warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}")));
-        Ok(Read { name, scene, settings, is_stage: stage.is_some() })
+        Ok(Read { name, scene, settings, effects, is_stage: stage.is_some() })
     };
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let framing = Framing::of_scenes(&[&a.scene, &b.scene]);
@@ -90,15 +90,13 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let view = view(&spec, &a.scene, &framing, width as f32 / height as f32)?;
     interrupt::heed(true);
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
-    let request = FrameRequest {
-        sample_count: frame.samples,
-        want_aovs: drawn,
-        effects: effects(&renderer, files)?,
-        ..FrameRequest::new(width, height, view)
+    let request =
+        FrameRequest { sample_count: frame.samples, want_aovs: drawn, ..FrameRequest::new(width, height, view) };
+    let request_of = |read: &Read| -> Result<FrameRequest, Failure> {
+        let (settings, effects) = (read.settings.clone(), effects(&renderer, read.effects.clone())?);
+        Ok(FrameRequest { settings, effects, ..request.clone() }.resolved(&read.scene))
     };
-    let request_of =
-        |read: &Read| FrameRequest { settings: read.settings.clone(), ..request.clone() }.resolved(&read.scene);
-    let (request_a, mut request_b) = (request_of(&a), request_of(&b));
+    let (request_a, mut request_b) = (request_of(&a)?, request_of(&b)?);
     // What a scene would decide by itself, A decides for both; stages decide on purpose.
     let is_shared = !a.is_stage && !b.is_stage;
     if is_shared {

@@ -10,7 +10,7 @@ fn job(flags: &[&str]) -> Result<Job, Failure> {
         Command::Render(args) => {
             let job = Job::new(&args, false, &["depth", "normal"])?;
             let chosen = crate::chosen::Chosen::of_frame(&args.frame)?;
-            let settings = chosen.settings(Settings::default(), None, &mut [])?;
+            let (settings, _) = chosen.settings(Settings::default(), None)?;
             job.check(&settings)?;
             check_settings(&settings)?;
             Ok(job)

@@ -11,7 +11,7 @@ use crate::job;
 use crate::looks::{self, Look};
 use crate::provenance::{InputFile, input_files};
 use crate::report::Phases;
-use crate::request::request;
+use crate::request::{effect_warnings, effects, request};
 use crate::session::ms_since;
 use crate::shot::{pose, time_secs, view};
 use crate::{camera, coverage, interrupt, memory, scenes, shot, surroundings};
@@ -45,7 +45,7 @@ impl Batch<'_> {
         // Two scenes at once need not fit into memory.
         self.renderer.unload();
         let Opened { mut scene, mut warnings, stage } = ReadAhead::take(&mut self.ahead, &item.input)?;
-        self.settings = self.settings_of(stage.as_ref())?;
+        warnings.extend(self.choose(stage.as_ref())?);
         warnings.extend(self.surroundings.prepare(&mut scene, &self.settings)?);
         interrupt::check()?;
         check_ids(self.job, &scene)?;
@@ -95,18 +95,24 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// The settings of an input.
+    /// Takes the settings and effects of an input; says what is wrong with those of its stage.
     ///
     /// # Errors
-    /// Wrong settings of its stage, or none with which the job can be done.
-    fn settings_of(&self, stage: Option<&Stage>) -> Result<Settings, Failure> {
-        let settings = match stage {
-            None => self.plain_settings.clone(),
-            stage => self.chosen.settings(Settings::default(), stage, &mut self.effect_files.clone())?,
+    /// Wrong settings of its stage, or none with which the job can be done; an effect that does not compile.
+    fn choose(&mut self, stage: Option<&Stage>) -> Result<Vec<String>, Failure> {
+        let (settings, files) = match stage {
+            None => (self.plain_settings.clone(), self.plain_effect_files.to_vec()),
+            stage => self.chosen.settings(Settings::default(), stage)?,
         };
         self.job.check(&settings)?;
         job::check_settings(&settings)?;
-        Ok(settings)
+        self.settings = settings;
+        if self.effect_files.len() == files.len() && self.effect_files.iter().zip(&files).all(|(a, b)| a.is_same(b)) {
+            return Ok(Vec::new());
+        }
+        self.effects = effects(&self.renderer, files.clone())?;
+        self.effect_files = files;
+        Ok(if stage.is_some() { effect_warnings(&self.effect_files, self.job.format) } else { Vec::new() })
     }
 
     /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::gather::Item;
 use crate::looks::Subject;
 use crate::report::{self, Entry, Outputs, Phases};
-use crate::request::{picture_info, request};
+use crate::request::{effect_values, picture_info, request};
 use crate::session::{ms_since, still_failure};
 use crate::shot::{pose, previous_pose, time_secs, view};
 use crate::{coverage, exposure, interrupt, memory, output};
@@ -174,13 +174,14 @@ impl Batch<'_> {
         } else {
             renderer.count_pairs(scene, &drawn.request).map_err(failed)?
         };
+        let effects: Vec<_> = self.effect_files.iter().map(effect_values).collect();
         report.rendered(&Entry {
             input: &item.input.name(),
             input_files: &loaded.files,
             outputs,
             info: &drawn.info,
             look: subject.look,
-            effects: &self.effect_values,
+            effects: &effects,
             settings: &self.settings,
             size: (self.job.width, self.job.height),
             samples: self.args.frame.samples,

@@ -1,6 +1,8 @@
 //! An effect as its file has it, before a device compiles it.
 
 use super::EffectStage;
+use super::declarations::{Borrowed, FIRST_TEXTURE, declarations, texture_declaration};
+use super::fused::{PIXEL_ENTRY, entry_point};
 use super::header::{Header, READS, Source};
 use super::scan::{Scan, scan};
 use super::steps::{self, Rounds, STEPS_MAX, Step};
@@ -10,10 +12,7 @@ use crate::settings::{SettingInfo, SettingValue, SettingsError, Written};
 use crate::shader::locate;
 use crate::shader::program::{ProgramError, Slot};
 use crate::shader::reflection::reflect_bindings_of;
-use std::fmt::Write;
-
-/// The first binding of an effect's own textures; those before are the frame's.
-const OWN_TEXTURES: u32 = 10;
+use std::ops::Range;
 
 /// A stage of WebGL 2 has so many textures.
 const TEXTURES_MAX: usize = 16;
@@ -33,6 +32,10 @@ pub struct EffectFile {
     pub(super) steps: Vec<(Step, Vec<Vec<Slot>>)>,
     pub(super) stage: EffectStage,
     pub(super) uniforms: Uniforms,
+    /// What it reads that only its header declares, beside its own textures.
+    pub(super) borrowed: Vec<Borrowed>,
+    /// The function that changes a pixel and knows that one alone.
+    pub(super) pixel: Option<String>,
 }
 
 impl EffectFile {
@@ -52,9 +55,16 @@ impl EffectFile {
         }
         let header = Header::parse(source, &scan)?;
         check_names(source, &scan, &header)?;
-        let further = further_declarations(&header);
-        let (module, info) =
-            locate::parse(file, text, &further).map_err(|fault| fault_of_names(source, &header, fault))?;
+        let mut further = further_declarations(&header);
+        let parsed =
+            |further: &str| locate::parse(file, text, further).map_err(|fault| fault_of_names(source, &header, fault));
+        let (mut module, mut info) = parsed(&further)?;
+        let stage = if header.reads_display() { EffectStage::Display } else { EffectStage::Radiance };
+        if let Some(pixel) = &header.pixel {
+            check_pixel(source, &scan, &header, pixel, (&module, &info))?;
+            further.push_str(&entry_point(stage, std::iter::once(pixel.0.as_str())));
+            (module, info) = parsed(&further)?;
+        }
         check_module(source, &scan, &module)?;
         let composed = locate::composed(text, &further);
         let with_slots = |(step, index): (Step, usize)| {
@@ -69,7 +79,8 @@ impl EffectFile {
         };
         header.check(source, &names(1))?;
         check_textures(source, &scan, &steps)?;
-        let stage = if header.reads_display() { EffectStage::Display } else { EffectStage::Radiance };
+        let borrowed = header.borrowed();
+        let pixel = header.pixel.map(|(function, _)| function);
         let name = header.name.unwrap_or_else(|| {
             let stem = std::path::Path::new(file).file_stem();
             stem.map_or(file.into(), |stem| stem.to_string_lossy().into_owned())
@@ -78,12 +89,66 @@ impl EffectFile {
         for (step, _) in &steps {
             check_rounds(source, step, &name, &uniforms)?;
         }
-        Ok(Self { file: file.into(), text: text.into(), name, module, further, steps, stage, uniforms })
+        Ok(Self {
+            file: file.into(),
+            text: text.into(),
+            name,
+            module,
+            further,
+            steps,
+            stage,
+            uniforms,
+            borrowed,
+            pixel,
+        })
     }
 
     /// What it makes new.
     pub fn stage(&self) -> EffectStage {
         self.stage
+    }
+
+    /// Whether it draws the same as another: of one file and text, with the same values.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.has_text_of(other) && self.values() == other.values()
+    }
+
+    /// Whether it is of the same file and text as another.
+    pub fn has_text_of(&self, other: &Self) -> bool {
+        self.file == other.file && self.text == other.text
+    }
+
+    /// The effect of another text for the same file. Settings that it has too keep their values where it takes them;
+    /// others have their defaults.
+    ///
+    /// # Errors
+    /// As [`Self::parse`]; another name, or a setting without a value.
+    pub fn replaced(&self, text: &str) -> Result<Self, ProgramError> {
+        Self::parse_replacing((&self.file, &self.name), self.values(), text)
+    }
+
+    /// As [`Self::replaced`], of an effect of that file, name and values.
+    pub(super) fn parse_replacing(
+        (file, name): (&str, &str),
+        values: Vec<(String, SettingValue)>,
+        text: &str,
+    ) -> Result<Self, ProgramError> {
+        let mut effect = Self::parse(file, text)?;
+        if effect.name != name {
+            let message = format!(
+                "the new text of {file} is called `{}`; an effect keeps its name: `//! effect {name}`",
+                effect.name
+            );
+            return Err(ProgramError::Misplaced { pass: name.into(), message });
+        }
+        for (key, value) in values {
+            // A default takes the place of a value that the new text does not take.
+            let _ = effect.give(&key, &value.into());
+        }
+        match effect.missing() {
+            Some((_, missing)) => Err(Box::new(missing.clone()).into()),
+            None => Ok(effect),
+        }
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -135,23 +200,51 @@ impl EffectFile {
     }
 }
 
-/// What the words of a header let the shader find declared beside the prelude. Only they do, so that files without them
-/// may give their own things these names.
+/// What the words of a header let the shader find declared.
 fn further_declarations(header: &Header) -> String {
-    let mut further = String::new();
-    if header.reads_display() {
-        further.push_str(include_str!("display.wgsl"));
-    }
-    if header.reads_display() || header.steps.len() > 1 {
-        further.push_str(include_str!("steps.wgsl"));
-    }
     let mut textures: Vec<&str> = header.steps.iter().filter_map(|step| step.texture.as_deref()).collect();
     textures.sort_unstable();
     textures.dedup();
-    for (binding, texture) in (OWN_TEXTURES..).zip(textures) {
-        let _ = writeln!(further, "@group(1) @binding({binding}) var {texture}: texture_2d<f32>;");
+    let finds_drawn = header.reads_display() || header.steps.len() > 1;
+    declarations(header.reads_display(), finds_drawn, &textures, &header.borrowed())
+}
+
+/// Whether the function that a header names changes a pixel and looks at no other.
+fn check_pixel(
+    source: Source<'_>,
+    scan: &Scan,
+    header: &Header,
+    (name, place): &(String, Range<usize>),
+    (module, info): (&naga::Module, &naga::valid::ModuleInfo),
+) -> Result<(), Box<Diagnostic>> {
+    if !header.steps.is_empty() || !module.entry_points.is_empty() {
+        let message = "an effect of `//! pixel:` has neither `//! passes:` nor `@fragment` functions";
+        return Err(source.fault(place.clone(), message));
     }
-    further
+    let found = module.functions.iter().find(|(_, function)| function.name.as_deref() == Some(name));
+    let Some((handle, function)) = found else {
+        return Err(source.fault(place.clone(), format!("there is no function `{name}`")));
+    };
+    let declared = scan.functions.get(name).cloned().unwrap_or_else(|| place.clone());
+    let vector = |size| naga::TypeInner::Vector { size, scalar: naga::Scalar::F32 };
+    let (vec2f, vec4f) = (vector(naga::VectorSize::Bi), vector(naga::VectorSize::Quad));
+    let arguments: Vec<_> = function.arguments.iter().map(|argument| &module.types[argument.ty].inner).collect();
+    let result = function.result.as_ref().map(|result| &module.types[result.ty].inner);
+    if arguments != [&vec4f, &vec2f] || result != Some(&vec4f) {
+        let message = format!("`{name}` is no function of a pixel");
+        let note = format!("write `fn {name}(color: vec4f, position: vec2f) -> vec4f`");
+        return Err(Box::new(source.fault(declared, message).note(note)));
+    }
+    let is_used = |texture: &str| {
+        let global = module.global_variables.iter().find(|(_, global)| global.name.as_deref() == Some(texture));
+        global.is_some_and(|(global, _)| !info[handle][global].is_empty())
+    };
+    if let Some(texture) = ["radiance", "display", "previous"].into_iter().find(|texture| is_used(texture)) {
+        let message = format!("`{name}` reads `{texture}`, but a function of a pixel is given its colour");
+        let note = "what looks at other pixels is a `@fragment` function of its own";
+        return Err(Box::new(source.fault(declared, message).note(note)));
+    }
+    Ok(())
 }
 
 /// The passes of an effect, each with the index of its entry point: those that the header names, or the only one.
@@ -222,7 +315,23 @@ fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> Result<(), B
             || scan.members.keys().any(|(structure, _)| structure == texture)
     };
     let taken = header.steps.iter().find(|step| step.texture.as_deref().is_some_and(is_taken));
-    taken.map_or(Ok(()), |step| Err(taken_name(source, step)))
+    if let Some(step) = taken {
+        return Err(taken_name(source, step));
+    }
+    let is_own = |name: &str| {
+        scan.functions.contains_key(name)
+            || scan.variables.contains_key(name)
+            || header.steps.iter().any(|step| step.texture.as_deref() == Some(name))
+    };
+    if let Some(borrowed) = header.borrowed().into_iter().find(|borrowed| is_own(&borrowed.variable)) {
+        let Borrowed { key, variable } = borrowed;
+        let message = format!("`{key}` is called `{variable}` in the shader, which is declared already");
+        return Err(source.fault(header.place_of_reads(), message));
+    }
+    match scan.functions.get(PIXEL_ENTRY).filter(|_| header.pixel.is_some()) {
+        Some(place) => Err(source.fault(place.clone(), format!("`//! pixel:` declares `{PIXEL_ENTRY}` itself"))),
+        None => Ok(()),
+    }
 }
 
 /// The fault of a file that is no WGSL with what its header declares: one of its textures, if that by itself is none
@@ -230,11 +339,7 @@ fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> Result<(), B
 fn fault_of_names(source: Source<'_>, header: &Header, fault: Box<Diagnostic>) -> Box<Diagnostic> {
     let is_fault = |step: &&Step| {
         let Some(texture) = &step.texture else { return false };
-        let alone = format!(
-            "@group(1) @binding({OWN_TEXTURES}) var {texture}: texture_2d<f32>;\n{}\n{}",
-            include_str!("display.wgsl"),
-            include_str!("steps.wgsl"),
-        );
+        let alone = format!("{}{}", texture_declaration(FIRST_TEXTURE, texture), declarations(true, true, &[], &[]),);
         locate::parse(source.file, &alone, "").is_err()
     };
     header.steps.iter().find(is_fault).map_or_else(|| with_words(fault), |step| taken_name(source, step))
@@ -254,6 +359,8 @@ fn with_words(fault: Box<Diagnostic>) -> Box<Diagnostic> {
         "`//! reads: display` in the header declares it"
     } else if ["drawn", "uv_at"].into_iter().any(is_unknown) {
         "`//! reads: display` in the header declares it, and so does a list of several `//! passes:`"
+    } else if ["occlusion", "motion"].into_iter().any(is_unknown) {
+        "`//! reads: occlusion` (or `motion`) in the header declares it"
     } else {
         return fault;
     };
@@ -339,10 +446,11 @@ fn check_slots(source: Source<'_>, scan: &Scan, groups: &[Vec<Slot>]) -> Result<
                 slot.entry.ty,
                 wgpu::BindingType::Texture { sample_type: wgpu::TextureSampleType::Float { filterable: true }, .. }
             );
-            if is_filtered && name == "linear_depth" {
+            if is_filtered && matches!(name.as_str(), "linear_depth" | "motion") {
                 let is_code = |at: &usize| !scan.comments.iter().any(|comment| comment.range.contains(at));
-                let at = source.text.match_indices("linear_depth").map(|(at, _)| at).find(is_code).unwrap_or(0);
-                let message = "`linear_depth` cannot be filtered; use `distance_at(pixel)` or `nearest_clamp`";
+                let at = source.text.match_indices(name.as_str()).map(|(at, _)| at).find(is_code).unwrap_or(0);
+                let function = if name == "motion" { "textureLoad" } else { "distance_at(pixel)" };
+                let message = format!("`{name}` cannot be filtered; use `{function}` or `nearest_clamp`");
                 return Err(source.fault(at..at + name.len(), message));
             }
         }

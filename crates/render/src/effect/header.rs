@@ -1,14 +1,15 @@
 //! The header of an effect's file: its first lines, which begin with `//!`.
 
+use super::declarations::Borrowed;
 use super::scan::Scan;
 use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
 use std::ops::Range;
 
 /// The words that a header may hold.
-const WORDS: [&str; 3] = ["effect", "reads", "passes"];
-/// What an effect may say that it reads, and the name of each in the shader.
-pub(super) const READS: [(&str, &str); 7] = [
+const WORDS: [&str; 4] = ["effect", "reads", "passes", "pixel"];
+/// What an effect may say that it reads of the frame, and the name of each in the shader.
+pub(super) const READS: [(&str, &str); 9] = [
     ("depth", "linear_depth"),
     ("normal", "normal"),
     ("base_color", "base_color"),
@@ -16,7 +17,11 @@ pub(super) const READS: [(&str, &str); 7] = [
     ("radiance", "radiance"),
     ("previous", "previous"),
     (DISPLAY, DISPLAY),
+    ("occlusion", "occlusion"),
+    ("motion", "motion"),
 ];
+/// Those of them that the header alone declares, because files had these names before.
+const BORROWED: [&str; 2] = ["occlusion", "motion"];
 /// What an effect reads that stands after the tone curve.
 pub(super) const DISPLAY: &str = "display";
 /// The longest name of an effect.
@@ -28,9 +33,11 @@ pub(super) struct Header {
     /// The name of the effect.
     pub name: Option<String>,
     /// What it reads, with the place of the list.
-    reads: Option<(Vec<&'static str>, Range<usize>)>,
+    reads: Option<(Vec<String>, Range<usize>)>,
     /// Its passes; none where it says nothing of them.
     pub steps: Vec<Step>,
+    /// The function that changes a pixel and knows that one alone, with its place.
+    pub pixel: Option<(String, Range<usize>)>,
 }
 
 /// A text of the user's, and how a fault in it is told.
@@ -108,13 +115,26 @@ impl Header {
                 let rest = list("reads: NAME, NAME, …")?;
                 let reads =
                     entries(rest, word_start + line.len() - rest.len()).map(|(name, place)| read(source, name, place));
-                self.reads = Some((reads.collect::<Result<_, _>>()?, word_start..word_start + line.len()));
+                self.reads = Some((reads.collect::<Result<Vec<_>, _>>()?, word_start..word_start + line.len()));
             }
             "passes" => {
                 again(!self.steps.is_empty())?;
                 let rest = list("passes: FUNCTION -> TEXTURE, …, FUNCTION")?;
                 let passes = entries(rest, word_start + line.len() - rest.len());
                 self.steps = steps::parse(source, passes)?;
+            }
+            "pixel" => {
+                again(self.pixel.is_some())?;
+                let rest = list("pixel: FUNCTION")?;
+                let name = rest.trim();
+                let start = word_start + line.len() - rest.trim_start().len();
+                let place = start..start + name.len();
+                if !steps::is_identifier(name) {
+                    let note = "it is `fn NAME(color: vec4f, position: vec2f) -> vec4f`: what a pixel was, where it is, and \
+                                what it becomes";
+                    return Err(Box::new(source.fault(place, "this is no name of a function").note(note)));
+                }
+                self.pixel = Some((name.into(), place));
             }
             _ => {
                 let known = WORDS.join(", ");
@@ -129,7 +149,22 @@ impl Header {
 
     /// Whether it says that the effect reads display colours.
     pub fn reads_display(&self) -> bool {
-        self.reads.iter().any(|(reads, _)| reads.contains(&DISPLAY))
+        self.reads.iter().any(|(reads, _)| reads.iter().any(|read| read == DISPLAY))
+    }
+
+    /// The textures that only it declares, beside those that the effect's own passes write; each once.
+    pub fn borrowed(&self) -> Vec<Borrowed> {
+        let reads = self.reads.iter().flat_map(|(reads, _)| reads);
+        let mut keys: Vec<&String> =
+            reads.filter(|read| read.contains('.') || BORROWED.contains(&read.as_str())).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        keys.into_iter().map(|key| Borrowed::new(key)).collect()
+    }
+
+    /// The place of the line that says what it reads.
+    pub fn place_of_reads(&self) -> Range<usize> {
+        self.reads.as_ref().map_or(0..0, |(_, place)| place.clone())
     }
 
     /// Whether the header says of the shader what is true: `used` are the frame's textures that it uses.
@@ -138,8 +173,13 @@ impl Header {
     /// A difference.
     pub fn check(&self, source: Source<'_>, used: &[&str]) -> Result<(), Box<Diagnostic>> {
         let Some((reads, place)) = &self.reads else { return Ok(()) };
-        let used: Vec<_> = READS.iter().filter(|(_, texture)| used.contains(texture)).map(|(name, _)| *name).collect();
-        let is_of_frame = |read: &&&str| !matches!(**read, DISPLAY | "previous");
+        let of_frame = READS.iter().map(|(name, texture)| (*name, *texture));
+        let borrowed = self.borrowed();
+        let of_others = borrowed.iter().filter(|borrowed| borrowed.of_effect().is_some());
+        let all = of_frame.chain(of_others.map(|borrowed| (borrowed.key.as_str(), borrowed.variable.as_str())));
+        let used: Vec<&str> = all.filter(|(_, texture)| used.contains(texture)).map(|(name, _)| name).collect();
+        let reads: Vec<&str> = reads.iter().map(String::as_str).collect();
+        let is_of_frame = |read: &&&str| !matches!(**read, DISPLAY | "previous") && !read.contains('.');
         if let Some(other) = reads.iter().chain(&used).find(is_of_frame).filter(|_| self.reads_display()) {
             let message =
                 format!("an effect that reads `display` stands after the tone curve, and cannot read `{other}`");
@@ -190,11 +230,16 @@ fn entries(list: &str, start: usize) -> impl Iterator<Item = (&str, Range<usize>
     })
 }
 
-fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<&'static str, Box<Diagnostic>> {
-    READS.iter().map(|(known, _)| *known).find(|known| *known == name).ok_or_else(|| {
-        let known: Vec<_> = READS.iter().map(|(known, _)| *known).collect();
-        source.fault(place, format!("there is no `{name}` to read; there is: {}", known.join(", ")))
-    })
+fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<String, Box<Diagnostic>> {
+    let of_effect = name.split_once('.');
+    let is_known = READS.iter().any(|(known, _)| *known == name)
+        || of_effect.is_some_and(|(effect, texture)| is_name(effect) && steps::is_identifier(texture));
+    if is_known {
+        return Ok(name.into());
+    }
+    let known: Vec<_> = READS.iter().map(|(known, _)| *known).collect();
+    let message = format!("there is no `{name}` to read; there is: {}", known.join(", "));
+    Err(Box::new(source.fault(place, message).note("a texture that another effect's pass writes is `EFFECT.TEXTURE`")))
 }
 
 #[cfg(test)]
@@ -230,7 +275,7 @@ mod tests {
     fn nothing_in_a_header_is_passed_over() {
         for (text, expected) in [
             ("//! author: me", "a.wgsl:1:5: error: `author: me` begins with no word"),
-            ("//! author: me", "those are: effect, reads, passes"),
+            ("//! author: me", "those are: effect, reads, passes, pixel"),
             ("//!", "begins with no word"),
             ("//! Effect lines", "begins with no word"),
             ("//! effect", "a.wgsl:1:11: error: this is no name"),

@@ -64,6 +64,11 @@ fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
+/// The bytes of all words and single other characters outside of comments.
+pub(super) fn words(text: &str) -> Vec<Range<usize>> {
+    tokens(text, &mut Vec::new()).into_iter().map(|token| token.range).collect()
+}
+
 /// Splits a text into tokens; line comments go into `comments`, and block comments, which nest, are left out.
 fn tokens(text: &str, comments: &mut Vec<Comment>) -> Vec<Token> {
     let mut tokens = Vec::new();

@@ -125,7 +125,8 @@ fn number(word: &str) -> Option<u32> {
     word.parse().ok().filter(|_| is_plain)
 }
 
-fn is_identifier(word: &str) -> bool {
+/// Whether a word can name something in a shader, but for the language's own words.
+pub(super) fn is_identifier(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && word != "_"

@@ -6,6 +6,7 @@ use super::shadows::{Atlas, filter_uniform, takes_one_tap};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
+use crate::effect;
 use crate::environment::{Environment, studio};
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
@@ -162,6 +163,8 @@ pub(super) struct Ready {
     /// alone.
     pub variables_view: Option<PreparedView>,
     pub variables: Variables,
+    /// What effects on the picture read of the same.
+    pub of_effects: Variables,
     /// Whether tiles that are settled are left out once some are.
     pub is_adaptive: bool,
     /// The uniform of the picture's own size.
@@ -292,21 +295,25 @@ impl Renderer {
         let has_own_view = asked.wants_variables
             && (size != output_size || shows_first_surface || filtering != filtering_of_variables)
             && settings.render.path == Path::Deferred;
-        let previous = request.previous.as_ref().filter(|_| passes.motion && has_previous);
+        let camera_step = request.previous.as_ref().filter(|_| has_previous).map(|previous| CameraStep {
+            current: request.camera,
+            previous: previous.camera,
+            range,
+            output_size: *output_size,
+        });
+        let reads = |texture| effect::is_read(&request.effects, texture);
+        let of_effects = Variables {
+            passes: AovPasses { motion: reads("motion"), ..Default::default() },
+            camera_step,
+            reads_occlusion: reads("occlusion"),
+        };
         let variables_uniform = self.view_uniform(asked, range, *output_size, filtering_of_variables);
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         Ok(Ready {
             view: prepare(asked.name.clone(), *size, uniform, false),
             variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
-            variables: Variables {
-                passes,
-                camera_step: previous.map(|previous| CameraStep {
-                    current: request.camera,
-                    previous: previous.camera,
-                    range,
-                    output_size: *output_size,
-                }),
-            },
+            variables: Variables { passes, ..of_effects },
+            of_effects,
             is_adaptive,
             variables_uniform,
         })

@@ -8,7 +8,7 @@ use crate::aov::{AovExports, f32_from_half};
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::{Deformation, WorldDraws};
 use crate::environment::{Environment, stored};
-use crate::frame::{self, Picture, Variables};
+use crate::frame::{self, Picture};
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
 use crate::lights::LightCulling;
@@ -61,6 +61,9 @@ impl Renderer {
                 // Not before, because it depends on the background, which callers choose afterwards.
                 settings.ground.mode =
                     settings.ground.mode.resolved(settings.environment.source, settings.background.source);
+                if purpose.has_effects() {
+                    self.add_effects_to(&mut request);
+                }
                 let settings = &request.settings.environment;
                 let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
                 let environment = of_scene.or_else(|| self.computed.of(settings));
@@ -270,10 +273,8 @@ impl Renderer {
         }
         let mut world = World::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
         self.light_count = world.draws.lit.len();
-        let previous = asked.iter().filter(|asked| asked.wants_variables).find_map(|asked| {
-            let wants_motion = asked.request.want_aovs.contains(&crate::aov::Aov::Motion);
-            asked.request.previous.as_deref().filter(|_| wants_motion)
-        });
+        let wanting = asked.iter().filter(|asked| asked.request.needs_motion());
+        let previous = wanting.filter_map(|asked| asked.request.previous.as_deref()).next();
         let has_previous = previous.is_some_and(|previous| {
             let texels = previous.append_to(scene, &mut world.draws.deformation);
             let written = self.resources.write_previous_nodes(&self.gpu, &texels);
@@ -390,9 +391,9 @@ fn record_view<'f>(
     let (variables, of_view) = match &ready.variables_view {
         Some(view) => {
             let mut r = Recorder::new(graph, frame, view);
-            (Some(frame::variable_passes(&mut r, &ready.variables)?), Variables::default())
+            (Some(frame::variable_passes(&mut r, &ready.variables)?), ready.of_effects)
         }
-        None => (None, ready.variables),
+        None => (None, ready.variables.and(&ready.of_effects)),
     };
     let mut r = Recorder::new(graph, frame, &ready.view);
     if matches!(purpose, Purpose::Pairs(_)) {

@@ -63,6 +63,11 @@ impl SettingsFile {
         })
     }
 
+    /// What it says of the setting `key`, if it does; of several the last.
+    pub fn last(&self, key: &str) -> Option<&Written> {
+        self.entries.iter().rev().find(|entry| entry.key == key).map(|entry| &entry.value)
+    }
+
     /// Gives every key and value to `set`, from the top.
     ///
     /// # Errors

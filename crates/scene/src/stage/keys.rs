@@ -51,10 +51,17 @@ pub struct StageTable {
 }
 
 /// Tables of settings: the name, and what they hold.
-pub const SETTINGS_TABLES: [(&str, &str); 3] = [
+pub const SETTINGS_TABLES: [(&str, &str); 4] = [
     ("environment", "The settings `environment.*`; `color` is `source` as a colour."),
     ("fog", "The settings `fog.*`."),
-    ("settings", "Any other setting, as in files of `--settings`: `[settings.tone_map]`, `curve = \"agx\"`."),
+    (
+        "effects",
+        "The settings `effects.*`: `chain = [\"bloom\", \"own.wgsl\"]`; files are seen from the stage's folder.",
+    ),
+    (
+        "settings",
+        "Any other setting, as in files of `--settings`: `[settings.tone_map]`, `curve = \"agx\"`; of effects too.",
+    ),
 ];
 
 const fn key(name: &'static str, kind: StageType, doc: &'static str) -> StageKey {

@@ -148,6 +148,21 @@ pub fn named_images(path: &Path) -> Vec<PathBuf> {
     named.filter(|name| !name.is_empty()).map(|name| folder.join(name)).collect()
 }
 
+/// The effects that the chain of a stage names by their files, as [`named_model`].
+pub fn named_effects(path: &Path) -> Vec<PathBuf> {
+    let Ok(text) = read_text(path) else { return Vec::new() };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let source = Source { file: String::new(), text };
+    let Ok(document) = document(&source) else { return Vec::new() };
+    let table = |name| value(document.get_ref(), name).and_then(|value| value.get_ref().as_table());
+    let settings = table("settings");
+    let within = settings.and_then(|table| value(table, "effects")?.get_ref().as_table());
+    let chains = [table("effects"), within, settings].into_iter().flatten();
+    let entries = chains.filter_map(|table| value(table, "chain")?.get_ref().as_array()).flatten();
+    let named = entries.filter_map(|entry| entry.get_ref().as_str());
+    named.filter(|name| name.to_ascii_lowercase().ends_with(".wgsl")).map(|name| folder.join(name)).collect()
+}
+
 const TOO_LARGE: &str = "it is larger than 16 MiB";
 const NO_TEXT: &str = "it is no text in UTF-8";
 

@@ -56,17 +56,19 @@ impl OcclusionUniform {
     }
 }
 
-/// Records the passes, if the settings ask for them and there is light to be hidden.
+/// Records the passes, if the settings ask for them and there is light to be hidden, or if it `is_read` by an effect.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
+    is_read: bool,
     gbuffer: &Gbuffer,
     depth: &Handle,
 ) -> Result<Option<Occlusion>, ProgramError> {
-    if !settings.enabled || r.view.is_environment_dark || r.view.counts_pairs() {
+    let is_needed = is_read || !r.view.is_environment_dark;
+    if !settings.enabled || !is_needed || r.view.counts_pairs() {
         return Ok(None);
     }
     let program = match settings.method {

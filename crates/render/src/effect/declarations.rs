@@ -1,0 +1,52 @@
+//! What the words of a header let an effect's shader find declared beside the prelude. Only they do, so that files without
+//! them may give their own things these names.
+
+use std::fmt::Write;
+
+/// The first binding of textures that a header declares; those before are the prelude's.
+pub(super) const FIRST_TEXTURE: u32 = 10;
+
+/// A texture that a header lets the shader read, and that only the header declares.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Borrowed {
+    /// As the header has it: of the frame `NAME`, of another effect `EFFECT.TEXTURE`.
+    pub key: String,
+    /// What the shader calls it.
+    pub variable: String,
+}
+
+impl Borrowed {
+    /// What `key` stands for.
+    pub fn new(key: &str) -> Self {
+        Self { key: key.into(), variable: key.replace(['.', '-'], "_") }
+    }
+
+    /// The effect and its texture, if it is one of an effect's.
+    pub fn of_effect(&self) -> Option<(&str, &str)> {
+        self.key.split_once('.')
+    }
+}
+
+/// The declarations that a shader finds which reads `display`, finds `drawn`, and reads its own `textures` and those that
+/// it borrows.
+pub(super) fn declarations(reads_display: bool, finds_drawn: bool, textures: &[&str], borrowed: &[Borrowed]) -> String {
+    let mut declarations = String::new();
+    if reads_display {
+        declarations.push_str(include_str!("display.wgsl"));
+    }
+    if finds_drawn {
+        declarations.push_str(include_str!("steps.wgsl"));
+    }
+    let borrowed = borrowed.iter().map(|borrowed| borrowed.variable.as_str());
+    for (binding, texture) in (FIRST_TEXTURE..).zip(textures.iter().copied().chain(borrowed)) {
+        declarations.push_str(&texture_declaration(binding, texture));
+    }
+    declarations
+}
+
+/// The declaration of a texture.
+pub(super) fn texture_declaration(binding: u32, texture: &str) -> String {
+    let mut declaration = String::new();
+    let _ = writeln!(declaration, "@group(1) @binding({binding}) var {texture}: texture_2d<f32>;");
+    declaration
+}

@@ -1,0 +1,82 @@
+//! Effects that follow each other and change pixels alone, in one pass: their functions one after the other, without
+//! textures between them.
+
+use super::EffectStage;
+use super::compiled::{Compiled, compiled_steps};
+use super::declarations::declarations;
+use super::rename::renamed;
+use super::scan::scan;
+use super::steps::Step;
+use crate::gpu::Gpu;
+use crate::shader::locate;
+use crate::shader::reflection::reflect_bindings_of;
+use std::fmt::Write;
+use std::sync::Arc;
+
+/// The entry point of an effect that changes pixels alone.
+pub(super) const PIXEL_ENTRY: &str = "fs_each_pixel";
+/// So many effects share a pass: those of more would only grow the shader.
+pub(super) const FUSED_EFFECTS_MAX: usize = 8;
+/// So many uniforms and textures fit a stage on every adapter, beside those of the view.
+const BINDINGS_MAX: usize = 8;
+
+/// How an effect changes a pixel.
+#[derive(Debug)]
+pub(super) struct Pixel {
+    /// The text of its file, as it was compiled.
+    pub text: String,
+    /// Its function, from a colour and a position to a colour.
+    pub function: String,
+    /// Whether it finds `drawn` declared.
+    pub finds_drawn: bool,
+}
+
+/// The pass that several effects share.
+#[derive(Debug)]
+pub(super) struct Fused {
+    pub compiled: Compiled,
+}
+
+/// The declaration of the entry point that calls `functions` one after the other.
+pub(super) fn entry_point<'t>(stage: EffectStage, functions: impl Iterator<Item = &'t str>) -> String {
+    let at = if stage == EffectStage::Display { "display_at" } else { "radiance_at" };
+    let calls: String = functions.map(|function| format!("    color = {function}(color, position.xy);\n")).collect();
+    format!(
+        "@fragment\nfn {PIXEL_ENTRY}(@builtin(position) position: vec4f) -> @location(0) vec4f {{\n    \
+         var color = {at}(vec2i(position.xy));\n{calls}    return color;\n}}\n"
+    )
+}
+
+/// Compiles the pass of effects that all change pixels alone; none where they do not fit together, because one of them
+/// is written in a way that this cannot read, or they read too much.
+pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Option<Fused> {
+    let stage = effects.first()?.stage;
+    let mut text = String::new();
+    let mut functions = Vec::new();
+    let mut uniforms = Vec::new();
+    let mut borrowed = Vec::new();
+    for (index, effect) in effects.iter().enumerate() {
+        let pixel = effect.pixel.as_ref()?;
+        let prefix = format!("e{index}_");
+        writeln!(text, "{}", renamed(&pixel.text, &scan(&pixel.text), &prefix, uniforms.len())?).ok()?;
+        functions.push(format!("{prefix}{}", pixel.function));
+        uniforms.extend(effect.uniforms.iter().map(|(name, buffer)| (format!("{prefix}{name}"), buffer.clone())));
+        borrowed.extend(effect.borrowed.iter().filter(|one| !borrowed.contains(*one)).cloned().collect::<Vec<_>>());
+    }
+    let finds_drawn = effects.iter().filter_map(|effect| effect.pixel.as_ref()).any(|pixel| pixel.finds_drawn);
+    let mut further = declarations(stage == EffectStage::Display, finds_drawn, &[], &borrowed);
+    further.push_str(&entry_point(stage, functions.iter().map(String::as_str)));
+    let (module, info) = locate::parse(name, &text, &further).ok()?;
+    let composed = locate::composed(&text, &further);
+    let entry = module.entry_points.iter().position(|entry| entry.name == PIXEL_ENTRY)?;
+    let slots = reflect_bindings_of(&module, &info, &composed, entry..entry + 1);
+    let count = |is_counted: fn(&wgpu::BindingType) -> bool| {
+        slots.iter().flatten().filter(|slot| is_counted(&slot.entry.ty)).count()
+    };
+    let fits = count(|ty| matches!(ty, wgpu::BindingType::Buffer { .. })) <= BINDINGS_MAX
+        && count(|ty| matches!(ty, wgpu::BindingType::Texture { .. })) <= BINDINGS_MAX;
+    let steps = vec![(Step::only(PIXEL_ENTRY.into()), slots)];
+    let passes = compiled_steps(gpu, (name, name), (composed, &module), steps, &uniforms).ok().filter(|_| fits)?;
+    let compiled = Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms, pixel: None };
+    Some(Fused { compiled })
+}
