@@ -5,7 +5,7 @@ use crate::camera::CameraSpec;
 use crate::failure::Failure;
 use crate::looks::{self, Look, Several};
 use crate::pattern::{self, Output, Pattern};
-use manypass::{Background, Settings};
+use manypass::{Background, Settings, SettingsError};
 use manypass_offline::{Format, atomic};
 use std::path::PathBuf;
 
@@ -107,7 +107,10 @@ impl Job {
 /// # Errors
 /// Wrong usage.
 pub fn check_settings(settings: &Settings) -> Result<(), Failure> {
-    settings.check().map_err(|error| Failure::usage(error, "set both, or leave the first one out"))
+    settings.check().map_err(|error| match error {
+        SettingsError::BadValue { .. } => Failure::usage(error, "correct it, or leave it out"),
+        error => Failure::usage(error, "set both, or leave the first one out"),
+    })
 }
 
 /// Checks that there are AOVs where any are wanted.

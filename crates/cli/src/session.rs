@@ -45,6 +45,9 @@ pub fn still_failure(error: &StillError) -> Failure {
         StillError::Render(RenderError::Program(_)) => {
             Failure::new(Kind::Failed, error, "correct the effect, or leave --effect or --path out")
         }
+        StillError::Render(RenderError::ParallelLens) => {
+            Failure::new(Kind::Failed, error, "leave camera.f_stop out, or show it through another --camera")
+        }
         StillError::Render(_) => Failure::new(Kind::Failed, error, "try a smaller --size or another --adapter"),
     }
 }

@@ -35,6 +35,41 @@ pub fn view(
     Ok(View { world_from_view, projection })
 }
 
+/// Puts the scene as it is at a moment of a frame while the shutter is open, from −0.5 when it opens to 0.5 when it
+/// closes, and gives the camera; the frame is at 0.
+pub fn moment(
+    scene: &mut Scene,
+    framing: &Framing,
+    args: &RenderArgs,
+    (job, look): (&Job, &Look),
+    frame: u32,
+    (shutter_deg, position): (f32, f32),
+) -> Result<View, Failure> {
+    let frames = position * shutter_deg / 360.0;
+    pose(scene, args, Some(time_secs(args, frame).unwrap_or(0.0) + frames * step_secs(args)))?;
+    view(scene, framing, args, (job, look), frame as f32 + frames)
+}
+
+/// Whether anything can move from frame to frame.
+pub fn moves(scene: &Scene, args: &RenderArgs) -> bool {
+    let is_animated = !scene.animations.is_empty();
+    let plays = args.time.is_some() || args.frames.is_some() || args.animation.is_some();
+    args.turntable.is_some() || is_animated && plays
+}
+
+/// What `camera.focus_m` is where nobody says: the distance of what the camera is told to look at, or else of the middle
+/// of everything over the whole animation, so that a sequence keeps its focus.
+pub fn focus_m(framing: &Framing, look: &Look, camera: &View) -> f32 {
+    let target_m = look.camera.target.map(|target| camera.distance_m(target)).filter(|distance_m| *distance_m > 0.0);
+    target_m.unwrap_or_else(|| camera.automatic_focus_m(framing.bounds_world()))
+}
+
+/// The time from one frame to the next.
+fn step_secs(args: &RenderArgs) -> f32 {
+    // A turntable at one time turns the camera, and the time stands still.
+    if args.frames.is_none() && args.turntable.is_some() { 0.0 } else { 1.0 / args.fps }
+}
+
 /// The frame before, if motion is asked for and anything can have moved. It leaves the scene in that pose.
 pub fn previous_pose(
     scene: &mut Scene,
@@ -43,9 +78,7 @@ pub fn previous_pose(
     (job, look): (&Job, &Look),
     frame: u32,
 ) -> Result<Option<Arc<Pose>>, Failure> {
-    // A turntable at one time turns the camera, and the time stands still.
-    let step_secs = if args.frames.is_none() && args.turntable.is_some() { 0.0 } else { 1.0 / args.fps };
-    let time_secs = time_secs(args, frame).map(|time_secs| time_secs - step_secs);
+    let time_secs = time_secs(args, frame).map(|time_secs| time_secs - step_secs(args));
     let is_still = time_secs.is_none() && args.turntable.is_none();
     if is_still || !job.aovs.iter().any(|name| name == Aov::Motion.name()) {
         return Ok(None);

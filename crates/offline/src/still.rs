@@ -2,7 +2,7 @@
 
 use crate::exr_file::{self, WriteError};
 use crate::exr_header::{Part, PictureInfo};
-use manypass::{Aov, AovPixels, Averaging, FrameRequest, RenderError, Renderer};
+use manypass::{Aov, AovPixels, Averaging, FrameRequest, RenderError, Renderer, View, shutter_position};
 use manypass_scene::Scene;
 use std::io::{Seek, Write};
 use std::ops::Range;
@@ -152,15 +152,51 @@ pub fn accumulate(
 ) -> Result<(), StillError> {
     let request = still_request(renderer, scene, request, samples)?;
     for frame in 0..request.sample_count {
-        let request = FrameRequest { sample_index: frame, ..request.clone() };
-        if frame + 1 < request.sample_count {
-            renderer.accumulate(scene, &request)?;
-        } else {
-            renderer.render(scene, &request)?;
+        add_frame(renderer, scene, &FrameRequest { sample_index: frame, ..request.clone() }, &mut progress)?;
+    }
+    Ok(())
+}
+
+/// As [`accumulate`], of a scene that moves while the shutter is open. For each sample `pose` puts the scene as it is at
+/// a time from −0.5, when the shutter opens, to 0.5, when it closes, and gives the camera; at 0 that of `request`. The
+/// scene is left as it is at 0.
+///
+/// # Errors
+/// If the renderer fails, `pose` fails, or `progress` says stop.
+pub fn accumulate_moving<E: From<StillError>>(
+    renderer: &mut Renderer,
+    scene: &mut Scene,
+    request: &FrameRequest,
+    samples: u32,
+    mut pose: impl FnMut(&mut Scene, f32) -> Result<View, E>,
+    mut progress: impl FnMut(u32) -> bool,
+) -> Result<(), E> {
+    let mut request = still_request(renderer, scene, request, samples)?;
+    for frame in 0..request.sample_count {
+        // All frames of a sample show the same.
+        if frame % request.frames_per_sample == 0 {
+            request.camera = pose(scene, shutter_position(frame / request.frames_per_sample, samples))?;
         }
-        if !progress(frame / request.frames_per_sample + 1) {
-            return Err(StillError::Stopped);
-        }
+        add_frame(renderer, scene, &FrameRequest { sample_index: frame, ..request.clone() }, &mut progress)?;
+    }
+    pose(scene, 0.0)?;
+    Ok(())
+}
+
+/// Adds a frame of a still to those before it; the last makes the picture.
+fn add_frame(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    request: &FrameRequest,
+    progress: &mut impl FnMut(u32) -> bool,
+) -> Result<(), StillError> {
+    if request.sample_index + 1 < request.sample_count {
+        renderer.accumulate(scene, request)?;
+    } else {
+        renderer.render(scene, request)?;
+    }
+    if !progress(request.sample_index / request.frames_per_sample + 1) {
+        return Err(StillError::Stopped);
     }
     Ok(())
 }

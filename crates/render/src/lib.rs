@@ -20,6 +20,7 @@
 //! both.
 
 pub mod aov;
+mod camera_settings;
 pub mod colour;
 pub mod constants;
 mod diagnostic;
@@ -32,6 +33,7 @@ mod frame;
 mod gbuffer;
 pub mod gpu;
 mod ground;
+mod lens;
 mod levels;
 mod lights;
 mod occlusion;
@@ -63,6 +65,7 @@ pub use fog::FogMode;
 pub use gbuffer::Gbuffer;
 pub use gpu::{AdapterSummary, Gpu, GpuError};
 pub use ground::Ground;
+pub use lens::shutter_position;
 pub use levels::LevelCount;
 pub use lights::LightCulling;
 pub use manypass_graph as graph;

@@ -102,7 +102,8 @@ impl SceneDefaults {
 impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
-        self.sample_count > 1 && self.averaging != Averaging::Radiance && !self.deals_lights() && !self.is_stochastic()
+        let is_asked = self.sample_count > 1 && self.averaging != Averaging::Radiance;
+        is_asked && !self.deals_lights() && !self.is_stochastic() && !self.samples_lens_or_shutter()
     }
 
     /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours
@@ -123,7 +124,7 @@ impl FrameRequest {
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
         // A mean over a pixel of marks of what glows is none.
         let is_marked = !self.changes_radiance() && self.settings.msaa.samples.count() == 1;
-        is_asked && is_marked && !self.is_stochastic()
+        is_asked && is_marked && !self.is_stochastic() && !self.samples_lens_or_shutter()
     }
 
     /// Whether samples show one of several surfaces in place of their mixture, which goes through the tone curve
@@ -283,6 +284,9 @@ pub enum RenderError {
     /// The caller's target cannot be drawn to.
     #[error("the target cannot be drawn to: {0}")]
     Target(String),
+    /// A camera with parallel rays has no focal length, and so no lens.
+    #[error("the camera has parallel rays, and depth of field (`camera.f_stop`) needs a perspective one")]
+    ParallelLens,
     /// Two views of a frame have one name.
     #[error("two views of the frame are called `{0}`")]
     ViewTwice(String),

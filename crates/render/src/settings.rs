@@ -43,6 +43,7 @@ macro_rules! compose {
 
 compose! {
     render: crate::render_settings::RenderSettings,
+    camera: crate::camera_settings::CameraSettings,
     environment: crate::environment::EnvironmentSettings,
     background: crate::passes::background::BackgroundSettings,
     ground: crate::ground::GroundSettings,
@@ -105,8 +106,9 @@ impl Settings {
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
-    /// Several samples a pixel, or occlusion, on a path that has none.
+    /// Several samples a pixel, or occlusion, on a path that has none; a lens that there is not.
     pub fn check(&self) -> Result<(), SettingsError> {
+        self.camera.check()?;
         let path = self.render.path;
         if self.msaa.samples.count() > 1 && path != Path::Forward {
             let key = format!("msaa.samples={}", self.msaa.samples.count());

@@ -2,6 +2,7 @@
 
 use super::{Batch, failed};
 use crate::ahead::ReadAhead;
+use crate::args::RenderArgs;
 use crate::deliver::check_ids;
 use crate::exposure::Taken;
 use crate::failure::{Failure, say};
@@ -15,6 +16,7 @@ use crate::request::{effect_warnings, effects, request};
 use crate::session::ms_since;
 use crate::shot::{pose, time_secs, view};
 use crate::{camera, coverage, interrupt, memory, scenes, shot, surroundings};
+use manypass::settings::CameraSettings;
 use manypass::{Environment, Settings};
 use manypass_scene::{Framing, Scene, Stage};
 use std::time::Instant;
@@ -74,6 +76,7 @@ impl Batch<'_> {
         if self.settings.environment.source == Environment::None && coverage::is_dark(&scene) {
             warnings.push("nothing lights it: the file has no lights, and --environment is none".into());
         }
+        warnings.extend(unsampled(args, &self.settings, &scene));
         self.warn(&item.input.name(), &warnings)?;
         if let Some(hint) = camera::hint(&self.job.look.camera, &scene, &framing).filter(|_| !args.quiet) {
             self.bar.suspend(|| say(format_args!("hint: {}: {hint}", item.input.name())));
@@ -122,4 +125,21 @@ impl Batch<'_> {
         let camera = view(scene, framing, args, (job, look), 0.0)?;
         Taken::new(&mut self.renderer, scene, &request(args, job, &self.settings, camera, scene))
     }
+}
+
+/// Warnings of a lens and a shutter that a picture will not show.
+fn unsampled(args: &RenderArgs, settings: &Settings, scene: &Scene) -> Option<String> {
+    let CameraSettings { f_stop, shutter_deg, .. } = settings.camera;
+    let names = match (f_stop > 0.0, shutter_deg > 0.0) {
+        (false, false) => return None,
+        (true, false) => "camera.f_stop is",
+        (false, true) => "camera.shutter_deg is",
+        (true, true) => "camera.f_stop and camera.shutter_deg are",
+    };
+    if args.frame.samples < 2 {
+        let of_one = "one sample is drawn, through a pinhole at the frame's time; add --samples 64, or more";
+        return Some(format!("{names} left out: {of_one}"));
+    }
+    let stands = shutter_deg > 0.0 && !shot::moves(scene, args);
+    stands.then(|| "camera.shutter_deg shows nothing: nothing moves without --frames, --time or --turntable".into())
 }

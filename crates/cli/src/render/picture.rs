@@ -10,11 +10,12 @@ use crate::looks::Subject;
 use crate::report::{self, Entry, Outputs, Phases};
 use crate::request::{effect_values, picture_info, request};
 use crate::session::{ms_since, still_failure};
-use crate::shot::{pose, previous_pose, time_secs, view};
+use crate::shot::{focus_m, moment, moves, pose, previous_pose, time_secs, view};
 use crate::{coverage, exposure, interrupt, memory, output};
 use manypass::{FrameRequest, FrameStats, PairCounts};
-use manypass_offline::still::accumulate;
+use manypass_offline::still::{StillError, accumulate, accumulate_moving};
 use manypass_offline::{PictureInfo, manifest};
+use manypass_scene::Scene;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -33,6 +34,19 @@ struct Drawn {
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     clamped_pixels: Option<u64>,
     warnings: Vec<String>,
+}
+
+/// Why a picture was not drawn.
+enum Undrawn {
+    Still(StillError),
+    /// The scene has no pose for a sample.
+    Pose(Failure),
+}
+
+impl From<StillError> for Undrawn {
+    fn from(error: StillError) -> Self {
+        Self::Still(error)
+    }
 }
 
 impl Batch<'_> {
@@ -91,6 +105,10 @@ impl Batch<'_> {
         let mut request =
             FrameRequest { previous, effects, ground_height_m, ..request(args, job, &self.settings, camera, scene) };
         exposure.iter().for_each(|taken| taken.expose(&mut request));
+        let lens = &mut request.settings.camera;
+        if lens.f_stop > 0.0 && lens.focus_m == 0.0 {
+            lens.focus_m = focus_m(framing, look, &camera);
+        }
         let mut warnings = warnings.clone();
         let compiled_ms = self.renderer.compile_ms();
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
@@ -104,13 +122,24 @@ impl Batch<'_> {
         renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
         let start = Instant::now();
         let looked_ms = renderer.compile_ms();
-        let drawn =
-            accumulate(renderer, scene, &request, args.frame.samples, |_| !interrupt::STOP.load(Ordering::SeqCst));
+        let go_on = |_| !interrupt::STOP.load(Ordering::SeqCst);
+        let (samples, shutter_deg) = (args.frame.samples, request.settings.camera.shutter_deg);
+        let drawn = if shutter_deg > 0.0 && samples > 1 && moves(scene, args) {
+            let at = |scene: &mut Scene, position: f32| {
+                moment(scene, framing, args, (job, look), frame, (shutter_deg, position)).map_err(Undrawn::Pose)
+            };
+            accumulate_moving(renderer, scene, &request, samples, at, go_on)
+        } else {
+            accumulate(renderer, scene, &request, samples, go_on).map_err(Undrawn::from)
+        };
         // The budget is this picture's alone, whether it was drawn or not.
         renderer.set_memory_budget(None);
-        drawn.map_err(|error| {
-            let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
-            refused.unwrap_or_else(|| still_failure(&error))
+        drawn.map_err(|undrawn| match undrawn {
+            Undrawn::Pose(failure) => failure,
+            Undrawn::Still(error) => {
+                let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
+                refused.unwrap_or_else(|| still_failure(&error))
+            }
         })?;
         renderer.wait();
         phases.compile = renderer.compile_ms() - compiled_ms;

@@ -317,17 +317,24 @@ mod tests {
             Projection::Perspective { fov_y_rad: 0.9, near_m: 0.1, far_m: None },
             Projection::Orthographic { height_m: 8.0, near_m: 0.1, far_m: 40.0 },
         ];
-        let case = |projection| {
+        let case = |projection, shift_ndc| {
             let view = View { world_from_view: Mat4::from_rotation_y(0.2), projection };
-            (view, DepthRange { near_m: 0.4, far_m: 24.0 }, Target { size: (331, 177), aspect: 331.0 / 177.0 })
+            let target = Target { size: (331, 177), aspect: 331.0 / 177.0, shift_ndc };
+            (view, DepthRange { near_m: 0.4, far_m: 24.0 }, target)
         };
-        projections.map(case).to_vec()
+        let [perspective, orthographic] = projections;
+        vec![
+            case(perspective, Vec2::ZERO),
+            case(orthographic, Vec2::ZERO),
+            // As far as a lens moves it, and further.
+            case(perspective, Vec2::new(0.07, -0.4)),
+        ]
     }
 
     /// The point that the shader rebuilds at a place of a picture that is moved by `jitter_px`, and a distance.
     fn point(view: &View, target: &Target, jitter_px: Vec2, pixel: Vec2, distance_m: f32) -> Vec3 {
         let size = Vec2::new(target.size.0 as f32, target.size.1 as f32);
-        let ndc = ((pixel - jitter_px) / size * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
+        let ndc = ((pixel - jitter_px) / size * 2.0 - 1.0) * Vec2::new(1.0, -1.0) - target.shift_ndc;
         let plane = ndc * view.half_extent(size.x / size.y) * if view.is_orthographic() { 1.0 } else { distance_m };
         view.world_from_view.transform_point3(plane.extend(-distance_m))
     }
@@ -370,7 +377,7 @@ mod tests {
         let table = lights(300);
         let settings = ClusterSettings { tile_px: 8, slices: 64 };
         for (view, range, _) in cases() {
-            let target = Target { size: (4096, 2048), aspect: 2.0 };
+            let target = Target { size: (4096, 2048), aspect: 2.0, shift_ndc: Vec2::ZERO };
             let free = ClusterLists::build(&table, &view, range, &target, &settings, UNLIMITED);
             assert_eq!(free.table.len(), 512 * 256 * 64);
             let limits = ListLimits { clusters: 1 << 20, ..UNLIMITED };

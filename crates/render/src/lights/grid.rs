@@ -12,6 +12,8 @@ pub struct Target {
     pub size: (u32, u32),
     /// Width by height of what is seen; that of `size`, but for the rounding of sizes.
     pub aspect: f32,
+    /// How far the picture is moved, of all samples alike or of one through a point of a lens; jitter is none of it.
+    pub shift_ndc: Vec2,
 }
 
 /// The tiles `first..end` of one row of clusters that a light touches. A row of clusters is a row of tiles in one
@@ -67,7 +69,7 @@ impl Grid {
         let mut slice_edges_m: Vec<f32> = (0..=slices).map(|slice| near_m * (log_step * slice as f32).exp2()).collect();
         let tile_scale = 0.5 * size_px / (half_extent * tile_px);
         // Jitter moves a sample within its pixel, and a tile is whole pixels: one grid holds the lights of all samples.
-        let tile_offset = 0.5 * size_px / tile_px;
+        let tile_offset = 0.5 * size_px * (1.0 + target.shift_ndc * Vec2::new(1.0, -1.0)) / tile_px;
         let plane = |tile: f32| (tile - tile_offset.y) / tile_scale.y;
         let rows = target.size.1.div_ceil(tile);
         let row_planes =

@@ -96,7 +96,8 @@ pub fn visible(table: &LightTable, of: &ListsOf) -> Vec<Volume> {
     let view_from_world = of.view.world_from_view.inverse();
     let size_px = Vec2::new(of.target.size.0 as f32, of.target.size.1 as f32);
     // A sample lies within its pixel, so that half a pixel more is seen than the picture shows; a whole one is room.
-    let half_extent = of.view.half_extent(of.target.aspect) * (1.0 + 2.0 / size_px);
+    // What a lens shifts is seen beyond that.
+    let half_extent = of.view.half_extent(of.target.aspect) * (1.0 + 2.0 / size_px + of.target.shift_ndc.abs());
     let seen = Seen { half_extent, is_orthographic: of.view.is_orthographic() };
     let volumes = (table.global_count()..).zip(&table.reaches).filter_map(|(light, reach)| {
         let (center_world, radius_m) = bounds(reach);

@@ -11,6 +11,7 @@ use crate::environment::{Environment, studio};
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
 use crate::ground::ViewGround;
+use crate::lens::SampleView;
 use crate::levels::{Chooser, LevelCount};
 use crate::lights::{
     self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
@@ -58,6 +59,10 @@ impl Asked {
         capabilities: &Capabilities,
     ) -> Result<Self, RenderError> {
         request.settings.check()?;
+        if request.settings.camera.f_stop > 0.0 && request.samples_lens_or_shutter() && request.camera.is_orthographic()
+        {
+            return Err(RenderError::ParallelLens);
+        }
         let limit = capabilities.max_texture_size;
         let scale = request.settings.render.scale;
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
@@ -88,9 +93,9 @@ impl Asked {
     }
 
     /// The row of the projection that gives depth before the division by w. Jitter does not change it.
-    fn depth_row(&self, range: DepthRange) -> Vec4 {
+    fn depth_row(&self, seen: &SampleView, range: DepthRange) -> Vec4 {
         let Self { request, size, output_size, .. } = self;
-        let uniform = request.camera.uniform_shaded(range, *output_size, *size, Vec2::ZERO, 1.0, 0);
+        let uniform = seen.camera.uniform_shaded(range, *output_size, *size, Vec2::ZERO, 1.0, 0);
         let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
         uniform.clip_from_world.row(2)
     }
@@ -146,6 +151,8 @@ impl<'s> World<'s> {
 /// A view whose lights are known.
 pub(super) struct Lit {
     pub range: DepthRange,
+    /// From where its sample sees it.
+    pub seen: SampleView,
     /// Chooses levels of detail.
     pub chooser: Chooser,
     draws: Arc<DrawList>,
@@ -181,14 +188,16 @@ impl Renderer {
         stats: &mut FrameStats,
     ) -> Lit {
         let range = asked.request.camera.depth_range(&world.draws.bounds_world);
-        let (lists, made) = self.lists_of(asked, range, world, state.lists.take(), stats);
-        state.lists = Some(lists);
         let Asked { request, size, output_size, .. } = asked;
+        let aspect = output_size.0 as f32 / output_size.1 as f32;
+        let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
+        let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
+        state.lists = Some(lists);
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
-        let uniform = self.view_uniform(asked, range, *size, self.filtering(asked));
+        let uniform = self.view_uniform(asked, (&seen, range), *size, self.filtering(asked));
         let draws = Arc::new(DrawList::new(&mut world.draws, &uniform, &chooser));
         let is_adaptive = request.is_adaptive() && !world.draws.has_transmissive;
-        Lit { range, chooser, draws, is_adaptive, made }
+        Lit { range, seen, chooser, draws, is_adaptive, made }
     }
 
     /// How the textures of a frame of the view are filtered. The first frame of a live view is shown before the others
@@ -203,16 +212,15 @@ impl Renderer {
     fn view_uniform(
         &self,
         asked: &Asked,
-        range: DepthRange,
+        (seen, range): (&SampleView, DepthRange),
         size: (u32, u32),
         filtering: TextureFiltering,
     ) -> ViewUniform {
         let Asked { request, output_size, .. } = asked;
         let (sample_index, sample_count) = request.sample();
-        let jitter = view::jitter_px(sample_index, sample_count);
+        let jitter = view::jitter_px(sample_index, sample_count) + seen.shift_px(size);
         let pre_exposure = request.pre_exposure();
-        let uniform =
-            request.camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
+        let uniform = seen.camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
         let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
         ViewUniform {
             mip_gain: filtering.mip_gain,
@@ -233,12 +241,12 @@ impl Renderer {
     ) -> Result<Ready, RenderError> {
         let Asked { request, size, output_size, .. } = asked;
         let settings = &request.settings;
-        let Lit { range, made, draws, is_adaptive, .. } = lit;
+        let Lit { range, seen, made, draws, is_adaptive, .. } = lit;
         let shadows = shadows.filter(|_| settings.shadows.enabled);
         let (sample_index, sample_count) = request.sample();
         let filtering = self.filtering(asked);
         let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
-        let uniform = self.view_uniform(asked, range, *size, filtering);
+        let uniform = self.view_uniform(asked, (&seen, range), *size, filtering);
         let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
         let display_goes_on = request.goes_on || request.sample_index > 0 && state.was_shown;
         let ViewState { tables, lists, unsettled, .. } = state;
@@ -307,7 +315,7 @@ impl Renderer {
             camera_step,
             reads_occlusion: reads("occlusion"),
         };
-        let variables_uniform = self.view_uniform(asked, range, *output_size, filtering_of_variables);
+        let variables_uniform = self.view_uniform(asked, (&seen, range), *output_size, filtering_of_variables);
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         Ok(Ready {
             view: prepare(asked.name.clone(), *size, uniform, false),
@@ -371,7 +379,7 @@ impl Renderer {
     fn lists_of(
         &self,
         asked: &Asked,
-        range: DepthRange,
+        (seen, range): (&SampleView, DepthRange),
         world: &mut World<'_>,
         kept: Option<KeptLists>,
         stats: &mut FrameStats,
@@ -390,13 +398,17 @@ impl Renderer {
             Path::Gouraud => world.draws.has_layers,
         };
         let of = ListsOf {
-            view: request.camera,
+            view: seen.camera,
             range,
-            target: lights::Target { size: *size, aspect: output_size.0 as f32 / output_size.1 as f32 },
+            target: lights::Target {
+                size: *size,
+                aspect: output_size.0 as f32 / output_size.1 as f32,
+                shift_ndc: seen.shift_ndc,
+            },
             culling,
             wants_lists: reads_lists || settings.fog.scatters() || settings.debug.view == DebugView::Lights,
             objects: has_objects.then(|| world.draws.object_bounds()),
-            depth_row: if has_volumes { asked.depth_row(range) } else { Vec4::ZERO },
+            depth_row: if has_volumes { asked.depth_row(seen, range) } else { Vec4::ZERO },
             settings: request.settings.clusters.clone(),
             limits: lights::ListLimits::of(self.gpu.capabilities.max_texture_size),
         };

@@ -123,7 +123,7 @@ impl Renderer {
                 asked.name.clone(),
                 asked.request.camera,
                 asked.size,
-                lit.range,
+                (lit.range, lit.seen.beyond),
                 asked.request.settings.fog.scatters(),
                 table,
             ))
@@ -132,8 +132,9 @@ impl Renderer {
         let viewers: Vec<_> = views
             .iter()
             .flatten()
-            .map(|(name, view, size, range, sees_air, table)| {
-                (Viewer { name, view, range: *range, size: *size, sees_air: *sees_air }, &**table)
+            .map(|(name, view, size, (range, beyond), sees_air, table)| {
+                let (range, beyond) = (*range, *beyond);
+                (Viewer { name, view, range, size: *size, sees_air: *sees_air, beyond }, &**table)
             })
             .collect();
         let is_plan = purpose.is_plan();

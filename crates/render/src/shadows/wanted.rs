@@ -26,6 +26,8 @@ pub struct Viewer<'v> {
     pub size: (u32, u32),
     /// Whether shadows are seen in the air, before what stands nearest, too.
     pub sees_air: bool,
+    /// How far samples see beyond the picture: metres everywhere, and beside them metres a metre.
+    pub beyond: [f32; 2],
 }
 
 /// A light with the tiles that it wants.
@@ -144,12 +146,14 @@ pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
     if distance_m + reach.radius_m < 0.0 || distance_m - reach.radius_m > viewer.range.far_m {
         return None;
     }
+    let [beyond_m, slope] = viewer.beyond;
     let beyond = |along: f32, half: f32| {
+        let half = half + slope;
         // The distance to the plane through the eye at the edge of the picture.
         let length = (1.0 + half * half).sqrt();
         let plane =
             if view.is_orthographic() { along.abs() - half } else { (along.abs() - half * distance_m) / length };
-        plane > reach.radius_m
+        plane > reach.radius_m + beyond_m
     };
     if beyond(center.x, half_extent.x) || beyond(center.y, half_extent.y) {
         return None;
