@@ -2,7 +2,7 @@
 
 use super::compiled::Compiled;
 use super::declarations::Borrowed;
-use super::fused::{self, FUSED_EFFECTS_MAX};
+use super::fused::{self, FUSED_EFFECTS_MAX, FUSED_UNIFORMS_MAX};
 use super::{Effect, EffectFile, EffectStage, WgslEffect, draw};
 use crate::gbuffer::Gbuffer;
 use crate::record::Recorder;
@@ -70,10 +70,13 @@ fn together<'e>(
     effects: &[&'e Arc<dyn Effect>],
 ) -> Result<Vec<(&'e WgslEffect, Arc<Compiled>)>, ProgramError> {
     let mut together: Vec<(&WgslEffect, Arc<Compiled>)> = Vec::new();
+    let mut uniforms = 0;
     for effect in effects.iter().take(FUSED_EFFECTS_MAX) {
         let Some(effect) = effect.wgsl() else { break };
         let compiled = effect.compiled(r)?;
-        if compiled.pixel.is_none() {
+        let of_one = |compiled: &Compiled| compiled.uniforms.iter().filter(|(_, buffer)| buffer.is_some()).count();
+        uniforms += of_one(&compiled);
+        if compiled.pixel.is_none() || uniforms > FUSED_UNIFORMS_MAX {
             break;
         }
         together.push((effect, compiled));

@@ -9,6 +9,7 @@ use super::scan::scan;
 use super::steps::Step;
 use crate::gpu::Gpu;
 use crate::shader::locate;
+use crate::shader::program::Slot;
 use crate::shader::reflection::reflect_bindings_of;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -17,8 +18,10 @@ use std::sync::Arc;
 pub(super) const PIXEL_ENTRY: &str = "fs_each_pixel";
 /// So many effects share a pass: those of more would only grow the shader.
 pub(super) const FUSED_EFFECTS_MAX: usize = 8;
-/// So many uniforms and textures fit a stage on every adapter, beside those of the view.
-const BINDINGS_MAX: usize = 8;
+/// So many uniforms of theirs fit a stage on every adapter, beside those of the view and of `drawn`.
+pub(super) const FUSED_UNIFORMS_MAX: usize = 8;
+/// And so many textures, with those of the frame.
+const TEXTURES_MAX: usize = 16;
 
 /// How an effect changes a pixel.
 #[derive(Debug)]
@@ -70,13 +73,13 @@ pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Optio
     let composed = locate::composed(&text, &further);
     let entry = module.entry_points.iter().position(|entry| entry.name == PIXEL_ENTRY)?;
     let slots = reflect_bindings_of(&module, &info, &composed, entry..entry + 1);
-    let count = |is_counted: fn(&wgpu::BindingType) -> bool| {
-        slots.iter().flatten().filter(|slot| is_counted(&slot.entry.ty)).count()
-    };
-    let fits = count(|ty| matches!(ty, wgpu::BindingType::Buffer { .. })) <= BINDINGS_MAX
-        && count(|ty| matches!(ty, wgpu::BindingType::Texture { .. })) <= BINDINGS_MAX;
+    let is_texture = |slot: &&Slot| matches!(slot.entry.ty, wgpu::BindingType::Texture { .. });
+    let fits = slots.iter().flatten().filter(is_texture).count() <= TEXTURES_MAX;
+    if !fits {
+        return None;
+    }
     let steps = vec![(Step::only(PIXEL_ENTRY.into()), slots)];
-    let passes = compiled_steps(gpu, (name, name), (composed, &module), steps, &uniforms).ok().filter(|_| fits)?;
+    let passes = compiled_steps(gpu, (name, name), (composed, &module), steps, &uniforms).ok()?;
     let compiled = Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms, pixel: None };
     Some(Fused { compiled })
 }
