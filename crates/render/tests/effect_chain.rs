@@ -304,3 +304,32 @@ fn an_added_effect_is_in_every_picture_until_it_is_removed() {
     assert_eq!(added(&mut renderer), 0.0);
     assert!(renderer.remove_effect("plus").unwrap_err().to_string().contains("no effect of that name"));
 }
+
+#[test]
+fn what_is_no_number_stays_in_its_pixel() {
+    let (mut renderer, scene, mut request) = drawn();
+    let here = "select(0.0, 1.0, all(vec2i(p.xy) == vec2i(32, 24)))";
+    // 0 / 0 at one pixel, and 1 at all others.
+    let by_pass = format!(
+        "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {{
+            let zero = 1.0 - {here};
+            return radiance_at(vec2i(p.xy)) * (zero / zero);
+        }}"
+    );
+    let by_function = format!(
+        "//! pixel: changed
+        fn changed(color: vec4f, p: vec2f) -> vec4f {{ let zero = 1.0 - {here}; return color * (zero / zero); }}"
+    );
+    request.effects = vec![common::built_in(&renderer, "blur")];
+    let blurred = radiance(&mut renderer, &scene, &request);
+    let plan = renderer.plan(&scene, &request).unwrap().to_text();
+    assert!(plan.contains("scrub") && !plan.contains("scrub.2"), "{plan}");
+    for source in [by_pass, by_function] {
+        request.effects = effects(&renderer, &[&source]);
+        request.effects.push(common::built_in(&renderer, "blur"));
+        let found = radiance(&mut renderer, &scene, &request);
+        let off = found.chunks_exact(4).zip(blurred.chunks_exact(4));
+        let off = off.filter(|(found, before)| (found[0] - before[0]).abs() > 0.5 * before[0]).count();
+        assert!(off < 40, "{off} pixels are spoilt");
+    }
+}

@@ -5,6 +5,7 @@ use super::declarations::Borrowed;
 use super::fused::{self, FUSED_EFFECTS_MAX, FUSED_UNIFORMS_MAX};
 use super::{Effect, EffectFile, EffectStage, WgslEffect, draw};
 use crate::gbuffer::Gbuffer;
+use crate::passes::scrub;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::Handle;
@@ -43,8 +44,18 @@ pub(crate) fn record<'f>(
         .filter(|effect| effect.is_on() && effect.stage() == stage)
         .collect();
     let mut left = HashMap::new();
+    let mut scrubs = 0;
+    // The tone curve leaves numbers alone.
+    let mut is_clean = stage == EffectStage::Display;
     let mut rest = &drawn[..];
     while let Some((first, after)) = rest.split_first() {
+        let is_of_pixel = first.wgsl().is_some_and(|effect| effect.needs().pixel.is_some());
+        if !is_of_pixel && !is_clean {
+            color = scrub::record(r, scrubs, &color)?;
+            scrubs += 1;
+        }
+        // Functions of pixels are followed by the same.
+        is_clean = is_of_pixel || first.wgsl().is_some_and(WgslEffect::is_built_in);
         let Some(effect) = first.wgsl() else {
             color = first.record(r, of_frame.gbuffer, color)?;
             rest = after;

@@ -40,13 +40,14 @@ pub(super) struct Fused {
     pub compiled: Compiled,
 }
 
-/// The declaration of the entry point that calls `functions` one after the other.
+/// The declaration of the entry point that calls `functions` one after the other. What is no number, or more than half
+/// floats hold, does not leave it.
 pub(super) fn entry_point<'t>(stage: EffectStage, functions: impl Iterator<Item = &'t str>) -> String {
     let at = if stage == EffectStage::Display { "display_at" } else { "radiance_at" };
     let calls: String = functions.map(|function| format!("    color = {function}(color, position.xy);\n")).collect();
     format!(
         "@fragment\nfn {PIXEL_ENTRY}(@builtin(position) position: vec4f) -> @location(0) vec4f {{\n    \
-         var color = {at}(vec2i(position.xy));\n{calls}    return color;\n}}\n"
+         var color = {at}(vec2i(position.xy));\n{calls}    return min(max(color, vec4f(0.0)), vec4f(65504.0));\n}}\n"
     )
 }
 

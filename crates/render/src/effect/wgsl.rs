@@ -189,6 +189,11 @@ impl WgslEffect {
         self.state().compiled.clone()
     }
 
+    /// Whether it comes with the renderer, and so makes numbers of numbers.
+    pub(super) fn is_built_in(&self) -> bool {
+        EffectFile::is_built_in(&self.file)
+    }
+
     /// How often each of its passes is drawn.
     pub(super) fn rounds(&self, compiled: &Compiled) -> Vec<u32> {
         let state = self.state();

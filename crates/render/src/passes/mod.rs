@@ -22,6 +22,7 @@ pub mod motion;
 pub mod occlusion;
 pub mod present;
 pub mod resolve;
+pub mod scrub;
 pub mod shadows;
 pub mod tile_depth;
 pub mod tone_map;
