@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::job::Job;
 use crate::listing::choices;
 use crate::looks::Look;
-use manypass::{Aov, Pose, View};
+use manypass::{Aov, EffectFile, Pose, View};
 use manypass_scene::{Framing, Scene};
 use std::sync::Arc;
 
@@ -70,17 +70,19 @@ fn step_secs(args: &RenderArgs) -> f32 {
     if args.frames.is_none() && args.turntable.is_some() { 0.0 } else { 1.0 / args.fps }
 }
 
-/// The frame before, if motion is asked for and anything can have moved. It leaves the scene in that pose.
+/// The frame before, if motion is asked for, or `effects` read it, and anything can have moved. It leaves the scene in
+/// that pose.
 pub fn previous_pose(
     scene: &mut Scene,
     framing: &Framing,
-    args: &RenderArgs,
+    (args, effects): (&RenderArgs, &[EffectFile]),
     (job, look): (&Job, &Look),
     frame: u32,
 ) -> Result<Option<Arc<Pose>>, Failure> {
     let time_secs = time_secs(args, frame).map(|time_secs| time_secs - step_secs(args));
     let is_still = time_secs.is_none() && args.turntable.is_none();
-    if is_still || !job.aovs.iter().any(|name| name == Aov::Motion.name()) {
+    let is_read = job.aovs.iter().any(|name| name == Aov::Motion.name()) || effects.iter().any(EffectFile::reads_motion);
+    if is_still || !is_read {
         return Ok(None);
     }
     pose(scene, args, time_secs)?;

@@ -333,3 +333,40 @@ fn what_is_no_number_stays_in_its_pixel() {
         assert!(off < 40, "{off} pixels are spoilt");
     }
 }
+
+#[test]
+fn motion_blur_smears_what_moved_as_an_open_shutter_does() {
+    let (mut renderer, scene, request) = drawn();
+    let sharp = radiance(&mut renderer, &scene, &request);
+    let blur = common::built_in(&renderer, "motion_blur");
+    blur.set("motion_blur.shutter", "1").unwrap();
+    blur.set("motion_blur.taps", "31").unwrap();
+    // Nothing moves: nothing changes.
+    let still = FrameRequest {
+        effects: vec![blur.clone()],
+        previous: Some(Arc::new(manypass::Pose::capture(&scene, request.camera))),
+        ..request.clone()
+    };
+    assert_eq!(radiance(&mut renderer, &scene, &still), sharp);
+    let step = 0.35 * request.camera.world_from_view.x_axis;
+    let moved = |share: f32| {
+        let mut camera = request.camera;
+        camera.world_from_view.w_axis += share * step;
+        camera
+    };
+    let before = Arc::new(manypass::Pose::capture(&scene, moved(-1.0)));
+    let moving = FrameRequest { previous: Some(before), ..still };
+    let blurred = radiance(&mut renderer, &scene, &moving);
+    let mut truth = vec![0.0; sharp.len()];
+    const TIMES: usize = 32;
+    for time in 0..TIMES {
+        let share = (time as f32 + 0.5) / TIMES as f32 - 0.5;
+        let found = radiance(&mut renderer, &scene, &FrameRequest { camera: moved(share), ..request.clone() });
+        truth.iter_mut().zip(found).for_each(|(sum, value)| *sum += value / TIMES as f32);
+    }
+    let off = |found: &[f32]| found.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum::<f32>() / found.len() as f32;
+    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+    let (without, with) = (off(&sharp), off(&blurred));
+    assert!(with < 0.55 * without, "{with} {without}");
+    assert!((mean(&blurred) / mean(&sharp) - 1.0).abs() < 0.02);
+}

@@ -97,7 +97,7 @@ impl Batch<'_> {
         let (args, job) = (self.args, self.job);
         let Subject { look, frame, .. } = subject;
         let Loaded { scene, framing, exposure, warnings, .. } = loaded;
-        let previous = previous_pose(scene, framing, args, (job, look), frame)?;
+        let previous = previous_pose(scene, framing, (args, &self.effect_files), (job, look), frame)?;
         pose(scene, args, time_secs(args, frame))?;
         let camera = view(scene, framing, args, (job, look), frame as f32)?;
         let effects = self.effects.clone();

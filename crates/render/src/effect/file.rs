@@ -151,6 +151,11 @@ impl EffectFile {
         }
     }
 
+    /// Whether it is drawn and reads how far surfaces moved since the frame before.
+    pub fn reads_motion(&self) -> bool {
+        !self.uniforms.is_off && self.borrowed.iter().any(|borrowed| borrowed.key == "motion")
+    }
+
     /// The file, as [`Self::parse`] was told.
     pub fn file(&self) -> &str {
         &self.file

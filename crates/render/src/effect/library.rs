@@ -4,12 +4,13 @@ use super::EffectFile;
 use crate::shader::program::ProgramError;
 
 /// Their names and texts.
-const LIBRARY: [(&str, &str); 6] = [
+const LIBRARY: [(&str, &str); 7] = [
     ("bloom", include_str!("../../effects/bloom.wgsl")),
     ("blur", include_str!("../../effects/blur.wgsl")),
     ("film", include_str!("../../effects/film.wgsl")),
     ("fxaa", include_str!("../../effects/fxaa.wgsl")),
     ("glow", include_str!("../../effects/glow.wgsl")),
+    ("motion_blur", include_str!("../../effects/motion_blur.wgsl")),
     ("sharpen", include_str!("../../effects/sharpen.wgsl")),
 ];
 
