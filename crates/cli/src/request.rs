@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// The largest file of settings, and the largest effect: 4 MiB.
 const MOST_TEXT_BYTES: u64 = 4 << 20;
 
+/// The largest table of colours: of 128 along each side, a line has 30 bytes.
+const MOST_TABLE_BYTES: u64 = 64 << 20;
+
 /// The effects in files, checked without a device.
 ///
 /// # Errors
@@ -95,10 +98,12 @@ pub fn read_text(path: &Path, hint: &str) -> Result<String, Failure> {
     let failed =
         |error: &dyn std::fmt::Display| Failure::new(Kind::Failed, format!("{}: {error}", path.display()), hint);
     let mut bytes = Vec::new();
+    let is_table = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("cube"));
+    let most_bytes = if is_table { MOST_TABLE_BYTES } else { MOST_TEXT_BYTES };
     let file = std::fs::File::open(path).map_err(|error| failed(&error))?;
-    file.take(MOST_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(|error| failed(&error))?;
-    if bytes.len() as u64 > MOST_TEXT_BYTES {
-        return Err(failed(&"it is larger than 4 MiB"));
+    file.take(most_bytes + 1).read_to_end(&mut bytes).map_err(|error| failed(&error))?;
+    if bytes.len() as u64 > most_bytes {
+        return Err(failed(&format!("it is larger than {} MiB", most_bytes >> 20)));
     }
     String::from_utf8(bytes).map_err(|_| failed(&"it is no text in UTF-8"))
 }

@@ -81,7 +81,8 @@ pub fn previous_pose(
 ) -> Result<Option<Arc<Pose>>, Failure> {
     let time_secs = time_secs(args, frame).map(|time_secs| time_secs - step_secs(args));
     let is_still = time_secs.is_none() && args.turntable.is_none();
-    let is_read = job.aovs.iter().any(|name| name == Aov::Motion.name()) || effects.iter().any(EffectFile::reads_motion);
+    let is_read =
+        job.aovs.iter().any(|name| name == Aov::Motion.name()) || effects.iter().any(EffectFile::reads_motion);
     if is_still || !is_read {
         return Ok(None);
     }

@@ -9,6 +9,7 @@ mod file;
 mod fused;
 mod header;
 mod library;
+mod lut;
 mod padding;
 mod rename;
 mod scan;

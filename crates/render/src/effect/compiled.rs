@@ -24,6 +24,8 @@ pub(super) struct Compiled {
     pub borrowed: Vec<Borrowed>,
     /// The name and buffer of every uniform that the shader uses; the others have none.
     pub uniforms: Vec<(String, Option<wgpu::Buffer>)>,
+    /// The tables that the shader reads, by their names in it.
+    pub tables: Vec<(String, wgpu::TextureView)>,
     /// How it changes a pixel, if it knows that pixel alone.
     pub pixel: Option<Pixel>,
 }

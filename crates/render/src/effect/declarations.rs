@@ -5,6 +5,8 @@ use std::fmt::Write;
 
 /// The first binding of textures that a header declares; those before are the prelude's.
 pub(super) const FIRST_TEXTURE: u32 = 10;
+/// The first binding of tables.
+const FIRST_TABLE: u32 = 500;
 
 /// A texture that a header lets the shader read, and that only the header declares.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,6 +44,13 @@ pub(super) fn declarations(reads_display: bool, finds_drawn: bool, textures: &[&
         declarations.push_str(&texture_declaration(binding, texture));
     }
     declarations
+}
+
+/// The declarations of tables, which are textures of three dimensions.
+pub(super) fn table_declarations<'t>(tables: impl Iterator<Item = &'t str>) -> String {
+    let declaration =
+        |(binding, table): (u32, &str)| format!("@group(1) @binding({binding}) var {table}: texture_3d<f32>;\n");
+    (FIRST_TABLE..).zip(tables).map(declaration).collect()
 }
 
 /// The declaration of a texture.

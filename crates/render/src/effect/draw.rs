@@ -123,7 +123,10 @@ fn draw(
             Some(handle) => step = step.read(slot.name.clone(), handle),
             None if slot.name == "drawn" => step = step.uniform("drawn", &drawn),
             None if slot.name.ends_with("_clamp") => {}
-            None => return Err(offered.missing(effect, &slot.name)),
+            None => match offered.table(&slot.name) {
+                Some(table) => step = step.table(slot.name.clone(), table),
+                None => return Err(offered.missing(effect, &slot.name)),
+            },
         }
     }
     step.draw_into(target, ColorLoad::Discard)
@@ -178,6 +181,10 @@ impl Offered<'_> {
         };
         let of_frame = || self.shown.textures().into_iter().find(|(known, _)| *known == name).map(|(_, handle)| handle);
         self.own.get(name).or_else(of_others).or_else(of_frame)
+    }
+
+    fn table(&self, name: &str) -> Option<&wgpu::TextureView> {
+        self.compiled.tables.iter().find(|(known, _)| known == name).map(|(_, table)| table)
     }
 
     fn missing(&self, effect: &str, name: &str) -> ProgramError {

@@ -1,9 +1,10 @@
 //! An effect as its file has it, before a device compiles it.
 
 use super::EffectStage;
-use super::declarations::{Borrowed, FIRST_TEXTURE, declarations, texture_declaration};
+use super::declarations::{Borrowed, FIRST_TEXTURE, declarations, table_declarations, texture_declaration};
 use super::fused::{PIXEL_ENTRY, entry_point};
 use super::header::{Header, READS, Source};
+use super::lut::{self, Table};
 use super::scan::{Scan, scan};
 use super::steps::{self, Rounds, STEPS_MAX, Step};
 use super::uniforms::{OWN_GROUP, Uniforms};
@@ -13,6 +14,7 @@ use crate::shader::locate;
 use crate::shader::program::{ProgramError, Slot};
 use crate::shader::reflection::reflect_bindings_of;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A stage of WebGL 2 has so many textures.
 const TEXTURES_MAX: usize = 16;
@@ -36,16 +38,26 @@ pub struct EffectFile {
     pub(super) borrowed: Vec<Borrowed>,
     /// The function that changes a pixel and knows that one alone.
     pub(super) pixel: Option<String>,
+    /// The table that it reads, if it is one of colours.
+    pub(super) table: Option<Arc<Table>>,
 }
 
 impl EffectFile {
     /// Checks `text`. `file` appears in errors; its name without the ending is the effect's where the header gives
-    /// none.
+    /// none. A file that ends in `.cube` is a table of colours, by which display colours are changed.
     ///
     /// # Errors
     /// The text is not WGSL, or not of fragment shaders that fit the frame, or its header or a default is not of the form;
-    /// with file, line and column.
+    /// it is no table of colours; with file, line and column.
     pub fn parse(file: &str, text: &str) -> Result<Self, ProgramError> {
+        if !lut::is_cube(file) {
+            return Self::parse_shader(file, text, None);
+        }
+        let (text, table) = lut::effect(Source { file, text: text.strip_prefix('\u{feff}').unwrap_or(text) })?;
+        Self::parse_shader(file, &text, Some(table))
+    }
+
+    fn parse_shader(file: &str, text: &str, table: Option<Table>) -> Result<Self, ProgramError> {
         // Some editors begin files with a byte order mark, which WGSL does not know.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source { file, text };
@@ -56,6 +68,7 @@ impl EffectFile {
         let header = Header::parse(source, &scan)?;
         check_names(source, &scan, &header)?;
         let mut further = further_declarations(&header);
+        further.push_str(&table_declarations(table.iter().map(|table| table.variable.as_str())));
         let parsed =
             |further: &str| locate::parse(file, text, further).map_err(|fault| fault_of_names(source, &header, fault));
         let (mut module, mut info) = parsed(&further)?;
@@ -100,6 +113,7 @@ impl EffectFile {
             uniforms,
             borrowed,
             pixel,
+            table: table.map(Arc::new),
         })
     }
 
@@ -115,7 +129,7 @@ impl EffectFile {
 
     /// Whether it is of the same file and text as another.
     pub fn has_text_of(&self, other: &Self) -> bool {
-        self.file == other.file && self.text == other.text
+        self.file == other.file && self.text == other.text && self.table == other.table
     }
 
     /// The effect of another text for the same file. Settings that it has too keep their values where it takes them;

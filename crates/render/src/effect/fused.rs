@@ -3,7 +3,7 @@
 
 use super::EffectStage;
 use super::compiled::{Compiled, compiled_steps};
-use super::declarations::declarations;
+use super::declarations::{declarations, table_declarations};
 use super::rename::renamed;
 use super::scan::scan;
 use super::steps::Step;
@@ -59,16 +59,19 @@ pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Optio
     let mut functions = Vec::new();
     let mut uniforms = Vec::new();
     let mut borrowed = Vec::new();
+    let mut tables = Vec::new();
     for (index, effect) in effects.iter().enumerate() {
         let pixel = effect.pixel.as_ref()?;
         let prefix = format!("e{index}_");
         writeln!(text, "{}", renamed(&pixel.text, &scan(&pixel.text), &prefix, uniforms.len())?).ok()?;
         functions.push(format!("{prefix}{}", pixel.function));
         uniforms.extend(effect.uniforms.iter().map(|(name, buffer)| (format!("{prefix}{name}"), buffer.clone())));
+        tables.extend(effect.tables.iter().cloned());
         borrowed.extend(effect.borrowed.iter().filter(|one| !borrowed.contains(*one)).cloned().collect::<Vec<_>>());
     }
     let finds_drawn = effects.iter().filter_map(|effect| effect.pixel.as_ref()).any(|pixel| pixel.finds_drawn);
     let mut further = declarations(stage == EffectStage::Display, finds_drawn, &[], &borrowed);
+    further.push_str(&table_declarations(tables.iter().map(|(name, _)| name.as_str())));
     further.push_str(&entry_point(stage, functions.iter().map(String::as_str)));
     let (module, info) = locate::parse(name, &text, &further).ok()?;
     let composed = locate::composed(&text, &further);
@@ -81,6 +84,6 @@ pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Optio
     }
     let steps = vec![(Step::only(PIXEL_ENTRY.into()), slots)];
     let passes = compiled_steps(gpu, (name, name), (composed, &module), steps, &uniforms).ok()?;
-    let compiled = Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms, pixel: None };
+    let compiled = Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms, tables, pixel: None };
     Some(Fused { compiled })
 }

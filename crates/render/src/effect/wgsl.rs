@@ -2,6 +2,7 @@
 
 use super::compiled::{Compiled, compiled_steps};
 use super::fused::{Fused, Pixel};
+use super::lut::Table;
 use super::steps::{Rounds, STEPS_MAX};
 use super::uniforms::{Block, Uniforms};
 use super::{Effect, EffectFile, EffectStage, chain, draw, padding};
@@ -253,7 +254,8 @@ impl Effect for WgslEffect {
 
 /// An effect on a device, and the values of its uniforms.
 fn compiled(gpu: &Gpu, effect: EffectFile) -> Result<(Compiled, Uniforms), ProgramError> {
-    let EffectFile { file, mut text, name, mut module, further, steps, stage, uniforms, borrowed, pixel } = effect;
+    let EffectFile { file, mut text, name, mut module, further, steps, stage, uniforms, borrowed, pixel, table } =
+        effect;
     if !gpu.capabilities.uniforms_of_any_size {
         (text, module) = padding::filled_up((&file, &name), (text, &further), module, &uniforms)?;
     }
@@ -262,7 +264,8 @@ fn compiled(gpu: &Gpu, effect: EffectFile) -> Result<(Compiled, Uniforms), Progr
     let composed = locate::composed(&text, &further);
     let passes = compiled_steps(gpu, (&name, &file), (composed, &module), steps, &buffers)?;
     let pixel = pixel.map(|function| Pixel { text, function, finds_drawn: stage == EffectStage::Display });
-    Ok((Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms: buffers, pixel }, uniforms))
+    let tables = table.iter().map(|table| (table.variable.clone(), texture(gpu, table))).collect();
+    Ok((Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms: buffers, tables, pixel }, uniforms))
 }
 
 fn buffer(gpu: &Gpu, block: &Block) -> wgpu::Buffer {
@@ -275,4 +278,23 @@ fn buffer(gpu: &Gpu, block: &Block) -> wgpu::Buffer {
     });
     gpu.queue.write_buffer(&buffer, 0, &block.bytes);
     buffer
+}
+
+fn texture(gpu: &Gpu, table: &Table) -> wgpu::TextureView {
+    let [width, height, depth_or_array_layers] = table.size;
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(&table.variable),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * width), rows_per_image: Some(height) };
+    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&table.texels), layout, size);
+    texture.create_view(&Default::default())
 }

@@ -121,7 +121,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     }
 
     /// The shader finds the table `texture`, which is no part of the graph, under `name`.
-    pub fn table(mut self, name: &'static str, texture: &wgpu::TextureView) -> Self {
+    pub fn table(mut self, name: impl Into<Cow<'static, str>>, texture: &wgpu::TextureView) -> Self {
         self.bindings.push((name.into(), Binding::Table(texture.clone())));
         self
     }

@@ -160,7 +160,8 @@ pub fn named_effects(path: &Path) -> Vec<PathBuf> {
     let chains = [table("effects"), within, settings].into_iter().flatten();
     let entries = chains.filter_map(|table| value(table, "chain")?.get_ref().as_array()).flatten();
     let named = entries.filter_map(|entry| entry.get_ref().as_str());
-    named.filter(|name| name.to_ascii_lowercase().ends_with(".wgsl")).map(|name| folder.join(name)).collect()
+    let is_file = |name: &&str| [".wgsl", ".cube"].iter().any(|end| name.to_ascii_lowercase().ends_with(end));
+    named.filter(is_file).map(|name| folder.join(name)).collect()
 }
 
 const TOO_LARGE: &str = "it is larger than 16 MiB";
