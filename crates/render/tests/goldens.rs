@@ -40,8 +40,8 @@ fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     let (mut width, mut height) = (0, 0);
     for (strip, request) in subject.strips.iter().enumerate() {
         let mut request = request.clone();
-        if let Some(name) = subject.effects.get(strip) {
-            request.effects = vec![common::built_in(renderer, name)];
+        if let Some((name, settings)) = subject.effects.get(strip) {
+            request.effects = vec![common::built_in_with(renderer, name, settings)];
         }
         request.sample_count = 4;
         for sample_index in 0..request.sample_count {

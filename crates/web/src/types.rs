@@ -40,7 +40,8 @@ export interface RenderOptions {
 export interface EffectFile { file: string; source: string; settings?: RenderOptions["settings"]; }
 /** An effect that is built in, by its name. */
 export interface BuiltInEffect {
-  name: "bloom" | "blur" | "film" | "fxaa" | "glow" | "sharpen"; settings?: RenderOptions["settings"];
+  name: "bloom" | "blur" | "film" | "fxaa" | "glow" | "grade" | "outline" | "sharpen" | "toon";
+  settings?: RenderOptions["settings"];
 }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }

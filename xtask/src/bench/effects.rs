@@ -22,14 +22,17 @@ const ROWS_MIN: f64 = 8.0;
 type Setting = (&'static str, &'static str);
 
 /// The rows: what is measured, by its name or file, the name of its passes, and a setting.
-const ROWS: [(&str, &str, Option<Setting>); 7] = [
+const ROWS: [(&str, &str, Option<Setting>); 10] = [
     ("bloom", "bloom", None),
     ("blur", "blur", Some(("blur.sigma_px", SIGMA))),
     (SQUARE, "square", Some(("square.sigma_px", SIGMA))),
     ("film", "film", None),
     ("fxaa", "fxaa", None),
     ("glow", "glow", None),
+    ("grade", "grade", None),
+    ("outline", "outline", None),
     ("sharpen", "sharpen", None),
+    ("toon", "toon", None),
 ];
 
 /// What was measured of an effect, after a copy.

@@ -96,6 +96,16 @@ pub fn ids(aov: AovPixels) -> Vec<u32> {
     }
 }
 
+/// A built-in effect on the renderer's device, with settings `KEY=VALUE` without the effect's name.
+pub fn built_in_with(renderer: &Renderer, name: &str, settings: &[&str]) -> std::sync::Arc<manypass::WgslEffect> {
+    let effect = built_in(renderer, name);
+    for setting in settings {
+        let (key, value) = setting.split_once('=').expect("KEY=VALUE");
+        effect.set(&format!("{name}.{key}"), value).unwrap();
+    }
+    effect
+}
+
 /// A built-in effect on the renderer's device.
 pub fn built_in(renderer: &Renderer, name: &str) -> std::sync::Arc<manypass::WgslEffect> {
     let file = manypass::EffectFile::built_in(name).expect("a name of the library").expect("a valid text");

@@ -18,8 +18,8 @@ pub struct Subject {
     pub scene: Scene,
     /// Requests of one width, drawn below one another.
     pub strips: Vec<FrameRequest>,
-    /// The built-in effect of each strip, where there are any.
-    pub effects: Vec<&'static str>,
+    /// The built-in effect of each strip and its settings, where there are any.
+    pub effects: Vec<(&'static str, &'static [&'static str])>,
     /// Why the picture is known to be wrong, if it is.
     pub known_failure: Option<&'static str>,
 }
@@ -38,6 +38,7 @@ pub fn all() -> Vec<Subject> {
         transparent_background(),
         hall(),
         built_in_effects(),
+        effects_of_surfaces(),
         occlusion(),
     ]
 }
@@ -302,16 +303,38 @@ fn hall() -> Subject {
     Subject { name: "hall", scene, strips: vec![request], effects: Vec::new(), known_failure: None }
 }
 
-/// The built-in effects, each in a strip, over boxes of colours and boxes that glow.
+/// Built-in effects, each in a strip, over boxes of colours and boxes that glow.
 fn built_in_effects() -> Subject {
     let mut subject = tone_curves();
     let mut request = subject.strips[1].clone();
     request.height = 21;
     request.camera.projection = Projection::Orthographic { height_m: 2.1, near_m: 0.1, far_m: 10.0 };
     subject.name = "built_in_effects";
-    subject.effects = EffectFile::built_in_names().collect();
+    subject.effects = ["bloom", "blur", "film", "fxaa", "glow", "sharpen"].map(|name| (name, [].as_slice())).to_vec();
     subject.strips = vec![request; subject.effects.len()];
     subject
+}
+
+/// The other built-in effects, each in a strip, over boxes and balls.
+fn effects_of_surfaces() -> Subject {
+    let mut subject = occlusion();
+    let mut request = subject.strips[1].clone();
+    request.height = 21;
+    request.camera = looking(Vec3::new(0.4, 1.2, 4.4), Vec3::new(0.0, 0.45, -0.3));
+    request.camera.projection = Projection::Perspective { fov_y_rad: 0.25, near_m: 0.1, far_m: None };
+    subject.name = "effects_of_surfaces";
+    subject.effects =
+        vec![("grade", &["temperature_k=4000", "contrast=1.5", "saturation=1.3"]), ("outline", &[]), ("toon", &[])];
+    subject.strips = vec![request; subject.effects.len()];
+    subject
+}
+
+#[test]
+fn every_built_in_effect_has_its_golden() {
+    let drawn = all().into_iter().flat_map(|subject| subject.effects).map(|(name, _)| name);
+    let mut drawn: Vec<_> = drawn.collect();
+    drawn.sort_unstable();
+    assert!(EffectFile::built_in_names().eq(drawn));
 }
 
 /// Boxes and balls in a corner under even light, with horizons (above) and without occlusion.
