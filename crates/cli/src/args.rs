@@ -124,8 +124,9 @@ pub struct ChangeArgs {
     pub light_culling: Option<String>,
     /// Put an effect before or after the tone curve, by its name or in a WGSL file of your own; may be given again.
     ///
-    /// Built in are bloom, blur, film, fxaa, glow, grade, outline, sharpen and toon; docs/effects.md has the form of a
-    /// file. Each declares its settings with their defaults; `manypass settings --effect NAME|FILE.wgsl` lists them.
+    /// Built in are bloom, blur, dof, film, fxaa, glow, grade, lens, outline, sharpen, smaa and toon; docs/effects.md
+    /// has the form of a file. Each declares its settings with their defaults; `manypass settings --effect
+    /// NAME|FILE.wgsl` lists them.
     #[arg(long = "effect", value_name = "NAME|FILE.wgsl")]
     pub effects: Vec<PathBuf>,
     /// Change a setting; `manypass settings` lists the keys; may be given again.

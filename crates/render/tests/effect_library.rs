@@ -215,3 +215,278 @@ fn toon_light_has_few_steps_and_keeps_hues() {
     request.effects = vec![ramp, with(&renderer, "toon", &[]), with(&renderer, "outline", &[])];
     assert_eq!(radiance(&mut renderer, &empty, &request), plain);
 }
+
+/// The display colours of so many samples.
+fn picture(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<u8> {
+    for sample_index in 0..samples {
+        let request = FrameRequest { sample_count: samples, sample_index, ..request.clone() };
+        if sample_index + 1 < samples {
+            renderer.accumulate(scene, &request).unwrap();
+        } else {
+            renderer.render(scene, &request).unwrap();
+        }
+    }
+    renderer.read_display().unwrap()
+}
+
+/// The ratio of white to the difference of two pictures, dB.
+fn psnr_db(a: &[u8], b: &[u8]) -> f64 {
+    let squares: f64 = a.iter().zip(b).map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2)).sum();
+    10.0 * (255.0f64.powi(2) * a.len() as f64 / squares).log10()
+}
+
+/// Bars and a cube turned by so many degrees before a dark background.
+fn edges(turned_deg: f32) -> Scene {
+    let mut scene = Scene::default();
+    for i in -2i8..=2 {
+        let color = [Vec3::splat(0.9), Vec3::new(0.9, 0.5, 0.1), Vec3::new(0.2, 0.5, 0.9)][i.unsigned_abs() as usize];
+        put(&mut scene, cube(Vec3::new(0.25, 3.0, 0.25)), color, Vec3::X * 0.6 * f32::from(i));
+    }
+    let turned = glam::Quat::from_rotation_z(turned_deg.to_radians());
+    for at in 0..scene.nodes.len() {
+        let node = &mut scene.nodes[at];
+        (node.rotation, node.translation) = (turned, turned * node.translation);
+    }
+    scene
+}
+
+#[test]
+fn smaa_is_nearer_to_many_samples_than_fxaa_and_leaves_flat_areas_alone() {
+    let mut renderer = renderer();
+    let effects = ["fxaa", "smaa"].map(|name| with(&renderer, name, &[]));
+    let (mut sums, mut count) = ([0.0; 3], 0.0);
+    let mut measure = |scene: &Scene, mut request: FrameRequest, name: &str| {
+        renderer.load(scene).unwrap();
+        let reference = picture(&mut renderer, scene, &request, 64);
+        let plain = picture(&mut renderer, scene, &request, 1);
+        let [fxaa, smaa] = effects.clone().map(|effect| {
+            request.effects = vec![effect];
+            picture(&mut renderer, scene, &request, 1)
+        });
+        let found = [&plain, &fxaa, &smaa].map(|picture| psnr_db(picture, &reference));
+        println!("{name}: {:.2} dB without, {:.2} dB with fxaa, {:.2} dB with smaa", found[0], found[1], found[2]);
+        sums = [0, 1, 2].map(|at| sums[at] + found[at]);
+        count += 1.0;
+        // Pixels that differ little from those around them are as they were.
+        let (width, height) = (request.width as usize, request.height as usize);
+        let at = |x: usize, y: usize| &plain[4 * (y * width + x)..][..4];
+        let (mut flat, mut changed) = (0, 0);
+        for (x, y) in (1..width - 1).flat_map(|x| (1..height - 1).map(move |y| (x, y))) {
+            let around = [at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)];
+            if around.iter().flat_map(|other| other.iter().zip(at(x, y))).all(|(a, b)| a.abs_diff(*b) < 4) {
+                flat += 1;
+                changed += usize::from(smaa[4 * (y * width + x)..][..4] != *at(x, y));
+            }
+        }
+        assert!(flat > width * height / 8 && changed == 0, "{name}: {changed} of {flat}");
+    };
+    for turned_deg in [0.0, 3.0, 11.0, 45.0, 52.0] {
+        let mut scene = edges(turned_deg);
+        let camera = Projection::Orthographic { height_m: 3.6, near_m: 0.1, far_m: 20.0 };
+        let request = request(&mut scene, (96, 96), Vec3::new(0.013, 0.007, 5.0), Vec3::new(0.013, 0.007, 0.0), camera);
+        measure(&scene, request, &format!("{turned_deg}°"));
+    }
+    let spheres = manypass_testkit::scenes::rows_of_spheres().scene;
+    measure(&spheres, common::plain_request(&spheres, (97, 65)), "spheres");
+    let [plain, fxaa, smaa] = sums.map(|sum| sum / count);
+    println!("mean: {plain:.2} dB without, {fxaa:.2} dB with fxaa, {smaa:.2} dB with smaa");
+    assert!(smaa > fxaa + 0.3 && smaa > plain + 3.0, "{plain} {fxaa} {smaa}");
+}
+
+/// An effect that draws the result of an expression of `p`, the place of the pixel's middle.
+fn drawing(renderer: &Renderer, expression: &str) -> Arc<WgslEffect> {
+    let source = format!(
+        "@fragment fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {{
+            let p = position.xy;
+            return {expression};
+        }}"
+    );
+    Arc::new(WgslEffect::new(renderer.gpu(), "drawing.wgsl", &source).unwrap_or_else(|error| panic!("{error}")))
+}
+
+#[test]
+fn a_lens_moves_what_is_drawn_as_its_formula_says_and_keeps_the_frame_full() {
+    let mut renderer = renderer();
+    let (width, height) = (128usize, 72usize);
+    let (scene, mut request) = nothing((128, 72));
+    renderer.load(&scene).unwrap();
+    // The place of every pixel in units of the picture's half diagonal, around 1 because light is never below 0.
+    let half_px = f64::from(64.0f32.hypot(36.0));
+    let places = drawing(&renderer, "vec4f((p - 0.5 * view.size_px) / (0.5 * length(view.size_px)) + 1.0, 1.0, 1.0)");
+    let mut seen = |settings: &[&str]| {
+        request.effects = vec![places.clone(), with(&renderer, "lens", settings)];
+        radiance(&mut renderer, &scene, &request)
+    };
+    for (k1, k2) in [(-0.2, 0.0), (0.3, 0.0), (-0.1, 0.15), (0.2, -0.05)] {
+        let k = [format!("k1={k1}"), format!("k2={k2}"), "chromatic=0".into()];
+        let k: Vec<&str> = k.iter().map(String::as_str).collect();
+        let found = seen(&[&k[..], &["fill=0"]].concat());
+        let mut compared = 0;
+        for (at, pixel) in found.iter().enumerate() {
+            let drawn_at = [at % width, at / width];
+            let drawn_at = [drawn_at[0] as f64 + 0.5 - 64.0, drawn_at[1] as f64 + 0.5 - 36.0].map(|x| x / half_px);
+            let place = [f64::from(pixel[0]) - 1.0, f64::from(pixel[1]) - 1.0];
+            // At the border a lookup is half a pixel inside; outside there is nothing.
+            if pixel[2] < 0.999 || place[0].abs() * half_px > 63.0 || place[1].abs() * half_px > 35.0 {
+                continue;
+            }
+            let r2 = place[0].powi(2) + place[1].powi(2);
+            let stretch = 1.0 + k1 * r2 + k2 * r2 * r2;
+            let off_px = (0..2).map(|i| (place[i] * stretch - drawn_at[i]).abs() * half_px).fold(0.0, f64::max);
+            // Half floats of 1 to 2 are 0.001 apart, which is 0.07 px, and lookups lie between them.
+            assert!(off_px < 0.25, "{k1}, {k2}: {off_px} px at {drawn_at:?}");
+            compared += 1;
+        }
+        assert!(compared > 4000, "{compared}");
+        // With a zoom nothing is empty, and somewhere the border shows the frame's own.
+        let found = seen(&k);
+        assert!(found.iter().all(|pixel| pixel[2] == 1.0 && pixel[3] == 1.0), "{k1}, {k2}");
+        let outermost =
+            |i: usize| found.iter().map(|pixel| (pixel[i] - 1.0).abs()).fold(0.0, f32::max) * half_px as f32;
+        let left_px = (64.0 - outermost(0)).min(36.0 - outermost(1));
+        assert!((0.0..1.5).contains(&left_px), "{k1}, {k2}: {left_px} px are out of the frame");
+    }
+    let neutral = ["k1=0", "k2=0", "chromatic=0"];
+    for (at, pixel) in seen(&neutral).iter().enumerate() {
+        let x = ((at % width) as f64 + 0.5 - 64.0) / half_px + 1.0;
+        assert!((f64::from(pixel[0]) - x).abs() < 0.003, "{pixel:?} is not {x}");
+    }
+    // Light at the corners falls by the fourth power of the cosine, whose square is 1 / (1 + tan²).
+    let tangent = (22.5f64.to_radians().tan() * half_px / 36.0) * (1.0 - 0.5 * 2f64.sqrt() / half_px);
+    let corner = f64::from(seen(&[&neutral[..], &["vignette=1"]].concat())[0][2]);
+    assert!((corner * (1.0 + tangent.powi(2)).powi(2) - 1.0).abs() < 0.02, "{corner}, {tangent}");
+    // Red is drawn farther out than blue, white stays white.
+    let wide = drawing(&renderer, "vec4f(vec3f(max(length(p - 0.5 * view.size_px) / 36.0, 0.0)), 1.0)");
+    request.effects = vec![wide, with(&renderer, "lens", &["k1=0", "chromatic=0.05"])];
+    let found = radiance(&mut renderer, &scene, &request);
+    let [red, green, blue, _] = found[(height / 2) * width + 10];
+    let apart = (blue - red) / green;
+    assert!((0.025..0.05).contains(&apart), "{red} {green} {blue}");
+    request.effects = vec![flat(&renderer, Vec3::splat(0.5)), with(&renderer, "lens", &["chromatic=0.05"])];
+    let found = radiance(&mut renderer, &scene, &request);
+    assert!(found.iter().flat_map(|pixel| &pixel[..3]).all(|c| (c - 0.5).abs() < 0.002), "white stays white");
+}
+
+/// A wall at so many metres.
+fn wall(distance_m: f32) -> (Scene, FrameRequest) {
+    let mut scene = Scene::default();
+    put(&mut scene, cube(Vec3::new(400.0, 400.0, 0.01)), Vec3::splat(0.5), Vec3::NEG_Z * (distance_m + 0.005));
+    let request = request(&mut scene, (128, 128), Vec3::ZERO, Vec3::NEG_Z, perspective(45.0));
+    (scene, request)
+}
+
+#[test]
+fn depth_of_field_leaves_what_is_sharp_and_spreads_light_over_the_disk_of_a_thin_lens() {
+    let mut renderer = renderer();
+    let noise = drawing(
+        &renderer,
+        "vec4f(fract(sin(dot(floor(p), vec2f(12.9898, 78.233))) * vec3f(43758.5, 23421.6, 9182.1)), 1.0)",
+    );
+    let (scene, mut request) = wall(5.0);
+    renderer.load(&scene).unwrap();
+    request.effects = vec![noise.clone()];
+    let plain = radiance(&mut renderer, &scene, &request);
+    for focus in ["focus_m=5", "focus_m=0"] {
+        request.effects = vec![noise.clone(), with(&renderer, "dof", &["f_stop=0.1", focus])];
+        assert_eq!(radiance(&mut renderer, &scene, &request), plain, "{focus}");
+    }
+    // A small bright spot in front of, and behind, what is sharp.
+    for (distance_m, focus_m, f_stop) in [(20.0, 2.0, 0.25), (8.0, 2.0, 0.5), (2.0, 8.0, 0.3), (3.0, 30.0, 0.4)] {
+        let (scene, mut request) = wall(distance_m);
+        renderer.load(&scene).unwrap();
+        let spot = drawing(&renderer, "vec4f(vec3f(select(0.0, 100.0, all(abs(p - 64.0) < vec2f(2.0)))), 1.0)");
+        let dof = with(&renderer, "dof", &[&format!("focus_m={focus_m}"), &format!("f_stop={f_stop}"), "taps=128"]);
+        request.effects = vec![spot, dof];
+        let found = radiance(&mut renderer, &scene, &request);
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (at, pixel) in found.iter().enumerate() {
+            let (x, y) = ((at % 128) as f64 + 0.5 - 64.0, (at / 128) as f64 + 0.5 - 64.0);
+            sum += f64::from(pixel[0]);
+            moment += f64::from(pixel[0]) * (x * x + y * y);
+        }
+        // The circle of confusion by similar triangles, in metres on a sensor of 24 mm.
+        let focal_m = 0.012 / 22.5f64.to_radians().tan();
+        let image = |m: f64| 1.0 / (1.0 / focal_m - 1.0 / m);
+        let [sharp, here] = [f64::from(focus_m), f64::from(distance_m)].map(image);
+        let radius_px = 0.5 * focal_m / f64::from(f_stop) * (here - sharp).abs() / here / 0.024 * 128.0;
+        // A disk's mean square of distances is half of its radius' square; that of the spot adds to it.
+        let found_px = (2.0 * (moment / sum - 16.0 / 6.0)).sqrt();
+        println!(
+            "{distance_m} m, focus {focus_m} m: radius {found_px:.2} px, should be {radius_px:.2}; sum {}",
+            sum / 1600.0
+        );
+        assert!((found_px / radius_px - 1.0).abs() < 0.15, "{found_px} px instead of {radius_px}");
+        assert!((sum / 1600.0 - 1.0).abs() < 0.05, "{} of the light", sum / 1600.0);
+    }
+}
+
+#[test]
+fn depth_of_field_is_near_to_the_mean_of_many_views_through_the_lens() {
+    let mut renderer = renderer();
+    let mut scene = Scene::default();
+    put(&mut scene, cube(Vec3::new(400.0, 400.0, 0.1)), Vec3::new(0.1, 0.15, 0.3), Vec3::NEG_Z * 40.0);
+    for i in 0..7i8 {
+        let across = f32::from(i) - 3.0;
+        put(&mut scene, cube(Vec3::new(0.8, 12.0, 0.1)), Vec3::new(0.8, 0.7, 0.1), Vec3::new(3.0 * across, 2.0, -20.0));
+        put(&mut scene, cube(Vec3::new(0.3, 0.3, 0.1)), Vec3::new(0.9, 0.2, 0.1), Vec3::new(0.8 * across, -0.6, -5.0));
+    }
+    put(&mut scene, cube(Vec3::new(0.16, 4.0, 0.02)), Vec3::new(0.2, 0.9, 0.4), Vec3::new(-0.5, 0.0, -2.0));
+    let size = (128, 96);
+    let (focus_m, aperture_m) = (5.0, 0.3);
+    let mut request = request(&mut scene, size, Vec3::ZERO, Vec3::NEG_Z, perspective(40.0));
+    renderer.load(&scene).unwrap();
+    // Views from places of the aperture, each turned to what is in focus: so small an angle is as good as a shifted lens.
+    let (views, sharp) = (64, request.camera);
+    let mut truth = vec![[0.0f32; 4]; (size.0 * size.1) as usize];
+    for i in 0..views {
+        let radius = 0.5 * aperture_m * ((i as f32 + 0.5) / views as f32).sqrt();
+        let eye = radius * Vec3::new((2.399963 * i as f32).cos(), (2.399963 * i as f32).sin(), 0.0);
+        let turned = glam::camera::rh::view::look_at_mat4(eye, Vec3::NEG_Z * focus_m, Vec3::Y).inverse();
+        request.camera.world_from_view = turned;
+        let found = radiance(&mut renderer, &scene, &request);
+        truth.iter_mut().zip(&found).for_each(|(sum, pixel)| {
+            (0..4).for_each(|c| sum[c] += pixel[c] / views as f32);
+        });
+    }
+    request.camera = sharp;
+    let plain = radiance(&mut renderer, &scene, &request);
+    let focal_m = 0.012 / 20f32.to_radians().tan();
+    let f_stop = format!("f_stop={}", focal_m / aperture_m);
+    request.effects = vec![with(&renderer, "dof", &[&f_stop, "focus_m=5"])];
+    let found = radiance(&mut renderer, &scene, &request);
+    let psnr_db = |picture: &[[f32; 4]]| {
+        let squares = picture.iter().zip(&truth).flat_map(|(a, b)| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)));
+        -10.0 * (squares.sum::<f64>() / (3 * truth.len()) as f64).log10()
+    };
+    let [plain_db, found_db] = [psnr_db(&plain), psnr_db(&found)];
+    println!("{plain_db:.2} dB without, {found_db:.2} dB with depth of field");
+    assert!(found_db > plain_db + 6.0, "{plain_db} {found_db}");
+}
+
+#[test]
+fn effects_take_pictures_of_any_size_and_refuse_what_is_no_setting() {
+    let mut renderer = renderer();
+    let mut scene = Scene::default();
+    put(&mut scene, cube(Vec3::ONE), Vec3::splat(0.5), Vec3::ZERO);
+    for size in [(1, 1), (1, 2048), (33, 2)] {
+        let mut request = request(&mut scene, size, Vec3::new(0.0, 0.0, 2.0), Vec3::ZERO, perspective(45.0));
+        renderer.load(&scene).unwrap();
+        for name in manypass::EffectFile::built_in_names() {
+            let settings: &[&str] = if name == "dof" { &["f_stop=0.01", "focus_m=0.7"] } else { &[] };
+            request.effects = vec![with(&renderer, name, settings)];
+            let found = radiance(&mut renderer, &scene, &request);
+            assert!(found.as_flattened().iter().all(|c| c.is_finite()), "{name} of {size:?}");
+            assert_eq!(renderer.read_display().unwrap().len(), 4 * (size.0 * size.1) as usize, "{name}");
+        }
+    }
+    for name in manypass::EffectFile::built_in_names() {
+        let effect = with(&renderer, name, &[]);
+        for info in effect.settings() {
+            for value in ["nan", "-inf", "inf", "-1e30", ""] {
+                let result = effect.set(&info.key, value);
+                let is_open = value == "-1e30" && info.min.is_none();
+                assert!(result.is_err() || is_open, "{}={value}", info.key);
+            }
+        }
+    }
+}

@@ -251,24 +251,27 @@ fn built_in_effects_with_nothing_to_do_leave_the_picture() {
     let nothing = [
         ("bloom", "strength", "0"),
         ("blur", "sigma_px", "0.1"),
+        ("dof", "f_stop", "1024"),
         ("film", "enabled", "false"),
         ("fxaa", "threshold_dark", "1"),
         ("glow", "strength", "0"),
         ("grade", "contrast", "1"),
+        ("lens", "enabled", "false"),
         ("outline", "strength", "0"),
         ("sharpen", "strength", "0"),
+        ("smaa", "threshold", "1"),
         ("toon", "realism", "1"),
     ];
-    // As they are, all but this one do something.
-    let something = ("grade", "contrast", "1.2");
+    // As they are, all but these do something.
+    let something = [("grade", "grade.contrast", "1.2"), ("dof", "dof.f_stop", "0.05")];
     assert!(EffectFile::built_in_names().eq(nothing.map(|(name, ..)| name)), "every one has its line here");
     assert!(EffectFile::built_in("blom").is_none() && !EffectFile::is_built_in("blom"));
     for (name, setting, value) in nothing {
         let effect = built_in(&renderer, name);
         assert_eq!(effect.name(), name);
         assert!(effect.settings().iter().all(|info| info.default.is_some() && !info.doc.is_empty()), "{name}");
-        if name == something.0 {
-            effect.set(&format!("{name}.{}", something.1), something.2).unwrap();
+        for (_, key, value) in something.iter().filter(|(changed, ..)| *changed == name) {
+            effect.set(key, value).unwrap();
         }
         request.effects = vec![effect.clone()];
         assert_ne!(picture(&mut renderer, &scene, &request, 1), plain, "{name}");

@@ -22,16 +22,19 @@ const ROWS_MIN: f64 = 8.0;
 type Setting = (&'static str, &'static str);
 
 /// The rows: what is measured, by its name or file, the name of its passes, and a setting.
-const ROWS: [(&str, &str, Option<Setting>); 10] = [
+const ROWS: [(&str, &str, Option<Setting>); 13] = [
     ("bloom", "bloom", None),
     ("blur", "blur", Some(("blur.sigma_px", SIGMA))),
     (SQUARE, "square", Some(("square.sigma_px", SIGMA))),
+    ("dof", "dof", Some(("dof.f_stop", "0.3"))),
     ("film", "film", None),
     ("fxaa", "fxaa", None),
     ("glow", "glow", None),
     ("grade", "grade", None),
+    ("lens", "lens", None),
     ("outline", "outline", None),
     ("sharpen", "sharpen", None),
+    ("smaa", "smaa", None),
     ("toon", "toon", None),
 ];
 

@@ -89,7 +89,7 @@ pub(super) const CASES: [Case; 44] = [
         ..case("relief", "docs/examples/relief.stage.toml", SQUARE)
     },
     // Effects of several passes, and of display colours; `sharpen` would sharpen what rasterizers round differently.
-    Case { effects: &["bloom", "glow", "film"], ..case("hall-effects", variables::MODEL, WIDE) },
+    Case { effects: &["bloom", "glow", "smaa", "film"], ..case("hall-effects", variables::MODEL, WIDE) },
     // What surfaces hide of the environment from each other, filtered as in a picture of one sample.
     Case { settings: &[("occlusion.enabled", "true")], ..case("hall-occlusion", variables::MODEL, WIDE) },
     // A picture of the environment, with a sun; the page is given its bytes.

@@ -4,16 +4,19 @@ use super::EffectFile;
 use crate::shader::program::ProgramError;
 
 /// Their names and texts.
-const LIBRARY: [(&str, &str); 10] = [
+const LIBRARY: [(&str, &str); 13] = [
     ("bloom", include_str!("../../effects/bloom.wgsl")),
     ("blur", include_str!("../../effects/blur.wgsl")),
+    ("dof", include_str!("../../effects/dof.wgsl")),
     ("film", include_str!("../../effects/film.wgsl")),
     ("fxaa", include_str!("../../effects/fxaa.wgsl")),
     ("glow", include_str!("../../effects/glow.wgsl")),
     ("grade", include_str!("../../effects/grade.wgsl")),
+    ("lens", include_str!("../../effects/lens.wgsl")),
     ("motion_blur", include_str!("../../effects/motion_blur.wgsl")),
     ("outline", include_str!("../../effects/outline.wgsl")),
     ("sharpen", include_str!("../../effects/sharpen.wgsl")),
+    ("smaa", include_str!("../../effects/smaa.wgsl")),
     ("toon", include_str!("../../effects/toon.wgsl")),
 ];
 

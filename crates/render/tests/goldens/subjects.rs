@@ -323,8 +323,14 @@ fn effects_of_surfaces() -> Subject {
     request.camera = looking(Vec3::new(0.4, 1.2, 4.4), Vec3::new(0.0, 0.45, -0.3));
     request.camera.projection = Projection::Perspective { fov_y_rad: 0.25, near_m: 0.1, far_m: None };
     subject.name = "effects_of_surfaces";
-    subject.effects =
-        vec![("grade", &["temperature_k=4000", "contrast=1.5", "saturation=1.3"]), ("outline", &[]), ("toon", &[])];
+    subject.effects = vec![
+        ("grade", &["temperature_k=4000", "contrast=1.5", "saturation=1.3"]),
+        ("outline", &[]),
+        ("toon", &[]),
+        ("smaa", &[]),
+        ("lens", &["k1=0.3", "chromatic=0.05", "vignette=8"]),
+        ("dof", &["f_stop=0.05"]),
+    ];
     subject.strips = vec![request; subject.effects.len()];
     subject
 }

@@ -1,0 +1,255 @@
+//! effect smaa
+//! reads: display
+//! passes: fs_edges -> edges, fs_weights -> weights, fs_smaa
+
+// Smooths edges of pictures of few samples by their shapes: edges between pixels are found, followed to both of their
+// ends, and drawn again as the straight lines that they stand for; a pixel takes of its neighbour what lies on the other
+// side of that line.
+// Source: Jimenez et al. 2012, "SMAA: Enhanced Subpixel Morphological Antialiasing", in its form for one sample (1x), with
+// adaptation to local contrast, diagonals and corners. Differs from it: areas under lines are computed where the paper
+// looks them up in a texture, so that a line may be of any length; edges of alpha count as well; and colours are linear
+// when they are mixed.
+
+struct Smaa {
+    /// What contrast is no edge, of tones from 0 to 1
+    // = 0.1 in 0.02..1
+    threshold: f32,
+    /// How far an edge is followed to each side, px
+    // = 48 in 4..112
+    reach_px: u32,
+    /// How much corners are rounded, share
+    // = 0.25 in 0..1
+    corners: f32,
+    padding: f32,
+}
+
+@group(2) @binding(0) var<uniform> smaa: Smaa;
+
+// A difference that is so much weaker than the strongest one beside it is none that an eye sees.
+const CONTRAST_RATIO: f32 = 2.0;
+// So many steps of a staircase are followed to each side, and so many make a diagonal.
+const DIAGONAL_REACH: i32 = 16;
+const DIAGONAL_MIN: i32 = 4;
+// A hollow of an edge that is longer than this is drawn as it is; shorter ones are smoothed more.
+const SMOOTHED_PX: f32 = 32.0;
+
+// Tone and coverage. A square root is near to how displays encode light.
+fn tone(pixel: vec2i) -> vec2f {
+    let color = display_at(pixel);
+    return vec2f(dot(sqrt(max(color.rgb, vec3f(0.0))), vec3f(0.2126, 0.7152, 0.0722)), color.a);
+}
+
+fn contrast(a: vec2f, b: vec2f) -> f32 {
+    return max(abs(a.x - b.x), abs(a.y - b.y));
+}
+
+// Whether there is an edge on the left (r) and on the upper side (g) of a pixel.
+@fragment
+fn fs_edges(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let here = tone(pixel);
+    let left = tone(pixel + vec2i(-1, 0));
+    let above = tone(pixel + vec2i(0, -1));
+    let found = vec2f(contrast(here, left), contrast(here, above));
+    if max(found.x, found.y) <= smaa.threshold {
+        return vec4f(0.0);
+    }
+    let right = contrast(here, tone(pixel + vec2i(1, 0)));
+    let below = contrast(here, tone(pixel + vec2i(0, 1)));
+    let left_left = contrast(left, tone(pixel + vec2i(-2, 0)));
+    let above_above = contrast(above, tone(pixel + vec2i(0, -2)));
+    let strongest = max(max(max(right, below), max(left_left, above_above)), max(found.x, found.y));
+    let is_edge = (found > vec2f(smaa.threshold)) & (CONTRAST_RATIO * found >= vec2f(strongest));
+    return vec4f(select(vec2f(0.0), vec2f(1.0), is_edge), 0.0, 0.0);
+}
+
+fn edges_at(pixel: vec2i) -> vec2f {
+    return textureLoad(edges, clamp(pixel, vec2i(0), vec2i(textureDimensions(edges)) - 1), 0).rg;
+}
+
+// The edge along a row (or a column), and the one that crosses it.
+fn along_at(pixel: vec2i, along: vec2i) -> vec2f {
+    let found = edges_at(pixel);
+    return select(found.rg, found.gr, along.x != 0);
+}
+
+// One end of an edge: how many pixels it is away, and which edges cross it there, on this side and on the other.
+struct End {
+    distance: i32,
+    crossing: vec2f,
+}
+
+// Follows the edge on the near side of `pixel` towards -`along` (`ahead` 0) or +`along` (`ahead` 1).
+fn end_of_edge(pixel: vec2i, along: vec2i, ahead: i32) -> End {
+    let across = along.yx;
+    let step = along * (2 * ahead - 1);
+    var end = End(0, vec2f(0.0));
+    for (var i = 0; i < i32(smaa.reach_px); i++) {
+        let place = pixel + step * i;
+        // What crosses lies on the left side of the pixel, or on that of the next one.
+        let crossed = place + along * ahead;
+        end.distance = i;
+        end.crossing = vec2f(along_at(crossed, along).y, along_at(crossed - across, along).y);
+        if end.crossing.x + end.crossing.y > 0.0 || along_at(place + step, along).x == 0.0 {
+            return end;
+        }
+    }
+    end.crossing = vec2f(0.0);
+    return end;
+}
+
+// The area between an edge of `length` pixels and the line from a height of 1 at its end to its middle, in the pixel that
+// is `distance` pixels from this end.
+fn area_under(distance: f32, length: f32) -> f32 {
+    let a = min(distance, 0.5 * length);
+    let b = min(distance + 1.0, 0.5 * length);
+    return (b - a) * (1.0 - (a + b) / length);
+}
+
+// Where a line begins that stands for an end of an edge: half a pixel to the side to which what crosses goes on.
+fn height(crossing: vec2f) -> f32 {
+    return 0.5 * (crossing.y - crossing.x);
+}
+
+// How much the pixel takes of the one on the other side of its edge along a row (or a column), and that one of it.
+fn straight(pixel: vec2i, along: vec2i) -> vec2f {
+    let across = along.yx;
+    let first = end_of_edge(pixel, along, 0);
+    let second = end_of_edge(pixel, along, 1);
+    let distances = vec2f(f32(first.distance), f32(second.distance));
+    let length = distances.x + distances.y + 1.0;
+    var heights = vec2f(height(first.crossing), height(second.crossing));
+    // Where an end is crossed to both sides, the line begins opposite to its other end.
+    let both = vec2f(first.crossing.x * first.crossing.y, second.crossing.x * second.crossing.y);
+    heights = select(heights, -heights.yx, both > vec2f(0.5));
+    var areas = abs(heights) * vec2f(area_under(distances.x, length), area_under(distances.y, length));
+    if heights.x * heights.y > 0.0 {
+        areas = mix(sqrt(0.5 * areas), areas, min(length / SMOOTHED_PX, 1.0));
+    }
+    let is_other = heights > vec2f(0.0);
+    var shares = vec2f(dot(areas, select(vec2f(1.0), vec2f(0.0), is_other)),
+        dot(areas, select(vec2f(0.0), vec2f(1.0), is_other)));
+    // What crosses the nearer end and goes on is the side of a corner.
+    let is_nearer = select(vec2f(0.0), vec2f(1.0), distances <= distances.yx);
+    let rounding = (1.0 - smaa.corners) * is_nearer / (is_nearer.x + is_nearer.y);
+    let start = pixel - along * first.distance;
+    let stop = pixel + along * (second.distance + 1);
+    let here = vec2f(along_at(start + across, along).y, along_at(stop + across, along).y);
+    let there = vec2f(along_at(start - 2 * across, along).y, along_at(stop - 2 * across, along).y);
+    shares *= max(1.0 - vec2f(dot(rounding, here), dot(rounding, there)), vec2f(0.0));
+    return shares;
+}
+
+// The area of a unit square, whose lower left corner is `corner`, below a line that rises, from one place to another.
+fn area_below(corner: vec2f, line: vec4f) -> f32 {
+    let slope = (line.w - line.y) / (line.z - line.x);
+    let left = line.y + slope * (corner.x - line.x) - corner.y;
+    // The integral over the width of the height, limited to that of the square.
+    let heights = max(vec4f(left + slope, left, left + slope - 1.0, left - 1.0), vec4f(0.0));
+    return dot(heights * heights, vec4f(0.5, -0.5, -0.5, 0.5)) / slope;
+}
+
+// The vertical edge of a pixel on its left (`side` 1) or right (`side` -1).
+fn upright_at(pixel: vec2i, side: i32) -> f32 {
+    return edges_at(pixel + vec2i(select(0, 1, side < 0), 0)).r;
+}
+
+// How many pixels of a staircase follow `pixel` in steps, each with an edge above it and one at its side; not found: all.
+fn end_of_stairs(pixel: vec2i, step: vec2i, side: i32) -> i32 {
+    var i = 0;
+    for (; i < DIAGONAL_REACH; i++) {
+        let place = pixel + step * (i + 1);
+        if edges_at(place).g * upright_at(place, side) == 0.0 {
+            break;
+        }
+    }
+    return i;
+}
+
+// Where a line goes through an end of a staircase: through one corner of the step or the other, by what goes on there
+// along a row or a column; between them where nothing does, or both.
+fn place_of_end(is_inner: bool, is_outer: bool) -> vec2f {
+    if is_inner == is_outer {
+        return select(vec2f(0.5, 0.0), vec2f(1.0, 0.5), is_inner);
+    }
+    return select(vec2f(1.0, 0.0), vec2f(1.0, 1.0), is_outer);
+}
+
+// As `straight`, for a staircase that rises to the right (`side` 1) or to the left (-1).
+fn diagonal(pixel: vec2i, side: i32) -> vec2f {
+    let down = vec2i(-side, 1);
+    var below = 0;
+    var is_lower_end = true;
+    if upright_at(pixel, side) > 0.0 {
+        below = end_of_stairs(pixel, down, side);
+        is_lower_end = below < DIAGONAL_REACH;
+        // The last step is an edge along a row alone.
+        below += select(0, 1, is_lower_end && edges_at(pixel + down * (below + 1)).g > 0.0);
+    }
+    let above = end_of_stairs(pixel, -down, side);
+    if below + above < DIAGONAL_MIN {
+        return vec2f(0.0);
+    }
+    let lower = pixel + down * below;
+    let upper = pixel - down * above;
+    let is_upper_end = above < DIAGONAL_REACH;
+    let first = place_of_end(
+        is_lower_end && upright_at(lower, side) > 0.0,
+        is_lower_end && edges_at(lower - vec2i(side, 0)).g > 0.0,
+    );
+    let second = place_of_end(
+        is_upper_end && edges_at(upper + vec2i(side, 0)).g > 0.0,
+        is_upper_end && upright_at(upper - down, side) > 0.0,
+    ) + f32(below + above + 1);
+    let corner = vec2f(f32(below)) + vec2f(1.0, 0.0);
+    let line = vec4f(first, second);
+    return vec2f(1.0 - area_below(corner, line), area_below(corner + vec2f(0.0, 1.0), line));
+}
+
+// How much the pixel takes of the one above it, that of it, the pixel of the one to its left, and that of it.
+@fragment
+fn fs_weights(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let found = edges_at(pixel);
+    var shares = vec4f(0.0);
+    var is_diagonal = false;
+    if found.g > 0.0 {
+        // A staircase has edges along rows and columns; it is enough to follow it from the former.
+        var above = diagonal(pixel, 1) + diagonal(pixel, -1);
+        is_diagonal = above.x + above.y > 0.0;
+        if !is_diagonal {
+            above = straight(pixel, vec2i(1, 0));
+        }
+        shares = vec4f(above, 0.0, 0.0);
+    }
+    if found.r > 0.0 && !is_diagonal {
+        shares = vec4f(shares.xy, straight(pixel, vec2i(0, 1)));
+    }
+    return shares;
+}
+
+fn weights_at(pixel: vec2i) -> vec4f {
+    let is_inside = all(pixel < vec2i(textureDimensions(weights)));
+    let found = textureLoad(weights, min(pixel, vec2i(textureDimensions(weights)) - 1), 0);
+    return select(vec4f(0.0), found, is_inside);
+}
+
+@fragment
+fn fs_smaa(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let here = display_at(pixel);
+    let own = weights_at(pixel);
+    // Of the left and the right, the upper and the lower neighbour.
+    let beside = vec2f(own.b, weights_at(pixel + vec2i(1, 0)).a);
+    let over = vec2f(own.r, weights_at(pixel + vec2i(0, 1)).g);
+    let is_row = max(beside.x, beside.y) > max(over.x, over.y);
+    let shares = select(over, beside, is_row);
+    let sum = shares.x + shares.y;
+    if sum < 1e-4 {
+        return here;
+    }
+    let step = select(vec2i(0, 1), vec2i(1, 0), is_row);
+    // The stronger edge counts more.
+    let part = shares * shares / sum;
+    return here * (1.0 - part.x - part.y) + display_at(pixel - step) * part.x + display_at(pixel + step) * part.y;
+}
