@@ -1,6 +1,6 @@
 //! effect smaa
 //! reads: display
-//! passes: fs_edges -> edges, fs_weights -> weights, fs_smaa
+//! passes: fs_edges -> edges, fs_around -> around, fs_weights -> weights, fs_smaa
 
 // Smooths edges of pictures of few samples by their shapes: edges between pixels are found, followed to both of their
 // ends, and drawn again as the straight lines that they stand for; a pixel takes of its neighbour what lies on the other
@@ -63,14 +63,29 @@ fn fs_edges(@builtin(position) position: vec4f) -> @location(0) vec4f {
     return vec4f(select(vec2f(0.0), vec2f(1.0), is_edge), 0.0, 0.0);
 }
 
-fn edges_at(pixel: vec2i) -> vec2f {
-    return textureLoad(edges, clamp(pixel, vec2i(0), vec2i(textureDimensions(edges)) - 1), 0).rg;
+fn inside(pixel: vec2i) -> vec2i {
+    return clamp(pixel, vec2i(0), vec2i(textureDimensions(display)) - 1);
 }
 
-// The edge along a row (or a column), and the one that crosses it.
-fn along_at(pixel: vec2i, along: vec2i) -> vec2f {
-    let found = edges_at(pixel);
-    return select(found.rg, found.gr, along.x != 0);
+// The edges of a pixel, left (r) and above (g), the left one of the pixel above (b), and the upper one of the pixel to the
+// left (a): all that meets in its upper left corner, so that a step along an edge is one lookup.
+@fragment
+fn fs_around(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let here = textureLoad(edges, pixel, 0).rg;
+    let above = textureLoad(edges, inside(pixel - vec2i(0, 1)), 0).r;
+    return vec4f(here, above, textureLoad(edges, inside(pixel - vec2i(1, 0)), 0).g);
+}
+
+fn around_at(pixel: vec2i) -> vec4f {
+    return textureLoad(around, inside(pixel), 0);
+}
+
+// What meets in the corner, seen along a row or a column: the edge along it, what crosses on this side, what crosses on the
+// other side, and the edge along it before the corner.
+fn along_at(pixel: vec2i, along: vec2i) -> vec4f {
+    let found = around_at(pixel);
+    return select(found.rgab, found.grba, along.x != 0);
 }
 
 // One end of an edge: how many pixels it is away, and which edges cross it there, on this side and on the other.
@@ -81,16 +96,13 @@ struct End {
 
 // Follows the edge on the near side of `pixel` towards -`along` (`ahead` 0) or +`along` (`ahead` 1).
 fn end_of_edge(pixel: vec2i, along: vec2i, ahead: i32) -> End {
-    let across = along.yx;
     let step = along * (2 * ahead - 1);
     var end = End(0, vec2f(0.0));
     for (var i = 0; i < i32(smaa.reach_px); i++) {
-        let place = pixel + step * i;
-        // What crosses lies on the left side of the pixel, or on that of the next one.
-        let crossed = place + along * ahead;
+        let corner = along_at(pixel + step * i + along * ahead, along);
         end.distance = i;
-        end.crossing = vec2f(along_at(crossed, along).y, along_at(crossed - across, along).y);
-        if end.crossing.x + end.crossing.y > 0.0 || along_at(place + step, along).x == 0.0 {
+        end.crossing = corner.yz;
+        if corner.y + corner.z > 0.0 || select(corner.w, corner.x, ahead == 1) == 0.0 {
             return end;
         }
     }
@@ -135,7 +147,7 @@ fn straight(pixel: vec2i, along: vec2i) -> vec2f {
     let start = pixel - along * first.distance;
     let stop = pixel + along * (second.distance + 1);
     let here = vec2f(along_at(start + across, along).y, along_at(stop + across, along).y);
-    let there = vec2f(along_at(start - 2 * across, along).y, along_at(stop - 2 * across, along).y);
+    let there = vec2f(along_at(start - across, along).z, along_at(stop - across, along).z);
     shares *= max(1.0 - vec2f(dot(rounding, here), dot(rounding, there)), vec2f(0.0));
     return shares;
 }
@@ -149,21 +161,21 @@ fn area_below(corner: vec2f, line: vec4f) -> f32 {
     return dot(heights * heights, vec4f(0.5, -0.5, -0.5, 0.5)) / slope;
 }
 
-// The vertical edge of a pixel on its left (`side` 1) or right (`side` -1).
-fn upright_at(pixel: vec2i, side: i32) -> f32 {
-    return edges_at(pixel + vec2i(select(0, 1, side < 0), 0)).r;
+// A step of a staircase: the edge above a pixel, and the one on its left (`side` 1) or right (`side` -1).
+fn stair_at(pixel: vec2i, side: i32) -> vec2f {
+    let found = around_at(pixel + vec2i(select(0, 1, side < 0), 0));
+    return select(found.gr, found.ar, side < 0);
 }
 
-// How many pixels of a staircase follow `pixel` in steps, each with an edge above it and one at its side; not found: all.
-fn end_of_stairs(pixel: vec2i, step: vec2i, side: i32) -> i32 {
-    var i = 0;
-    for (; i < DIAGONAL_REACH; i++) {
-        let place = pixel + step * (i + 1);
-        if edges_at(place).g * upright_at(place, side) == 0.0 {
-            break;
+// One end of a staircase: how many steps follow `pixel`, and whether an edge above one more ends it; all steps: no end.
+fn end_of_stairs(pixel: vec2i, step: vec2i, side: i32) -> vec2i {
+    for (var i = 0; i < DIAGONAL_REACH; i++) {
+        let found = stair_at(pixel + step * (i + 1), side);
+        if found.x * found.y == 0.0 {
+            return vec2i(i, i32(found.x));
         }
     }
-    return i;
+    return vec2i(DIAGONAL_REACH, 0);
 }
 
 // Where a line goes through an end of a staircase: through one corner of the step or the other, by what goes on there
@@ -178,29 +190,22 @@ fn place_of_end(is_inner: bool, is_outer: bool) -> vec2f {
 // As `straight`, for a staircase that rises to the right (`side` 1) or to the left (-1).
 fn diagonal(pixel: vec2i, side: i32) -> vec2f {
     let down = vec2i(-side, 1);
-    var below = 0;
-    var is_lower_end = true;
-    if upright_at(pixel, side) > 0.0 {
-        below = end_of_stairs(pixel, down, side);
-        is_lower_end = below < DIAGONAL_REACH;
-        // The last step is an edge along a row alone.
-        below += select(0, 1, is_lower_end && edges_at(pixel + down * (below + 1)).g > 0.0);
-    }
-    let above = end_of_stairs(pixel, -down, side);
+    let lower_end = end_of_stairs(pixel, down, side);
+    let upper_end = end_of_stairs(pixel, -down, side);
+    // Without an edge at its side the pixel is the lowest step; else an edge along a row alone may be one more.
+    let goes_down = i32(stair_at(pixel, side).y);
+    let below = (lower_end.x + lower_end.y) * goes_down;
+    let above = upper_end.x;
     if below + above < DIAGONAL_MIN {
         return vec2f(0.0);
     }
-    let lower = pixel + down * below;
-    let upper = pixel - down * above;
-    let is_upper_end = above < DIAGONAL_REACH;
-    let first = place_of_end(
-        is_lower_end && upright_at(lower, side) > 0.0,
-        is_lower_end && edges_at(lower - vec2i(side, 0)).g > 0.0,
-    );
-    let second = place_of_end(
-        is_upper_end && edges_at(upper + vec2i(side, 0)).g > 0.0,
-        is_upper_end && upright_at(upper - down, side) > 0.0,
-    ) + f32(below + above + 1);
+    // What goes on at the ends, along a column and along a row.
+    let lower = around_at(pixel + down * below + vec2i(select(0, 1, side < 0), 0));
+    let upper = around_at(pixel - down * above + vec2i(select(0, 1, side > 0), 0));
+    let below_on = select(lower.ra, lower.rg, side < 0) * select(0.0, 1.0, lower_end.x < DIAGONAL_REACH);
+    let above_on = select(upper.bg, upper.ba, side < 0) * select(0.0, 1.0, upper_end.x < DIAGONAL_REACH);
+    let first = place_of_end(below_on.x > 0.0, below_on.y > 0.0);
+    let second = place_of_end(above_on.y > 0.0, above_on.x > 0.0) + f32(below + above + 1);
     let corner = vec2f(f32(below)) + vec2f(1.0, 0.0);
     let line = vec4f(first, second);
     return vec2f(1.0 - area_below(corner, line), area_below(corner + vec2f(0.0, 1.0), line));
@@ -210,7 +215,7 @@ fn diagonal(pixel: vec2i, side: i32) -> vec2f {
 @fragment
 fn fs_weights(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
-    let found = edges_at(pixel);
+    let found = textureLoad(edges, pixel, 0).rg;
     var shares = vec4f(0.0);
     var is_diagonal = false;
     if found.g > 0.0 {
@@ -229,9 +234,8 @@ fn fs_weights(@builtin(position) position: vec4f) -> @location(0) vec4f {
 }
 
 fn weights_at(pixel: vec2i) -> vec4f {
-    let is_inside = all(pixel < vec2i(textureDimensions(weights)));
-    let found = textureLoad(weights, min(pixel, vec2i(textureDimensions(weights)) - 1), 0);
-    return select(vec4f(0.0), found, is_inside);
+    let within = inside(pixel);
+    return select(vec4f(0.0), textureLoad(weights, within, 0), all(within == pixel));
 }
 
 @fragment
