@@ -1,5 +1,6 @@
 //! effect grade
 //! reads: radiance
+//! pixel: graded_light
 
 // Colour grading of the light itself, before the tone curve: white balance, gain, gamma and lift, contrast, saturation.
 // Light has no upper end here, so that what gets brighter rolls off by the tone curve and no colour is clipped; and what
@@ -81,9 +82,7 @@ fn adaptation() -> vec3f {
     return response(black_body_uv(NEUTRAL_K)) / response(light);
 }
 
-@fragment
-fn fs_grade(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let here = radiance_at(vec2i(position.xy));
+fn graded_light(here: vec4f, position: vec2f) -> vec4f {
     // What shines without covering anything is graded as if it did.
     let cover = select(1.0, here.a, here.a > 0.001);
     let balanced = REC709_FROM_RESPONSE * (adaptation() * (RESPONSE_FROM_REC709 * here.rgb / cover));

@@ -215,7 +215,7 @@ fn diagonal(pixel: vec2i, side: i32) -> vec2f {
 @fragment
 fn fs_weights(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
-    let found = textureLoad(edges, pixel, 0).rg;
+    let found = textureLoad(around, pixel, 0).rg;
     var shares = vec4f(0.0);
     var is_diagonal = false;
     if found.g > 0.0 {

@@ -407,8 +407,8 @@ fn depth_of_field_leaves_what_is_sharp_and_spreads_light_over_the_disk_of_a_thin
         // The circle of confusion by similar triangles, in metres on a sensor of 24 mm.
         let focal_m = 0.012 / 22.5f64.to_radians().tan();
         let image = |m: f64| 1.0 / (1.0 / focal_m - 1.0 / m);
-        let [sharp, here] = [f64::from(focus_m), f64::from(distance_m)].map(image);
-        let radius_px = 0.5 * focal_m / f64::from(f_stop) * (here - sharp).abs() / here / 0.024 * 128.0;
+        let [sharp, here] = [focus_m, f64::from(distance_m)].map(image);
+        let radius_px = 0.5 * focal_m / f_stop * (here - sharp).abs() / here / 0.024 * 128.0;
         // A disk's mean square of distances is half of its radius' square; that of the spot adds to it.
         let found_px = (2.0 * (moment / sum - 16.0 / 6.0)).sqrt();
         println!(

@@ -40,3 +40,30 @@ impl EffectFile {
         Some(Self::parse(name, text))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naga::back::glsl;
+
+    #[test]
+    fn built_in_effects_become_shaders_of_webgl2() {
+        let version = glsl::Version::Embedded { version: 300, is_webgl: true };
+        let options = glsl::Options { version, ..Default::default() };
+        for name in EffectFile::built_in_names() {
+            let effect = EffectFile::built_in(name).expect("a name of the library").expect("a valid text");
+            let module = &effect.module;
+            let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
+            let info = validator.validate(module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+            for entry in &module.entry_points {
+                let entry_point = entry.name.clone();
+                let pipeline = glsl::PipelineOptions { shader_stage: entry.stage, entry_point, multiview: None };
+                let mut text = String::new();
+                let written = glsl::Writer::new(&mut text, module, &info, &options, &pipeline, Default::default())
+                    .and_then(|mut writer| writer.write());
+                let textures = written.unwrap_or_else(|error| panic!("{name}.{}: {error}", entry.name)).texture_mapping;
+                assert!(textures.len() <= 16, "{name}.{}", entry.name);
+            }
+        }
+    }
+}
