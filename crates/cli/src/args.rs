@@ -124,7 +124,7 @@ pub struct ChangeArgs {
     pub light_culling: Option<String>,
     /// Put an effect before or after the tone curve, by its name or in a WGSL file of your own; may be given again.
     ///
-    /// Built in are bloom, blur, dof, film, fxaa, glow, grade, lens, outline, sharpen, smaa and toon; docs/effects.md
+    /// Built in are bloom, blur, dof, film, fxaa, glow, grade, lens, motion_blur, outline, sharpen, smaa and toon; docs/effects.md
     /// has the form of a file. Each declares its settings with their defaults; `manypass settings --effect
     /// NAME|FILE.wgsl` lists them.
     #[arg(long = "effect", value_name = "NAME|FILE.wgsl")]

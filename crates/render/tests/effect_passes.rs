@@ -247,6 +247,9 @@ fn an_effect_that_is_off_is_as_if_it_were_not_listed() {
 fn built_in_effects_with_nothing_to_do_leave_the_picture() {
     let (mut renderer, scene, mut request) = drawn();
     request.settings.tone_map.dither = 0.0;
+    let mut before = request.camera;
+    before.world_from_view.w_axis += 0.2 * before.world_from_view.x_axis;
+    request.previous = Some(Arc::new(manypass::Pose::capture(&scene, before)));
     let plain = picture(&mut renderer, &scene, &request, 1);
     let nothing = [
         ("bloom", "strength", "0"),
@@ -257,6 +260,7 @@ fn built_in_effects_with_nothing_to_do_leave_the_picture() {
         ("glow", "strength", "0"),
         ("grade", "contrast", "1"),
         ("lens", "enabled", "false"),
+        ("motion_blur", "shutter", "0"),
         ("outline", "strength", "0"),
         ("sharpen", "strength", "0"),
         ("smaa", "threshold", "1"),

@@ -40,7 +40,7 @@ export interface RenderOptions {
 export interface EffectFile { file: string; source: string; settings?: RenderOptions["settings"]; }
 /** An effect that is built in, by its name. */
 export interface BuiltInEffect {
-  name: "bloom" | "blur" | "dof" | "film" | "fxaa" | "glow" | "grade" | "lens" | "outline" | "sharpen" | "smaa" | "toon";
+  name: "bloom" | "blur" | "dof" | "film" | "fxaa" | "glow" | "grade" | "lens" | "motion_blur" | "outline" | "sharpen" | "smaa" | "toon";
   settings?: RenderOptions["settings"];
 }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */

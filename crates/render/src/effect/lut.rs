@@ -137,7 +137,9 @@ fn parse(source: Source<'_>) -> Result<Cube, Box<Diagnostic>> {
                     return Err(fault("colours follow `LUT_3D_SIZE` or `LUT_1D_SIZE` and their number"));
                 }
                 _ => {
-                    return Err(fault("this is neither a colour, of three finite numbers, nor a word of `.cube` files"));
+                    return Err(fault(
+                        "this is neither a colour, of three finite numbers, nor a word of `.cube` files",
+                    ));
                 }
             },
         }

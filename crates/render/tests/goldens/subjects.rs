@@ -7,7 +7,7 @@ use manypass::scene::{
     Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive, Projection, Sampler, Scene, ShadingModel, Skin,
     Texture, TextureRef, TextureTransform, demo,
 };
-use manypass::{Background, EffectFile, Environment, FrameRequest, Tonemap, View};
+use manypass::{Background, EffectFile, Environment, FrameRequest, Pose, Tonemap, View};
 use std::sync::Arc;
 
 /// One golden.
@@ -319,7 +319,7 @@ fn built_in_effects() -> Subject {
 fn effects_of_surfaces() -> Subject {
     let mut subject = occlusion();
     let mut request = subject.strips[1].clone();
-    request.height = 21;
+    request.height = 18;
     request.camera = looking(Vec3::new(0.4, 1.2, 4.4), Vec3::new(0.0, 0.45, -0.3));
     request.camera.projection = Projection::Perspective { fov_y_rad: 0.25, near_m: 0.1, far_m: None };
     subject.name = "effects_of_surfaces";
@@ -330,7 +330,12 @@ fn effects_of_surfaces() -> Subject {
         ("smaa", &[]),
         ("lens", &["k1=0.3", "chromatic=0.05", "vignette=8"]),
         ("dof", &["f_stop=0.05"]),
+        ("motion_blur", &["shutter=1"]),
     ];
+    subject.scene.update_transforms();
+    let mut before = request.camera;
+    before.world_from_view.w_axis += 0.6 * before.world_from_view.x_axis;
+    request.previous = Some(Pose::capture(&subject.scene, before).into());
     subject.strips = vec![request; subject.effects.len()];
     subject
 }
