@@ -21,6 +21,9 @@ shared_constants! {
     /// It survives every comparison and every product with a weight up to 1.
     DISTANCE_BACKGROUND_M: f32 = 3.0e38;
 
+    /// Levels of the pyramid of least distances that reflected rays pass over, from pixels to squares of 64.
+    REFLECTION_LEVELS: u32 = 7;
+
     /// Pixels along each side of a tile of a still that needs no more samples once it is settled.
     SETTLED_TILE_PX: i32 = 4;
 

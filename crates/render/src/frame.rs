@@ -13,8 +13,8 @@ use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud,
-    ground, ids, indirect, linear_depth, motion, occlusion, present, resolve, shadows, tile_depth, tone_map,
-    transparency, volumes,
+    ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, tile_depth,
+    tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -102,6 +102,7 @@ pub fn view_passes(
     let hidden = occlusion.as_ref();
     let (radiance, depth) = light_passes(r, settings, &gbuffer, hidden, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
+    let radiance = reflections::record(r, &settings.reflections, &gbuffer, hidden, &depth, radiance)?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = ground::record(r, &depth, radiance)?;

@@ -109,10 +109,10 @@ impl FrameRequest {
     /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours
     /// are averaged, and no pass of the frame looks at what lies beside its pixel.
     pub(crate) fn is_adaptive(&self) -> bool {
-        let Settings { adaptive, render, msaa, fog, occlusion, .. } = &self.settings;
+        let Settings { adaptive, render, msaa, fog, occlusion, reflections, .. } = &self.settings;
         let is_of_pixels =
             render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
-        let is_of_pixels = is_of_pixels && !occlusion.enabled;
+        let is_of_pixels = is_of_pixels && !occlusion.enabled && !reflections.enabled;
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 

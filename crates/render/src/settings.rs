@@ -56,6 +56,7 @@ compose! {
     shading: crate::shading_settings::ShadingSettings,
     shadows: crate::shadows::ShadowSettings,
     occlusion: crate::passes::occlusion::OcclusionSettings,
+    reflections: crate::passes::reflections::ReflectionSettings,
     adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
     aov: crate::aov::AovSettings,
@@ -106,7 +107,7 @@ impl Settings {
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
-    /// Several samples a pixel, or occlusion, on a path that has none; a lens that there is not.
+    /// Several samples a pixel, occlusion or reflections, on a path that has none; a lens that there is not.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.camera.check()?;
         let path = self.render.path;
@@ -114,9 +115,11 @@ impl Settings {
             let key = format!("msaa.samples={}", self.msaa.samples.count());
             return Err(SettingsError::Needs { key, needs: "render.path=forward", found: path.name() });
         }
-        if self.occlusion.enabled && path != Path::Deferred {
-            let key = "occlusion.enabled=true".to_owned();
-            return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
+        for (group, enabled) in [("occlusion", self.occlusion.enabled), ("reflections", self.reflections.enabled)] {
+            if enabled && path != Path::Deferred {
+                let key = format!("{group}.enabled=true");
+                return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
+            }
         }
         Ok(())
     }
@@ -203,6 +206,10 @@ mod tests {
         settings.set("occlusion.enabled", "true").unwrap();
         let error = settings.check().unwrap_err().to_string();
         assert_eq!(error, "`occlusion.enabled=true` needs `render.path=deferred`, which is `gouraud`");
+        settings.set("occlusion.enabled", "false").unwrap();
+        settings.set("reflections.enabled", "true").unwrap();
+        let error = settings.check().unwrap_err().to_string();
+        assert_eq!(error, "`reflections.enabled=true` needs `render.path=deferred`, which is `gouraud`");
         settings.set("render.path", "deferred").unwrap();
         assert_eq!(settings.check(), Ok(()));
         let read = |text| Settings::from_toml("my.toml", text).map_err(|error| error.to_string());

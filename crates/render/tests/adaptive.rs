@@ -110,6 +110,8 @@ fn pictures_that_look_beside_their_pixels_have_all_samples() {
     assert_eq!(still(&mut renderer, &scene, &lit_fog, 2.0).1, whole);
     let occluded = request.with(|settings| settings.set("occlusion.enabled", "true").unwrap());
     assert_eq!(still(&mut renderer, &scene, &occluded, 2.0).1, whole);
+    let reflected = request.with(|settings| settings.set("reflections.enabled", "true").unwrap());
+    assert_eq!(still(&mut renderer, &scene, &reflected, 2.0).1, whole);
     let few = FrameRequest { sample_count: 4, ..request.clone() };
     assert_eq!(still(&mut renderer, &scene, &few, 2.0).1, 4.0);
 }

@@ -76,7 +76,7 @@ const SPHERES: &str =
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 44] = [
+pub(super) const CASES: [Case; 45] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -92,6 +92,8 @@ pub(super) const CASES: [Case; 44] = [
     Case { effects: &["bloom", "glow", "smaa", "film"], ..case("hall-effects", variables::MODEL, WIDE) },
     // What surfaces hide of the environment from each other, filtered as in a picture of one sample.
     Case { settings: &[("occlusion.enabled", "true")], ..case("hall-occlusion", variables::MODEL, WIDE) },
+    // The floor reflects the hall, filtered as in a picture of one sample.
+    Case { settings: &[("reflections.enabled", "true")], ..case("hall-reflections", variables::MODEL, WIDE) },
     // A picture of the environment, with a sun; the page is given its bytes.
     Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
     // The sky is computed in the page, too, and metered.

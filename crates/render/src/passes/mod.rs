@@ -21,6 +21,7 @@ pub mod meter;
 pub mod motion;
 pub mod occlusion;
 pub mod present;
+pub mod reflections;
 pub mod resolve;
 pub mod scrub;
 pub mod shadows;

@@ -21,6 +21,9 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// The noise of so many samples averages out by itself, without losing what is fine.
+const UNFILTERED_SAMPLES: u32 = 8;
+
 /// The axis of programs that add up lights whose shadows there are.
 pub(super) const SHADOWED: &str = "shadowed";
 
@@ -58,6 +61,8 @@ pub struct PreparedView {
     pub goes_on: bool,
     /// The same of what is made of a picture that is shown: the last one was, too, and belongs to this one.
     pub display_goes_on: bool,
+    /// From pre-exposed radiance to what the tone curve takes.
+    pub display_exposure: f32,
     /// Of how many samples the picture is the mean.
     pub sample_count: u32,
     /// How many samples of a pixel surfaces cover that are shaded where they are drawn (`msaa.samples`).
@@ -95,6 +100,12 @@ impl PreparedView {
     /// Whether its passes count pairs of a light and what it may reach, in place of light.
     pub fn counts_pairs(&self) -> bool {
         self.constants.contains(&COUNTS_PAIRS)
+    }
+
+    /// Whether noise has to be filtered, because no mean of enough samples takes it out before the picture is shown.
+    pub fn shows_few_samples(&self) -> bool {
+        // The first frame of a live view is shown before the others are there.
+        self.sample_count < UNFILTERED_SAMPLES || self.goes_on && self.uniform.sample_index == 0
     }
 
     /// The axes of programs that add up lights.
@@ -224,6 +235,7 @@ pub(crate) struct Viewed<'a> {
     pub size: (u32, u32),
     pub goes_on: bool,
     pub display_goes_on: bool,
+    pub display_exposure: f32,
     pub sample_count: u32,
     pub pixel_samples: u32,
     pub uniform: ViewUniform,
@@ -292,6 +304,7 @@ impl Viewed<'_> {
             is_environment_dark: self.environment.is_dark(),
             goes_on: self.goes_on,
             display_goes_on: self.display_goes_on,
+            display_exposure: self.display_exposure,
             sample_count: self.sample_count,
             pixel_samples: self.pixel_samples,
             draws: self.draws,

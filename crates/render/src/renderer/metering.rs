@@ -208,6 +208,7 @@ fn metered(request: &FrameRequest) -> FrameRequest {
     settings.exposure.stops = Exposure::Stops(0.0);
     settings.render.scale = 1.0;
     settings.msaa = Default::default();
+    settings.reflections.enabled = false;
     small
 }
 

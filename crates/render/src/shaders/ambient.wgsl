@@ -90,13 +90,24 @@ fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
     return ambient_radiance_seen(surface, shading, Seen(vec3f(1.0), 1.0, shading.normal));
 }
 
-fn ambient_radiance_seen(surface: Surface, shading: Shading, seen: Seen) -> vec3f {
-    let specular_albedo = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
+// What a surface mirrors of the environment: the radiance of its lobe, and the share of it that is reflected.
+struct MirroredLight {
+    radiance: vec3f,
+    albedo: vec3f,
+}
+
+fn mirrored_environment(shading: Shading) -> MirroredLight {
+    let albedo = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
     let mirrored = reflect(-shading.to_eye, shading.normal);
     let grazing = grazing_share(shading.f0, 1.0, shading.dfg);
     let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha, grazing);
-    let specular = environment_reflection(reflected, shading.roughness_alpha) * specular_albedo;
-    let diffuse = environment_irradiance(seen.direction) * (1.0 / PI) * shading.albedo * (1.0 - specular_albedo);
+    return MirroredLight(environment_reflection(reflected, shading.roughness_alpha), albedo);
+}
+
+fn ambient_radiance_seen(surface: Surface, shading: Shading, seen: Seen) -> vec3f {
+    let mirrored = mirrored_environment(shading);
+    let specular = mirrored.radiance * mirrored.albedo;
+    let diffuse = environment_irradiance(seen.direction) * (1.0 / PI) * shading.albedo * (1.0 - mirrored.albedo);
     let diffuse_share = diffuse_environment_share(surface);
     var radiance = diffuse * diffuse_share * seen.diffuse + specular * seen.specular;
     if sun_count > 0u {

@@ -40,6 +40,7 @@ pub fn all() -> Vec<Subject> {
         built_in_effects(),
         effects_of_surfaces(),
         occlusion(),
+        reflections(),
     ]
 }
 
@@ -363,5 +364,24 @@ fn occlusion() -> Subject {
     request.settings.environment.source = Environment::Color([0.8; 3]);
     let enabled = [true, false];
     subject.strips = enabled.map(|enabled| request.with(|settings| settings.occlusion.enabled = enabled)).to_vec();
+    subject
+}
+
+/// Boxes and balls on a floor that is a mirror, then glossy, with reflections of the picture; and without them.
+fn reflections() -> Subject {
+    let mut scene = Scene::default();
+    let steel = |roughness_factor| Material { metallic_factor: 1.0, roughness_factor, ..matte([0.8; 3]) };
+    put(&mut scene, cube(Vec3::new(2.2, 0.1, 6.0)), steel(0.0), Vec3::new(-1.1, -0.05, 0.0));
+    put(&mut scene, cube(Vec3::new(2.2, 0.1, 6.0)), steel(0.3), Vec3::new(1.1, -0.05, 0.0));
+    for x in [-1.1f32, 1.1] {
+        put(&mut scene, cube(Vec3::splat(0.6)), matte([0.8, 0.3, 0.2]), Vec3::new(x - 0.5, 0.3, -0.8));
+        put(&mut scene, cube(Vec3::new(0.2, 1.4, 0.2)), matte([0.3, 0.5, 0.8]), Vec3::new(x, 0.7, -1.2));
+        put(&mut scene, uv_sphere(0.3, 48, 24), matte([0.2, 0.6, 0.3]), Vec3::new(x + 0.5, 0.5, -0.6));
+    }
+    let mut subject = subject("reflections", scene, (128, 60), Vec3::new(0.0, 1.1, 4.6), Vec3::new(0.0, 0.3, -0.3));
+    let request = &mut subject.strips[0];
+    request.settings.environment.source = Environment::Color([0.6, 0.7, 0.8]);
+    let enabled = [true, false];
+    subject.strips = enabled.map(|enabled| request.with(|settings| settings.reflections.enabled = enabled)).to_vec();
     subject
 }

@@ -5,9 +5,10 @@
 // Program: occlusion_blur.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::occlusion::taps::{likeness, middle_of_first_texel, nearest_clamp, side, tangent_plane_at};
+import package::passes::occlusion::taps::{likeness, middle_of_first_texel, side};
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::gbuffer_textures::distance_at;
+import package::shaders::screen_space::{nearest_clamp, tangent_plane_at};
 
 @group(1) @binding(5) var noisy_occlusion: texture_2d<f32>;
 

@@ -12,8 +12,9 @@
 
 import package::view::{view, pixel_step_from_step_view};
 import package::shaders::brdf::PI;
+import package::shaders::screen_space::Center;
 import package::passes::occlusion::taps::{
-    Center, bends, center_of_texel, noise_at, occlusion, seen_from, share_at, slices, steps, texel_of_loss,
+    bends, center_of_texel, noise_at, occlusion, seen_from, share_at, slices, steps, texel_of_loss,
 };
 
 // Depth of 32 bits and normals of 16 bits leave heights of a plane's texels as exact as this, as a share of their

@@ -28,9 +28,6 @@ const BENT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Where there is no surface.
 const OPEN: ColorLoad = ColorLoad::Clear(wgpu::Color { r: 1.0, g: 0.0, b: 0.0, a: 0.0 });
 
-/// The noise of so many samples averages out by itself, without losing what is fine.
-const UNFILTERED_SAMPLES: u32 = 8;
-
 /// The radius, where the settings leave it open, as a share of the diagonal of all that is drawn.
 const RADIUS_SHARE: f32 = 0.05;
 
@@ -75,8 +72,7 @@ pub fn record(
         OcclusionMethod::Gtao => "occlusion_gtao",
         OcclusionMethod::Ssao => "occlusion_ssao",
     };
-    // The first frame of a live view is shown before the others are there.
-    let is_filtered = r.view.sample_count < UNFILTERED_SAMPLES || r.view.goes_on && r.view.uniform.sample_index == 0;
+    let is_filtered = r.view.shows_few_samples();
     let of_few = settings.resolution != Resolution::Full;
     let constants = [("side", settings.resolution.side_px()), ("patterned", u32::from(is_filtered))];
     let uniform = OcclusionUniform::new(settings, &r.frame.world.bounds_world);

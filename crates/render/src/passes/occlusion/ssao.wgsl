@@ -9,6 +9,7 @@
 
 import package::view::pixel_from_position_view;
 import package::shaders::brdf::PI;
+import package::shaders::screen_space::tangents_of;
 import package::passes::occlusion::taps::{
     center_of_texel, noise_at, occlusion, seen_from, slices, steps, texel_of_loss,
 };
@@ -27,14 +28,9 @@ fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
         return vec4f(1.0, 0.0, 0.0, 0.0);
     }
     let noise = noise_at(position.xy);
-    // Any two directions at right angles to the normal; it is turned towards the eye, so that z is hardly ever -1 (Duff
-    // et al. 2017).
+    // The normal is turned towards the eye, so that its z is never -1.
     let n = center.normal;
-    let side = select(-1.0, 1.0, n.z >= 0.0);
-    let a = -1.0 / (side + n.z);
-    let b = n.x * n.y * a;
-    let right = vec3f(1.0 + side * n.x * n.x * a, side * b, -side * n.x);
-    let up = vec3f(b, side + n.y * n.y * a, -n.y);
+    let tangents = tangents_of(n);
     let count = 2u * max(slices, 1u) * max(steps, 1u);
     var lost = 0.0;
     var lost_direction = vec3f(0.0);
@@ -42,7 +38,7 @@ fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let share = (f32(i) + noise.y) / f32(count);
         let turn = 2.0 * PI * (f32(i) * GOLDEN + noise.x);
         let place = fract(f32(i) * PLASTIC + noise.y);
-        let direction = sqrt(share) * (cos(turn) * right + sin(turn) * up) + sqrt(1.0 - share) * n;
+        let direction = sqrt(share) * (tangents * vec2f(cos(turn), sin(turn))) + sqrt(1.0 - share) * n;
         // Denser near the surface.
         let point = center.position + direction * (occlusion.radius_m * mix(0.1, 1.0, place * place));
         let seen = seen_from(center, pixel_from_position_view(point));

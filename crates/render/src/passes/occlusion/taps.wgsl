@@ -2,10 +2,10 @@
 // noise.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::view::{view, affine_of_direction_view, position_view_from_pixel};
+import package::view::{view, position_view_from_pixel};
 import package::shaders::coarse::{pixel_of_texel, turn_in_square};
-import package::shaders::gbuffer_textures::{distance_at, linear_depth, normal_world_at};
 import package::shaders::hash::{seed_of_pixel, stratified};
+import package::shaders::screen_space::{Center, FARTHEST_M, TangentPlane, center_at, distance_sampled, likeness_to};
 
 struct Occlusion {
     radius_m: f32,
@@ -15,7 +15,6 @@ struct Occlusion {
     intensity: f32,
 }
 
-@group(0) @binding(7) var nearest_clamp: sampler;
 @group(1) @binding(4) var<uniform> occlusion: Occlusion;
 
 // Pixels along a texel's side: 1, 2 or 4.
@@ -28,42 +27,8 @@ override steps: u32 = 4u;
 // 1 if the direction from which light still comes is wanted.
 override bends: u32 = 0u;
 
-// The least cosine between normal and direction of the eye: maps turn normals away from it.
-const FACING_MIN: f32 = 1e-3;
-// Beyond this squares of lengths are no numbers of 32 bits.
-const FARTHEST_M: f32 = 1e15;
 // Of the radius: so far from the tangent plane another surface begins.
 const THICKNESS: f32 = 0.1;
-
-struct Center {
-    position_px: vec2f,
-    // All in view space.
-    position: vec3f,
-    to_eye: vec3f,
-    normal: vec3f,
-    is_surface: bool,
-}
-
-// What is constant of the tangent plane: its direction as `affine_of_direction_view` has it, the normal's z, and the
-// plane's own product.
-struct TangentPlane {
-    affine: vec3f,
-    normal_z: f32,
-    height: f32,
-}
-
-fn center_at(pixel: vec2i) -> Center {
-    let distance_m = distance_at(pixel);
-    var center: Center;
-    center.position_px = vec2f(pixel) + 0.5;
-    center.is_surface = distance_m < DISTANCE_BACKGROUND_M;
-    center.position = position_view_from_pixel(center.position_px, min(distance_m, FARTHEST_M));
-    center.to_eye = mix(-normalize(center.position), vec3f(0.0, 0.0, 1.0), view.orthographic);
-    let normal = (view.view_from_world * vec4f(normal_world_at(pixel), 0.0)).xyz;
-    let missing = max(FACING_MIN - dot(normal, center.to_eye), 0.0);
-    center.normal = normalize(normal + missing * center.to_eye);
-    return center;
-}
 
 fn center_of_texel(texel: vec2i) -> Center {
     return center_at(pixel_of_texel(texel, i32(side)));
@@ -94,33 +59,11 @@ fn seen_from(center: Center, position_px: vec2f) -> vec4f {
     return vec4f(seen - center.position, select(0.0, 1.0, is_seen));
 }
 
-// Of a pixel's middle. Software adapters find the mip of what is loaded for every lane, and that of what is sampled
-// once.
-fn distance_sampled(middle_px: vec2f) -> f32 {
-    return textureSampleLevel(linear_depth, nearest_clamp, middle_px * view.inverse_size_px, 0.0).r;
-}
-
-fn tangent_plane_at(pixel: vec2i, distance_m: f32) -> TangentPlane {
-    let normal = (view.view_from_world * vec4f(normal_world_at(pixel), 0.0)).xyz;
-    var plane: TangentPlane;
-    plane.affine = affine_of_direction_view(normal);
-    plane.normal_z = normal.z;
-    plane.height = height_of(plane, vec2f(pixel) + 0.5, distance_m);
-    return plane;
-}
-
-fn height_of(plane: TangentPlane, position_px: vec2f, distance_m: f32) -> f32 {
-    let across = dot(plane.affine.xy, position_px) + plane.affine.z;
-    return across * mix(distance_m, 1.0, view.orthographic) - plane.normal_z * distance_m;
-}
-
 // From 0 to 1, how much what was found at a texel tells of a tangent plane's surface: nothing where it lies on another.
 // `first` is the middle of the first texel's pixel.
 fn likeness(plane: TangentPlane, texel: vec2f, first: vec2f) -> f32 {
     let middle = min(texel * f32(side) + first, view.size_px - 0.5);
-    let distance_m = distance_sampled(middle);
-    let off_plane = abs(height_of(plane, middle, distance_m) - plane.height) / (THICKNESS * occlusion.radius_m);
-    return select(0.0, clamp(1.0 - off_plane, 0.0, 1.0), distance_m < DISTANCE_BACKGROUND_M);
+    return likeness_to(plane, middle, THICKNESS * occlusion.radius_m);
 }
 
 fn middle_of_first_texel() -> vec2f {

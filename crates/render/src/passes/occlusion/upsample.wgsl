@@ -3,10 +3,9 @@
 // from the tangent plane). Reads: coarse_occlusion, normal, linear_depth. Writes: occlusion.
 // Program: occlusion_upsample.
 
-import package::passes::occlusion::taps::{
-    likeness, middle_of_first_texel, nearest_clamp, patterned, side, tangent_plane_at,
-};
+import package::passes::occlusion::taps::{likeness, middle_of_first_texel, patterned, side};
 import package::shaders::gbuffer_textures::distance_at;
+import package::shaders::screen_space::{nearest_clamp, tangent_plane_at};
 
 @group(1) @binding(5) var coarse_occlusion: texture_2d<f32>;
 

@@ -1,0 +1,40 @@
+// What the passes of reflections have in common.
+
+import package::shaders::coarse::turn_in_square;
+
+struct Reflections {
+    distance_m: f32,
+    // 1 / the length over which reflections fade out before the distance ends; 0 where they do not.
+    fade_per_m: f32,
+    thickness_m: f32,
+    roughness_max: f32,
+    // Pre-exposed; rays of a roughness have this divided by its square.
+    radiance_max: f32,
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
+}
+
+@group(1) @binding(4) var<uniform> reflections: Reflections;
+
+// Pixels along a texel's side: 1, 2 or 4.
+override side: u32 = 1u;
+// 1 if the noise is that of a pattern of 4 × 4 texels, over which a filter takes the mean; else every texel has its
+// own.
+override patterned: u32 = 0u;
+
+// Of the greatest roughness: over so much of it reflections fade out.
+const ROUGHNESS_FADE: f32 = 0.2;
+// Of the distance: so far from the tangent plane another surface begins.
+const LIKENESS_REACH: f32 = 0.01;
+
+// How much a surface reflects the picture, by its perceptual roughness.
+fn share_of_roughness(roughness: f32) -> f32 {
+    let fade = max(ROUGHNESS_FADE * reflections.roughness_max, 1e-6);
+    return clamp((reflections.roughness_max - roughness) / fade, 0.0, 1.0);
+}
+
+// The middle of the pixel that a texel is of.
+fn middle_of_texel(texel: vec2f) -> vec2f {
+    return texel * f32(side) + vec2f(turn_in_square(i32(side))) + 0.5;
+}

@@ -1,0 +1,31 @@
+//! Settings of reflections of the picture.
+
+use crate::resolution::Resolution;
+use crate::setting::settings;
+
+settings! {
+    /// Settings of reflections of the picture.
+    pub struct ReflectionSettings {
+        /// Whether opaque surfaces reflect each other, as far as the picture shows them, in place of the environment
+        /// behind. Materials with layers and glass do not; stills draw all samples of all pixels.
+        enabled: bool = false, needs "render.path=deferred";
+        /// The roughest surfaces that reflect the picture; over the last fifth below it that fades out.
+        roughness_max: f32 = 0.5, in 0.0..=1.0, unit "perceptual roughness", needs "reflections.enabled=true";
+        /// The size at which rays are followed; what they find is brought to the picture's by what lies on the same
+        /// surface.
+        resolution: Resolution = Resolution::Full, needs "reflections.enabled=true";
+        /// How far rays go; what lies in the last quarter fades out. 0 for as far as anything is drawn, without
+        /// fading.
+        distance_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
+        /// How far surfaces are taken to go on behind what is seen of them, so that rays which pass there end; the
+        /// farther behind, the less that counts. 0 for a 250th of the diagonal of all that is drawn.
+        thickness_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
+        /// What a ray brings is cut to so many times the display's white, divided by the square of the surface's
+        /// roughness: mirrors show lamps as bright as they are, and rough surfaces have no bright dots of the few rays
+        /// that meet one. 0 cuts nothing.
+        brightness_max: f32 = 0.5, in 0.0..=1e6, unit "× white", needs "reflections.enabled=true";
+        /// The most steps of a ray, over pixels or over squares of up to 64 × 64 of them where nothing is as near;
+        /// rays that need more find nothing.
+        steps: u32 = 96, in 1..=1024, needs "reflections.enabled=true";
+    }
+}

@@ -1,0 +1,211 @@
+// reflections: what a ray that a surface reflects meets in the picture, and how much that is to be trusted.
+// Sources: rays as straight lines in the picture along which 1 / distance is linear (McGuire & Mara 2014, "Efficient GPU
+// Screen-Space Ray Tracing"), over a pyramid of least distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced
+// Reflections"); one ray a texel and sample to a visible normal of GGX (Heitz 2018, by the caps of Dupuy & Benyoub 2023,
+// "Sampling Visible GGX Normals with Spherical Caps"). Differs from them:
+// - what does not rise over the plane of the triangle that the ray leaves is passed over, so that no plane meets itself;
+// - light is read where the ray meets the plane of what it hits, not in the middle of its pixel;
+// - rays below the horizon are turned up, since their light is in the energy compensation.
+// Reads: G-buffer, linear_depth, reflections.pyramid, radiance. Writes: radiance of the hit times how much it is to be
+// trusted, and that share.
+// Program: reflections_trace.
+
+import package::view::{view, pixel_from_position_view, position_view_from_pixel};
+import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
+import package::gbuffer::is_lit_deferred;
+import package::passes::reflections::rays::{LIKENESS_REACH, patterned, reflections, share_of_roughness, side};
+import package::shaders::brdf::PI;
+import package::shaders::coarse::pixel_of_texel;
+import package::shaders::gbuffer_textures::{facet_normal_at, normal_world_at, surface_at};
+import package::shaders::hash::{seed_of_pixel, stratified};
+import package::shaders::screen_space::{Center, FARTHEST_M, center_at, likeness_to, tangent_plane_at, tangents_of};
+import package::shaders::shading::linear_clamp;
+
+@group(1) @binding(5) var nearest_distances: texture_2d<f32>;
+@group(1) @binding(6) var scene_radiance: texture_2d<f32>;
+
+override steps: u32 = 96u;
+
+// Rays towards the eye end at this share of the distance at which they begin.
+const NEAREST_SHARE: f32 = 0.05;
+// So far rays go on past the edge of a square, in pixels.
+const PAST_EDGE_PX: f32 = 0.01;
+// Depth of 32 bits and normals of 16 bits leave heights of a plane's pixels as exact as this, as a share of their
+// distances.
+const HEIGHT_NOISE: f32 = 5e-5;
+// Over so much of the picture's width and height hits fade out towards its edges.
+const EDGE_FADE: f32 = 0.08;
+// Hits on what faces the ray by less than this cosine fade out: what the picture shows there is another side.
+const FACING_FADE: f32 = 0.1;
+// Light is read where the ray meets the plane of what it hits if that is at most so far from the middle of the pixel,
+// in pixels along each axis; else there. It is farther where the ray came from behind.
+const REFINED_PX: f32 = 1.0;
+
+// Where a ray ends.
+struct Hit {
+    is_hit: bool,
+    // The middle of its pixel.
+    middle_px: vec2f,
+    // What that shows, in view space.
+    position: vec3f,
+    normal: vec3f,
+    // How far behind it the ray enters the pixel, as a share of the thickness.
+    behind: f32,
+}
+
+// Two numbers from 0 up to 1.
+fn noise_at(position_px: vec2f) -> vec2f {
+    if patterned != 0u {
+        // Sixteen places of a square, one in each row and column of it, in all squares of 4 × 4 texels; other ones in
+        // every sample (Roberts 2018).
+        let texel = vec2u(position_px) & vec2u(3u);
+        let place = vec2u((texel.x << 2u) + texel.y, (texel.y << 2u) + texel.x);
+        let turn = fract(f32(view.sample_index) * vec2f(0.7548777, 0.5698403) + 0.5);
+        return fract((vec2f(place) + turn) / 16.0);
+    }
+    return vec2f(
+        stratified(view.sample_index, seed_of_pixel(position_px, 43u)),
+        stratified(view.sample_index, seed_of_pixel(position_px, 44u)),
+    );
+}
+
+// The direction in which a rough mirror reflects the line of sight, in view space.
+fn reflected_direction(center: Center, alpha: f32, noise: vec2f) -> vec3f {
+    let tangents = tangents_of(center.normal);
+    let to_eye = vec3f(center.to_eye * tangents, dot(center.to_eye, center.normal));
+    let stretched = normalize(vec3f(alpha * to_eye.xy, to_eye.z));
+    let turn = 2.0 * PI * noise.x;
+    let height = 1.0 - noise.y * (1.0 + stretched.z);
+    let across = sqrt(clamp(1.0 - height * height, 0.0, 1.0));
+    let cap = vec3f(across * cos(turn), across * sin(turn), height) + stretched;
+    let local = normalize(vec3f(alpha * cap.xy, max(cap.z, 1e-6)));
+    let visible = tangents * local.xy + center.normal * local.z;
+    let reflected = reflect(-center.to_eye, visible);
+    return reflected + center.normal * (2.0 * max(-dot(reflected, center.normal), 0.0));
+}
+
+// What is linear along a ray in the picture and rises towards the eye: 1 / distance, or less the distance where rays of
+// sight are parallel.
+fn nearness(distance_m: f32) -> f32 {
+    return mix(1.0 / distance_m, -distance_m, view.orthographic);
+}
+
+fn distance_of(nearness: f32) -> f32 {
+    return mix(1.0 / max(nearness, 1e-30), -nearness, view.orthographic);
+}
+
+fn normal_view_at(middle_px: vec2f) -> vec3f {
+    return (view.view_from_world * vec4f(normal_world_at(vec2i(middle_px)), 0.0)).xyz;
+}
+
+fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
+    let begin_m = -center.position.z;
+    let towards_eye_m = begin_m * (1.0 - NEAREST_SHARE) / max(direction.z, 1e-6);
+    let end = center.position + direction * min(reflections.distance_m, towards_eye_m);
+    // Place in the picture and nearness: where it begins, and the way to its end or to the picture's edge.
+    let begin = vec3f(center.position_px, nearness(begin_m));
+    let whole = vec3f(pixel_from_position_view(end), nearness(-end.z)) - begin;
+    let forward = select(vec2f(0.0), vec2f(1.0), whole.xy > vec2f(0.0));
+    let signs = 2.0 * forward - 1.0;
+    let to_edge = (forward * view.size_px - begin.xy) * signs / max(abs(whole.xy), vec2f(1e-6));
+    let way = whole * min(1.0, min(to_edge.x, to_edge.y));
+    let per_px = signs / max(abs(way.xy), vec2f(1e-6));
+    let width_of_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
+    let past_edge = PAST_EDGE_PX / max(length(way.xy), 1e-3);
+
+    var hit = Hit(false, vec2f(0.0), vec3f(0.0), vec3f(0.0), 0.0);
+    var level = 0u;
+    let own_exit = 0.5 * abs(per_px);
+    var along = min(own_exit.x, own_exit.y) + past_edge;
+    for (var i = 0u; i < steps; i++) {
+        if along >= 1.0 {
+            break;
+        }
+        let position_px = clamp(begin.xy + way.xy * along, vec2f(0.0), view.size_px - 0.5);
+        let side_px = f32(1u << level);
+        let cell = floor(position_px / side_px);
+        let nearest_m = textureLoad(nearest_distances, vec2i(cell), i32(level)).r;
+        let to_exit = ((cell + forward) * side_px - begin.xy) * per_px;
+        let exit = max(min(to_exit.x, to_exit.y), along) + past_edge;
+        let entering = begin.z + way.z * along;
+        let leaving = begin.z + way.z * min(exit, 1.0);
+        let cell_nearness = nearness(nearest_m);
+        if min(entering, leaving) > cell_nearness {
+            along = exit;
+            level = min(level + 1u, REFLECTION_LEVELS - 1u);
+        } else if level > 0u {
+            level -= 1u;
+            // Until the ray is as far away as anything there, it meets nothing.
+            let until = (cell_nearness - begin.z) / min(way.z, -1e-30);
+            along = select(along, clamp(until - past_edge, along, exit), entering > cell_nearness);
+        } else {
+            let middle_px = floor(position_px) + 0.5;
+            let position = position_view_from_pixel(middle_px, min(nearest_m, FARTHEST_M));
+            let away = position - center.position;
+            let rises = dot(away, facet_normal) > HEIGHT_NOISE * (0.1 * begin_m + length(away));
+            // How far the ray is below the pixel's plane as it enters: by what it goes within a pixel, and by a pixel's
+            // width, is nothing, because pixels have one distance.
+            let normal = normal_view_at(middle_px);
+            let facing = -dot(direction, normal);
+            let entry = position_view_from_pixel(position_px, distance_of(entering));
+            let within_m = abs(distance_of(leaving) - distance_of(entering));
+            let pixel_m = mix(nearest_m, 1.0, view.orthographic) * width_of_pixel;
+            let below_m = dot(position - entry, normal) - pixel_m - within_m * facing;
+            let behind = below_m / (reflections.thickness_m * max(facing, FACING_FADE));
+            if rises && facing > 0.0 && behind < 1.0 {
+                hit = Hit(true, middle_px, position, normal, max(behind, 0.0));
+                break;
+            }
+            along = exit;
+        }
+    }
+    return hit;
+}
+
+// How far from the middle of the pixel light is read, towards where the ray meets its plane: along each axis only to a
+// pixel that shows the same plane, since the texels between are mixed.
+fn refinement(hit: Hit, offset: vec2f) -> vec2f {
+    let distance_m = -hit.position.z;
+    let plane = tangent_plane_at(vec2i(hit.middle_px), distance_m);
+    let side = select(vec2f(-1.0), vec2f(1.0), offset > vec2f(0.0));
+    let across = likeness_to(plane, hit.middle_px + vec2f(side.x, 0.0), LIKENESS_REACH * distance_m);
+    let down = likeness_to(plane, hit.middle_px + vec2f(0.0, side.y), LIKENESS_REACH * distance_m);
+    let is_near = all(abs(offset) <= vec2f(REFINED_PX));
+    let is_plane = vec2f(across, down) > vec2f(0.0);
+    return select(vec2f(0.0), offset, vec2<bool>(is_near && is_plane.x, is_near && is_plane.y));
+}
+
+@fragment
+fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = pixel_of_texel(vec2i(position.xy), i32(side));
+    let surface = surface_at(pixel);
+    let center = center_at(pixel);
+    var share = share_of_roughness(surface.roughness_perceptual);
+    if !center.is_surface || share <= 0.0 || !is_lit_deferred(surface) {
+        return vec4f(0.0);
+    }
+    let alpha = surface.roughness_perceptual * surface.roughness_perceptual;
+    let direction = reflected_direction(center, alpha, noise_at(position.xy));
+    let facet_world = facet_normal_at(pixel, -center.position.z, surface.normal_world);
+    let facet_normal = (view.view_from_world * vec4f(facet_world, 0.0)).xyz;
+    let hit = follow(center, direction, facet_normal);
+    if !hit.is_hit || dot(direction, facet_normal) <= 0.0 {
+        return vec4f(0.0);
+    }
+    let facing = -dot(direction, hit.normal);
+    let length_m = max(dot(hit.position - center.position, hit.normal) / min(-facing, -1e-3), 0.0);
+    let met_px = pixel_from_position_view(center.position + direction * length_m);
+    let uv = (hit.middle_px + refinement(hit, met_px - hit.middle_px)) * view.inverse_size_px;
+    let from_edge = min(uv, 1.0 - uv) / EDGE_FADE;
+    share *= smoothstep(0.0, 1.0, min(from_edge.x, from_edge.y)) * smoothstep(0.0, 1.0, facing / FACING_FADE);
+    share *= 1.0 - hit.behind * hit.behind;
+    let left_m = reflections.distance_m - length(hit.position - center.position);
+    share *= select(1.0, clamp(left_m * reflections.fade_per_m, 0.0, 1.0), reflections.fade_per_m > 0.0);
+    // Nothing of the background, which is not drawn yet. In GLSL a texture has one sampler.
+    let smooth_texel = textureSampleLevel(scene_radiance, linear_clamp, uv, 0.0);
+    let hit_texel = textureSampleLevel(scene_radiance, linear_clamp, hit.middle_px * view.inverse_size_px, 0.0);
+    let radiance = select(hit_texel.rgb, smooth_texel.rgb, smooth_texel.a > 0.999);
+    let brightest = max(max(radiance.r, radiance.g), max(radiance.b, 1e-6));
+    let brightness_max = min(reflections.radiance_max / max(alpha, 1e-6), RADIANCE_MAX);
+    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / brightest, 1.0) * share), share);
+}

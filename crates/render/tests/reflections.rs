@@ -1,0 +1,340 @@
+//! Reflections of the picture: a mirror against the mirrored camera, rough surfaces against integrals over their lobe,
+//! and pictures that they have to leave alone.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::shadows::{perspective, radiance, shared};
+use common::{floats, plain_request};
+use glam::{Mat4, Quat, Vec3};
+use manypass::{Aov, Background, Environment, FrameRequest, Renderer, Resolution, View};
+use manypass_scene::{Material, Node, Projection, Scene, ShadingModel, primitives};
+use manypass_testkit::build::{SceneBuilder, at, grey};
+use std::f32::consts::{FRAC_PI_2, PI};
+
+const SIZE: (u32, u32) = (192, 124);
+
+/// White metal: it reflects all light, whatever its roughness.
+fn metal(roughness_factor: f32) -> Material {
+    Material { metallic_factor: 1.0, roughness_factor, ..grey(1.0) }
+}
+
+/// Of the same radiance from everywhere.
+fn glowing(color: [f32; 3]) -> Material {
+    Material {
+        base_color_factor: Vec3::from(color).extend(1.0),
+        shading_model: ShadingModel::Unlit,
+        ..Material::default()
+    }
+}
+
+/// Bodies of many colours over the plane y = 0, which is a mirror if it is there.
+fn bodies(has_mirror: bool) -> Scene {
+    let mut builder = SceneBuilder::new(Vec3::new(0.3, 1.6, 6.0), Vec3::new(0.0, 0.5, 0.0), perspective());
+    if has_mirror {
+        builder.put(primitives::plane(40.0), metal(0.0), Node::default());
+    }
+    for i in 0..24u8 {
+        let [x, y] = [i % 6, i / 6].map(f32::from);
+        let color = [0.2 + 0.15 * x, 0.9 - 0.2 * y, f32::from(i % 5) / 5.0];
+        let place = Vec3::new(0.5 * x - 1.4, 0.6 + 0.3 * y, -0.4 * y);
+        builder.put(primitives::cube(Vec3::new(0.5, 0.3, 0.3)), glowing(color), at(place));
+    }
+    builder.put(primitives::uv_sphere(0.4, 48, 24), glowing([0.1, 0.8, 0.3]), at(Vec3::new(-1.5, 0.6, 1.5)));
+    builder.put(primitives::uv_sphere(0.3, 48, 24), glowing([0.9, 0.1, 0.1]), at(Vec3::new(1.4, 0.7, 1.6)));
+    builder.finish()
+}
+
+/// Even light from everywhere, and reflections at full size.
+fn request(scene: &Scene, environment: f32) -> FrameRequest {
+    plain_request(scene, SIZE).with(|settings| {
+        settings.environment.source = Environment::Color([environment; 3]);
+        settings.reflections.enabled = true;
+        settings.reflections.resolution = Resolution::Full;
+        settings.reflections.roughness_max = 1.0;
+        settings.reflections.steps = 512;
+    })
+}
+
+/// As it is without reflections.
+fn without(request: &FrameRequest) -> FrameRequest {
+    request.with(|settings| settings.reflections.enabled = false)
+}
+
+fn load(renderer: &mut Renderer, scene: &Scene) {
+    renderer.unload();
+    renderer.load(scene).unwrap();
+}
+
+/// Where surfaces are that the pixels of a view show, and their normals.
+fn places(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Vec<(Vec3, Vec3)> {
+    let request = FrameRequest { want_aovs: vec![Aov::Position, Aov::Normal], ..request.clone() };
+    renderer.render(scene, &request).unwrap();
+    let [positions, normals] = [Aov::Position, Aov::Normal].map(|aov| floats(renderer.read_aov(aov).unwrap()));
+    let both = positions.chunks_exact(3).zip(normals.chunks_exact(3));
+    both.map(|(position, normal)| (Vec3::from_slice(position), Vec3::from_slice(normal))).collect()
+}
+
+/// The place in the picture, from 0 to its size.
+fn pixel_of(view: &View, position: Vec3) -> (f32, f32) {
+    let seen = view.world_from_view.inverse().transform_point3(position);
+    let (half, across) = match view.projection {
+        Projection::Perspective { fov_y_rad, .. } => ((0.5 * fov_y_rad).tan() * -seen.z, SIZE.0 as f32 / SIZE.1 as f32),
+        Projection::Orthographic { height_m, .. } => (0.5 * height_m, SIZE.0 as f32 / SIZE.1 as f32),
+    };
+    ((0.5 + 0.5 * seen.x / (half * across)) * SIZE.0 as f32, (0.5 - 0.5 * seen.y / half) * SIZE.1 as f32)
+}
+
+#[test]
+fn a_flat_mirror_shows_what_the_mirrored_camera_sees() {
+    let mut renderer = shared();
+    let [scene, above] = [true, false].map(bodies);
+    let straight = request(&scene, 0.0);
+    let mut parallel = straight.clone();
+    parallel.camera.projection = Projection::Orthographic { height_m: 4.0, near_m: 0.1, far_m: 100.0 };
+    for request in [straight, parallel] {
+        load(&mut renderer, &scene);
+        let found = radiance(&mut renderer, &scene, &request, 1);
+        let places_seen = places(&mut renderer, &scene, &request);
+        let mut mirrored = without(&request);
+        mirrored.camera.world_from_view = Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0)) * request.camera.world_from_view;
+        load(&mut renderer, &above);
+        let expected = radiance(&mut renderer, &above, &mirrored, 1);
+        let places_mirrored = places(&mut renderer, &above, &mirrored);
+        let (mut checked, mut off, mut sum) = (0, 0, 0.0);
+        let width = SIZE.0 as usize;
+        for pixel in width..found.len() - width {
+            let (position, normal) = places_mirrored[pixel];
+            // The mirror is all that lies at 0 and looks up; there are no normals where there is nothing.
+            let is_mirror = places_seen[pixel].0.y.abs() < 1e-4 && places_seen[pixel].1.y > 0.99;
+            if !is_mirror || normal.length() < 0.5 {
+                continue;
+            }
+            // The middle of a body, away from the picture's edge and not seen from the side, that the picture shows as
+            // well.
+            let around = [pixel - 1, pixel + 1, pixel - width, pixel + width];
+            let direction = (position - places_seen[pixel].0).normalize();
+            let (x, y) = pixel_of(&request.camera, position);
+            let from_edge = (x / SIZE.0 as f32).min(1.0 - x / SIZE.0 as f32).min(y / SIZE.1 as f32);
+            let is_inner = around.iter().all(|other| expected[*other] == expected[pixel]);
+            if !is_inner || from_edge.min(1.0 - y / SIZE.1 as f32) < 0.09 || direction.dot(normal) > -0.12 {
+                continue;
+            }
+            let shown = y as usize * width + x as usize;
+            let around = [shown, shown - 1, shown + 1, shown - width, shown + width];
+            if around.iter().any(|other| places_seen[*other].0.distance(position) > 0.06) {
+                continue;
+            }
+            checked += 1;
+            let error = (0..3).map(|c| (found[pixel][c] - expected[pixel][c]).abs()).fold(0.0, f32::max);
+            sum += error;
+            off += usize::from(error > 0.01);
+        }
+        let mean = sum / checked as f32;
+        println!("{checked} pixels, {off} are off, mean {mean}");
+        assert!(checked > 400, "{checked}");
+        assert!(mean < 0.01 && off * 100 < checked, "{off} of {checked}, {mean}");
+    }
+}
+
+/// A floor before a glowing panel at z = 0, 2 m wide and 1.5 m high, that is all in the picture.
+fn panel(roughness: f32) -> Scene {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 1.2, 5.5), Vec3::new(0.0, 0.4, 0.0), perspective());
+    builder.put(primitives::plane(40.0), metal(roughness), Node::default());
+    let rotation = Quat::from_rotation_x(FRAC_PI_2);
+    let panel = primitives::plane(1.0);
+    let scale = Vec3::new(2.0, 1.0, 1.5);
+    let node = Node { rotation, scale, ..at(Vec3::new(0.0, 0.75, 0.0)) };
+    builder.put(panel, glowing([0.8; 3]), node);
+    builder.finish()
+}
+
+/// The share of what the floor reflects that comes from the panel: microfacets by the distribution of GGX itself (Walter
+/// et al. 2007), each weighted by how much light it sends to the eye.
+fn panel_share(position: Vec3, eye: Vec3, roughness: f32) -> f32 {
+    let alpha = roughness * roughness;
+    let to_eye = (eye - position).normalize();
+    let lambda = |cosine: f32| 0.5 * ((1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)).sqrt() - 1.0);
+    let (mut met, mut all) = (0.0, 0.0);
+    for i in 0..64u8 {
+        for j in 0..96u8 {
+            let [u, turn] = [(f32::from(i) + 0.5) / 64.0, (f32::from(j) + 0.5) / 96.0 * 2.0 * PI];
+            let cosine = ((1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u)).sqrt();
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let half = Vec3::new(sine * turn.cos(), cosine, sine * turn.sin());
+            let towards = 2.0 * to_eye.dot(half) * half - to_eye;
+            if to_eye.dot(half) <= 0.0 || towards.y <= 0.0 {
+                continue;
+            }
+            let weight = to_eye.dot(half) / (1.0 + lambda(to_eye.y) + lambda(towards.y)) / (to_eye.y * cosine);
+            let hit = position + towards * (-position.z / towards.z);
+            all += weight;
+            met += if towards.z < 0.0 && hit.x.abs() < 1.0 && hit.y < 1.5 { weight } else { 0.0 };
+        }
+    }
+    met / all
+}
+
+#[test]
+fn a_rough_surface_converges_to_its_lobe() {
+    const ENVIRONMENT: f32 = 0.25;
+    let mut renderer = shared();
+    for (roughness, tolerance) in [(0.2, 0.02), (0.45, 0.03)] {
+        let scene = panel(roughness);
+        load(&mut renderer, &scene);
+        let request = request(&scene, ENVIRONMENT).with(|settings| settings.reflections.brightness_max = 0.0);
+        let eye = request.camera.world_from_view.w_axis.truncate();
+        // Pixels of the floor before the panel, and how much the panel is to be trusted there.
+        let places = places(&mut renderer, &scene, &request);
+        let fade = ((1.0f32 - roughness) / 0.2).min(1.0);
+        let picked: Vec<(usize, f32)> = (0..places.len())
+            .filter(|pixel| {
+                let position = places[*pixel].0;
+                position.y.abs() < 1e-4 && position.x.abs() < 1.2 && (0.1..1.6).contains(&position.z)
+            })
+            .map(|pixel| {
+                (pixel, ENVIRONMENT + fade * panel_share(places[pixel].0, eye, roughness) * (0.8 - ENVIRONMENT))
+            })
+            .collect();
+        assert!(picked.len() > 500, "{}", picked.len());
+        let mut errors = |samples: u32| {
+            let found = radiance(&mut renderer, &scene, &request, samples);
+            let off = |(pixel, expected): &(usize, f32)| f64::from(found[*pixel][1] - expected);
+            let bias = picked.iter().map(off).sum::<f64>() / picked.len() as f64;
+            let square = picked.iter().map(|pixel| off(pixel).powi(2)).sum::<f64>() / picked.len() as f64;
+            println!("roughness {roughness}, {samples} samples: {bias:.4} in the mean, {:.4} rms", square.sqrt());
+            (bias.abs(), square.sqrt())
+        };
+        let [few, many] = [8, 64].map(&mut errors);
+        assert!(many.0 < 0.01 && many.1 < tolerance, "{roughness}: {many:?}");
+        assert!(many.1 < 0.6 * few.1, "{roughness}: {few:?} {many:?}");
+        // One sample, filtered, has the same mean but for what is blurred over edges.
+        let one = errors(1);
+        assert!(one.0 < 0.03, "{roughness}: {one:?}");
+    }
+}
+
+#[test]
+fn what_reflects_nothing_in_the_picture_stays_as_it_is() {
+    let mut renderer = shared();
+    let mut same = |scene: &Scene, request: &FrameRequest, what: &str| {
+        load(&mut renderer, scene);
+        for samples in [1, 8] {
+            let plain = radiance(&mut renderer, scene, &without(request), samples);
+            assert!(plain.iter().any(|pixel| pixel[1] > 0.05), "{what}");
+            let found = radiance(&mut renderer, scene, request, samples);
+            let off = found.iter().zip(&plain).filter(|(a, b)| a != b).count();
+            assert_eq!(off, 0, "{what}, {samples} samples: pixels that are another");
+        }
+    };
+    // Planes, down to grazing angles, and a ball: they do not meet themselves.
+    let eyes = [Vec3::new(0.0, 3.0, 4.0), Vec3::new(1.0, 0.6, 4.0), Vec3::new(0.3, 0.04, 4.0)];
+    for roughness in [0.0, 0.3] {
+        for eye in eyes {
+            let mut builder = SceneBuilder::new(eye, Vec3::new(0.2, 0.0, 0.0), perspective());
+            builder.put(primitives::plane(40.0), metal(roughness), Node::default());
+            let scene = builder.finish();
+            let request = request(&scene, 0.0).with(|settings| {
+                settings.environment.source = Environment::Studio;
+                settings.background.source = Background::Environment;
+            });
+            same(&scene, &request, &format!("a plane from {eye}, roughness {roughness}"));
+            let mut parallel = request.clone();
+            parallel.camera.projection = Projection::Orthographic { height_m: 3.0, near_m: 0.01, far_m: 100.0 };
+            same(&scene, &parallel, &format!("a plane from {eye} in parallel, roughness {roughness}"));
+        }
+        let mut builder = SceneBuilder::new(Vec3::new(0.0, 1.0, 4.0), Vec3::ZERO, perspective());
+        builder.put(primitives::uv_sphere(1.2, 64, 32), metal(roughness), Node::default());
+        let scene = builder.finish();
+        let request = request(&scene, 0.0).with(|settings| settings.environment.source = Environment::Studio);
+        same(&scene, &request, "a ball");
+    }
+    // Rays that leave the picture: a floor from above, and a wall beside it.
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 3.0, 0.01), Vec3::ZERO, perspective());
+    builder.put(primitives::plane(40.0), metal(0.0), Node::default());
+    builder.put(primitives::cube(Vec3::new(1.0, 4.0, 9.0)), glowing([1.0, 0.0, 0.0]), at(Vec3::new(4.0, 2.0, 0.0)));
+    let scene = builder.finish();
+    let request = request(&scene, 0.0).with(|settings| settings.environment.source = Environment::Studio);
+    same(&scene, &request, "rays that leave the picture");
+}
+
+#[test]
+fn a_white_room_in_white_light_stays_white() {
+    let mut renderer = shared();
+    let mut builder = SceneBuilder::new(Vec3::new(0.4, 1.8, 5.0), Vec3::new(0.0, 0.7, 0.0), perspective());
+    builder.put(primitives::plane(40.0), metal(0.0), Node::default());
+    let rotation = Quat::from_rotation_x(FRAC_PI_2);
+    builder.put(primitives::plane(40.0), metal(0.35), Node { rotation, ..at(Vec3::new(0.0, 0.0, -2.0)) });
+    builder.put(primitives::cube(Vec3::ONE), metal(0.1), at(Vec3::new(-1.2, 0.5, 0.0)));
+    builder.put(primitives::uv_sphere(0.6, 48, 24), metal(0.0), at(Vec3::new(0.3, 0.6, -0.4)));
+    builder.put(primitives::torus(0.4, 0.15, 48, 24), grey(1.0), at(Vec3::new(1.4, 0.5, 0.4)));
+    let glossy = Material { roughness_factor: 0.15, ..grey(1.0) };
+    builder.put(primitives::cube(Vec3::new(0.6, 1.4, 0.6)), glossy, at(Vec3::new(1.6, 0.7, -1.0)));
+    let scene = builder.finish();
+    load(&mut renderer, &scene);
+    for resolution in [Resolution::Full, Resolution::Half] {
+        let request = request(&scene, 1.0).with(|settings| {
+            settings.reflections.resolution = resolution;
+            // Light is cut to white at most for surfaces rougher than that.
+            settings.reflections.roughness_max = 0.5;
+        });
+        for samples in [1, 8] {
+            let found = radiance(&mut renderer, &scene, &request, samples);
+            let [least, most] = [f32::min as fn(f32, f32) -> f32, f32::max]
+                .map(|pick| found.iter().flatten().copied().filter(|value| *value > 0.0).reduce(pick).unwrap());
+            println!("{resolution:?}, {samples} samples: from {least} to {most}");
+            assert!(least > 0.99 && most < 1.01, "{resolution:?}, {samples} samples: from {least} to {most}");
+        }
+        // The test can fail: the same rays do meet something, as is seen where that is no white.
+        let tinted = request.with(|settings| settings.environment.source = Environment::Color([1.0, 0.5, 0.5]));
+        let [found, plain] = [&tinted, &without(&tinted)].map(|request| radiance(&mut renderer, &scene, request, 1));
+        assert!(found.iter().zip(&plain).all(|(a, b)| (a[1] - b[1]).abs() < 0.01));
+    }
+}
+
+#[test]
+fn passes_are_there_as_they_are_needed() {
+    let mut renderer = shared();
+    let scene = bodies(true);
+    load(&mut renderer, &scene);
+    let mut passes = |request: &FrameRequest| {
+        let plan = renderer.plan(&scene, request).unwrap();
+        let names = plan.passes.iter().map(|pass| pass.name.to_string());
+        let of_reflections = names.filter(|name| name.starts_with("reflections") && !name.contains("pyramid"));
+        of_reflections.collect::<Vec<_>>()
+    };
+    let few = request(&scene, 1.0);
+    assert_eq!(passes(&few), ["reflections", "reflections.filter", "reflections.compose"]);
+    let still = FrameRequest { sample_count: 16, ..few.clone() };
+    assert_eq!(passes(&still), ["reflections", "reflections.compose"]);
+    assert_eq!(passes(&FrameRequest { goes_on: true, ..still }).len(), 3);
+    assert_eq!(passes(&without(&few)), [""; 0]);
+    assert_eq!(passes(&few.with(|settings| settings.reflections.roughness_max = 0.0)), [""; 0]);
+    for path in ["forward", "forward-batched", "gouraud"] {
+        let request = few.with(|settings| settings.set("render.path", path).unwrap());
+        let error = renderer.render(&scene, &request).unwrap_err().to_string();
+        assert!(error.contains("`reflections.enabled=true` needs `render.path=deferred`"), "{error}");
+    }
+}
+
+#[test]
+fn extreme_settings_and_sizes_leave_numbers() {
+    let mut renderer = shared();
+    let scene = bodies(true);
+    load(&mut renderer, &scene);
+    let numbers = [(0.0, 0.0, 1), (1e6, 1e6, 1024), (1e-6, 1e-6, 7), (0.5, 1e6, 64)];
+    for (i, (width, height)) in [(1, 1), (1, 2048), (64, 3), (48, 32)].into_iter().enumerate() {
+        for (j, resolution) in [Resolution::Full, Resolution::Half, Resolution::Quarter].into_iter().enumerate() {
+            let (distance_m, thickness_m, steps) = numbers[(i + j) % numbers.len()];
+            let request = FrameRequest { width, height, ..request(&scene, 0.3) }.with(|settings| {
+                let reflections = &mut settings.reflections;
+                (reflections.distance_m, reflections.thickness_m) = (distance_m, thickness_m);
+                (reflections.steps, reflections.resolution) = (steps, resolution);
+            });
+            let found = radiance(&mut renderer, &scene, &request, 1);
+            let are_numbers = found.iter().flatten().all(|value| value.is_finite() && *value >= 0.0);
+            assert!(are_numbers && found.iter().any(|pixel| pixel[1] > 0.0), "{width} × {height}, {resolution:?}");
+        }
+    }
+}
