@@ -197,6 +197,7 @@ impl FrameRequest {
         if !self.settings.effects.enabled {
             self.effects.clear();
             self.settings.occlusion.enabled = false;
+            self.settings.reflections.enabled = false;
         }
         self
     }

@@ -256,6 +256,7 @@ fn no_effects_are_drawn_where_all_are_off() {
     let before = radiance(&mut renderer, &scene, &request);
     request.effects = effects(&renderer, &[&linear("plus", 1.0, 0.25)]);
     request.settings.occlusion.enabled = true;
+    request.settings.reflections.enabled = true;
     assert_ne!(radiance(&mut renderer, &scene, &request), before);
     request.settings.effects.enabled = false;
     assert_eq!(radiance(&mut renderer, &scene, &request), before);
