@@ -95,6 +95,10 @@ pub enum Command {
         /// Print the JSON Schema of stages, NAME.stage.toml, for editors.
         #[arg(long, conflicts_with_all = ["json", "schema", "effects"])]
         stage_schema: bool,
+        /// Print the settings of a tier of --quality, as a file of --settings has them.
+        #[arg(long, value_name = "NAME", conflicts_with_all = ["json", "schema", "effects", "stage_schema"],
+              value_parser = PossibleValuesParser::new(manypass::Quality::NAMES))]
+        quality: Option<String>,
     },
     /// Print a completion script for a shell.
     Completions {
@@ -122,6 +126,11 @@ pub struct ChangeArgs {
     /// How lights are found for a pixel; short for --set lights.culling [default: clustered].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
     pub light_culling: Option<String>,
+    /// How much time a frame is worth: a table of settings that comes before all others [default: medium].
+    ///
+    /// `manypass settings --quality NAME` prints it. high and ultra need the deferred path.
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Quality::NAMES))]
+    pub quality: Option<String>,
     /// Put an effect before or after the tone curve, by its name or in a WGSL file of your own; may be given again.
     ///
     /// Built in are bloom, blur, dof, film, fxaa, glow, grade, lens, motion_blur, outline, sharpen, smaa and toon; docs/effects.md

@@ -6,7 +6,7 @@ use crate::failure::{Failure, Kind};
 use crate::request::{effect_files, effect_names, program_failure, read_effect, read_text};
 use manypass::settings::{SettingsError, Written};
 use manypass::shader::ProgramError;
-use manypass::{Diagnostic, EffectFile, Settings, SettingsFile, effect};
+use manypass::{Diagnostic, EffectFile, Quality, Settings, SettingsFile, effect};
 use manypass_scene::Stage;
 use std::path::{Path, PathBuf};
 
@@ -124,6 +124,9 @@ impl<'a> Chosen<'a> {
     /// or reads what is not.
     pub fn settings(&self, base: Settings, stage: Option<&Stage>) -> Result<(Settings, Vec<EffectFile>), Failure> {
         let mut settings = base;
+        if let Some(quality) = self.change.quality.as_deref().and_then(Quality::named) {
+            settings.apply_quality(quality).map_err(|error| Failure::usage(error, "report this"))?;
+        }
         let lists = list_hint(&self.change.effects);
         let mut effects = self.chain(stage)?;
         let effects = &mut effects;

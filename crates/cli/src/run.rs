@@ -19,6 +19,7 @@ pub fn run(command: &Command, started: Instant) -> Result<(), Failure> {
         Command::Bench(args) => bench::bench(args, started),
         Command::Adapters { json } => inspect::adapters(*json),
         Command::Settings { stage_schema: true, .. } => settings::stage_schema(),
+        Command::Settings { quality: Some(name), .. } => manypass::Quality::named(name).map_or(Ok(()), settings::tier),
         Command::Settings { effects, json, schema, .. } => settings::settings(effects, *json, *schema),
         Command::Completions { shell } => {
             let mut script = Vec::new();

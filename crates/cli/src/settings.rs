@@ -4,7 +4,7 @@ use crate::failure::{Failure, Kind};
 use crate::request::effect_files;
 use crate::session::print;
 use manypass::settings::schema;
-use manypass::{EffectFile, SettingInfo, Settings};
+use manypass::{EffectFile, Quality, SettingInfo, Settings};
 use std::path::PathBuf;
 
 /// Where lines of descriptions break.
@@ -37,6 +37,21 @@ pub fn settings(effects: &[PathBuf], as_json: bool, as_schema: bool) -> Result<(
 /// Standard output is closed.
 pub fn stage_schema() -> Result<(), Failure> {
     print(&format!("{:#}\n", manypass::stage_schema()))
+}
+
+/// Runs `settings --quality`: the settings of a tier as TOML.
+///
+/// # Errors
+/// Standard output is closed.
+pub fn tier(quality: Quality) -> Result<(), Failure> {
+    let mut text = format!("# The tier `{}`", quality.name());
+    text.push_str(if quality.table().is_empty() { ": everything as it is by default.\n" } else { ".\n" });
+    for (key, value) in quality.table() {
+        let is_plain = value.parse::<f64>().is_ok() || value.parse::<bool>().is_ok();
+        let quote = if is_plain { "" } else { "\"" };
+        text.push_str(&format!("{key} = {quote}{value}{quote}\n"));
+    }
+    print(&text)
 }
 
 fn table(infos: &[&SettingInfo]) -> String {

@@ -261,3 +261,24 @@ fn graph_says_what_the_limits_leave_out() {
         assert_eq!(run.text().lines().any(|line| line.trim_start().starts_with("layered ")), has_layers, "{limits}");
     }
 }
+
+#[test]
+fn tiers_are_printed_as_files_of_settings_and_come_before_all_others() {
+    let folder = Folder::new("tiers");
+    for tier in ["low", "medium", "high", "ultra"] {
+        let table = run_in(&folder, &["settings", "--quality", tier]).expect(0).text();
+        folder.write("tier.toml", table.as_bytes());
+        let plan = |args: &[&str]| run_in(&folder, &[&["graph", "demo:materials"], args].concat()).expect(0).text();
+        let by_file = plan(&["--settings", "tier.toml"]);
+        assert_eq!(plan(&["--quality", tier]), by_file, "{tier}");
+        let wants_more = matches!(tier, "high" | "ultra");
+        assert_eq!(
+            (by_file.contains("occlusion"), by_file.contains("reflections")),
+            (wants_more, wants_more),
+            "{tier}"
+        );
+    }
+    let plan = run_in(&folder, &["graph", "demo:materials", "--quality", "high", "--set", "occlusion.enabled=false"]);
+    assert!(!plan.expect(0).text().contains("occlusion"));
+    run_in(&folder, &["settings", "--quality", "best"]).expect(2);
+}

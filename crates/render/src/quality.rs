@@ -1,0 +1,88 @@
+//! Tiers of quality: tables of settings.
+
+use crate::setting::{SettingsError, choices};
+use crate::settings::Settings;
+
+choices! {
+    /// How much time a frame is worth.
+    pub enum Quality {
+        /// Fewer pixels are shaded, shadows have hard edges, and what is seen small is drawn with less.
+        Low = "low",
+        /// What settings are without a tier.
+        #[default]
+        Medium = "medium",
+        /// Surfaces occlude and reflect each other, at half the size.
+        High = "high",
+        /// The same at the full size, soft shadows, and all samples of all pixels.
+        Ultra = "ultra",
+    }
+}
+
+impl Quality {
+    /// The settings of the tier that are not as they are without one: keys and values.
+    pub fn table(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::Low => &[
+                ("render.scale", "0.67"),
+                ("shadows.filter", "hard"),
+                ("shadows.cascades", "2"),
+                ("shadows.atlas_px", "2048"),
+                ("fog.steps", "8"),
+                ("lod.materials", "true"),
+                ("lod.error_px", "2"),
+            ],
+            Self::Medium => &[],
+            Self::High => &[
+                ("occlusion.enabled", "true"),
+                ("occlusion.resolution", "half"),
+                ("reflections.enabled", "true"),
+                ("reflections.resolution", "half"),
+            ],
+            Self::Ultra => &[
+                ("occlusion.enabled", "true"),
+                ("occlusion.resolution", "full"),
+                ("occlusion.slices", "2"),
+                ("reflections.enabled", "true"),
+                ("reflections.resolution", "full"),
+                ("shadows.filter", "pcss"),
+                ("transparency.refractive_layers", "2"),
+                ("fog.half", "false"),
+                ("adaptive.threshold", "0"),
+                ("lod.bias", "1"),
+            ],
+        }
+    }
+}
+
+impl Settings {
+    /// Takes the settings of a tier.
+    ///
+    /// # Errors
+    /// None: a test takes all of them.
+    pub fn apply_quality(&mut self, quality: Quality) -> Result<(), SettingsError> {
+        quality.table().iter().try_for_each(|(key, value)| self.set(key, value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiers_are_settings() {
+        for name in Quality::NAMES {
+            let quality = Quality::named(name).expect("a tier's name");
+            let mut settings = Settings::default();
+            settings.apply_quality(quality).expect("known keys and values");
+            settings.check().expect("they go together");
+            assert_eq!(settings == Settings::default(), quality == Quality::default(), "{name}");
+            for (key, value) in quality.table() {
+                let mut without = settings.clone();
+                let default = Settings::declared().iter().find(|info| info.key == *key).expect("a setting");
+                let default = default.default.as_ref().expect("a default").to_string();
+                without.set(key, &default).expect("its default");
+                assert!(without != settings || *value == default, "{key}={value} is what it is without the tier");
+            }
+        }
+    }
+}
