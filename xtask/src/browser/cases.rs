@@ -89,11 +89,21 @@ pub(super) const CASES: [Case; 45] = [
         ..case("relief", "docs/examples/relief.stage.toml", SQUARE)
     },
     // Effects of several passes, and of display colours; `sharpen` would sharpen what rasterizers round differently.
-    Case { effects: &["bloom", "glow", "smaa", "film"], ..case("hall-effects", variables::MODEL, WIDE) },
+    Case {
+        effects: &["bloom", "glow", "smaa", "film"],
+        // Whether there is an edge is decided by colours that are rounded differently.
+        tolerance: Tolerance { share_between: 0.9976, ..Tolerance::RASTERIZERS },
+        ..case("hall-effects", variables::MODEL, WIDE)
+    },
     // What surfaces hide of the environment from each other, filtered as in a picture of one sample.
     Case { settings: &[("occlusion.enabled", "true")], ..case("hall-occlusion", variables::MODEL, WIDE) },
     // The floor reflects the hall, filtered as in a picture of one sample.
-    Case { settings: &[("reflections.enabled", "true")], ..case("hall-reflections", variables::MODEL, WIDE) },
+    Case {
+        settings: &[("reflections.enabled", "true")],
+        // A ray that just meets a lamp, or passes it, is filtered over a square.
+        tolerance: Tolerance { share: 0.94, share_between: 0.989, mean: 0.5, ..together(266, 72) },
+        ..case("hall-reflections", variables::MODEL, WIDE)
+    },
     // A picture of the environment, with a sun; the page is given its bytes.
     Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
     // The sky is computed in the page, too, and metered.
