@@ -200,6 +200,16 @@ fn what_cannot_be_read_is_said() {
             format!("//! pixel: f\nfn f(c: vec4f, p: vec2f) -> vec4f {{ return c; }}\n{main} {{ return vec4f(1.0); }}"),
             "has neither `//! passes:` nor `@fragment` functions",
         ),
+        (
+            format!("{main} {{ var x = 0.0;\n  loop {{ x += 1.0; }}\n return vec4f(x); }}"),
+            "mine.wgsl:2:3: error: this loop never ends",
+        ),
+        (
+            format!(
+                "fn f() {{ var i = 0; loop {{ loop {{ i++; if i > 4 {{ break; }} }} }} }}\n{main} {{ f(); return vec4f(1.0); }}"
+            ),
+            "mine.wgsl:1:21: error: this loop never ends",
+        ),
         (format!("//! reads: glow.\n{main} {{ return vec4f(1.0); }}"), "there is no `glow.` to read"),
         (format!("//! reads: glow.wide\n{main} {{ return vec4f(1.0); }}"), "the shader does not read glow.wide"),
         (
@@ -213,6 +223,14 @@ fn what_cannot_be_read_is_said() {
     ] {
         let found = parse(&source);
         assert!(found.contains(expected), "{source}\n{found}\nshould say {expected}");
+    }
+    for body in [
+        "loop { if p.x > 1.0 { break; } }",
+        "for (;;) { switch i32(p.x) { default { return p; } } }",
+        "while p.x > 2.0 { }",
+    ] {
+        EffectFile::parse("mine.wgsl", &format!("{main} {{ {body} return p; }}"))
+            .unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

@@ -406,6 +406,14 @@ fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Module) -> Resul
     for entry in &module.entry_points {
         check_entry_point(source, scan, module, entry)?;
     }
+    let functions = module.functions.iter().map(|(_, function)| function);
+    for function in functions.chain(module.entry_points.iter().map(|entry| &entry.function)) {
+        if let Some(span) = endless_loop(&function.body) {
+            let place = span.to_range().filter(|range| range.start < source.text.len()).unwrap_or(0..0);
+            let message = "this loop never ends: it has neither a `break` nor a `return`";
+            return Err(source.fault(place.start..(place.start + 4).min(source.text.len()), message));
+        }
+    }
     if let Some((handle, _)) = module.overrides.iter().find(|(_, constant)| constant.init.is_none()) {
         let place = module.overrides.get_span(handle).to_range().unwrap_or(0..0);
         return Err(source.fault(place, "nobody gives a value to an `override` without one; use a uniform"));
@@ -419,6 +427,45 @@ fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Module) -> Resul
         }
     }
     Ok(())
+}
+
+/// The first loop of a block that nothing leaves.
+fn endless_loop(block: &naga::Block) -> Option<naga::Span> {
+    use naga::Statement;
+    block.span_iter().find_map(|(statement, span)| match statement {
+        Statement::Loop { body, continuing, break_if } => {
+            let is_left = break_if.is_some() || leaves_loop(body) || leaves_loop(continuing);
+            if is_left { endless_loop(body).or_else(|| endless_loop(continuing)) } else { Some(*span) }
+        }
+        Statement::Block(block) => endless_loop(block),
+        Statement::If { accept, reject, .. } => endless_loop(accept).or_else(|| endless_loop(reject)),
+        Statement::Switch { cases, .. } => cases.iter().find_map(|case| endless_loop(&case.body)),
+        _ => None,
+    })
+}
+
+/// Whether a block may leave the loop that it stands in, as far as its statements go.
+fn leaves_loop(block: &naga::Block) -> bool {
+    use naga::Statement;
+    // A `break` within a `switch` or another loop leaves that.
+    fn returns(block: &naga::Block) -> bool {
+        block.iter().any(|statement| match statement {
+            Statement::Return { .. } | Statement::Kill => true,
+            Statement::Block(block) => returns(block),
+            Statement::If { accept, reject, .. } => returns(accept) || returns(reject),
+            Statement::Switch { cases, .. } => cases.iter().any(|case| returns(&case.body)),
+            Statement::Loop { body, continuing, .. } => returns(body) || returns(continuing),
+            _ => false,
+        })
+    }
+    block.iter().any(|statement| match statement {
+        Statement::Break | Statement::Return { .. } | Statement::Kill => true,
+        Statement::Block(block) => leaves_loop(block),
+        Statement::If { accept, reject, .. } => leaves_loop(accept) || leaves_loop(reject),
+        Statement::Switch { cases, .. } => cases.iter().any(|case| returns(&case.body)),
+        Statement::Loop { body, continuing, .. } => returns(body) || returns(continuing),
+        _ => false,
+    })
 }
 
 fn check_entry_point(
