@@ -2,6 +2,7 @@
 //! file.
 
 mod chain;
+mod checks;
 mod compiled;
 mod declarations;
 mod draw;
@@ -9,6 +10,7 @@ mod file;
 mod fused;
 mod header;
 mod library;
+mod loops;
 mod lut;
 mod padding;
 mod rename;
