@@ -39,6 +39,18 @@ for (const { name, model, width, height, groups, variant, options, effects, vari
           if (isChanged) {
             viewer.configure(options);
             viewer.setEffects(effects);
+            for (const { file, source } of effects.filter(({ source }) => source)) {
+              // A broken text is refused with its place, and leaves the effect as it is; a good one takes its place.
+              const name = /^\/\/! effect (\S+)/m.exec(source)?.[1] ?? file.replace(/^.*\/|\.wgsl$/g, "");
+              let refusal = "";
+              try {
+                viewer.replaceEffect(name, `${source}\nfn broken( {`);
+              } catch (error) {
+                refusal = String(error.message ?? error);
+              }
+              if (!refusal.startsWith(`${file}:`)) throw new Error(`a broken effect is no error: ${refusal}`);
+              viewer.replaceEffect(name, source);
+            }
             await window.manypass.draw();
           }
           let pixels = await viewer.pixels();
