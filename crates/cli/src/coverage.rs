@@ -1,7 +1,7 @@
 //! Whether a picture shows anything of its scene.
 
 use glam::{Mat4, Vec2, Vec3};
-use manypass::{Background, Environment, FrameRequest, Ground, RenderError, Renderer, View};
+use manypass::{Background, Environment, Fisheye, FrameRequest, Ground, RenderError, Renderer, View};
 use manypass_scene::{Aabb, AlphaMode, Material, Primitive, Projection, Scene, ShadingModel, Topology};
 
 /// What is as large as this in the picture covers the middle of a pixel.
@@ -29,9 +29,13 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
     let size_px = Vec2::new(request.width as f32, request.height as f32);
     let projection = Projected::new(&request.camera, size_px * request.settings.render.scale);
     let surfaces: Vec<Surface> = surfaces(scene).collect();
-    let is_seen = |surface: &Surface| surface.is_solid && projection.surely_shows(&surface.bounds_world);
+    // A fisheye shows things elsewhere.
+    let is_known = request.settings.camera.fisheye == Fisheye::None;
+    let is_seen = |surface: &Surface| is_known && surface.is_solid && projection.surely_shows(&surface.bounds_world);
     let most = (TRIANGLES_LOOKED_AT / surfaces.len().max(1)).max(1);
-    let has_seen = |surface: &Surface| surface.shape.is_some_and(|shape| projection.surely_shows_part_of(shape, most));
+    let shows_part =
+        |surface: &Surface| surface.shape.is_some_and(|shape| projection.surely_shows_part_of(shape, most));
+    let has_seen = |surface: &Surface| is_known && shows_part(surface);
     if surfaces.is_empty() || surfaces.iter().any(is_seen) || surfaces.iter().any(has_seen) {
         return Ok(false);
     }

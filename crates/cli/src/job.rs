@@ -5,7 +5,7 @@ use crate::camera::CameraSpec;
 use crate::failure::Failure;
 use crate::looks::{self, Look, Several};
 use crate::pattern::{self, Output, Pattern};
-use manypass::{Background, Settings, SettingsError};
+use manypass::{Background, Fisheye, Settings, SettingsError};
 use manypass_offline::{Format, atomic};
 use std::path::PathBuf;
 
@@ -120,6 +120,9 @@ pub fn check_settings(settings: &Settings) -> Result<(), Failure> {
 pub fn check_aovs(are_wanted: bool, settings: &Settings) -> Result<(), Failure> {
     if are_wanted && settings.render.path != manypass::Path::Deferred {
         return Err(Failure::usage("only --path deferred has AOVs", "leave --path, render.path or --aov out"));
+    }
+    if are_wanted && settings.camera.fisheye != Fisheye::None {
+        return Err(Failure::usage("a fisheye picture has no AOVs", "leave camera.fisheye or --aov out"));
     }
     Ok(())
 }

@@ -48,6 +48,9 @@ pub fn still_failure(error: &StillError) -> Failure {
         StillError::Render(RenderError::ParallelLens) => {
             Failure::new(Kind::Failed, error, "leave camera.f_stop out, or show it through another --camera")
         }
+        StillError::Render(RenderError::Fisheye(_)) => {
+            Failure::new(Kind::Failed, error, "leave camera.fisheye out, or show it through another --camera")
+        }
         StillError::Render(_) => Failure::new(Kind::Failed, error, "try a smaller --size or another --adapter"),
     }
 }

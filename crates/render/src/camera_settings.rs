@@ -1,6 +1,32 @@
 //! Settings of the camera's lens and shutter.
 
-use crate::setting::{SettingsError, settings};
+use crate::setting::{SettingsError, choices, settings};
+
+choices! {
+    /// How a fisheye maps angles from the camera's axis to distances from the middle of the picture.
+    pub enum Fisheye {
+        /// There is none: the picture has perspective, or parallel rays, as the camera says.
+        #[default]
+        None = "none",
+        /// Equal angles are equally long: r ∝ θ.
+        Equidistant = "equidistant",
+        /// Equal solid angles are equally large, as most lenses have it: r ∝ sin(θ / 2).
+        Equisolid = "equisolid",
+        /// Small shapes keep their form: r ∝ tan(θ / 2).
+        Stereographic = "stereographic",
+    }
+}
+
+choices! {
+    /// How large the circle is that a fisheye shows.
+    pub enum FisheyeFrame {
+        /// It touches the nearer edges of the picture.
+        #[default]
+        Circular = "circular",
+        /// It touches the corners, and fills the picture.
+        Full = "full",
+    }
+}
 
 settings! {
     /// Settings of the camera's lens and shutter, which the samples of a still are taken through.
@@ -19,6 +45,15 @@ settings! {
         /// evenly around the frame's time; 0 is no time. Samples pose what is animated, and turn a turntable, each at a
         /// time of its own; a single sample is that of the frame's time.
         shutter_deg: f32 = 0.0, in 0.0..=3600.0, unit "°";
+        /// Whether the picture is that of a fisheye, and how that maps angles θ from the camera's axis to distances r from
+        /// the middle: equidistant is r ∝ θ, equisolid r ∝ sin(θ / 2), stereographic r ∝ tan(θ / 2). Needs a camera with
+        /// perspective, of which the field of view does not matter then. It has no variables, occlusion or lens.
+        fisheye: Fisheye = Fisheye::None;
+        /// The field of view of a fisheye: the angle across the circle that it shows.
+        fisheye_fov_deg: f32 = 180.0, in 1.0..=220.0, unit "°";
+        /// Whether the circle of a fisheye touches the nearer edges of the picture, or its corners. Nothing is seen
+        /// outside.
+        fisheye_frame: FisheyeFrame = FisheyeFrame::Circular;
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::aov::AovPasses;
 use crate::draws::Tile;
 use crate::effect::{self, Effect, EffectStage, FrameTextures};
+use crate::fisheye::FisheyeLens;
 use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
@@ -12,8 +13,8 @@ use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
-    accumulate, adaptive, background, behind, coverage, direct, emission, environment, fog, forward, geometry, gouraud,
-    ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, tile_depth,
+    accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
+    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, tile_depth,
     tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
@@ -249,6 +250,21 @@ fn surface_light_passes(
     let is_apart = !lights.adds_ambient(r) && !r.view.counts_pairs();
     let radiance = if is_apart { indirect::record(r, gbuffer, occlusion, depth, radiance)? } else { radiance };
     direct::record(r, lights, gbuffer, occlusion, depth, radiance)
+}
+
+/// The picture of a fisheye, of those of all sides; it has no G-buffer, and nothing looks at its depth.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub(crate) fn fisheye_passes(
+    r: &mut Recorder<'_, '_>,
+    lens: &FisheyeLens,
+    sample: (u32, u32),
+    faces: Vec<fisheye::FaceRadiance>,
+) -> Result<ViewOutputs, ProgramError> {
+    let radiance = fisheye::record(r, lens, sample, faces)?;
+    let depth = r.texture("depth", wgpu::TextureFormat::Depth32Float);
+    Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion: None })
 }
 
 /// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded,

@@ -47,6 +47,13 @@ impl SampleView {
 }
 
 impl SampleView {
+    /// The same, whose picture is moved by more, so that it reaches beyond the frustum by so many metres a metre.
+    pub fn sheared(mut self, shift_ndc: Vec2, beyond: f32) -> Self {
+        self.shift_ndc += shift_ndc;
+        self.beyond[1] += beyond;
+        self
+    }
+
     /// The shift in pixels of a picture that is shaded at a size.
     pub fn shift_px(&self, (width, height): (u32, u32)) -> Vec2 {
         0.5 * self.shift_ndc * Vec2::new(width as f32, -(height as f32))

@@ -15,6 +15,7 @@ pub use reading::RenderedView;
 use crate::draws::WorldDraws;
 use crate::effect::WgslEffect;
 use crate::environment::ComputedEnvironments;
+use crate::fisheye::{FisheyeFaces, FisheyeInfo};
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
@@ -229,6 +230,11 @@ impl Renderer {
     /// Milliseconds spent on shaders and pipelines so far. A driver may do more of it when it first draws.
     pub fn compile_ms(&self) -> f64 {
         self.shaders.compile_ms()
+    }
+
+    /// The views that the picture of `request` is put together from, if that is one of a fisheye.
+    pub fn fisheye(&self, request: &FrameRequest) -> Option<FisheyeInfo> {
+        Some(FisheyeFaces::of(request, self.gpu.capabilities.max_texture_size)?.info())
     }
 
     /// Numbers of the last frame.

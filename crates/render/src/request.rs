@@ -1,6 +1,7 @@
 //! What a frame is asked for, and what is told of it afterwards.
 
 use crate::aov::Aov;
+use crate::camera_settings::Fisheye;
 use crate::effect::{Effect, EffectStage};
 use crate::environment::Environment;
 use crate::exposure::Exposure;
@@ -112,7 +113,7 @@ impl FrameRequest {
         let Settings { adaptive, render, msaa, fog, occlusion, reflections, .. } = &self.settings;
         let is_of_pixels =
             render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
-        let is_of_pixels = is_of_pixels && !occlusion.enabled && !reflections.enabled;
+        let is_of_pixels = is_of_pixels && !occlusion.enabled && !reflections.enabled && !self.is_fisheye();
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 
@@ -123,7 +124,7 @@ impl FrameRequest {
         let (_, samples) = self.sample();
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
         // A mean over a pixel of marks of what glows is none.
-        let is_marked = !self.changes_radiance() && self.settings.msaa.samples.count() == 1;
+        let is_marked = !self.changes_radiance() && self.settings.msaa.samples.count() == 1 && !self.is_fisheye();
         is_asked && is_marked && !self.is_stochastic() && !self.samples_lens_or_shutter()
     }
 
@@ -131,6 +132,11 @@ impl FrameRequest {
     /// afterwards, what glows too.
     fn is_stochastic(&self) -> bool {
         self.settings.transparency.mode == TransparencyMode::Stochastic
+    }
+
+    /// Whether the picture is put together from views of all sides.
+    pub(crate) fn is_fisheye(&self) -> bool {
+        self.settings.camera.fisheye != Fisheye::None
     }
 
     /// Whether effects make new radiance of every sample's.
@@ -288,6 +294,9 @@ pub enum RenderError {
     /// A camera with parallel rays has no focal length, and so no lens.
     #[error("the camera has parallel rays, and depth of field (`camera.f_stop`) needs a perspective one")]
     ParallelLens,
+    /// A fisheye picture cannot be what it is asked to be.
+    #[error("a fisheye picture (`camera.fisheye`) {0}")]
+    Fisheye(&'static str),
     /// Two views of a frame have one name.
     #[error("two views of the frame are called `{0}`")]
     ViewTwice(String),
@@ -373,6 +382,15 @@ pub struct PairCounts {
     /// Visited, but not even tested for their distance, because the light lies before or behind all of the tile's
     /// surfaces (tiled lighting alone).
     pub pairs_passed_over: u64,
+}
+
+impl std::ops::AddAssign for PairCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.pairs_visited += other.pairs_visited;
+        self.pairs_shaded += other.pairs_shaded;
+        self.pairs_in_range += other.pairs_in_range;
+        self.pairs_passed_over += other.pairs_passed_over;
+    }
 }
 
 /// The picture of one target of one pass.

@@ -5,6 +5,8 @@ pub use crate::setting::{
     SettingsFile, Written, schema,
 };
 
+use crate::camera_settings::Fisheye;
+use crate::passes::debug::DebugView;
 use crate::render_settings::Path;
 use crate::setting::unknown_key;
 use serde::{Deserialize, Serialize};
@@ -107,7 +109,8 @@ impl Settings {
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
-    /// Several samples a pixel, occlusion or reflections, on a path that has none; a lens that there is not.
+    /// Several samples a pixel, occlusion or reflections, on a path that has none; a lens that there is not; what fisheye
+    /// pictures do without.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.camera.check()?;
         let path = self.render.path;
@@ -119,6 +122,19 @@ impl Settings {
             if enabled && path != Path::Deferred {
                 let key = format!("{group}.enabled=true");
                 return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
+            }
+        }
+        if self.camera.fisheye != Fisheye::None {
+            let key = format!("camera.fisheye={}", self.camera.fisheye.name());
+            let view = self.debug.view;
+            let refused = [
+                (self.occlusion.enabled, "occlusion.enabled=false", "true"),
+                (self.reflections.enabled, "reflections.enabled=false", "true"),
+                (self.camera.f_stop > 0.0, "camera.f_stop=0", "above 0"),
+                (view != DebugView::Off, "debug.view=off", view.name()),
+            ];
+            if let Some((_, needs, found)) = refused.into_iter().find(|(is_refused, ..)| *is_refused) {
+                return Err(SettingsError::Needs { key, needs, found });
             }
         }
         Ok(())

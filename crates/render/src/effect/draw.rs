@@ -191,6 +191,9 @@ impl Offered<'_> {
         let remedy = match name {
             "occlusion" => "; it needs occlusion.enabled=true and render.path=deferred",
             "motion" => "; it needs render.path=deferred",
+            "base_color" | "normal" | "material" | "linear_depth" => {
+                "; it needs render.path=deferred and camera.fisheye=none"
+            }
             _ => "",
         };
         let known: Vec<_> = self.shown.textures().iter().map(|(name, _)| *name).collect();

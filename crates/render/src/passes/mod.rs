@@ -9,6 +9,7 @@ pub mod debug;
 pub mod direct;
 pub mod emission;
 pub mod environment;
+pub mod fisheye;
 pub mod fog;
 pub mod forward;
 pub mod geometry;

@@ -8,6 +8,7 @@ use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
 use crate::effect;
 use crate::environment::{Environment, studio};
+use crate::fisheye::{Face, FisheyeFaces};
 use crate::frame::Variables;
 use crate::gpu::{Capabilities, Gpu};
 use crate::ground::ViewGround;
@@ -48,12 +49,35 @@ pub(super) struct Asked {
     pub wants_variables: bool,
     /// Whether pairs of light and what it may reach are counted in place of light.
     pub counts_pairs: bool,
+    /// What of a picture it is.
+    pub part: ViewPart,
+}
+
+/// What of a picture a view is.
+#[derive(Clone, Debug)]
+pub(super) enum ViewPart {
+    /// All of it.
+    Whole,
+    /// A view that the picture is put together from, which follows it.
+    Face(Face),
+    /// A picture that is put together from the views before it: it draws no surfaces itself.
+    Fisheye(FisheyeFaces),
+}
+
+impl ViewPart {
+    pub fn is_face(&self) -> bool {
+        matches!(self, Self::Face(_))
+    }
+
+    pub fn is_fisheye(&self) -> bool {
+        matches!(self, Self::Fisheye(_))
+    }
 }
 
 impl Asked {
     pub fn new(
         name: &str,
-        request: FrameRequest,
+        (request, part): (FrameRequest, ViewPart),
         environment: Option<Arc<EnvironmentMap>>,
         purpose: &Purpose<'_>,
         capabilities: &Capabilities,
@@ -63,8 +87,15 @@ impl Asked {
         {
             return Err(RenderError::ParallelLens);
         }
+        if part.is_fisheye() && request.camera.is_orthographic() {
+            return Err(RenderError::Fisheye("needs a camera with perspective, and this one has parallel rays"));
+        }
+        if part.is_fisheye() && (!request.want_aovs.is_empty() || matches!(purpose, Purpose::Variables)) {
+            return Err(RenderError::Fisheye("has no variables (AOVs)"));
+        }
         let limit = capabilities.max_texture_size;
-        let scale = request.settings.render.scale;
+        // The views are shaded at that scale.
+        let scale = if part.is_fisheye() { 1.0 } else { request.settings.render.scale };
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
         let (width, height) = (request.width, request.height);
         let size = (shaded(width), shaded(height));
@@ -85,9 +116,10 @@ impl Asked {
             environment,
             size,
             output_size: (width, height),
-            means_of: MeansOf::request(&request),
+            means_of: if part.is_face() { MeansOf::Nothing } else { MeansOf::request(&request) },
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
             counts_pairs: matches!(purpose, Purpose::Pairs(_)),
+            part,
             request,
         })
     }
@@ -115,6 +147,7 @@ impl Asked {
     pub fn finds_means(&self, state: &ViewState) -> bool {
         let is_first = self.request.sample_index == 0;
         is_first
+            || self.part.is_face()
             || self.means_of == state.means_of
                 && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
     }
@@ -191,11 +224,18 @@ impl Renderer {
         let Asked { request, size, output_size, .. } = asked;
         let aspect = output_size.0 as f32 / output_size.1 as f32;
         let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
+        let seen = match &asked.part {
+            ViewPart::Face(face) => seen.sheared(face.shift_ndc(), face.beyond()),
+            ViewPart::Whole | ViewPart::Fisheye(_) => seen,
+        };
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
         state.lists = Some(lists);
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
         let uniform = self.view_uniform(asked, (&seen, range), *size, self.filtering(asked));
-        let draws = Arc::new(DrawList::new(&mut world.draws, &uniform, &chooser));
+        let draws = match asked.part {
+            ViewPart::Fisheye(_) => Arc::default(),
+            ViewPart::Whole | ViewPart::Face(_) => Arc::new(DrawList::new(&mut world.draws, &uniform, &chooser)),
+        };
         let is_adaptive = request.is_adaptive() && !world.draws.has_transmissive;
         Lit { range, seen, chooser, draws, is_adaptive, made }
     }
@@ -393,6 +433,7 @@ impl Renderer {
         let has_volumes = matches!(culling, LightCulling::Volumes | LightCulling::VolumesStencil);
         let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
         let has_blended = world.draws.opaque_count < world.draws.items.len();
+        let is_drawn = !asked.part.is_fisheye();
         let reads_lists = match settings.render.path {
             Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,
             Path::Forward => true,
@@ -408,7 +449,8 @@ impl Renderer {
                 shift_ndc: seen.shift_ndc,
             },
             culling,
-            wants_lists: reads_lists || settings.fog.scatters() || settings.debug.view == DebugView::Lights,
+            wants_lists: is_drawn
+                && (reads_lists || settings.fog.scatters() || settings.debug.view == DebugView::Lights),
             objects: has_objects.then(|| world.draws.object_bounds()),
             depth_row: if has_volumes { asked.depth_row(seen, range) } else { Vec4::ZERO },
             settings: request.settings.clusters.clone(),

@@ -1,17 +1,20 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
 use super::output::{Output, ViewState};
-use super::prepare::{Asked, Lit, Ready, World, output_of};
+use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
 use super::{Purpose, Renderer};
 use crate::aov::{AovExports, f32_from_half};
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::{Deformation, WorldDraws};
 use crate::environment::{Environment, stored};
+use crate::fisheye::{Face, FisheyeFaces};
 use crate::frame::{self, Picture};
+use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
 use crate::lights::LightCulling;
+use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
 use crate::record::{Frame, Legends, PreparedView, Recorder};
@@ -27,7 +30,7 @@ struct Executed {
     plan: Plan,
     run: Option<Run>,
     /// What the purpose reads of a frame that is no picture.
-    export: Option<Export>,
+    exports: Vec<Export>,
     legends: Legends,
 }
 
@@ -45,31 +48,32 @@ impl Renderer {
         views: &[(&str, &FrameRequest)],
         purpose: &mut Purpose<'_>,
     ) -> Result<Plan, RenderError> {
-        let is_twice = |(at, (name, _)): &(usize, &(&str, _))| views.iter().skip(at + 1).any(|other| other.0 == *name);
-        if let Some((_, (name, _))) = views.iter().enumerate().find(is_twice) {
-            return Err(RenderError::ViewTwice((*name).into()));
-        }
         let capabilities = &self.gpu.capabilities;
         let defaults = LazyCell::new(|| SceneDefaults::of(scene));
         let requests: Vec<FrameRequest> = views.iter().map(|(_, request)| request.resolved_by(&defaults)).collect();
         self.computed.follow(requests.iter().map(|request| &request.settings.environment));
-        let asked: Vec<Asked> = views
-            .iter()
-            .zip(requests)
-            .map(|((name, _), mut request)| {
+        let parts = views.iter().zip(requests).flat_map(|((name, _), mut request)| {
+            if purpose.has_effects() {
+                self.add_effects_to(&mut request);
+            }
+            parts_of(name, request, capabilities.max_texture_size)
+        });
+        let asked: Vec<Asked> = parts
+            .map(|(name, mut request, part)| {
                 let settings = &mut request.settings;
                 // Not before, because it depends on the background, which callers choose afterwards.
                 settings.ground.mode =
                     settings.ground.mode.resolved(settings.environment.source, settings.background.source);
-                if purpose.has_effects() {
-                    self.add_effects_to(&mut request);
-                }
                 let settings = &request.settings.environment;
                 let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
                 let environment = of_scene.or_else(|| self.computed.of(settings));
-                Asked::new(name, request, environment, purpose, capabilities)
+                Asked::new(&name, (request, part), environment, purpose, capabilities)
             })
             .collect::<Result<_, _>>()?;
+        let is_twice = |(at, view): &(usize, &Asked)| asked.iter().skip(at + 1).any(|other| other.name == view.name);
+        if let Some((_, view)) = asked.iter().enumerate().find(is_twice) {
+            return Err(RenderError::ViewTwice(view.name.clone()));
+        }
         let begins = |asked: &&Asked| purpose.has_variables() && asked.request.sample_index == 0;
         let begun: Vec<&str> = asked.iter().filter(begins).map(|asked| asked.name.as_str()).collect();
         self.forget_variables_of(|name| begun.contains(&name));
@@ -85,9 +89,9 @@ impl Renderer {
         if !purpose.is_plan() {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
         }
-        let Executed { plan, run, export, legends } = executed?;
+        let Executed { plan, run, exports, legends } = executed?;
         if let Some(run) = run {
-            self.fetch(run, export, &legends, purpose).await?;
+            self.fetch(run, &exports, &legends, purpose).await?;
             self.keep_environment().await?;
             if purpose.is_picture() {
                 self.find_unsettled(&asked).await?;
@@ -157,7 +161,7 @@ impl Renderer {
             self.world_draws = world.draws;
             // Nothing is recorded, so that no pipeline is made that the picture may not need.
             let plan = self.executor.graph(limits).plan()?;
-            return Ok(Executed { plan, run: None, export: None, legends: Legends::default() });
+            return Ok(Executed { plan, run: None, exports: Vec::new(), legends: Legends::default() });
         }
         let ground = self.prepare_ground(asked, states, &world, &mut stats, purpose.is_plan());
         let ready: Vec<Ready> = asked
@@ -208,11 +212,12 @@ impl Renderer {
             let texture = r.graph.import("shadows.atlas", Atlas::desc(atlas.side), atlas.view.clone());
             frame::shared_passes(&mut r, shadows, texture)?;
         }
+        let mut faces = Vec::new();
         let recorded: Vec<Recorded> = asked
             .iter()
             .zip(&mut *states)
             .zip(&ready)
-            .map(|((asked, state), ready)| record_view(&mut graph, &frame, asked, ready, state, purpose))
+            .map(|((asked, state), ready)| record_view(&mut graph, &frame, asked, ready, (state, &mut faces), purpose))
             .collect::<Result<_, _>>()?;
         let plan = graph.plan()?;
         let bytes = plan.bytes();
@@ -220,9 +225,9 @@ impl Renderer {
         stats.written_bytes = plan.written_bytes();
         stats.light_draws =
             ready.iter().zip(asked).map(|(ready, asked)| light_draws(&ready.view, asked, &world.draws)).sum();
-        let export = recorded.iter().find_map(|recorded| recorded.export);
+        let exports: Vec<Export> = recorded.iter().filter_map(|recorded| recorded.export).collect();
         if purpose.is_plan() {
-            return Ok(Executed { plan, run: None, export, legends: legends.take() });
+            return Ok(Executed { plan, run: None, exports, legends: legends.take() });
         }
         let options = RunOptions {
             taps: if matches!(purpose, Purpose::Pictures(_)) { Taps::All } else { Taps::None },
@@ -261,7 +266,7 @@ impl Renderer {
         if purpose.has_variables() && asked.iter().any(|asked| asked.wants_variables) {
             self.executor.release_exports(&run);
         }
-        Ok(Executed { plan, run: Some(run), export, legends: legends.take() })
+        Ok(Executed { plan, run: Some(run), exports, legends: legends.take() })
     }
 
     /// Brings the device up to date with the scene, once for all views. Also says whether it knows where everything was
@@ -291,15 +296,15 @@ impl Renderer {
     async fn fetch(
         &self,
         run: Run,
-        export: Option<Export>,
+        exports: &[Export],
         legends: &Legends,
         purpose: &mut Purpose<'_>,
     ) -> Result<(), RenderError> {
-        if let Some(export) = export {
-            let texture = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
+        for export in exports {
+            let texture = run.exported(*export).ok_or(RenderError::Missing("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
             match &mut *purpose {
-                Purpose::Pairs(counts) => *counts = sum_pairs(&bytes, texture.format()),
+                Purpose::Pairs(counts) => *counts += sum_pairs(&bytes, texture.format()),
                 Purpose::Meter(pixels) => {
                     *pixels = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
                 }
@@ -323,6 +328,19 @@ impl Renderer {
     }
 }
 
+/// The views that a picture is made of, the picture itself last, each with its name.
+fn parts_of(name: &str, request: FrameRequest, limit_px: u32) -> Vec<(String, FrameRequest, ViewPart)> {
+    let Some(of_fisheye) = FisheyeFaces::of(&request, limit_px) else {
+        return vec![(name.into(), request, ViewPart::Whole)];
+    };
+    let before = if name.is_empty() { String::new() } else { format!("{name}/") };
+    let face =
+        |face: &Face| (format!("{before}fisheye/{}", face.side.name()), face.request(&request), ViewPart::Face(*face));
+    let mut parts: Vec<_> = of_fisheye.faces.iter().map(face).collect();
+    parts.push((name.into(), request, ViewPart::Fisheye(of_fisheye)));
+    parts
+}
+
 /// Bytes of the textures that the pictures of a frame take beyond those that its views have.
 ///
 /// # Errors
@@ -341,7 +359,8 @@ fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose
         let settles = asked.request.is_adaptive() && asked.adaptive_step() != adaptive::Step::None;
         Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.means_of, settles)
     };
-    Ok(asked.iter().zip(states).map(missing_bytes).sum())
+    let pictures = asked.iter().zip(states).filter(|(asked, _)| !asked.part.is_face());
+    Ok(pictures.map(missing_bytes).sum())
 }
 
 /// Leaves in `states` what the frame left of their views.
@@ -379,7 +398,7 @@ fn record_view<'f>(
     frame: &'f Frame<'f>,
     asked: &'f Asked,
     ready: &'f Ready,
-    state: &mut ViewState,
+    (state, faces): (&mut ViewState, &mut Vec<FaceRadiance>),
     purpose: &Purpose<'_>,
 ) -> Result<Recorded, RenderError> {
     let request = &asked.request;
@@ -397,10 +416,24 @@ fn record_view<'f>(
     };
     let mut r = Recorder::new(graph, frame, &ready.view);
     if matches!(purpose, Purpose::Pairs(_)) {
+        if asked.part.is_fisheye() {
+            return Ok(Recorded { variables: AovExports::default(), export: None });
+        }
         let pairs = frame::pair_passes(&mut r, &request.settings)?;
         return Ok(Recorded { variables: AovExports::default(), export: Some(r.graph.export(pairs)) });
     }
-    let outputs = frame::view_passes(&mut r, &request.settings, &of_view)?;
+    let outputs = match &asked.part {
+        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view)?,
+        ViewPart::Face(face) => {
+            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view)?;
+            let uv_from_place = face.uv_from_place(request, asked.size);
+            faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
+            return Ok(Recorded { variables: AovExports::default(), export: None });
+        }
+        ViewPart::Fisheye(of_fisheye) => {
+            frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(faces))?
+        }
+    };
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let mut export = None;
     let previous_sum = asked.previous_sum(state);
@@ -447,6 +480,9 @@ fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), Rend
 
 /// Draw calls of a view that only light.
 fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws) -> u32 {
+    if asked.part.is_fisheye() {
+        return 0;
+    }
     let settings = &asked.request.settings;
     let fullscreen = |count: u32| u32::from(count > 0);
     let lit = view.lit_rectangles.len() as u32;

@@ -119,7 +119,8 @@ impl Renderer {
         let (settings, side_max) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
         let of_view = |((asked, state), lit): ((&'_ Asked, &'_ ViewState), &'_ Lit)| {
             let table = state.lists.as_ref().map(|lists| lists.table.clone())?;
-            asked.request.settings.shadows.enabled.then_some((
+            let is_drawn = asked.request.settings.shadows.enabled && !asked.part.is_fisheye();
+            is_drawn.then_some((
                 asked.name.clone(),
                 asked.request.camera,
                 asked.size,

@@ -1,0 +1,330 @@
+//! Fisheye pictures: which direction each of their points shows, and the views that they are put together from.
+//!
+//! The camera sees a circle of the picture, whose rim is half the field of view away from its axis. A point at the
+//! distance r from the middle, the rim's being 1, shows what is at the angle θ from the axis (Kannala & Brandt 2006, "A
+//! Generic Camera Model and Calibration Method for Conventional, Wide-Angle, and Fish-Eye Lenses", equations 2 to 4):
+//! equidistant r ∝ θ, equisolid r ∝ sin(θ / 2), stereographic r ∝ tan(θ / 2).
+//!
+//! It is drawn as up to five views with perspective from one eye, sides of a cube around it, each no larger than what
+//! the picture shows of it and a guard band, and put together by `passes/fisheye`. Up to 220° nothing of the sixth side
+//! is seen: its nearest corner is 125.3° from the axis.
+
+use crate::camera_settings::{CameraSettings, Fisheye, FisheyeFrame};
+use crate::request::{Averaging, FrameRequest};
+use crate::view::{self, View};
+use glam::{DVec2, DVec3, Mat4, Quat, Vec2};
+use manypass_scene::Projection;
+use serde::Serialize;
+use std::f32::consts::FRAC_PI_2;
+
+/// Pixels are the means of so many rays by so many.
+pub(crate) const RAYS_A_SIDE: u32 = 2;
+/// The most pixels of its view that a ray is wide, so that one filtered texel is what it sees.
+const RAY_PX_MAX: f64 = 1.5;
+/// The most pixels of a view for a pixel of the picture where that has the fewest: more would show nowhere.
+const DETAIL_PX: f64 = 1.0;
+/// Of a quarter of the picture so many points by so many are looked at to find what it shows of each side.
+const POINTS_A_SIDE: u32 = 96;
+/// What views have beyond what is shown of them, in pixels and in parts of half a side: for filters, and for passes that
+/// look at what lies beside a pixel.
+const GUARD_PX: f64 = 4.0;
+const GUARD_SHARE: f64 = 1.0 / 32.0;
+
+/// A side of the cube around the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Front,
+    Right,
+    Left,
+    Up,
+    Down,
+}
+
+impl Side {
+    /// In the order of the textures and numbers of `fisheye.wgsl`.
+    pub const ALL: [Self; 5] = [Self::Front, Self::Right, Self::Left, Self::Up, Self::Down];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Right => "right",
+            Self::Left => "left",
+            Self::Up => "up",
+            Self::Down => "down",
+        }
+    }
+
+    /// The rotation of a camera that looks at it.
+    fn rotation(self) -> Quat {
+        match self {
+            Self::Front => Quat::IDENTITY,
+            Self::Right => Quat::from_rotation_y(-FRAC_PI_2),
+            Self::Left => Quat::from_rotation_y(FRAC_PI_2),
+            Self::Up => Quat::from_rotation_x(FRAC_PI_2),
+            Self::Down => Quat::from_rotation_x(-FRAC_PI_2),
+        }
+    }
+
+    /// Where a ray along `direction` of view space meets the side's plane at a distance of 1, x right and y up as its
+    /// camera sees it; none behind that. `fisheye.wgsl` has the same.
+    fn place(self, direction: DVec3) -> Option<DVec2> {
+        let DVec3 { x, y, z } = direction;
+        let (across, ahead) = match self {
+            Self::Front => (DVec2::new(x, y), -z),
+            Self::Right => (DVec2::new(z, y), x),
+            Self::Left => (DVec2::new(-z, y), -x),
+            Self::Up => (DVec2::new(x, z), y),
+            Self::Down => (DVec2::new(x, -z), -y),
+        };
+        (ahead > 1e-9).then(|| across / ahead)
+    }
+}
+
+/// How points of a picture and directions belong together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FisheyeLens {
+    pub map: Fisheye,
+    /// From the axis to the rim.
+    pub half_angle_rad: f64,
+    /// From the middle of the picture to the rim.
+    pub radius_px: f64,
+}
+
+impl FisheyeLens {
+    /// That of a picture of a size; none of one that has perspective, or parallel rays.
+    pub fn new(settings: &CameraSettings, (width, height): (u32, u32)) -> Option<Self> {
+        let (width, height) = (f64::from(width), f64::from(height));
+        let diameter_px = match settings.fisheye_frame {
+            FisheyeFrame::Circular => width.min(height),
+            FisheyeFrame::Full => width.hypot(height),
+        };
+        (settings.fisheye != Fisheye::None).then(|| Self {
+            map: settings.fisheye,
+            half_angle_rad: 0.5 * f64::from(settings.fisheye_fov_deg).to_radians(),
+            radius_px: 0.5 * diameter_px,
+        })
+    }
+
+    /// The direction in view space at a place in pixels from the picture's middle, y up; none outside of the circle.
+    fn direction(&self, place_px: DVec2) -> Option<DVec3> {
+        let radius = place_px.length() / self.radius_px;
+        if radius > 1.0 {
+            return None;
+        }
+        let half = self.half_angle_rad;
+        let angle_rad = match self.map {
+            Fisheye::None | Fisheye::Equidistant => radius * half,
+            Fisheye::Equisolid => 2.0 * (radius * (0.5 * half).sin()).asin(),
+            Fisheye::Stereographic => 2.0 * (radius * (0.5 * half).tan()).atan(),
+        };
+        let across = place_px.normalize_or_zero() * angle_rad.sin();
+        Some(across.extend(-angle_rad.cos()))
+    }
+
+    /// How far places on a side are apart for points that are a pixel apart, at most: the larger singular value of the
+    /// derivatives.
+    fn spread(&self, side: Side, place_px: DVec2) -> Option<f64> {
+        let step_px = 1e-4 * self.radius_px;
+        // Towards the middle, where there always is something.
+        let inward = |axis: DVec2| if place_px.dot(axis) > 0.0 { -step_px * axis } else { step_px * axis };
+        let at = |place_px| side.place(self.direction(place_px)?);
+        let middle = at(place_px)?;
+        let [dx, dy] = [DVec2::X, DVec2::Y].map(|axis| Some((at(place_px + inward(axis))? - middle) / step_px));
+        let (dx, dy) = (dx?, dy?);
+        let (sum, difference) = (dx.length_squared() + dy.length_squared(), dx.length_squared() - dy.length_squared());
+        Some((0.5 * (sum + difference.hypot(2.0 * dx.dot(dy)))).sqrt())
+    }
+}
+
+/// A view of one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Face {
+    pub side: Side,
+    /// Its first column and row, and those after its last, in pixels from the middle of the side, y down.
+    left_px: i32,
+    top_px: i32,
+    right_px: i32,
+    bottom_px: i32,
+    /// Pixels of half a side of 90°.
+    scale_px: f64,
+}
+
+impl Face {
+    pub fn size(&self) -> (u32, u32) {
+        (self.right_px.abs_diff(self.left_px), self.bottom_px.abs_diff(self.top_px))
+    }
+
+    /// Half the width and height at a distance of 1, and where the middle is.
+    fn extent(&self) -> (DVec2, DVec2) {
+        let [left, top, right, bottom] =
+            [self.left_px, self.top_px, self.right_px, self.bottom_px].map(|px| f64::from(px) / self.scale_px);
+        (0.5 * DVec2::new(right - left, bottom - top), 0.5 * DVec2::new(right + left, -(bottom + top)))
+    }
+
+    /// By how much its frustum is sheared, as that of [`crate::lens::SampleView`].
+    pub fn shift_ndc(&self) -> Vec2 {
+        let (half, middle) = self.extent();
+        (-middle / half).as_vec2()
+    }
+
+    /// How far it reaches beyond a frustum of its size around the axis, metres a metre.
+    pub fn beyond(&self) -> f32 {
+        self.extent().1.abs().max_element() as f32
+    }
+
+    /// What is asked of it where `request` is asked of the picture.
+    pub fn request(&self, request: &FrameRequest) -> FrameRequest {
+        let (width, height) = self.size();
+        let (near_m, far_m) = match request.camera.projection {
+            Projection::Perspective { near_m, far_m, .. } => (near_m, far_m),
+            Projection::Orthographic { near_m, far_m, .. } => (near_m, Some(far_m)),
+        };
+        let fov_y_rad = (2.0 * self.extent().0.y.atan()) as f32;
+        let camera = View {
+            world_from_view: request.camera.world_from_view * Mat4::from_quat(self.side.rotation()),
+            projection: Projection::Perspective { fov_y_rad, near_m, far_m },
+        };
+        let mut face = FrameRequest {
+            width,
+            height,
+            camera,
+            averaging: Averaging::Radiance,
+            want_aovs: Vec::new(),
+            effects: Vec::new(),
+            previous: None,
+            ..request.clone()
+        };
+        face.settings.camera.fisheye = Fisheye::None;
+        face
+    }
+
+    /// From a place on the side to its texture, of a frame of `request` that is shaded at a size: u and v are the place
+    /// by the first two numbers and more by the others.
+    pub fn uv_from_place(&self, request: &FrameRequest, shaded_size: (u32, u32)) -> [f32; 4] {
+        let of = |(width, height): (u32, u32)| DVec2::new(f64::from(width), f64::from(height));
+        let (size_px, shaded_px) = (of(self.size()), of(shaded_size));
+        let (sample_index, sample_count) = request.sample();
+        let jitter = view::jitter_px(sample_index, sample_count).as_dvec2() / shaded_px;
+        let scale = DVec2::new(self.scale_px, -self.scale_px) / size_px;
+        let offset = jitter - DVec2::new(f64::from(self.left_px), f64::from(self.top_px)) / size_px;
+        [scale.x, scale.y, offset.x, offset.y].map(|value| value as f32)
+    }
+}
+
+/// The views that a fisheye picture is put together from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FisheyeFaces {
+    pub lens: FisheyeLens,
+    /// In the order of [`Side::ALL`].
+    pub faces: Vec<Face>,
+    /// How many pixels of its view a ray is wide, at most.
+    pub ray_px: f64,
+}
+
+/// What is looked at of one side.
+#[derive(Clone, Copy, Default)]
+struct Seen {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl FisheyeFaces {
+    /// Those of a picture of `size` of views that are no larger than `limit_px`; none if it is no fisheye picture.
+    pub fn new(settings: &CameraSettings, size: (u32, u32), limit_px: u32) -> Option<Self> {
+        let lens = FisheyeLens::new(settings, size)?;
+        let half_px = 0.5 * DVec2::new(f64::from(size.0), f64::from(size.1));
+        // One quarter is like the others.
+        let steps = f64::from(POINTS_A_SIDE - 1);
+        let points: Vec<DVec2> = (0..POINTS_A_SIDE * POINTS_A_SIDE)
+            .map(|at| half_px * DVec2::new(f64::from(at % POINTS_A_SIDE), f64::from(at / POINTS_A_SIDE)) / steps)
+            .collect();
+        const OF_QUARTER: [Side; 3] = [Side::Front, Side::Right, Side::Up];
+        let seen_by = |side: Side, place_px: DVec2, margin: f64| {
+            let place = side.place(lens.direction(place_px)?)?;
+            (place.abs().max_element() <= 1.0 + margin).then_some(place)
+        };
+        let spreads = OF_QUARTER.into_iter().flat_map(|side| {
+            points.iter().filter_map(move |px| seen_by(side, *px, 1e-9).and_then(|_| lens.spread(side, *px)))
+        });
+        let (least, most) =
+            spreads.fold((f64::INFINITY, 0.0f64), |(least, most), spread| (least.min(spread), most.max(spread)));
+        // What lies between two points is no farther from one of them than this.
+        let margin = most * half_px.max_element() / steps;
+        let seen = OF_QUARTER.map(|side| {
+            let places = points.iter().filter_map(|px| seen_by(side, *px, margin));
+            places.fold(None, |seen: Option<Seen>, place| {
+                let Seen { low, high } = seen.unwrap_or(Seen { low: place, high: place });
+                Some(Seen { low: low.min(place), high: high.max(place) })
+            })
+        });
+        let rays = f64::from(RAYS_A_SIDE);
+        let wanted_px = (RAY_PX_MAX * rays / most).min(DETAIL_PX / least);
+        // The largest view is a whole side with its guard band.
+        let largest_px = (0.5 * f64::from(limit_px) - GUARD_PX - 1.0) / (1.0 + GUARD_SHARE);
+        let scale_px = wanted_px.min(largest_px.max(1.0));
+        let faces = Side::ALL.into_iter().filter_map(|side| {
+            let around =
+                |of: Seen, axis: DVec2| Seen { low: of.low * (DVec2::ONE - axis) - of.high * axis, high: of.high };
+            let seen = match side {
+                Side::Front => around(around(seen[0]?, DVec2::X), DVec2::Y),
+                Side::Right => around(seen[1]?, DVec2::Y),
+                Side::Left => {
+                    let right = around(seen[1]?, DVec2::Y);
+                    Seen { low: DVec2::new(-right.high.x, right.low.y), high: DVec2::new(-right.low.x, right.high.y) }
+                }
+                Side::Up => around(seen[2]?, DVec2::X),
+                Side::Down => {
+                    let up = around(seen[2]?, DVec2::X);
+                    Seen { low: DVec2::new(up.low.x, -up.high.y), high: DVec2::new(up.high.x, -up.low.y) }
+                }
+            };
+            let guard_px = GUARD_PX.max(GUARD_SHARE * scale_px);
+            let low = (seen.low - margin).max(DVec2::NEG_ONE) * scale_px - guard_px;
+            let high = (seen.high + margin).min(DVec2::ONE) * scale_px + guard_px;
+            Some(Face {
+                side,
+                left_px: low.x.floor() as i32,
+                top_px: (-high.y).floor() as i32,
+                right_px: high.x.ceil() as i32,
+                bottom_px: (-low.y).ceil() as i32,
+                scale_px,
+            })
+        });
+        Some(Self { lens, faces: faces.collect(), ray_px: most * scale_px / rays })
+    }
+
+    /// Those of what `request` asks for.
+    pub fn of(request: &FrameRequest, limit_px: u32) -> Option<Self> {
+        let limit_px = (limit_px as f32 / request.settings.render.scale.max(1.0)) as u32;
+        Self::new(&request.settings.camera, (request.width, request.height), limit_px)
+    }
+
+    /// What reports say of them.
+    pub fn info(&self) -> FisheyeInfo {
+        let view = |face: &Face| {
+            let (width, height) = face.size();
+            FisheyeView { name: face.side.name(), width, height }
+        };
+        FisheyeInfo { views: self.faces.iter().map(view).collect(), ray_px: self.ray_px }
+    }
+}
+
+/// The views that a fisheye picture is put together from, for whoever wants to know what it takes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FisheyeInfo {
+    /// Each of them.
+    pub views: Vec<FisheyeView>,
+    /// How many pixels of its view each of the four rays of a pixel is wide, at most: 1.5, or less.
+    pub ray_px: f64,
+}
+
+/// One of the views that a fisheye picture is put together from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FisheyeView {
+    /// `front`, `right`, `left`, `up` or `down`.
+    pub name: &'static str,
+    /// Its width in pixels, before `render.scale`.
+    pub width: u32,
+    /// Its height in pixels, before `render.scale`.
+    pub height: u32,
+}
