@@ -6,7 +6,7 @@ use crate::pattern::is_stdout;
 use crate::provenance::InputFile;
 use crate::session::{print, write_failure};
 use manypass::graph::PassTime;
-use manypass::{AdapterSummary, FrameStats, PairCounts, Plan, Renderer, Settings};
+use manypass::{AdapterSummary, FisheyeInfo, FrameStats, PairCounts, Plan, Renderer, Settings};
 use manypass_offline::atomic::{AtomicFile, is_in_place};
 use manypass_offline::lines::LineFile;
 use manypass_offline::{PictureInfo, PngRange};
@@ -82,6 +82,8 @@ pub struct Entry<'a> {
     pub outputs: Outputs<'a>,
     /// Its frame, time and camera.
     pub info: &'a PictureInfo,
+    /// The views that it is put together from, if it is that of a fisheye.
+    pub fisheye: Option<FisheyeInfo>,
     /// Which variant and camera of the file it shows.
     pub look: &'a Look,
     /// The files of its effects, their names and settings.
@@ -165,6 +167,7 @@ impl Report {
             "time_secs": entry.info.time_secs,
             "frames_per_second": entry.info.frames_per_second,
             "camera": entry.info.camera,
+            "fisheye": entry.fisheye,
             "camera_name": named(&entry.look.camera_name),
             "variant": named(&entry.look.variant_name),
             "effects": entry.effects,

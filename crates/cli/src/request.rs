@@ -151,7 +151,7 @@ pub fn picture_info(
     let time_secs = time_secs(args, frame.unwrap_or(0)).or(stands);
     let wants = |name: &str| job.format == Format::Exr && job.aovs.iter().any(|aov| aov == name);
     PictureInfo {
-        camera: Some(CameraData::new(&request.camera, request.width, request.height)),
+        camera: Some(CameraData::of(request)),
         frame,
         time_secs,
         frames_per_second: time_secs.map(|_| args.fps),

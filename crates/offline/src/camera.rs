@@ -1,7 +1,7 @@
 //! A picture's camera as data: for reports, for headers of files, and for OpenCV.
 
 use glam::{DMat4, DVec3, DVec4};
-use manypass::View;
+use manypass::{FrameRequest, View};
 use manypass_scene::{Projection, Scene};
 use serde::Serialize;
 
@@ -15,13 +15,13 @@ pub type Rows<const N: usize, const M: usize> = [[f64; M]; N];
 /// +x right and +y down; the middle of the first pixel is at (0.5, 0.5).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraData {
-    /// `perspective` or `orthographic`.
+    /// `perspective`, `orthographic` or `fisheye`.
     pub kind: &'static str,
     /// Where it is, in metres.
     pub eye_world_m: [f64; 3],
-    /// The horizontal field of view; none with parallel rays.
+    /// The horizontal field of view; none with parallel rays, and of a fisheye.
     pub fov_x_deg: Option<f64>,
-    /// The vertical field of view; none with parallel rays.
+    /// The vertical field of view; none with parallel rays, and of a fisheye.
     pub fov_y_deg: Option<f64>,
     /// The height of the picture in metres; only with parallel rays.
     pub height_m: Option<f64>,
@@ -33,10 +33,44 @@ pub struct CameraData {
     pub world_from_view: Rows<4, 4>,
     /// From world space to view space, in metres.
     pub view_from_world: Rows<4, 4>,
-    /// From world space to the picture: (x, y, z, w) whose x / w and y / w are pixels.
-    pub pixel_from_world: Rows<4, 4>,
-    /// The same in OpenCV's terms.
-    pub opencv: OpenCv,
+    /// From world space to the picture: (x, y, z, w) whose x / w and y / w are pixels; none of a fisheye.
+    pub pixel_from_world: Option<Rows<4, 4>>,
+    /// The same in OpenCV's terms; none of a fisheye.
+    pub opencv: Option<OpenCv>,
+    /// How a fisheye maps view space to the picture; none of other cameras.
+    pub fisheye: Option<FisheyeData>,
+}
+
+/// The circle that a fisheye shows. What is at the angle θ from the axis lies at the distance r from its middle, as far to
+/// the side and up as it is in view space: `r / radius_px` is `f(θ) / f(fov_deg / 2)`, where f(θ) is θ (equidistant),
+/// sin(θ / 2) (equisolid) or tan(θ / 2) (stereographic).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FisheyeData {
+    /// `equidistant`, `equisolid` or `stereographic`.
+    pub map: &'static str,
+    /// The angle across the circle.
+    pub fov_deg: f64,
+    /// Its middle, in pixels from the left.
+    pub cx: f64,
+    /// Its middle, in pixels from the top.
+    pub cy: f64,
+    /// Its radius in pixels.
+    pub radius_px: f64,
+}
+
+impl FisheyeData {
+    /// Of what `request` asks for; none if that is no fisheye.
+    fn of(request: &FrameRequest) -> Option<Self> {
+        let radius_px = request.fisheye_radius_px()?;
+        let settings = &request.settings.camera;
+        Some(Self {
+            map: settings.fisheye.name(),
+            fov_deg: settings.fisheye_fov_deg.into(),
+            cx: 0.5 * f64::from(request.width),
+            cy: 0.5 * f64::from(request.height),
+            radius_px,
+        })
+    }
 }
 
 /// `pixel = (fx · x / z + cx, fy · y / z + cy)` for `(x, y, z) = rotation · position_world + translation_m`; with parallel
@@ -111,6 +145,21 @@ fn planes_m(projection: Projection) -> (f64, Option<f64>) {
 }
 
 impl CameraData {
+    /// The camera of the picture that `request` asks for.
+    pub fn of(request: &FrameRequest) -> Self {
+        let camera = Self::new(&request.camera, request.width, request.height);
+        let Some(fisheye) = FisheyeData::of(request) else { return camera };
+        Self {
+            kind: "fisheye",
+            fov_x_deg: None,
+            fov_y_deg: None,
+            pixel_from_world: None,
+            opencv: None,
+            fisheye: Some(fisheye),
+            ..camera
+        }
+    }
+
     /// The camera of a picture of `width` × `height` pixels.
     pub fn new(view: &View, width: u32, height: u32) -> Self {
         let (width, height) = (width.max(1), height.max(1));
@@ -137,8 +186,9 @@ impl CameraData {
             far_m,
             world_from_view: rows(world_from_view),
             view_from_world: rows(view_from_world),
-            pixel_from_world: rows(pixel_from_camera * camera_from_world),
-            opencv: OpenCv {
+            pixel_from_world: Some(rows(pixel_from_camera * camera_from_world)),
+            fisheye: None,
+            opencv: Some(OpenCv {
                 width,
                 height,
                 fx: focal_px,
@@ -147,7 +197,7 @@ impl CameraData {
                 cy: 0.5 * f64::from(height),
                 rotation: [x, y, z].map(|row| [row[0], row[1], row[2]]),
                 translation_m: [x[3], y[3], z[3]],
-            },
+            }),
         }
     }
 
@@ -157,15 +207,17 @@ impl CameraData {
     }
 
     /// OpenEXR's `worldToNDC`: (0, 0) is the top left corner of the picture, (1, 1) the bottom right one, and z is 0 at
-    /// the near and 1 at the far plane; for row vectors, row by row.
-    pub fn exr_world_to_ndc(&self) -> [f32; 16] {
-        let size = DVec3::new(f64::from(self.opencv.width), f64::from(self.opencv.height), 1.0);
-        for_row_vectors(DMat4::from_scale(size.recip()) * from_rows(&self.pixel_from_world))
+    /// the near and 1 at the far plane; for row vectors, row by row. None of a fisheye.
+    pub fn exr_world_to_ndc(&self) -> Option<[f32; 16]> {
+        let opencv = self.opencv.as_ref()?;
+        let size = DVec3::new(f64::from(opencv.width), f64::from(opencv.height), 1.0);
+        Some(for_row_vectors(DMat4::from_scale(size.recip()) * from_rows(self.pixel_from_world.as_ref()?)))
     }
 
     /// OpenEXR's `screenWindowWidth`: the width of the picture in view space, 1 m ahead; with parallel rays everywhere.
+    /// 1 of a fisheye, because every file has one.
     pub fn exr_screen_window_width(&self) -> f32 {
-        (f64::from(self.opencv.width) / self.opencv.fx) as f32
+        self.opencv.as_ref().map_or(1.0, |opencv| (f64::from(opencv.width) / opencv.fx) as f32)
     }
 }
 
@@ -248,20 +300,21 @@ mod tests {
             };
             let expected = [100.0 + 60.0 / half_height, 60.0 - 0.5 * 60.0 / half_height];
             let near = |x: f64, y: f64| (x - expected[0]).abs() < 1e-4 && (y - expected[1]).abs() < 1e-4;
-            let cv = &camera.opencv;
+            let cv = camera.opencv.as_ref().expect("a matrix");
             let axis = |row: usize| DVec3::from_array(cv.rotation[row]).dot(p) + cv.translation_m[row];
             let divisor = if view.is_orthographic() { 1.0 } else { axis(2) };
             assert!((DVec3::new(axis(0), axis(1), axis(2)) - DVec3::new(1.0, -0.5, 7.0)).length() < 1e-5);
             assert!(near(cv.fx * axis(0) / divisor + cv.cx, cv.fy * axis(1) / divisor + cv.cy));
-            let pixel = from_rows(&camera.pixel_from_world).project_point3(p);
+            let pixel = from_rows(camera.pixel_from_world.as_ref().expect("a matrix")).project_point3(p);
             assert!(near(pixel.x, pixel.y), "{pixel} {expected:?}");
             let to_camera = times(p, &camera.exr_world_to_camera());
             assert!((to_camera - DVec3::new(1.0, 0.5, 7.0)).length() < 1e-5, "{to_camera}");
-            let ndc = times(p, &camera.exr_world_to_ndc());
+            let world_to_ndc = camera.exr_world_to_ndc().expect("a matrix");
+            let ndc = times(p, &world_to_ndc);
             assert!(near(ndc.x * 200.0, ndc.y * 120.0), "{ndc}");
             let plane = |distance: f32| {
                 let p = view.world_from_view.transform_point3(Vec3::new(0.0, 0.0, -distance)).as_dvec3();
-                times(p, &camera.exr_world_to_ndc()).z
+                times(p, &world_to_ndc).z
             };
             assert!(plane(0.1).abs() < 1e-4, "{}", plane(0.1));
             assert!((plane(40.0) - if camera.far_m.is_some() { 1.0 } else { 1.0 - 0.1 / 40.0 }).abs() < 1e-4);

@@ -94,7 +94,7 @@ fn layer_attributes(part: &Part, is_first: bool, info: &PictureInfo) -> LayerAtt
         let json = serde_json::to_value(camera).map(|value| manifest::ascii(&value)).unwrap_or_default();
         add("manypass/camera", AttributeValue::Text(text(&json)));
         attributes.world_to_camera = Some(camera.exr_world_to_camera());
-        attributes.world_to_normalized_device = Some(camera.exr_world_to_ndc());
+        attributes.world_to_normalized_device = camera.exr_world_to_ndc();
         attributes.horizontal_field_of_view = camera.fov_x_deg.map(|degrees| degrees as f32);
         attributes.vertical_field_of_view = camera.fov_y_deg.map(|degrees| degrees as f32);
         attributes.near_clip_plane = Some(camera.near_m as f32);

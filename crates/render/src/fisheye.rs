@@ -309,6 +309,13 @@ impl FisheyeFaces {
     }
 }
 
+impl FrameRequest {
+    /// The radius in pixels of the circle that a fisheye shows; none if the picture is not that of one.
+    pub fn fisheye_radius_px(&self) -> Option<f64> {
+        FisheyeLens::new(&self.settings.camera, (self.width, self.height)).map(|lens| lens.radius_px)
+    }
+}
+
 /// The views that a fisheye picture is put together from, for whoever wants to know what it takes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FisheyeInfo {

@@ -2,7 +2,7 @@
 
 use manypass::scene::{Scene, Stage};
 use manypass::settings::Written;
-use manypass::{EffectFile, Exposure, FrameRequest, Settings, effect};
+use manypass::{EffectFile, Exposure, Fisheye, FrameRequest, Settings, effect};
 use wasm_bindgen::prelude::*;
 
 /// How frames are drawn.
@@ -103,6 +103,11 @@ impl Options {
             effect::set(&mut settings, &mut effects, key, written)?;
         }
         EffectFile::check_chain(&effects)?;
+        if settings.camera.fisheye != Fisheye::None {
+            return Err(JsError::new(
+                "camera.fisheye is for stills of the command line: the page's camera has perspective",
+            ));
+        }
         Ok(Self { settings, effects, ..self })
     }
 

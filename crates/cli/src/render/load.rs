@@ -17,7 +17,7 @@ use crate::session::ms_since;
 use crate::shot::{pose, time_secs, view};
 use crate::{camera, coverage, interrupt, memory, scenes, shot, surroundings};
 use manypass::settings::CameraSettings;
-use manypass::{Environment, Settings};
+use manypass::{Environment, Fisheye, Settings};
 use manypass_scene::{Framing, Scene, Stage};
 use std::time::Instant;
 
@@ -77,6 +77,9 @@ impl Batch<'_> {
             warnings.push("nothing lights it: the file has no lights, and --environment is none".into());
         }
         warnings.extend(unsampled(args, &self.settings, &scene));
+        if self.settings.camera.fisheye != Fisheye::None {
+            warnings.extend(of_fisheye(args, &scene));
+        }
         self.warn(&item.input.name(), &warnings)?;
         if let Some(hint) = camera::hint(&self.job.look.camera, &scene, &framing).filter(|_| !args.quiet) {
             self.bar.suspend(|| say(format_args!("hint: {}: {hint}", item.input.name())));
@@ -125,6 +128,23 @@ impl Batch<'_> {
         let camera = view(scene, framing, args, (job, look), 0.0)?;
         Taken::new(&mut self.renderer, scene, &request(args, job, &self.settings, camera, scene))
     }
+}
+
+/// Warnings of what a fisheye picture shows otherwise than others.
+fn of_fisheye(args: &RenderArgs, scene: &Scene) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if args.frame.fov_y.is_some() {
+        warnings.push("--fov-y does nothing: the angle of a fisheye is camera.fisheye_fov_deg".into());
+    }
+    if scene
+        .materials
+        .iter()
+        .any(|material| material.transmission.is_some_and(|transmission| transmission.factor > 0.0))
+    {
+        let why = "what is seen through them is that of one of the views that a fisheye is put together from";
+        warnings.push(format!("borders may show in surfaces that light comes through: {why}"));
+    }
+    warnings
 }
 
 /// Warnings of a lens and a shutter that a picture will not show.

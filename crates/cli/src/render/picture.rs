@@ -209,6 +209,7 @@ impl Batch<'_> {
             input_files: &loaded.files,
             outputs,
             info: &drawn.info,
+            fisheye: renderer.fisheye(&drawn.request),
             look: subject.look,
             effects: &effects,
             settings: &self.settings,
