@@ -24,11 +24,11 @@ const RAY_PX_MAX: f64 = 1.5;
 /// The most pixels of a view for a pixel of the picture where that has the fewest: more would show nowhere.
 const DETAIL_PX: f64 = 1.0;
 /// Of a quarter of the picture so many points by so many are looked at to find what it shows of each side.
-const POINTS_A_SIDE: u32 = 96;
-/// What views have beyond what is shown of them, in pixels and in parts of half a side: for filters, and for passes that
+const POINTS_A_SIDE: u32 = 64;
+/// What views have beyond what is shown of them, in pixels and in parts of that, on every side: for filters, and for passes that
 /// look at what lies beside a pixel.
 const GUARD_PX: f64 = 4.0;
-const GUARD_SHARE: f64 = 1.0 / 32.0;
+const GUARD_SHARE: f64 = 1.0 / 64.0;
 
 /// A side of the cube around the eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -221,11 +221,47 @@ pub(crate) struct FisheyeFaces {
     pub ray_px: f64,
 }
 
-/// What is looked at of one side.
-#[derive(Clone, Copy, Default)]
+/// The rectangle of a side that is looked at, at a distance of 1.
+#[derive(Clone, Copy)]
 struct Seen {
     low: DVec2,
     high: DVec2,
+}
+
+impl Seen {
+    /// The rectangle around two.
+    fn and(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The same with so much more on all sides, as far as the side goes.
+    fn grown(self, margin: f64) -> Self {
+        Self { low: (self.low - margin).max(DVec2::NEG_ONE), high: (self.high + margin).min(DVec2::ONE) }
+    }
+
+    /// Around it and what it is when x, or y, is mirrored.
+    fn mirrored(self, axis: DVec2) -> Self {
+        let other = DVec2::ONE - 2.0 * axis;
+        self.and(Self { low: self.low * other, high: self.low * other })
+            .and(Self { low: self.high * other, high: self.high * other })
+    }
+
+    /// Its longer side.
+    fn extent(&self) -> f64 {
+        (self.high - self.low).max_element()
+    }
+
+    /// That of a side, of what a quarter of the picture shows of that in front, on the right and above.
+    fn of_side(side: Side, [front, right, up]: [Option<Self>; 3]) -> Option<Self> {
+        let turned = |seen: Self| Self { low: -seen.high, high: -seen.low };
+        Some(match side {
+            Side::Front => front?.mirrored(DVec2::X).mirrored(DVec2::Y),
+            Side::Right => right?.mirrored(DVec2::Y),
+            Side::Left => turned(right?.mirrored(DVec2::Y)),
+            Side::Up => up?.mirrored(DVec2::X),
+            Side::Down => turned(up?.mirrored(DVec2::X)),
+        })
+    }
 }
 
 impl FisheyeFaces {
@@ -250,45 +286,28 @@ impl FisheyeFaces {
             spreads.fold((f64::INFINITY, 0.0f64), |(least, most), spread| (least.min(spread), most.max(spread)));
         // What lies between two points is no farther from one of them than this.
         let margin = most * half_px.max_element() / steps;
-        let seen = OF_QUARTER.map(|side| {
+        let of_quarter = OF_QUARTER.map(|side| {
             let places = points.iter().filter_map(|px| seen_by(side, *px, margin));
-            places.fold(None, |seen: Option<Seen>, place| {
-                let Seen { low, high } = seen.unwrap_or(Seen { low: place, high: place });
-                Some(Seen { low: low.min(place), high: high.max(place) })
-            })
+            places.map(|place| Seen { low: place, high: place }).reduce(Seen::and).map(|seen| seen.grown(margin))
         });
+        let seen: Vec<(Side, Seen)> =
+            Side::ALL.into_iter().filter_map(|side| Some((side, Seen::of_side(side, of_quarter)?))).collect();
         let rays = f64::from(RAYS_A_SIDE);
         let wanted_px = (RAY_PX_MAX * rays / most).min(DETAIL_PX / least);
-        // The largest view is a whole side with its guard band.
-        let largest_px = (0.5 * f64::from(limit_px) - GUARD_PX - 1.0) / (1.0 + GUARD_SHARE);
-        let scale_px = wanted_px.min(largest_px.max(1.0));
-        let faces = Side::ALL.into_iter().filter_map(|side| {
-            let around =
-                |of: Seen, axis: DVec2| Seen { low: of.low * (DVec2::ONE - axis) - of.high * axis, high: of.high };
-            let seen = match side {
-                Side::Front => around(around(seen[0]?, DVec2::X), DVec2::Y),
-                Side::Right => around(seen[1]?, DVec2::Y),
-                Side::Left => {
-                    let right = around(seen[1]?, DVec2::Y);
-                    Seen { low: DVec2::new(-right.high.x, right.low.y), high: DVec2::new(-right.low.x, right.high.y) }
-                }
-                Side::Up => around(seen[2]?, DVec2::X),
-                Side::Down => {
-                    let up = around(seen[2]?, DVec2::X);
-                    Seen { low: DVec2::new(up.low.x, -up.high.y), high: DVec2::new(up.high.x, -up.low.y) }
-                }
-            };
-            let guard_px = GUARD_PX.max(GUARD_SHARE * scale_px);
-            let low = (seen.low - margin).max(DVec2::NEG_ONE) * scale_px - guard_px;
-            let high = (seen.high + margin).min(DVec2::ONE) * scale_px + guard_px;
-            Some(Face {
+        let largest = seen.iter().map(|(_, seen)| seen.extent()).fold(0.0, f64::max);
+        let largest_px = (f64::from(limit_px) - 2.0 * GUARD_PX - 2.0) / (largest * (1.0 + 2.0 * GUARD_SHARE));
+        let scale_px = wanted_px.min(largest_px);
+        let faces = seen.into_iter().map(|(side, seen)| {
+            let guard_px = GUARD_PX.max(GUARD_SHARE * seen.extent() * scale_px);
+            let (low, high) = (seen.low * scale_px - guard_px, seen.high * scale_px + guard_px);
+            Face {
                 side,
                 left_px: low.x.floor() as i32,
                 top_px: (-high.y).floor() as i32,
                 right_px: high.x.ceil() as i32,
                 bottom_px: (-low.y).ceil() as i32,
                 scale_px,
-            })
+            }
         });
         Some(Self { lens, faces: faces.collect(), ray_px: most * scale_px / rays })
     }
@@ -334,4 +353,115 @@ pub struct FisheyeView {
     pub width: u32,
     /// Its height in pixels, before `render.scale`.
     pub height: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+    use super::*;
+
+    fn settings(fisheye: Fisheye, fisheye_fov_deg: f32, fisheye_frame: FisheyeFrame) -> CameraSettings {
+        CameraSettings { fisheye, fisheye_fov_deg, fisheye_frame, ..CameraSettings::default() }
+    }
+
+    /// The side of the largest component, as `fisheye.wgsl` finds it.
+    fn side_of(direction: DVec3) -> Side {
+        let DVec3 { x, y, z } = direction.abs();
+        match () {
+            () if x >= y && x > z => {
+                if direction.x > 0.0 {
+                    Side::Right
+                } else {
+                    Side::Left
+                }
+            }
+            () if y > x && y > z => {
+                if direction.y > 0.0 {
+                    Side::Up
+                } else {
+                    Side::Down
+                }
+            }
+            () => Side::Front,
+        }
+    }
+
+    #[test]
+    fn every_ray_is_in_its_view_and_no_wider_than_said() {
+        let maps = [Fisheye::Equidistant, Fisheye::Equisolid, Fisheye::Stereographic];
+        for (map, frame) in maps.into_iter().flat_map(|map| [(map, FisheyeFrame::Circular), (map, FisheyeFrame::Full)])
+        {
+            for (fov_deg, size) in [
+                (1.0, (40, 40)),
+                (80.0, (64, 41)),
+                (100.0, (61, 61)),
+                (140.0, (97, 20)),
+                (180.0, (1, 1)),
+                (220.0, (96, 54)),
+            ] {
+                let faces = FisheyeFaces::new(&settings(map, fov_deg, frame), size, 8192).unwrap();
+                let case = format!("{map:?} {frame:?} {fov_deg} {size:?}");
+                let middle = 0.5 * DVec2::new(f64::from(size.0), f64::from(size.1));
+                let rays = RAYS_A_SIDE as usize;
+                let at = |x: usize, y: usize| {
+                    let place = (DVec2::new(x as f64, y as f64) + 0.5) / f64::from(RAYS_A_SIDE) - middle;
+                    let direction = faces.lens.direction(place)?;
+                    let side = side_of(direction);
+                    let face = faces.faces.iter().find(|face| face.side == side);
+                    let face =
+                        face.unwrap_or_else(|| panic!("{case}: {place} is in the view {side:?}, which is not drawn"));
+                    let px = side.place(direction).unwrap() * DVec2::new(face.scale_px, -face.scale_px);
+                    // A texel beyond it and the offset of a sample.
+                    let is_within = |px: f64, low: i32, high: i32| px - 1.0 >= low.into() && px + 1.0 <= high.into();
+                    let is_seen =
+                        is_within(px.x, face.left_px, face.right_px) && is_within(px.y, face.top_px, face.bottom_px);
+                    assert!(is_seen, "{case}: {place} is at {px} of {face:?}");
+                    Some((side, px))
+                };
+                let mut widest = 0.0f64;
+                for (x, y) in (0..size.1 as usize * rays).flat_map(|y| (0..size.0 as usize * rays).map(move |x| (x, y)))
+                {
+                    let Some((side, px)) = at(x, y) else { continue };
+                    for other in [at(x + 1, y), at(x, y + 1)] {
+                        let other = other.filter(|(other, _)| *other == side);
+                        widest = other.map_or(widest, |(_, other)| widest.max(px.distance(other)));
+                    }
+                }
+                // Rays of few pixels are longer than derivatives say.
+                assert!(
+                    faces.ray_px <= RAY_PX_MAX * 1.000_001 && widest < RAY_PX_MAX * 1.03,
+                    "{case}: {} {widest}",
+                    faces.ray_px
+                );
+                let is_limited = faces.ray_px > 1.49;
+                assert!(!is_limited || size.0 < 40 || size.1 < 40 || widest > 1.2, "{case}: {widest}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_what_is_seen_is_drawn_and_nothing_larger_than_the_device_allows() {
+        let drawn = |fov_deg, limit_px| {
+            let settings = settings(Fisheye::Equidistant, fov_deg, FisheyeFrame::Circular);
+            FisheyeFaces::new(&settings, (512, 512), limit_px).unwrap()
+        };
+        for (fov_deg, count) in [(1.0, 1), (80.0, 1), (120.0, 5), (220.0, 5)] {
+            let faces = drawn(fov_deg, 8192);
+            assert_eq!(faces.faces.len(), count, "{fov_deg}");
+            let pixels: u32 = faces.faces.iter().map(|face| face.size().0 * face.size().1).sum();
+            println!("{fov_deg}: {} views, {pixels} pixels, rays of {:.2} pixels", count, faces.ray_px);
+            assert!(pixels < 2 * 512 * 512, "{fov_deg}: {pixels}");
+        }
+        // Half of the sides at 180°.
+        let faces = drawn(180.0, 8192).faces;
+        let [front, right] = [0, 1].map(|at: usize| faces[at].size());
+        assert!(front.0 == front.1 && right.1 == front.1 && right.0 < front.0 * 6 / 10, "{front:?} {right:?}");
+        let small = drawn(180.0, 64);
+        assert!(
+            small.faces.iter().all(|face| face.size().0 <= 64 && face.size().1 <= 64) && small.ray_px < 1.0,
+            "{small:?}"
+        );
+        let settings = CameraSettings::default();
+        assert_eq!(FisheyeFaces::new(&settings, (512, 512), 8192), None);
+    }
 }
