@@ -14,8 +14,8 @@ use crate::passes::forward::{LayeredDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, tile_depth,
-    tone_map, transparency, volumes,
+    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows,
+    tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;

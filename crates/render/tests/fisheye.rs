@@ -264,7 +264,12 @@ fn what_a_fisheye_does_without_is_refused() {
     let (mut scene, mut renderer) = (room(), renderer());
     renderer.load(&scene).unwrap();
     let plain = request(&scene, (16, 16), Fisheye::Equisolid, 180.0);
-    for (key, value) in [("occlusion.enabled", "true"), ("camera.f_stop", "2"), ("debug.view", "lights")] {
+    for (key, value) in [
+        ("occlusion.enabled", "true"),
+        ("reflections.enabled", "true"),
+        ("camera.f_stop", "2"),
+        ("debug.view", "lights"),
+    ] {
         let refused = plain.with(|settings| settings.set(key, value).unwrap());
         let refused = renderer.render(&scene, &refused).unwrap_err().to_string();
         assert!(refused.contains("camera.fisheye=equisolid") && refused.contains(key), "{refused}");
