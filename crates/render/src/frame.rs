@@ -10,7 +10,7 @@ use crate::lights::LightCulling;
 use crate::occlusion::Occlusion;
 use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
-use crate::passes::forward::{LayeredDepth, SeenThrough};
+use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
@@ -25,7 +25,7 @@ use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
 use crate::transparency::{Blended, Peel, Side, TransparencyMode};
 use crate::view::CameraStep;
-use manypass_graph::{Handle, TextureDesc};
+use manypass_graph::{DepthLoad, Handle, TextureDesc};
 use std::sync::Arc;
 
 /// What all views of a frame share: the maps of their shadows.
@@ -76,30 +76,37 @@ pub fn view_passes(
     settings: &Settings,
     variables: &Variables,
 ) -> Result<ViewOutputs, ProgramError> {
-    let forward = match settings.render.path {
-        Path::Deferred => None,
-        path => Some(forward_passes(r, settings, path)?),
-    };
-    if let Some((radiance, depth)) = forward {
+    if settings.render.path != Path::Deferred {
+        let (begun, before) = before_forward(r, settings, variables)?;
+        let (linear_depth, occlusion) = before.unzip();
+        let (radiance, depth) = forward_passes(r, settings, begun, occlusion.as_ref())?;
         let radiance = coverage::record_masks(r, &depth, radiance)?;
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
         let radiance = ground::record(r, &depth, radiance)?;
         let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
         let radiance = if settings.fog.scatters() {
-            let of_middles = if r.view.pixel_samples > 1 { Some(forward::record_depth(r)?) } else { None };
-            let linear_depth = linear_depth::record(r, "linear_depth", of_middles.as_ref().unwrap_or(&depth))?;
+            let linear_depth = match linear_depth {
+                Some(linear_depth) => linear_depth,
+                None => {
+                    let of_middles = if r.view.pixel_samples > 1 { Some(forward::record_depth(r)?) } else { None };
+                    linear_depth::record(r, "linear_depth", of_middles.as_ref().unwrap_or(&depth))?
+                }
+            };
             fog::record_light(r, &settings.fog, &linear_depth, radiance)?
         } else {
             radiance
         };
         let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
         let radiance = resolve::record(r, "resolve", radiance);
-        let none =
-            ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion: None };
-        return Ok(none);
+        let occlusion = occlusion.map(|occlusion| occlusion.texture);
+        return Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion });
     }
     let (outputs, gbuffer) = surface_passes(r, variables)?;
-    let occlusion = occlusion::record(r, &settings.occlusion, variables.reads_occlusion, &gbuffer, &outputs.depth)?;
+    let occlusion = {
+        let seen =
+            occlusion::Seen { normal: &gbuffer.normal, linear_depth: &gbuffer.linear_depth, depth: &outputs.depth };
+        occlusion::record(r, &settings.occlusion, variables.reads_occlusion, seen)?
+    };
     let hidden = occlusion.as_ref();
     let (radiance, depth) = light_passes(r, settings, &gbuffer, hidden, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
@@ -114,13 +121,40 @@ pub fn view_passes(
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
 }
 
+/// Where surfaces are shaded where they are drawn, and what they occlude in the picture is needed: their linear depth,
+/// and that. First gives the depth that they are shaded with.
+fn before_forward(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    variables: &Variables,
+) -> Result<(OpaqueDepth, Option<(Handle, Occlusion)>), ProgramError> {
+    let (depth, load) = adaptive::begin_depth(r)?;
+    let begun = OpaqueDepth { depth, load, is_drawn: false };
+    if !occlusion::is_needed(r, &settings.occlusion, variables.reads_occlusion) {
+        return Ok((begun, None));
+    }
+    // Of several samples a pixel the depth of the middle is not that of all.
+    let (of_samples, of_middles) = if r.view.pixel_samples > 1 { (Some(begun), None) } else { (None, Some(begun)) };
+    let (normal, depth) = geometry::record_normals(r, of_middles.map(|begun| (begun.depth, begun.load)))?;
+    let linear_depth = linear_depth::record(r, "linear_depth", &depth)?;
+    let seen = occlusion::Seen { normal: &normal, linear_depth: &linear_depth, depth: &depth };
+    let occlusion = occlusion::record(r, &settings.occlusion, variables.reads_occlusion, seen)?;
+    let drawn = || OpaqueDepth { depth, load: DepthLoad::Keep, is_drawn: true };
+    Ok((of_samples.unwrap_or_else(drawn), occlusion.map(|occlusion| (linear_depth, occlusion))))
+}
+
 /// Opaque surfaces that are shaded where they are drawn: radiance and depth.
-fn forward_passes(r: &mut Recorder<'_, '_>, settings: &Settings, path: Path) -> Result<(Handle, Handle), ProgramError> {
-    let begun = adaptive::begin_depth(r)?;
-    match path {
-        Path::Deferred | Path::Forward => forward::record_opaque(r, &settings.fog, begun),
-        Path::ForwardBatched => forward::record_batched(r, &settings.fog, begun),
+fn forward_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    begun: OpaqueDepth,
+    occlusion: Option<&Occlusion>,
+) -> Result<(Handle, Handle), ProgramError> {
+    match settings.render.path {
+        Path::Deferred | Path::Forward => forward::record_opaque(r, &settings.fog, begun, occlusion),
+        Path::ForwardBatched => forward::record_batched(r, &settings.fog, begun, occlusion),
         Path::Gouraud => {
+            let begun = (begun.depth, begun.load);
             let fog = if r.view.counts_pairs() { None } else { Some(&settings.fog) };
             let (radiance, depth) = gouraud::record_opaque(r, &settings.fog, begun)?;
             forward::record_layered(r, fog, radiance, LayeredDepth::Missing(depth))
@@ -281,7 +315,10 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
             let (pairs, depth) = light_passes(r, settings, &gbuffer, None, depth, pairs)?;
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
         }
-        path => forward_passes(r, settings, path)?,
+        _ => {
+            let (begun, _) = before_forward(r, settings, &Variables::default())?;
+            forward_passes(r, settings, begun, None)?
+        }
     };
     Ok(translucent_passes(r, settings, pairs, depth)?.0)
 }

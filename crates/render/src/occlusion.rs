@@ -1,7 +1,11 @@
 //! What opaque surfaces hide of the environment from each other, as the passes read it that add its light.
 
-use crate::record::Fullscreen;
+use crate::record::{Fullscreen, SurfacePass};
+use crate::shader::program::Constant;
 use manypass_graph::Handle;
+
+/// The texture in shaders.
+const NAME: &str = "screen_occlusion";
 
 /// What a pass found of it.
 #[derive(Debug)]
@@ -19,14 +23,20 @@ impl Occlusion {
     /// Declares that `step` reads it, if there is any, under the names of `shaders/occlusion.wgsl`.
     pub fn read_by<'r, 'f>(found: Option<&Self>, step: Fullscreen<'r, 'f>) -> Fullscreen<'r, 'f> {
         match found {
-            None => step.stand_in("screen_occlusion"),
-            Some(Self { texture, is_multi_bounce, is_bent }) => step
-                .constants(&[
-                    ("occluded", 1),
-                    ("multi_bounce", u32::from(*is_multi_bounce)),
-                    ("bent_normals", u32::from(*is_bent)),
-                ])
-                .read("screen_occlusion", texture),
+            None => step.stand_in(NAME),
+            Some(found) => step.constants(&found.constants()).read(NAME, &found.texture),
         }
+    }
+
+    /// The same of a pass that draws surfaces.
+    pub fn bind(found: Option<&Self>, pass: &mut SurfacePass<'_, '_>) {
+        let Some(found) = found else { return pass.stand_in(NAME) };
+        found.constants().into_iter().for_each(|(name, value)| pass.constant(name, value));
+        pass.read(NAME, &found.texture);
+    }
+
+    fn constants(&self) -> [Constant; 3] {
+        let Self { is_multi_bounce, is_bent, .. } = self;
+        [("occluded", 1), ("multi_bounce", u32::from(*is_multi_bounce)), ("bent_normals", u32::from(*is_bent))]
     }
 }

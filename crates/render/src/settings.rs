@@ -118,8 +118,12 @@ impl Settings {
             let key = format!("msaa.samples={}", self.msaa.samples.count());
             return Err(SettingsError::Needs { key, needs: "render.path=forward", found: path.name() });
         }
-        for (group, enabled) in [("occlusion", self.occlusion.enabled), ("reflections", self.reflections.enabled)] {
-            if enabled && path != Path::Deferred {
+        let is_per_pixel = path != Path::Gouraud;
+        for (group, enabled, has_it) in [
+            ("occlusion", self.occlusion.enabled, is_per_pixel),
+            ("reflections", self.reflections.enabled, path == Path::Deferred),
+        ] {
+            if enabled && !has_it {
                 let key = format!("{group}.enabled=true");
                 return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
             }
@@ -222,6 +226,9 @@ mod tests {
         settings.set("occlusion.enabled", "true").unwrap();
         let error = settings.check().unwrap_err().to_string();
         assert_eq!(error, "`occlusion.enabled=true` needs `render.path=deferred`, which is `gouraud`");
+        settings.set("render.path", "forward-batched").unwrap();
+        assert_eq!(settings.check(), Ok(()));
+        settings.set("render.path", "gouraud").unwrap();
         settings.set("occlusion.enabled", "false").unwrap();
         settings.set("reflections.enabled", "true").unwrap();
         let error = settings.check().unwrap_err().to_string();

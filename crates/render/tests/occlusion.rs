@@ -10,10 +10,16 @@ mod common;
 use common::plain_request;
 use common::shadows::{light, perspective, radiance, shared};
 use glam::{DVec3, Quat, Vec3};
-use manypass::{Environment, FrameRequest, OcclusionMethod, Renderer, Resolution, View};
-use manypass_scene::{LightKind, Material, Node, Scene, primitives};
+use manypass::{Environment, FrameRequest, OcclusionMethod, Path, PixelSamples, Renderer, Resolution, View};
+use manypass_scene::material::{HeightMap, HeightMethod};
+use manypass_scene::{
+    AlphaMode, Image, ImageSource, LightKind, Material, Node, Sampler, Scene, Texture, TextureRef, TextureTransform,
+    primitives,
+};
 use manypass_testkit::build::{SceneBuilder, at, grey};
+use manypass_testkit::compare::{Picture, Tolerance, assert_same, difference};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::io::Cursor;
 
 const SIZE: (u32, u32) = (120, 80);
 /// How far surfaces occlude each other.
@@ -463,18 +469,113 @@ fn passes_are_there_as_they_are_needed() {
     assert_eq!(passes(&dark), [""; 0]);
 }
 
+/// The room, and before it what is not drawn as plain triangles are: a pane with holes and a plate with relief.
+fn room_with_panes() -> Scene {
+    let mut builder = SceneBuilder { scene: room() };
+    let dots = image::RgbaImage::from_fn(16, 16, |x, y| {
+        let value = if (x / 2 + y / 2) % 2 == 0 { 255 } else { 0 };
+        image::Rgba([255, 255, value, value])
+    });
+    let heights = image::GrayImage::from_fn(16, 16, |x, y| image::Luma([if x / 4 % 2 == y / 4 % 2 { 255 } else { 0 }]));
+    let mut pngs = [Vec::new(), Vec::new()].map(Cursor::new);
+    dots.write_to(&mut pngs[0], image::ImageFormat::Png).unwrap();
+    heights.write_to(&mut pngs[1], image::ImageFormat::Png).unwrap();
+    for (x, png) in [-1.2f32, 0.6].into_iter().zip(pngs) {
+        let source = ImageSource::Encoded(png.into_inner().into());
+        let texture = builder.scene.textures.len();
+        builder.scene.images.push(Image { name: String::new(), source });
+        builder.scene.textures.push(Texture { image: texture, sampler: Sampler::default() });
+        let map = TextureRef { texture, uv_set: 0, transform: TextureTransform::default() };
+        let material = if x < 0.0 {
+            Material { base_color_texture: Some(map), alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..rough(0.8) }
+        } else {
+            let method = HeightMethod::Occlusion;
+            let height = HeightMap { texture: map, depth_m: 0.1, method, self_shadow: false };
+            Material { height: Some(height), ..rough(0.6) }
+        };
+        let rotation = Quat::from_rotation_x(if x < 0.0 { FRAC_PI_2 as f32 } else { 0.3 });
+        let translation = Vec3::new(x, 0.6, 1.6);
+        builder.put(primitives::plane(0.9), material, Node { rotation, translation, ..Node::default() });
+    }
+    builder.finish()
+}
+
+#[test]
+fn forward_paths_are_occluded_as_the_deferred_one_is() {
+    let mut renderer = shared();
+    let scene = room();
+    renderer.unload();
+    renderer.load(&scene).unwrap();
+    // Base colour has eight bits on the deferred path.
+    let same = Tolerance { mean: 0.75, ..Tolerance::default() };
+    let mut shown = |request: &FrameRequest, path| {
+        let request = request.with(|settings| settings.render.path = path);
+        renderer.render(&scene, &request).unwrap();
+        Picture::from_rgba8(SIZE.0 as usize, SIZE.1 as usize, &renderer.read_display().unwrap())
+    };
+    for (method, resolution, is_full) in
+        [(OcclusionMethod::Gtao, Resolution::Half, true), (OcclusionMethod::Ssao, Resolution::Full, false)]
+    {
+        let request = request(&scene, method).with(|settings| {
+            settings.occlusion.resolution = resolution;
+            (settings.occlusion.multi_bounce, settings.occlusion.bent_normals) = (is_full, is_full);
+        });
+        let truth = shown(&request, Path::Deferred);
+        let open = shown(&request.with(|settings| settings.occlusion.enabled = false), Path::Forward);
+        assert!(!difference(&truth, &open, 2).is_within(same), "{method:?}: nothing is occluded");
+        for path in [Path::Forward, Path::ForwardBatched] {
+            let found = shown(&request, path);
+            println!("{method:?}, {}: {}", path.name(), difference(&truth, &found, 2));
+            assert_same(&truth, &found, same);
+        }
+        // Of four samples a pixel those at edges take the occlusion of the middle.
+        let mut of_four = |enabled| {
+            let request = request.with(|settings| {
+                settings.occlusion.enabled = enabled;
+                settings.msaa.samples = PixelSamples::Four;
+            });
+            shown(&request, Path::Forward)
+        };
+        let (found, open_of_four) = (of_four(true), of_four(false));
+        let inside =
+            Tolerance { share: 0.97, share_between: 0.99, mean: 1.0, area_px: 80, area_between_px: 26, ..same };
+        println!("{method:?}: {}", difference(&truth, &found, 2));
+        assert_same(&truth, &found, inside);
+        assert!(!difference(&truth, &open_of_four, 2).is_within(inside));
+    }
+}
+
+#[test]
+fn what_is_drawn_again_lies_where_it_was_drawn_before() {
+    let mut renderer = shared();
+    let scene = room_with_panes();
+    renderer.unload();
+    renderer.load(&scene).unwrap();
+    let request = request(&scene, OcclusionMethod::Gtao).with(|settings| settings.occlusion.intensity = 0.0);
+    for path in [Path::Forward, Path::ForwardBatched] {
+        let [before, alone] = [true, false].map(|enabled| {
+            let request = request.with(|settings| {
+                settings.render.path = path;
+                settings.occlusion.enabled = enabled;
+            });
+            renderer.render(&scene, &request).unwrap();
+            Picture::from_rgba8(SIZE.0 as usize, SIZE.1 as usize, &renderer.read_display().unwrap())
+        });
+        let found = difference(&alone, &before, 0);
+        println!("{}: {found}", path.name());
+        assert!(found.is_within(Tolerance { within: 0, ..Tolerance::default() }), "{}: {found}", path.name());
+    }
+}
+
 #[test]
 fn what_has_no_occlusion_is_refused() {
     let mut renderer = shared();
     let scene = room();
     renderer.unload();
     renderer.load(&scene).unwrap();
-    for path in ["forward", "forward-batched", "gouraud"] {
-        let request =
-            request(&scene, OcclusionMethod::Gtao).with(|settings| settings.set("render.path", path).unwrap());
-        let error = renderer.render(&scene, &request).unwrap_err().to_string();
-        assert!(error.contains("`occlusion.enabled=true` needs `render.path=deferred`"), "{error}");
-    }
+    let gouraud = request(&scene, OcclusionMethod::Gtao).with(|settings| settings.render.path = Path::Gouraud);
+    let error = renderer.render(&scene, &gouraud).unwrap_err().to_string();
+    assert!(error.contains("`occlusion.enabled=true` needs `render.path=deferred`"), "{error}");
     let mut settings = request(&scene, OcclusionMethod::Gtao).settings;
     for value in ["-1", "NaN", "inf", "1e7", "wide"] {
         let error = settings.set("occlusion.radius_m", value).unwrap_err().to_string();

@@ -189,7 +189,7 @@ impl Offered<'_> {
 
     fn missing(&self, effect: &str, name: &str) -> ProgramError {
         let remedy = match name {
-            "occlusion" => "; it needs occlusion.enabled=true and render.path=deferred",
+            "occlusion" => "; it needs occlusion.enabled=true and another render.path than gouraud",
             "motion" => "; it needs render.path=deferred",
             "base_color" | "normal" | "material" | "linear_depth" => {
                 "; it needs render.path=deferred and camera.fisheye=none"

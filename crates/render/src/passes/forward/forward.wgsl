@@ -1,7 +1,7 @@
 // forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them. The same
 // reflectance model, lights and lists as the deferred path.
 // With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
-// Reads: the tables of lights and clusters, the environment. Writes: radiance (premultiplied), depth if opaque; with
+// Reads: the tables of lights and clusters, the environment, occlusion. Writes: radiance (premultiplied), depth if opaque; with
 // `counts_pairs` the numbers of pairs in place of radiance.
 // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 
@@ -17,7 +17,8 @@ import package::shaders::shadows::shadowed;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
 import package::shaders::lights::{LightSums, counts_pairs, pair_counts};
-@if(!layered) import package::shaders::ambient::ambient_radiance;
+@if(!layered) import package::shaders::ambient::ambient_radiance_seen;
+@if(!layered) import package::shaders::occlusion::seen_at;
 @if(layered) import package::shaders::layered_ambient::{layered_ambient, transmitted_share};
 @if(layered) import package::shaders::layers::{below_coat, layer_sample, layered_roughness, set_layers};
 @if(layered) import package::shaders::transmission::seen_behind;
@@ -134,7 +135,8 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
                 radiance += layered_ambient(sample.surface, shading);
             }
             @if(!layered) {
-                radiance += ambient_radiance(sample.surface, shading);
+                let seen = seen_at(vec2i(in.position_clip.xy), sample.surface, shading);
+                radiance += ambient_radiance_seen(sample.surface, shading, seen);
             }
             @if(layered) {
                 if transmissive != 0u {

@@ -2,14 +2,16 @@
 //! reflectance model, lights and lists as the deferred path.
 //!
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or
-//! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, the distances of the nearest
-//! surfaces that light comes through if it draws what lies on one side of them. Writes: radiance (premultiplied), and
-//! depth if opaque; or sums for a weighted mean; or, for the report, the numbers of pairs of light and fragment.
+//! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, occlusion, the distances of the
+//! nearest surfaces that light comes through if it draws what lies on one side of them. Writes: radiance
+//! (premultiplied), and depth if opaque; or sums for a weighted mean; or, for the report, the numbers of pairs of light
+//! and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
-use crate::record::{ADD, Recorder, Which};
+use crate::occlusion::Occlusion;
+use crate::record::{ADD, Recorder, SurfacePass, Which};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
@@ -29,6 +31,29 @@ const DRAWS_AGAIN: &str = "draws_again";
 const FIRST_BATCH: u32 = 1;
 const LATER_BATCH: u32 = 2;
 
+/// The depth that opaque surfaces are shaded with, one sample for each of their targets'.
+#[derive(Debug)]
+pub struct OpaqueDepth {
+    /// The texture.
+    pub depth: Handle,
+    /// How it is loaded.
+    pub load: DepthLoad,
+    /// Whether a pass before drew all of it, so that it stays as it is.
+    pub is_drawn: bool,
+}
+
+impl OpaqueDepth {
+    /// Makes it that of `pass`. Returns the version that holds the result.
+    fn begin(self, pass: &mut SurfacePass<'_, '_>) -> Handle {
+        if !self.is_drawn {
+            return pass.depth(self.depth, self.load);
+        }
+        pass.depth_read_only(&self.depth);
+        pass.constant(DRAWS_AGAIN, 1);
+        self.depth
+    }
+}
+
 /// Radiance and depth of all opaque and masked surfaces, drawn once with emission, ambient light and the first eight of
 /// the lights that reach them, and once more for each eight others, which are added where the depth is the same. What
 /// is drawn twice at exactly the same place is lit by the later batches of both.
@@ -40,7 +65,8 @@ const LATER_BATCH: u32 = 2;
 pub fn record_batched(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    (depth, depth_load): (Handle, DepthLoad),
+    depth: OpaqueDepth,
+    occlusion: Option<&Occlusion>,
 ) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
     let (view, world) = (r.view, r.frame.world);
@@ -51,9 +77,10 @@ pub fn record_batched(
     pass.axes(axes_of(0));
     pass.uniform("fog", &fog);
     let mut radiance = radiance.begin(&mut pass);
-    let depth = pass.depth(depth, depth_load);
+    let depth = depth.begin(&mut pass);
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     pass.stand_in("behind");
+    Occlusion::bind(occlusion, &mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     Weighting::default().bind(&mut pass, None);
     pass.draw_opaque(Which::All)?;
@@ -67,6 +94,7 @@ pub fn record_batched(
         pass.blend(ADD);
         pass.constant(LIGHTS_OF, LATER_BATCH);
         pass.stand_in("behind");
+        Occlusion::bind(None, &mut pass);
         pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
         Weighting::default().bind(&mut pass, None);
@@ -75,25 +103,27 @@ pub fn record_batched(
     Ok((radiance, depth))
 }
 
-/// Radiance and depth of all opaque and masked surfaces, from depth that is begun and loaded so.
+/// Radiance and depth of all opaque and masked surfaces, those without layers less what `occlusion` says.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record_opaque(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    (depth, depth_load): (Handle, DepthLoad),
+    depth: OpaqueDepth,
+    occlusion: Option<&Occlusion>,
 ) -> Result<(Handle, Handle), ProgramError> {
     let radiance = LightTarget::new(r);
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
     pass.stand_in("behind");
+    Occlusion::bind(occlusion, &mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     Weighting::default().bind(&mut pass, None);
     pass.axes(axes);
     let radiance = radiance.begin(&mut pass);
-    let depth = pass.depth(depth, depth_load);
+    let depth = depth.begin(&mut pass);
     pass.uniform("fog", &fog);
     pass.draw_opaque(Which::All)?;
     Ok((radiance, depth))
@@ -146,6 +176,7 @@ pub fn record_layered(
     let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
     let mut pass = r.surfaces("layered", "forward");
     pass.stand_in("behind");
+    Occlusion::bind(None, &mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     Weighting::default().bind(&mut pass, None);
     pass.axes(view.light_axes());
@@ -215,6 +246,7 @@ pub fn record_transmissive(
     } else {
         pass.stand_in("behind");
     }
+    Occlusion::bind(None, &mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
     pass.blend(LightTarget::blend_over(view));
@@ -243,6 +275,7 @@ pub fn record_blended(
     let is_behind = peel.is_some_and(|peel| peel.side == Side::Behind);
     let mut pass = r.surfaces(if is_behind { "forward.behind" } else { "forward" }, "forward");
     pass.stand_in("behind");
+    Occlusion::bind(None, &mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     weighting.bind(&mut pass, peel);
     pass.axes(view.light_axes());

@@ -43,6 +43,32 @@ fn record_depth(
     Ok((depth, DepthLoad::Keep))
 }
 
+/// Draws opaque and masked surfaces for what is found in the picture of them before they are shaded where they are
+/// drawn: normals, whose shader writes base colour before them, and depth, with one sample a pixel. `begun` is as for
+/// [`record`], or depth of its own.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_normals(
+    r: &mut Recorder<'_, '_>,
+    begun: Option<(Handle, DepthLoad)>,
+) -> Result<(Handle, Handle), ProgramError> {
+    let begun = begun.unwrap_or_else(|| {
+        let depth = r.texture("geometry.middles", r.frame.gpu.capabilities.depth_format);
+        (depth, DepthLoad::Clear { depth: 0.0, stencil: 0 })
+    });
+    let (depth, depth_load) = record_depth(r, begun)?;
+    let base_color = r.texture("geometry.base_color", BASE_COLOR);
+    let normal = r.texture("geometry.normal", NORMAL);
+    let mut pass = r.surfaces("geometry", "geometry");
+    let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
+    pass.color(base_color, clear);
+    let normal = pass.color(normal, clear);
+    let depth = pass.depth(depth, depth_load);
+    pass.draw_opaque(Which::All)?;
+    Ok((normal, depth))
+}
+
 /// Records the passes; `begun` is depth, and how it is loaded.
 ///
 /// # Errors

@@ -11,7 +11,6 @@ mod settings;
 
 pub use settings::{OcclusionMethod, OcclusionSettings};
 
-use crate::gbuffer::Gbuffer;
 use crate::occlusion::Occlusion;
 use crate::record::{Fullscreen, PicturePart, Recorder};
 use crate::resolution::Resolution;
@@ -53,6 +52,22 @@ impl OcclusionUniform {
     }
 }
 
+/// What is known of the surfaces in the picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'h> {
+    /// World normal, as the G-buffer has it.
+    pub normal: &'h Handle,
+    /// Metres along the view axis.
+    pub linear_depth: &'h Handle,
+    /// Depth, with one sample a pixel.
+    pub depth: &'h Handle,
+}
+
+/// Whether the settings ask for it and there is light to be hidden, or whether it `is_read` by an effect.
+pub fn is_needed(r: &Recorder<'_, '_>, settings: &OcclusionSettings, is_read: bool) -> bool {
+    settings.enabled && (is_read || !r.view.is_environment_dark) && !r.view.counts_pairs()
+}
+
 /// Records the passes, if the settings ask for them and there is light to be hidden, or if it `is_read` by an effect.
 ///
 /// # Errors
@@ -61,13 +76,12 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
     is_read: bool,
-    gbuffer: &Gbuffer,
-    depth: &Handle,
+    seen: Seen<'_>,
 ) -> Result<Option<Occlusion>, ProgramError> {
-    let is_needed = is_read || !r.view.is_environment_dark;
-    if !settings.enabled || !is_needed || r.view.counts_pairs() {
+    if !is_needed(r, settings, is_read) {
         return Ok(None);
     }
+    let depth = seen.depth;
     let program = match settings.method {
         OcclusionMethod::Gtao => "occlusion_gtao",
         OcclusionMethod::Ssao => "occlusion_ssao",
@@ -86,29 +100,28 @@ pub fn record(
         ("steps", settings.steps),
         ("bends", u32::from(settings.bent_normals)),
     ]);
-    let step = surfaces_of(step, gbuffer, &uniform);
+    let step = surfaces_of(step, seen, &uniform);
     let step = if of_few { step } else { step.over(PicturePart::Surfaces, depth) };
     let mut texture = step.draw_into(target, OPEN)?;
     if is_filtered {
         let target = r.texture_of("occlusion.blur", desc);
         let step = r.fullscreen("occlusion.blur", "occlusion_blur", &[]).constants(&constants[..1]);
-        let step = surfaces_of(step, gbuffer, &uniform).read("noisy_occlusion", &texture);
+        let step = surfaces_of(step, seen, &uniform).read("noisy_occlusion", &texture);
         let step = if of_few { step } else { step.over(PicturePart::Surfaces, depth) };
         texture = step.draw_into(target, OPEN)?;
     }
     if of_few {
         let target = r.texture("occlusion.upsample", format);
         let step = r.fullscreen("occlusion.upsample", "occlusion_upsample", &[]).constants(&constants);
-        let step = surfaces_of(step, gbuffer, &uniform).read("coarse_occlusion", &texture);
+        let step = surfaces_of(step, seen, &uniform).read("coarse_occlusion", &texture);
         texture = step.over(PicturePart::Surfaces, depth).draw_into(target, OPEN)?;
     }
     Ok(Some(Occlusion { texture, is_multi_bounce: settings.multi_bounce, is_bent: settings.bent_normals }))
 }
 
 /// What all steps read.
-fn surfaces_of<'r, 'f>(step: Fullscreen<'r, 'f>, gbuffer: &Gbuffer, uniform: &OcclusionUniform) -> Fullscreen<'r, 'f> {
-    let step = step.uniform("occlusion", uniform);
-    step.read("normal", &gbuffer.normal).read("linear_depth", &gbuffer.linear_depth)
+fn surfaces_of<'r, 'f>(step: Fullscreen<'r, 'f>, seen: Seen<'_>, uniform: &OcclusionUniform) -> Fullscreen<'r, 'f> {
+    step.uniform("occlusion", uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
 }
 
 #[cfg(test)]
