@@ -53,6 +53,7 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
                 settings.ground.mode = Ground::None;
                 settings.environment.source = Environment::None;
                 settings.shadows.enabled = false;
+                settings.taa.enabled = false;
                 settings
             },
             want_aovs: Vec::new(),

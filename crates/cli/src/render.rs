@@ -189,6 +189,9 @@ impl Batch<'_> {
                 let files = output::files(self.job, subject);
                 let output = files.as_ref().map_or("-".into(), |(target, _)| target.display().to_string());
                 if self.args.skip_existing && output::are_there(self.job, subject) {
+                    if let Some(loaded) = &mut loaded {
+                        loaded.goes_on = false;
+                    }
                     if let Some(report) = &mut self.report {
                         report.skipped(&input.name(), &output, shown)?;
                     }

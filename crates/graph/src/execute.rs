@@ -17,6 +17,9 @@ pub struct RunOptions<'a> {
     /// Whether to measure GPU time of every pass, if the device has `TIMESTAMP_QUERY`. It turns off the merging of
     /// passes.
     pub time: Timing,
+    /// Whether the next frame finds histories as this one did: of a frame that is looked at beside those that follow
+    /// each other.
+    pub leaves_histories: bool,
 }
 
 /// Whether passes are timed, and who reads the times.
@@ -201,6 +204,9 @@ impl Executor {
         }
         written.sort_unstable();
         written.dedup();
+        if options.leaves_histories {
+            written.clear();
+        }
         written.iter().for_each(|index| self.histories.written(&histories[*index as usize]));
         run.timestamps = self.times.end(encoder, options.time, timed, &run.passes);
         self.pool.end_run();

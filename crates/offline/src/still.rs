@@ -202,7 +202,8 @@ fn add_frame(
 }
 
 /// The request of the first frame of a still of so many samples, in which every light casts its shadow: where there are
-/// more lights than shadow maps, they take turns, if need be in several frames a sample.
+/// more lights than shadow maps, they take turns, if need be in several frames a sample. In pictures that are
+/// anti-aliased by those before them (`taa.enabled`) they take no turns.
 ///
 /// # Errors
 /// If the renderer fails.
@@ -213,6 +214,11 @@ pub fn still_request(
     samples: u32,
 ) -> Result<FrameRequest, StillError> {
     let samples = samples.max(1);
+    if (FrameRequest { sample_count: samples, ..request.clone() }).is_temporal() {
+        // Each frame stands for itself, as in a live view.
+        let (sample_count, frames_per_sample, light_rounds) = (samples, 1, None);
+        return Ok(FrameRequest { sample_index: 0, sample_count, frames_per_sample, light_rounds, ..request.clone() });
+    }
     let light_rounds = renderer.light_rounds(scene, request)?;
     let frames_per_sample = light_rounds.unwrap_or(1).div_ceil(samples);
     let sample_count = samples * frames_per_sample;

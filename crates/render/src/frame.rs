@@ -14,7 +14,7 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows,
+    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, taa,
     tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
@@ -348,6 +348,25 @@ fn surface_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<(Vi
     let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
     let depth = geometry.depth;
     Ok((ViewOutputs { radiance, depth, gbuffer: None, emission, ids, motion, occlusion: None }, gbuffer))
+}
+
+/// Anti-aliasing by the frames before, where those follow each other.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn temporal_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    frame: Option<&taa::TemporalFrame>,
+    outputs: ViewOutputs,
+) -> Result<ViewOutputs, ProgramError> {
+    // Forward paths are refused with the settings.
+    let (Some(frame), Some(gbuffer), Some(motion)) = (frame, &outputs.gbuffer, &outputs.motion) else {
+        return Ok(outputs);
+    };
+    let shown = taa::Shown { radiance: &outputs.radiance, linear_depth: &gbuffer.linear_depth, motion };
+    let radiance = taa::record(r, &settings.taa, frame, shown)?;
+    Ok(ViewOutputs { radiance, ..outputs })
 }
 
 /// The effects on radiance, each on that of the one before.

@@ -7,7 +7,7 @@ use manypass_scene::{Node, Scene};
 use std::sync::Arc;
 
 /// A posed scene as one camera saw it, kept while the scene moves on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// From where it was seen.
     pub camera: View,
@@ -16,6 +16,7 @@ pub struct Pose {
 
 #[derive(Clone, Debug, PartialEq)]
 struct NodePose {
+    is_visible: bool,
     world_from_object: Mat4,
     /// `world_from_mesh` of every joint; empty without a skin.
     joints: Vec<Mat4>,
@@ -30,6 +31,7 @@ impl NodePose {
         // A node that draws nothing needs no tables of its own.
         let skin = node.skin.filter(|_| mesh.is_some());
         Self {
+            is_visible: node.is_visible,
             world_from_object: node.world_from_object,
             joints: skin.map(|skin| scene.joint_matrices(skin)).unwrap_or_default(),
             weights: if node.morph_weights.is_empty() { default_weights() } else { node.morph_weights.clone() },
@@ -41,6 +43,11 @@ impl Pose {
     /// Captures `scene` as of its last `update_transforms`, seen from `camera`.
     pub fn capture(scene: &Scene, camera: View) -> Self {
         Self { camera, nodes: scene.nodes.iter().map(|node| NodePose::of(scene, node)).collect() }
+    }
+
+    /// Whether it may be one of `scene`'s.
+    pub(crate) fn is_of(&self, scene: &Scene) -> bool {
+        self.nodes.len() == scene.nodes.len()
     }
 
     /// The table `previous_nodes` of `motion.wgsl`, four texels a node; joints and weights are appended to those of

@@ -8,6 +8,7 @@ mod prepare;
 mod reading;
 mod run;
 mod shadows;
+mod temporal;
 mod variables;
 
 pub use reading::RenderedView;
@@ -171,6 +172,7 @@ impl Renderer {
     /// Gives back all that the scene takes on the device, for whoever has to read the next scene first.
     pub fn unload(&mut self) {
         self.forget_variables();
+        self.cut();
         self.resources = SceneResources::new(&self.gpu);
         self.instances = InstanceTable::new(&self.gpu);
         self.shadows = ShadowState::new(&self.gpu);

@@ -64,7 +64,8 @@ pub struct FrameRequest {
     pub averaging: Averaging,
     /// The variables that will be read after the frame.
     pub want_aovs: Vec<Aov>,
-    /// The scene and camera of the previous frame, for [`Aov::Motion`] and effects that read `motion`.
+    /// The scene and camera of the previous frame, for [`Aov::Motion`] and effects that read `motion`. A view that is
+    /// anti-aliased by its last frame ([`Self::is_temporal`]) knows that frame's, which come first.
     pub previous: Option<Arc<Pose>>,
     /// Passes of the user's own, after shading and before accumulation, in this order.
     pub effects: Vec<Arc<dyn Effect>>,
@@ -124,7 +125,8 @@ impl FrameRequest {
         let (_, samples) = self.sample();
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
         // A mean over a pixel of marks of what glows is none.
-        let is_marked = !self.changes_radiance() && self.settings.msaa.samples.count() == 1 && !self.is_fisheye();
+        let is_whole = !self.changes_radiance() && !self.is_temporal() && !self.is_fisheye();
+        let is_marked = is_whole && self.settings.msaa.samples.count() == 1;
         is_asked && is_marked && !self.is_stochastic() && !self.samples_lens_or_shutter()
     }
 
@@ -146,7 +148,20 @@ impl FrameRequest {
 
     /// Whether something reads how far surfaces moved since the previous frame.
     pub(crate) fn needs_motion(&self) -> bool {
-        self.want_aovs.contains(&Aov::Motion) || crate::effect::is_read(&self.effects, "motion")
+        let is_read = || crate::effect::is_read(&self.effects, "motion");
+        self.resolves_over_time() || self.want_aovs.contains(&Aov::Motion) || is_read()
+    }
+
+    /// Whether pictures are anti-aliased by those before them (`taa.enabled`): those of a live view, and those of one
+    /// sample. The former's later samples are not; their mean is smooth by itself.
+    pub fn is_temporal(&self) -> bool {
+        let is_asked = self.settings.taa.enabled && self.settings.effects.enabled;
+        is_asked && (self.goes_on || self.sample_count <= 1)
+    }
+
+    /// Whether the frame is anti-aliased by those before it.
+    pub(crate) fn resolves_over_time(&self) -> bool {
+        self.is_temporal() && self.sample_index == 0
     }
 
     fn deals_lights(&self) -> bool {
@@ -204,6 +219,7 @@ impl FrameRequest {
             self.effects.clear();
             self.settings.occlusion.enabled = false;
             self.settings.reflections.enabled = false;
+            self.settings.taa.enabled = false;
         }
         self
     }

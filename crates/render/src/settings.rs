@@ -59,6 +59,7 @@ compose! {
     shadows: crate::shadows::ShadowSettings,
     occlusion: crate::passes::occlusion::OcclusionSettings,
     reflections: crate::passes::reflections::ReflectionSettings,
+    taa: crate::passes::taa::TaaSettings,
     adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
     aov: crate::aov::AovSettings,
@@ -122,6 +123,7 @@ impl Settings {
         for (group, enabled, has_it) in [
             ("occlusion", self.occlusion.enabled, is_per_pixel),
             ("reflections", self.reflections.enabled, path == Path::Deferred),
+            ("taa", self.taa.enabled, path == Path::Deferred),
         ] {
             if enabled && !has_it {
                 let key = format!("{group}.enabled=true");

@@ -181,8 +181,11 @@ fn one_target_is_copied_into_a_texture_while_passes_stay_merged() {
         graph.export(other);
         graph
     };
-    let options =
-        |into| RunOptions { taps: Taps::One { pass: "first", texture: "radiance", into }, time: Timing::Live };
+    let options = |into| RunOptions {
+        taps: Taps::One { pass: "first", texture: "radiance", into },
+        time: Timing::Live,
+        ..Default::default()
+    };
     let (_, run) = bench.run(frame(&bench), &options(&good));
     assert!(run.taps.is_empty() && run.untapped.is_empty(), "{:?}", run.untapped);
     assert_eq!(bench.red(&good), 51);

@@ -173,6 +173,7 @@ impl Viewer {
     /// Forgets the last frame, because another scene comes in its place.
     fn forget_frame(&mut self) {
         (self.last, self.camera_before, self.metering) = (None, None, None);
+        self.renderer.cut();
         self.drawn.clear();
     }
 }

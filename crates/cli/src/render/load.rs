@@ -29,6 +29,8 @@ pub(super) struct Loaded {
     pub framing: Framing,
     /// How it is shown, each a picture of its own or a sequence.
     pub looks: Vec<Look>,
+    /// Whether the next picture follows the last one of a sequence.
+    pub goes_on: bool,
     /// The exposure of all pictures of the look that is shown.
     pub exposure: Option<Taken>,
     /// What its reader and the renderer warned of.
@@ -84,7 +86,7 @@ impl Batch<'_> {
         if let Some(hint) = camera::hint(&self.job.look.camera, &scene, &framing).filter(|_| !args.quiet) {
             self.bar.suspend(|| say(format_args!("hint: {}: {hint}", item.input.name())));
         }
-        Ok(Loaded { scene, framing, looks, exposure: None, warnings, files })
+        Ok(Loaded { scene, framing, looks, goes_on: false, exposure: None, warnings, files })
     }
 
     /// Shows an input in one of its looks, and meters that.
@@ -93,7 +95,8 @@ impl Batch<'_> {
     /// It has no such camera, or cannot be drawn.
     pub(super) fn meter(&mut self, loaded: &mut Loaded, index: usize, phases: &mut Phases) -> Result<(), Failure> {
         let start = Instant::now();
-        let Loaded { scene, framing, looks, exposure, .. } = loaded;
+        let Loaded { scene, framing, looks, exposure, goes_on, .. } = loaded;
+        *goes_on = false;
         let Some(look) = looks.get(index) else { return Ok(()) };
         scene.variant = look.variant;
         *exposure = Some(self.metered(scene, framing, look)?);

@@ -96,7 +96,7 @@ impl Batch<'_> {
     ) -> Result<Drawn, Failure> {
         let (args, job) = (self.args, self.job);
         let Subject { look, frame, .. } = subject;
-        let Loaded { scene, framing, exposure, warnings, .. } = loaded;
+        let Loaded { scene, framing, exposure, warnings, goes_on, .. } = loaded;
         let previous = previous_pose(scene, framing, (args, &self.effect_files), (job, look), frame)?;
         pose(scene, args, time_secs(args, frame))?;
         let camera = view(scene, framing, args, (job, look), frame as f32)?;
@@ -105,6 +105,7 @@ impl Batch<'_> {
         let mut request =
             FrameRequest { previous, effects, ground_height_m, ..request(args, job, &self.settings, camera, scene) };
         exposure.iter().for_each(|taken| taken.expose(&mut request));
+        request.goes_on = std::mem::replace(goes_on, true) && request.is_temporal();
         let lens = &mut request.settings.camera;
         if lens.f_stop > 0.0 && lens.focus_m == 0.0 {
             lens.focus_m = focus_m(framing, look, &camera);

@@ -26,6 +26,7 @@ pub mod reflections;
 pub mod resolve;
 pub mod scrub;
 pub mod shadows;
+pub mod taa;
 pub mod tile_depth;
 pub mod tone_map;
 pub mod transparency;

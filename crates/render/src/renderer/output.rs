@@ -1,6 +1,7 @@
 //! What is kept of a view from sample to sample: the means and the picture.
 
 use super::DISPLAY;
+use super::temporal::LastFrame;
 use crate::aov::AovTextures;
 use crate::environment::Background;
 use crate::frame::Means;
@@ -64,6 +65,8 @@ pub(super) struct ViewState {
     pub background_radiance: (Background, f32),
     /// Pixels that half floats clamped, as of the last time radiance was read.
     pub clamped_pixels: AtomicU64,
+    /// The last frame that was anti-aliased by those before it.
+    pub temporal: Option<LastFrame>,
     /// What variables are made of, of the last frame that began a picture.
     pub aovs: Option<AovTextures>,
 }
@@ -83,6 +86,7 @@ impl ViewState {
             pre_exposure: 1.0,
             background_radiance: (Background::Transparent, 1.0),
             clamped_pixels: AtomicU64::new(0),
+            temporal: None,
             aovs: None,
         }
     }

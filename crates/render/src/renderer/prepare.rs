@@ -3,6 +3,7 @@
 use super::ground::FrameGround;
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, filter_uniform, takes_one_tap};
+use super::temporal::TemporalAsked;
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::draws::{DrawList, WorldDraws};
@@ -19,6 +20,7 @@ use crate::lights::{
 };
 use crate::passes::adaptive;
 use crate::passes::debug::DebugView;
+use crate::passes::taa::TemporalFrame;
 use crate::record::{COUNTS_PAIRS, InstanceTable, PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
@@ -32,6 +34,9 @@ use bytemuck::Zeroable;
 use glam::{Vec2, Vec4};
 use manypass_scene::{EnvironmentLight, EnvironmentMap, Scene};
 use std::sync::Arc;
+
+/// For how many samples textures are filtered where frames before add theirs.
+const TEMPORAL_SAMPLES: u32 = 4;
 
 /// One view of the frame, as it was asked for.
 pub(super) struct Asked {
@@ -51,6 +56,8 @@ pub(super) struct Asked {
     pub counts_pairs: bool,
     /// What of a picture it is.
     pub part: ViewPart,
+    /// What is known of the frames before, if it is anti-aliased by them.
+    pub temporal: Option<TemporalAsked>,
 }
 
 /// What of a picture a view is.
@@ -120,6 +127,7 @@ impl Asked {
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
             counts_pairs: matches!(purpose, Purpose::Pairs(_)),
             part,
+            temporal: None,
             request,
         })
     }
@@ -205,6 +213,8 @@ pub(super) struct Ready {
     pub variables: Variables,
     /// What effects on the picture read of the same.
     pub of_effects: Variables,
+    /// What anti-aliasing over time needs, if there is any.
+    pub temporal: Option<TemporalFrame>,
     /// Whether tiles that are settled are left out once some are.
     pub is_adaptive: bool,
     /// The uniform of the picture's own size.
@@ -231,7 +241,8 @@ impl Renderer {
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
         state.lists = Some(lists);
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
-        let uniform = self.view_uniform(asked, (&seen, range), *size, self.filtering(asked));
+        let jitter_px = asked.temporal_jitter_px();
+        let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
         let draws = match asked.part {
             ViewPart::Fisheye(_) => Arc::default(),
             ViewPart::Whole | ViewPart::Face(_) => Arc::new(DrawList::new(&mut world.draws, &uniform, &chooser)),
@@ -245,20 +256,24 @@ impl Renderer {
     fn filtering(&self, asked: &Asked) -> TextureFiltering {
         let (sample_index, sample_count) = asked.request.sample();
         let is_alone = asked.request.goes_on && sample_index == 0;
-        TextureFiltering::new(if is_alone { 1 } else { sample_count }, &self.gpu.capabilities)
+        let sample_count = if is_alone { 1 } else { sample_count };
+        // Those before make up for what is too fine.
+        let sample_count = if asked.temporal.is_some() { TEMPORAL_SAMPLES } else { sample_count };
+        TextureFiltering::new(sample_count, &self.gpu.capabilities)
     }
 
-    /// What shaders know of a view that is shaded at a size, and whose textures are filtered so.
+    /// What shaders know of a view that is shaded at a size, moved by so many of its pixels beside what samples are,
+    /// and whose textures are filtered so.
     fn view_uniform(
         &self,
         asked: &Asked,
         (seen, range): (&SampleView, DepthRange),
-        size: (u32, u32),
+        (size, temporal_jitter_px): ((u32, u32), Vec2),
         filtering: TextureFiltering,
     ) -> ViewUniform {
         let Asked { request, output_size, .. } = asked;
         let (sample_index, sample_count) = request.sample();
-        let jitter = view::jitter_px(sample_index, sample_count) + seen.shift_px(size);
+        let jitter = view::jitter_px(sample_index, sample_count) + seen.shift_px(size) + temporal_jitter_px;
         let pre_exposure = request.pre_exposure();
         let uniform = seen.camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
         let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
@@ -273,7 +288,7 @@ impl Renderer {
     /// Makes a view ready: uploads what changed of its tables. Adds to the numbers of the frame.
     pub(super) fn ready(
         &self,
-        asked: &Asked,
+        (scene, asked): (&Scene, &Asked),
         (state, lit): (&mut ViewState, Lit),
         (shadows, ground): (Option<(&ViewShadows, &Atlas)>, Option<&FrameGround>),
         has_previous: bool,
@@ -286,7 +301,7 @@ impl Renderer {
         let (sample_index, sample_count) = request.sample();
         let filtering = self.filtering(asked);
         let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
-        let uniform = self.view_uniform(asked, (&seen, range), *size, filtering);
+        let uniform = self.view_uniform(asked, (&seen, range), (*size, asked.temporal_jitter_px()), filtering);
         let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
         let display_goes_on = request.goes_on || request.sample_index > 0 && state.was_shown;
         let ViewState { tables, lists, unsettled, .. } = state;
@@ -342,7 +357,10 @@ impl Renderer {
         };
         let passes = if asked.wants_variables { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
         let has_own_view = asked.wants_variables
-            && (size != output_size || shows_first_surface || filtering != filtering_of_variables)
+            && (size != output_size
+                || shows_first_surface
+                || filtering != filtering_of_variables
+                || asked.temporal.is_some())
             && settings.render.path == Path::Deferred;
         let camera_step = request.previous.as_ref().filter(|_| has_previous).map(|previous| CameraStep {
             current: request.camera,
@@ -352,17 +370,20 @@ impl Renderer {
         });
         let reads = |texture| effect::is_read(&request.effects, texture);
         let of_effects = Variables {
-            passes: AovPasses { motion: reads("motion"), ..Default::default() },
+            passes: AovPasses { motion: reads("motion") || asked.temporal.is_some(), ..Default::default() },
             camera_step,
             reads_occlusion: reads("occlusion"),
         };
-        let variables_uniform = self.view_uniform(asked, (&seen, range), *output_size, filtering_of_variables);
+        let in_middle = (*output_size, Vec2::ZERO);
+        let shown = (scene, self.shadows.scene_version);
+        let variables_uniform = self.view_uniform(asked, (&seen, range), in_middle, filtering_of_variables);
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         Ok(Ready {
             view: prepare(asked.name.clone(), *size, uniform, false),
             variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
             variables: Variables { passes, ..of_effects },
             of_effects,
+            temporal: asked.temporal.as_ref().map(|temporal| temporal.frame(request, shown, camera_step)),
             is_adaptive,
             variables_uniform,
         })

@@ -3,6 +3,7 @@
 use super::output::{Output, ViewState};
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
+use super::temporal::TemporalAsked;
 use super::{Purpose, Renderer};
 use crate::aov::{AovExports, f32_from_half};
 use crate::constants::LIGHTS_PER_BATCH;
@@ -56,9 +57,11 @@ impl Renderer {
             if purpose.has_effects() {
                 self.add_effects_to(&mut request);
             }
+            // A fisheye is a still, whatever follows it.
+            request.settings.taa.enabled &= purpose.has_effects() && !request.is_fisheye();
             parts_of(name, request, capabilities.max_texture_size)
         });
-        let asked: Vec<Asked> = parts
+        let mut asked: Vec<Asked> = parts
             .map(|(name, mut request, part)| {
                 let settings = &mut request.settings;
                 // Not before, because it depends on the background, which callers choose afterwards.
@@ -85,6 +88,9 @@ impl Renderer {
                 kept.unwrap_or_else(|| ViewState::new(&self.gpu))
             })
             .collect();
+        for (asked, state) in asked.iter_mut().zip(&states) {
+            asked.temporal = TemporalAsked::new(&mut asked.request, state, scene);
+        }
         let executed = self.execute(scene, &asked, &mut states, purpose);
         if !purpose.is_plan() {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
@@ -170,7 +176,7 @@ impl Renderer {
             .enumerate()
             .map(|(at, (asked, lit))| {
                 let of_view = shadows.as_ref().and_then(|(shadows, atlas)| Some((shadows.views.get(at)?, atlas)));
-                self.ready(asked, lit, (of_view, ground.as_ref()), has_previous, &mut stats)
+                self.ready((scene, asked), lit, (of_view, ground.as_ref()), has_previous, &mut stats)
             })
             .collect::<Result<_, _>>()?;
         // A plan leaves environments as they are.
@@ -232,6 +238,7 @@ impl Renderer {
         let options = RunOptions {
             taps: if matches!(purpose, Purpose::Pictures(_)) { Taps::All } else { Taps::None },
             time: if matches!(purpose, Purpose::Times(_)) { Timing::Once } else { Timing::Off },
+            leaves_histories: !purpose.is_picture(),
         };
         let missing_bytes = self.executor.missing_bytes(&plan, &options);
         check_budget(self.memory_budget_bytes, output_bytes + missing_bytes)?;
@@ -262,7 +269,7 @@ impl Renderer {
         self.stats = stats;
         self.gpu.check()?;
 
-        keep(asked, states, &ready, recorded, &run, purpose)?;
+        keep((scene, self.shadows.scene_version, asked), states, &ready, recorded, &run, purpose)?;
         if purpose.has_variables() && asked.iter().any(|asked| asked.wants_variables) {
             self.executor.release_exports(&run);
         }
@@ -365,7 +372,7 @@ fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose
 
 /// Leaves in `states` what the frame left of their views.
 fn keep(
-    asked: &[Asked],
+    (scene, scene_version, asked): (&Scene, u64, &[Asked]),
     states: &mut [ViewState],
     ready: &[Ready],
     recorded: Vec<Recorded>,
@@ -384,6 +391,9 @@ fn keep(
             state.means_of = asked.means_of;
             state.pre_exposure = asked.request.pre_exposure();
             state.background_radiance = asked.request.background_radiance();
+        }
+        if let Some(temporal) = asked.temporal.as_ref().filter(|_| purpose.is_picture()) {
+            state.temporal = Some(temporal.kept(&asked.request, scene, scene_version));
         }
         if asked.wants_variables && purpose.has_variables() {
             state.aovs = recorded.variables.textures(run, ready.variables_uniform)?;
@@ -434,6 +444,7 @@ fn record_view<'f>(
             frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(faces))?
         }
     };
+    let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let mut export = None;
     let previous_sum = asked.previous_sum(state);

@@ -1,0 +1,76 @@
+// taa.surface: whether the frames before showed the surface of a pixel, how many did, and how much it flickers.
+// Reads: radiance, linear_depth, motion, previous_surface. Writes: taa.surface (rgba16float): log2 of the farthest distance
+// of 3 × 3 pixels in metres; how many frames are averaged, whole, plus the number of the nearest of these pixels (0 to
+// 8) / 16; in how many frames of one the luma is on the other side of its mean than in the frame before, with the sign
+// of the last side; and that mean, over few frames, as they were without those before them.
+// Program: taa_surface.
+
+import package::constants::DISTANCE_BACKGROUND_M;
+import package::view::position_world_from_pixel;
+import package::passes::taa::history::{STILL_FRAMES, color_at, flickers, luma, moved_texels, neighbour, taa};
+
+@group(1) @binding(4) var linear_depth: texture_2d<f32>;
+@group(1) @binding(5) var previous_surface: texture_2d<f32>;
+
+// A surface that lies farther away by such a factor than all that was there was hidden: log2 of 1.1.
+const DISOCCLUSION: f32 = 0.1375;
+// The least weight of a frame in means over few of them.
+const FRAME_SHARE: f32 = 0.02;
+// Of the display's white: less is no change of light.
+const CHANGE_MIN: f32 = 0.04;
+// So that there is a sign, and that it tells where something moves.
+const RATE_MOVING: f32 = 0.001;
+const RATE_STILL: f32 = 0.004;
+
+fn distance_at(texel: vec2i) -> f32 {
+    let last = vec2i(textureDimensions(linear_depth)) - 1;
+    return textureLoad(linear_depth, clamp(texel, vec2i(0), last), 0).r;
+}
+
+@fragment
+fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let distance_m = distance_at(pixel);
+    var nearest_m = distance_m;
+    var farthest_m = distance_m;
+    var nearest = 4;
+    for (var i = 0; i < 9; i++) {
+        let around_m = distance_at(pixel + neighbour(i));
+        nearest = select(nearest, i, around_m < nearest_m);
+        nearest_m = min(nearest_m, around_m);
+        farthest_m = max(farthest_m, around_m);
+    }
+    let moved = moved_texels(pixel + neighbour(nearest));
+    let before = position.xy - moved;
+    let size = vec2f(textureDimensions(previous_surface));
+    let is_inside = all(before >= vec2f(0.0)) & all(before < size);
+    let left = textureLoad(previous_surface, vec2i(clamp(before, vec2f(0.0), size - 1.0)), 0);
+
+    // As far away as it was from the last camera, if it did not move itself.
+    let position_world = vec4f(position_world_from_pixel(position.xy, distance_m), 1.0);
+    let before_m = max(dot(taa.previous_distance_row, position_world), 1e-6);
+    let expected_m = select(before_m, DISTANCE_BACKGROUND_M, distance_m >= DISTANCE_BACKGROUND_M);
+    let was_seen = log2(expected_m) <= left.x + DISOCCLUSION;
+    // Where nothing moved nothing came to light, though this frame may look through a gap that the last one missed.
+    let moving = min(length(moved), 1.0);
+    let stood_still = (moving < 0.5) & (abs(left.z) > 0.5 * RATE_STILL);
+    // The first frame comes before none.
+    let goes_on = is_inside & (was_seen | stood_still) & (taa.gain > 0.0);
+
+    let light = luma(color_at(pixel).rgb);
+    let difference = light - left.w;
+    let side = select(-1.0, 1.0, difference > 0.0);
+    let turns = side * left.z < 0.0;
+    let was_flickering = flickers(left.z);
+    // A change of light goes one way.
+    let changes = select(1.0 - was_flickering, 0.0, turns | (abs(difference) < CHANGE_MIN));
+    let still = mix(min(taa.most_still, 2.0 * STILL_FRAMES), taa.most_still, was_flickering);
+    let unsure = mix(still, min(taa.most_moving, taa.most_still), max(moving, changes));
+    let most = max(unsure, taa.most_sure);
+    let count = max(select(1.0, floor(min(floor(left.y) + 1.0, most)), goes_on), 1.0);
+    let share = max(1.0 / count, FRAME_SHARE);
+    let rate = mix(abs(left.z), select(0.0, 1.0, turns), FRAME_SHARE) * (1.0 - moving);
+    let rate_min = select(RATE_STILL, RATE_MOVING, moving >= 0.5);
+    let flicker = side * max(select(0.0, rate, goes_on), rate_min);
+    return vec4f(log2(farthest_m), count + f32(nearest) / 16.0, flicker, select(light, mix(left.w, light, share), goes_on));
+}

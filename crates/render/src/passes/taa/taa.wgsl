@@ -1,0 +1,87 @@
+// taa: the mean of a frame and of what those before showed of the same surfaces, as far as that is like what the frame
+// shows around.
+// Reads: radiance, previous, motion, surface. Writes: radiance (rgba16float), pre-exposed, with coverage.
+// Program: taa.
+
+import package::passes::taa::history::{
+    STILL_FRAMES, color_at, expanded, flickers, moved_texels, neighbour, previous_at, taa,
+};
+
+@group(1) @binding(4) var surface: texture_2d<f32>;
+
+// Of the display's white: so far rounding may go.
+const CLIP_MIN: f32 = 1e-3;
+
+// A mean over few frames is off by so much of itself.
+const FLICKER_REACH: f32 = 2.0;
+
+// Luma, and two differences that tell the hue (Malvar & Sullivan 2003).
+fn ycocg_from_rgb(color: vec4f) -> vec4f {
+    let y = dot(color.rgb, vec3f(0.25, 0.5, 0.25));
+    return vec4f(y, 0.5 * (color.r - color.b), y - 0.5 * (color.r + color.b), color.a);
+}
+
+fn rgb_from_ycocg(color: vec4f) -> vec4f {
+    let between = color.x - color.z;
+    return vec4f(between + color.y, color.x + color.z, between - color.y, color.a);
+}
+
+// Catmull-Rom's filter of 4 × 4 texels without its corners, which weigh little: five lookups between texels.
+fn history_at(position_px: vec2f) -> vec4f {
+    let middle = floor(position_px - 0.5) + 0.5;
+    let f = position_px - middle;
+    let w0 = f * (-0.5 + f * (1.0 - 0.5 * f));
+    let w1 = 1.0 + f * f * (-2.5 + 1.5 * f);
+    let w2 = f * (0.5 + f * (2.0 - 1.5 * f));
+    let w3 = f * f * (-0.5 + 0.5 * f);
+    let w12 = w1 + w2;
+    let near = middle + w2 / w12;
+    let first = middle - 1.0;
+    let last = middle + 2.0;
+    let weights = vec4f(w0.x * w12.y, w12.x * w0.y, w3.x * w12.y, w12.x * w3.y);
+    let weight = w12.x * w12.y;
+    let sum = previous_at(near) * weight
+        + previous_at(vec2f(first.x, near.y)) * weights.x
+        + previous_at(vec2f(near.x, first.y)) * weights.y
+        + previous_at(vec2f(last.x, near.y)) * weights.z
+        + previous_at(vec2f(near.x, last.y)) * weights.w;
+    return max(sum / (weight + dot(weights, vec4f(1.0))), vec4f(0.0));
+}
+
+// Towards the middle of a box until it is in it; coverage, which is none of the colour, by itself.
+fn clipped(color: vec4f, middle: vec4f, extent: vec4f) -> vec4f {
+    let away = color - middle;
+    let sides = abs(away) / extent;
+    let outside = max(max(sides.x, sides.y), max(sides.z, 1.0));
+    return vec4f(middle.xyz + away.xyz / outside, middle.w + away.w / max(sides.w, 1.0));
+}
+
+@fragment
+fn fs_taa(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let known = textureLoad(surface, pixel, 0);
+    let count = floor(known.y);
+    let nearest = i32(round((known.y - count) * 16.0));
+    var sum = vec4f(0.0);
+    var squares = vec4f(0.0);
+    for (var i = 0; i < 9; i++) {
+        let around = ycocg_from_rgb(color_at(pixel + neighbour(i)));
+        sum += around;
+        squares += around * around;
+    }
+    let mean = sum / 9.0;
+    let deviation = sqrt(max(squares / 9.0 - mean * mean, vec4f(0.0)));
+    // What flickers may be as far away as its mean is; but where something moved lately, by the count of frames, what stands
+    // behind it has its turns as well, and no mean.
+    let is_still = smoothstep(STILL_FRAMES, 2.0 * STILL_FRAMES, count);
+    let flicker = is_still * flickers(known.z) * FLICKER_REACH * abs(known.w - mean.x);
+    let now = color_at(pixel);
+    let shown = abs(ycocg_from_rgb(now) - mean);
+    let extent = max(taa.clip * deviation, shown) + flicker + CLIP_MIN + taa.reach;
+    let before = history_at(position.xy - moved_texels(pixel + neighbour(nearest)));
+    let history = rgb_from_ycocg(clipped(ycocg_from_rgb(before), mean, extent));
+    let weight = 1.0 / max(count, 1.0);
+    // The first frame has no other that could be averaged.
+    let result = select(history * (1.0 - weight) + now * weight, now, count < 1.5);
+    return expanded(max(result, vec4f(0.0)), taa.exposure);
+}
