@@ -10,7 +10,7 @@ settings! {
         enabled: bool = false, needs "render.path=deferred";
         /// The most that the frames before count where something moves; the rest is the frame itself. More is smoother
         /// and softer.
-        feedback: f32 = 0.9, in 0.0..=0.98, unit "share", needs "taa.enabled=true";
+        feedback: f32 = 0.8, in 0.0..=0.98, unit "share", needs "taa.enabled=true";
         /// Over how many frames the mean is taken where nothing moves.
         samples: u32 = 64, in 1..=100, unit "frames", needs "taa.enabled=true";
         /// How far the frames before may differ from what the frame shows around a pixel, in standard deviations. Less

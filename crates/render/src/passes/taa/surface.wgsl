@@ -14,6 +14,8 @@ import package::passes::taa::history::{STILL_FRAMES, color_at, flickers, luma, m
 
 // A surface that lies farther away by such a factor than all that was there was hidden: log2 of 1.1.
 const DISOCCLUSION: f32 = 0.1375;
+// What lies nearer by such a factor is another surface.
+const BEFORE: f32 = 0.98;
 // The least weight of a frame in means over few of them.
 const FRAME_SHARE: f32 = 0.02;
 // Of the display's white: less is no change of light.
@@ -36,8 +38,10 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var nearest = 4;
     for (var i = 0; i < 9; i++) {
         let around_m = distance_at(pixel + neighbour(i));
-        nearest = select(nearest, i, around_m < nearest_m);
-        nearest_m = min(nearest_m, around_m);
+        // Of one surface each pixel has its own motion, or what follows a slope would drift.
+        let is_nearer = around_m < min(nearest_m, distance_m * BEFORE);
+        nearest = select(nearest, i, is_nearer);
+        nearest_m = select(nearest_m, around_m, is_nearer);
         farthest_m = max(farthest_m, around_m);
     }
     let moved = moved_texels(pixel + neighbour(nearest));
