@@ -72,7 +72,7 @@ pub enum Command {
     #[command(after_help = crate::diff::EXAMPLES)]
     Diff(Box<DiffArgs>),
     /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.
-    Bench(BenchArgs),
+    Bench(Box<BenchArgs>),
     /// List the adapters of this machine.
     Adapters {
         /// Print JSON.

@@ -35,7 +35,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let [input] = &Input::parse(&args.input)?[..] else {
         return Err(Failure::usage("bench takes one file", "name one model"));
     };
-    let chosen = Chosen::of_change(&args.change)?;
+    let chosen = Chosen::of_change(&args.change)?.meeting_stages(input.is_stage());
     let (settings, effect_files) = chosen.settings(bare(), None)?;
     if let Some(path) = &args.png {
         check_png(path)?;

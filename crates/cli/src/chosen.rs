@@ -56,6 +56,7 @@ pub struct Chosen<'a> {
     change: &'a ChangeArgs,
     /// The effects that flags name.
     given: Vec<EffectFile>,
+    meets_stages: bool,
 }
 
 impl<'a> Chosen<'a> {
@@ -72,7 +73,7 @@ impl<'a> Chosen<'a> {
         let file = args.settings.as_ref().map(read).transpose()?;
         let folder = args.settings.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let given = effect_files(&args.change.effects)?;
-        Ok(Self { file, folder, flags: args.flags(), change: &args.change, given })
+        Ok(Self { file, folder, flags: args.flags(), change: &args.change, given, meets_stages: false })
     }
 
     /// The choice of `bench`.
@@ -81,40 +82,44 @@ impl<'a> Chosen<'a> {
     /// An effect that cannot be read, or is none.
     pub fn of_change(args: &'a ChangeArgs) -> Result<Self, Failure> {
         let given = effect_files(&args.effects)?;
-        Ok(Self { file: None, folder: Path::new(""), flags: args.flags(), change: args, given })
+        Ok(Self { file: None, folder: Path::new(""), flags: args.flags(), change: args, given, meets_stages: false })
+    }
+
+    /// The same where some input is a stage, which has effects of its own.
+    pub fn meeting_stages(self, meets_stages: bool) -> Self {
+        Self { meets_stages, ..self }
     }
 
     /// The effects of the chain that counts: of `--set`, of the file of settings, or of the stage; then those of flags
-    /// that it does not name.
-    fn chain(&self, stage: Option<&Stage>) -> Result<Vec<EffectFile>, Failure> {
-        let set: Vec<(&str, Written)> = self
-            .change
-            .set
-            .iter()
-            .filter_map(|pair| key_value(pair).ok())
-            .map(|(key, value)| (key, value.into()))
-            .collect();
+    /// that it does not name. Beside them those of the chains that do not count, as far as they can be read: what is said
+    /// of them is no mistake.
+    fn chain(&self, stage: Option<&Stage>) -> Result<(Vec<EffectFile>, Vec<EffectFile>), Failure> {
+        let here = Path::new("");
+        let pairs = self.change.set.iter().filter_map(|pair| key_value(pair).ok());
+        let set: Vec<(&str, Written)> = pairs.map(|(key, value)| (key, value.into())).collect();
         let of_set = |key: &str| set.iter().rev().find(|(known, _)| *known == key).map(|(_, written)| written);
-        let of_file = || Settings::chain_of(|key| self.file.as_ref()?.last(key)).map(|names| (names, self.folder));
-        let of_stage = || -> Result<_, Failure> {
-            let Some(stage) = stage else { return Ok(None) };
-            let names = Settings::stage_chain(stage).map_err(|error| stage_failure(&error))?;
-            Ok(names.map(|names| (names, Path::new(stage.file()).parent().unwrap_or(Path::new("")))))
+        let of_stage = match stage {
+            Some(stage) => Settings::stage_chain(stage).map_err(|error| stage_failure(&error))?,
+            None => None,
         };
-        let chosen = Settings::chain_of(of_set).map(|names| (names, Path::new(""))).or_else(of_file);
-        let chosen = chosen.map_or_else(of_stage, |chosen| Ok(Some(chosen)))?;
-        let (names, folder) = chosen.unwrap_or((Vec::new(), Path::new("")));
-        let read = |name: &str| match Path::new(name).extension() {
-            Some(end) if end.eq_ignore_ascii_case("wgsl") => read_effect(&folder.join(name)).map_err(Unread::Failure),
-            _ => Err(Unread::Failure(Failure::usage(
-                format!("no effect is called `{name}`"),
-                format!("{}; the chain also takes names of those of --effect", effect_names()),
-            ))),
-        };
-        EffectFile::chain(&names, self.given.clone(), read).map_err(|unread| match unread {
+        let folder_of_stage = stage.and_then(|stage| Path::new(stage.file()).parent()).unwrap_or(here);
+        let layers = [
+            (Settings::chain_of(of_set), here),
+            (Settings::chain_of(|key| self.file.as_ref()?.last(key)), self.folder),
+            (of_stage, folder_of_stage),
+        ];
+        let mut layers = layers.into_iter().filter_map(|(names, folder)| Some((names?, folder)));
+        let (names, folder) = layers.next().unwrap_or((Vec::new(), here));
+        let effects =
+            EffectFile::chain(&names, self.given.clone(), |name| read_entry(folder, name).map_err(Unread::Failure));
+        let effects = effects.map_err(|unread| match unread {
             Unread::Failure(failure) => failure,
             Unread::Program(error) => program_failure(&error, "list each effect once"),
-        })
+        })?;
+        let absent = layers.flat_map(|(names, folder)| names.into_iter().map(move |name| (name, folder)));
+        let absent = absent.filter_map(|(name, folder)| read_entry(folder, &name).ok());
+        let absent = absent.filter(|file| effects.iter().all(|drawn| drawn.name() != file.name())).collect();
+        Ok((effects, absent))
     }
 
     /// The settings: `base`, those of the input's stage, then what was chosen; and the effects of the chain with theirs.
@@ -128,7 +133,9 @@ impl<'a> Chosen<'a> {
             settings.apply_quality(quality).map_err(|error| Failure::usage(error, "report this"))?;
         }
         let lists = list_hint(&self.change.effects);
-        let mut effects = self.chain(stage)?;
+        let (mut effects, mut absent) = self.chain(stage)?;
+        let drawn_count = effects.len();
+        effects.append(&mut absent);
         let effects = &mut effects;
         if let Some(stage) = stage {
             settings.apply_stage(stage, effects).map_err(|error| stage_failure(&error))?;
@@ -151,9 +158,15 @@ impl<'a> Chosen<'a> {
             let Some(value) = value else { continue };
             settings.set(key, value).map_err(|error| flag_failure(flag, value, error))?;
         }
+        effects.truncate(drawn_count);
         for ((key, value), hint) in pairs.into_iter().zip(hints) {
-            effect::set(&mut settings, effects, key, &Written::from(value))
-                .map_err(|error| Failure::usage(error, format!("write --set KEY=VALUE; {lists}{hint}")))?;
+            match effect::set(&mut settings, effects, key, &Written::from(value)) {
+                // Of an effect of a stage that is still to be read.
+                Err(SettingsError::UnknownKey { .. }) if !hint.is_empty() && stage.is_none() && self.meets_stages => {}
+                result => {
+                    result.map_err(|error| Failure::usage(error, format!("write --set KEY=VALUE; {lists}{hint}")))?;
+                }
+            }
         }
         if let Some(failure) = effects.iter().find_map(missing) {
             return Err(failure);
@@ -161,6 +174,16 @@ impl<'a> Chosen<'a> {
         EffectFile::check_chain(effects).map_err(|error| program_failure(&error, "correct the chain of effects"))?;
         Ok((settings, std::mem::take(effects)))
     }
+}
+
+/// The effect of an entry of a chain that is none of those by name; files are seen from `folder`.
+fn read_entry(folder: &Path, name: &str) -> Result<EffectFile, Failure> {
+    let is_file = |end: &std::ffi::OsStr| ["wgsl", "cube"].iter().any(|known| end.eq_ignore_ascii_case(known));
+    if Path::new(name).extension().is_some_and(is_file) {
+        return read_effect(&folder.join(name));
+    }
+    let hint = format!("{}; the chain also takes names of those of --effect", effect_names());
+    Err(Failure::usage(format!("no effect is called `{name}`"), hint))
 }
 
 /// Why an effect of a chain is not there.
@@ -214,7 +237,11 @@ fn effect_hint(key: &str, effects: &[EffectFile]) -> &'static str {
     // A key without a group is none of an effect's, either.
     let is_known = Settings::declared().iter().any(|info| group(&info.key) == group(key));
     let is_given = effects.iter().any(|effect| group(key).is_some_and(|group| group == effect.name()));
-    if is_known || is_given || group(key).is_none() { "" } else { "; settings of effects need --effect NAME|FILE.wgsl" }
+    if is_known || is_given || group(key).is_none() {
+        ""
+    } else {
+        "; settings of effects need --effect NAME|FILE.wgsl, or the effect in the chain"
+    }
 }
 
 /// Where the keys are listed.

@@ -19,13 +19,13 @@ use manypass_scene::{Framing, Scene};
 /// # Errors
 /// Wrong usage, an input that cannot be read, no adapter, or a frame that cannot be planned.
 pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
-    let chosen = Chosen::of_frame(&args.frame)?;
+    let input = one(&args.input)?;
+    let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(input.is_stage());
     let (settings, files) = chosen.settings(Settings::default(), None)?;
     job::size(&args.frame.size)?;
     job::camera(&args.frame)?;
     let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
     job::check_aovs(!aovs.is_empty(), &settings)?;
-    let input = one(&args.input)?;
     let Opened { mut scene, mut warnings, stage } = input.load()?;
     let (settings, files) = match &stage {
         None => (settings, files),

@@ -31,6 +31,11 @@ pub struct Opened {
 }
 
 impl Input {
+    /// Whether it is a stage.
+    pub fn is_stage(&self) -> bool {
+        matches!(self, Self::File(path) if manypass_scene::stage::is_stage(path))
+    }
+
     /// The inputs that an argument names: a folder is every model and stage in it that is not hidden, by name.
     ///
     /// # Errors

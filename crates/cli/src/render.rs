@@ -63,7 +63,8 @@ struct Batch<'a> {
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let job = Job::new(args, inputs.count() > 1, &aov_names())?;
-    let chosen = Chosen::of_frame(&args.frame)?;
+    let meets_stages = inputs.items.iter().any(|item| item.input.is_stage());
+    let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(meets_stages);
     let (settings, effect_files) = chosen.settings(Settings::default(), None)?;
     job.check(&settings)?;
     let places = Places::new(args, &job, &inputs.items, (surroundings::file(&settings), &effect_files))?;

@@ -49,8 +49,9 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
 /// It cannot be read, or is no effect, with the place.
 pub fn read_effect(path: &Path) -> Result<EffectFile, Failure> {
     let text = read_text(path, &effect_names())?;
-    EffectFile::parse(&path.display().to_string(), &text)
-        .map_err(|error| program_failure(&error, "correct the WGSL file"))
+    let is_table = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("cube"));
+    let hint = if is_table { "correct the table of colours" } else { "correct the WGSL file" };
+    EffectFile::parse(&path.display().to_string(), &text).map_err(|error| program_failure(&error, hint))
 }
 
 /// What names an effect.

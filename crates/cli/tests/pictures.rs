@@ -124,6 +124,12 @@ fn a_chain_is_that_of_the_stage_the_file_or_the_command_line() {
     let [r, g, _] = drawn("e.png", &["fx/a.stage.toml", "--settings", "fx/s.toml", "--set", "grey.enabled=false"]);
     assert!(g.abs_diff(red) < 2 && r < red, "the file's, after the stage's: {r} {g}");
     assert_eq!(drawn("f.png", &["fx/a.stage.toml", "--set", "effects.enabled=false"]), [red, green, blue]);
+    // What is said of effects that only the stage lists, or that are left out of its chain, is no mistake.
+    assert_eq!(drawn("g.png", &["fx/a.stage.toml", "--set", "grey.enabled=false"]), [red, green, blue]);
+    assert_eq!(drawn("h.png", &["fx/a.stage.toml", "--set", "chain="]), [red, green, blue]);
+    folder.write("fx/s.cube", b"LUT_1D_SIZE 2\n1 1 1\n0 0 0\n");
+    let [r, g, _] = drawn("i.png", &["tri.glb", "--effect", "fx/green.wgsl", "--set", "chain=fx/s.cube,fx/green.wgsl"]);
+    assert!(r + 20 > 255 - green && g < r, "inverted after green: {r} {g}");
     for (args, code, expected) in [
         (["--set", "chain=glue"], 2, "no effect is called `glue`"),
         (["--set", "chain=bloom,bloom"], 1, "`bloom` cannot be used here: it stands twice in the chain"),

@@ -87,7 +87,7 @@ fn cylinder(distance_px: f32, reach_px: f32) -> f32 {
     return 1.0 - smoothstep(0.95 * reach_px, 1.05 * reach_px + 1e-3, distance_px);
 }
 
-// Interleaved gradient noise (Jimenez 2014), from 0 to 1.
+// Interleaved gradient noise (Jimenez 2014), from 0 to 1; each sample of a still looks elsewhere.
 fn noise(pixel: vec2f) -> f32 {
     return fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715))));
 }
@@ -104,7 +104,7 @@ fn fs_gather(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var weight = 1.0 / max(own_reach, 0.5);
     var sum = here * weight;
     for (var i = 0u; i < motion_blur.taps; i++) {
-        let t = 2.0 * (f32(i) + noise(position.xy)) / count - 1.0;
+        let t = 2.0 * (f32(i) + noise(position.xy + 5.588238 * f32(view.sample_index % 64u))) / count - 1.0;
         let place = vec2i(floor(position.xy + way * t));
         let there_reach = length(half_way(moved_at(place)));
         let there_m = max(distance_at(clamp(place, vec2i(0), vec2i(view.size_px) - 1)), 1e-4);

@@ -15,7 +15,9 @@ use crate::{interrupt, job, looks, memory, scenes};
 use manypass::{Aov, EffectFile, FrameRequest, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names, render_still};
 use manypass_offline::{AovLayer, CameraData, Picture};
+use manypass_scene::stage::is_stage;
 use manypass_scene::{Framing, Scene};
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 /// What was drawn of two models.
@@ -65,7 +67,8 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let spec = job::camera(frame)?;
     // All are drawn, because what changed is told by all.
     let (listed, drawn) = (variables(frame.aov.as_deref().unwrap_or("all"))?, variables("all")?);
-    let chosen = Chosen::of_frame(frame)?;
+    let meets_stages = [&args.a, &args.b].into_iter().any(|input| is_stage(Path::new(input)));
+    let chosen = Chosen::of_frame(frame)?.meeting_stages(meets_stages);
     job::check_aovs(true, &chosen.settings(Settings::default(), None)?.0)?;
     let mut surroundings = Surroundings::new(session::cache(!args.cache.no_cache));
     let mut read = |argument: &str| -> Result<Read, Failure> {

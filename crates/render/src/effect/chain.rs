@@ -127,11 +127,14 @@ impl EffectFile {
         let mut chain: Vec<Self> = Vec::new();
         for name in names {
             let of_given = given.iter().position(|file| file.name == *name);
-            chain.push(match (of_given, Self::built_in(name)) {
+            let effect = match (of_given, Self::built_in(name)) {
                 (Some(index), _) => given.remove(index),
                 (None, Some(built_in)) => built_in?,
                 (None, None) => read(name)?,
-            });
+            };
+            // The same file may be given, too.
+            given.retain(|other| !(other.name == effect.name && other.text == effect.text));
+            chain.push(effect);
         }
         chain.append(&mut given);
         for (index, file) in chain.iter().enumerate() {
@@ -253,7 +256,9 @@ impl Order<'_> {
             ));
         }
         if !other.textures.iter().any(|known| known == texture) {
-            let known = if other.textures.is_empty() { "none".into() } else { other.textures.join(", ") };
+            let mut known = other.textures.clone();
+            known.dedup();
+            let known = if known.is_empty() { "none".into() } else { known.join(", ") };
             return Err(format!("`{effect}` writes no texture `{texture}`; it writes: {known}"));
         }
         Ok(index)

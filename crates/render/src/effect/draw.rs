@@ -188,10 +188,11 @@ impl Offered<'_> {
     }
 
     fn missing(&self, effect: &str, name: &str) -> ProgramError {
+        let name = if name == "linear_depth" { "depth" } else { name };
         let remedy = match name {
             "occlusion" => "; it needs occlusion.enabled=true and another render.path than gouraud",
             "motion" => "; it needs render.path=deferred",
-            "base_color" | "normal" | "material" | "linear_depth" => {
+            "base_color" | "normal" | "material" | "depth" => {
                 "; it needs render.path=deferred and camera.fisheye=none"
             }
             _ => "",
