@@ -10,10 +10,7 @@
 //! is seen: its nearest corner is 125.3° from the axis.
 
 use crate::camera_settings::{CameraSettings, Fisheye, FisheyeFrame};
-use crate::request::{Averaging, FrameRequest};
-use crate::view::{self, View};
-use glam::{DVec2, DVec3, Mat4, Quat, Vec2};
-use manypass_scene::Projection;
+use glam::{DVec2, DVec3, Quat, Vec2};
 use serde::Serialize;
 use std::f32::consts::FRAC_PI_2;
 
@@ -55,7 +52,7 @@ impl Side {
     }
 
     /// The rotation of a camera that looks at it.
-    fn rotation(self) -> Quat {
+    pub fn rotation(self) -> Quat {
         match self {
             Self::Front => Quat::IDENTITY,
             Self::Right => Quat::from_rotation_y(-FRAC_PI_2),
@@ -172,41 +169,18 @@ impl Face {
         self.extent().1.abs().max_element() as f32
     }
 
-    /// What is asked of it where `request` is asked of the picture.
-    pub fn request(&self, request: &FrameRequest) -> FrameRequest {
-        let (width, height) = self.size();
-        let (near_m, far_m) = match request.camera.projection {
-            Projection::Perspective { near_m, far_m, .. } => (near_m, far_m),
-            Projection::Orthographic { near_m, far_m, .. } => (near_m, Some(far_m)),
-        };
-        let fov_y_rad = (2.0 * self.extent().0.y.atan()) as f32;
-        let camera = View {
-            world_from_view: request.camera.world_from_view * Mat4::from_quat(self.side.rotation()),
-            projection: Projection::Perspective { fov_y_rad, near_m, far_m },
-        };
-        let mut face = FrameRequest {
-            width,
-            height,
-            camera,
-            averaging: Averaging::Radiance,
-            want_aovs: Vec::new(),
-            effects: Vec::new(),
-            previous: None,
-            ..request.clone()
-        };
-        face.settings.camera.fisheye = Fisheye::None;
-        face
+    /// The vertical field of view of its camera.
+    pub fn fov_y_rad(&self) -> f32 {
+        (2.0 * self.extent().0.y.atan()) as f32
     }
 
-    /// From a place on the side to its texture, of a frame of `request` that is shaded at a size: u and v are the place
-    /// by the first two numbers and more by the others.
-    pub fn uv_from_place(&self, request: &FrameRequest, shaded_size: (u32, u32)) -> [f32; 4] {
-        let of = |(width, height): (u32, u32)| DVec2::new(f64::from(width), f64::from(height));
-        let (size_px, shaded_px) = (of(self.size()), of(shaded_size));
-        let (sample_index, sample_count) = request.sample();
-        let jitter = view::jitter_px(sample_index, sample_count).as_dvec2() / shaded_px;
+    /// From a place on the side to its texture, which a sample is offset in by `jitter_uv`: u and v are the place by the
+    /// first two numbers and more by the others.
+    pub fn uv_from_place(&self, jitter_uv: Vec2) -> [f32; 4] {
+        let (width, height) = self.size();
+        let size_px = DVec2::new(f64::from(width), f64::from(height));
         let scale = DVec2::new(self.scale_px, -self.scale_px) / size_px;
-        let offset = jitter - DVec2::new(f64::from(self.left_px), f64::from(self.top_px)) / size_px;
+        let offset = jitter_uv.as_dvec2() - DVec2::new(f64::from(self.left_px), f64::from(self.top_px)) / size_px;
         [scale.x, scale.y, offset.x, offset.y].map(|value| value as f32)
     }
 }
@@ -312,12 +286,6 @@ impl FisheyeFaces {
         Some(Self { lens, faces: faces.collect(), ray_px: most * scale_px / rays })
     }
 
-    /// Those of what `request` asks for.
-    pub fn of(request: &FrameRequest, limit_px: u32) -> Option<Self> {
-        let limit_px = (limit_px as f32 / request.settings.render.scale.max(1.0)) as u32;
-        Self::new(&request.settings.camera, (request.width, request.height), limit_px)
-    }
-
     /// What reports say of them.
     pub fn info(&self) -> FisheyeInfo {
         let view = |face: &Face| {
@@ -325,13 +293,6 @@ impl FisheyeFaces {
             FisheyeView { name: face.side.name(), width, height }
         };
         FisheyeInfo { views: self.faces.iter().map(view).collect(), ray_px: self.ray_px }
-    }
-}
-
-impl FrameRequest {
-    /// The radius in pixels of the circle that a fisheye shows; none if the picture is not that of one.
-    pub fn fisheye_radius_px(&self) -> Option<f64> {
-        FisheyeLens::new(&self.settings.camera, (self.width, self.height)).map(|lens| lens.radius_px)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
 mod effects;
+mod fisheye;
 mod ground;
 mod metering;
 mod output;
@@ -16,7 +17,6 @@ pub use reading::RenderedView;
 use crate::draws::WorldDraws;
 use crate::effect::WgslEffect;
 use crate::environment::ComputedEnvironments;
-use crate::fisheye::{FisheyeFaces, FisheyeInfo};
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
@@ -232,11 +232,6 @@ impl Renderer {
     /// Milliseconds spent on shaders and pipelines so far. A driver may do more of it when it first draws.
     pub fn compile_ms(&self) -> f64 {
         self.shaders.compile_ms()
-    }
-
-    /// The views that the picture of `request` is put together from, if that is one of a fisheye.
-    pub fn fisheye(&self, request: &FrameRequest) -> Option<FisheyeInfo> {
-        Some(FisheyeFaces::of(request, self.gpu.capabilities.max_texture_size)?.info())
     }
 
     /// Numbers of the last frame.

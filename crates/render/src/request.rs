@@ -6,6 +6,7 @@ use crate::effect::{Effect, EffectStage};
 use crate::environment::Environment;
 use crate::exposure::Exposure;
 use crate::exposure::Metering;
+use crate::fisheye::FisheyeLens;
 use crate::gpu::GpuError;
 use crate::levels::LevelCount;
 use crate::pose::Pose;
@@ -134,6 +135,11 @@ impl FrameRequest {
     /// afterwards, what glows too.
     fn is_stochastic(&self) -> bool {
         self.settings.transparency.mode == TransparencyMode::Stochastic
+    }
+
+    /// The radius in pixels of the circle that a fisheye shows; none if the picture is not that of one.
+    pub fn fisheye_radius_px(&self) -> Option<f64> {
+        FisheyeLens::new(&self.settings.camera, (self.width, self.height)).map(|lens| lens.radius_px)
     }
 
     /// Whether the picture is put together from views of all sides.

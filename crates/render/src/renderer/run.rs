@@ -1,5 +1,6 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
+use super::fisheye::{parts_of, uv_from_place};
 use super::output::{Output, ViewState};
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
@@ -9,7 +10,6 @@ use crate::aov::{AovExports, f32_from_half};
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::{Deformation, WorldDraws};
 use crate::environment::{Environment, stored};
-use crate::fisheye::{Face, FisheyeFaces};
 use crate::frame::{self, Picture};
 use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
@@ -335,19 +335,6 @@ impl Renderer {
     }
 }
 
-/// The views that a picture is made of, the picture itself last, each with its name.
-fn parts_of(name: &str, request: FrameRequest, limit_px: u32) -> Vec<(String, FrameRequest, ViewPart)> {
-    let Some(of_fisheye) = FisheyeFaces::of(&request, limit_px) else {
-        return vec![(name.into(), request, ViewPart::Whole)];
-    };
-    let before = if name.is_empty() { String::new() } else { format!("{name}/") };
-    let face =
-        |face: &Face| (format!("{before}fisheye/{}", face.side.name()), face.request(&request), ViewPart::Face(*face));
-    let mut parts: Vec<_> = of_fisheye.faces.iter().map(face).collect();
-    parts.push((name.into(), request, ViewPart::Fisheye(of_fisheye)));
-    parts
-}
-
 /// Bytes of the textures that the pictures of a frame take beyond those that its views have.
 ///
 /// # Errors
@@ -436,7 +423,7 @@ fn record_view<'f>(
         ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view)?,
         ViewPart::Face(face) => {
             let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view)?;
-            let uv_from_place = face.uv_from_place(request, asked.size);
+            let uv_from_place = uv_from_place(face, request, asked.size);
             faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
             return Ok(Recorded { variables: AovExports::default(), export: None });
         }

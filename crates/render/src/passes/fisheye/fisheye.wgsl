@@ -72,7 +72,7 @@ fn seen_along(direction: vec3f) -> vec4f {
 
 @fragment
 fn fs_fisheye(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let spacing = 1.0 / f32(rays_a_side);
+    let spacing = 1.0 / f32(max(rays_a_side, 1u));
     var sum = vec4f(0.0);
     for (var ray_y = 0u; ray_y < rays_a_side; ray_y++) {
         for (var ray_x = 0u; ray_x < rays_a_side; ray_x++) {
