@@ -192,9 +192,7 @@ impl Offered<'_> {
         let remedy = match name {
             "occlusion" => "; it needs occlusion.enabled=true and another render.path than gouraud",
             "motion" => "; it needs render.path=deferred",
-            "base_color" | "normal" | "material" | "depth" => {
-                "; it needs render.path=deferred and camera.fisheye=none"
-            }
+            "base_color" | "normal" | "material" | "depth" => "; it needs render.path=deferred and camera.fisheye=none",
             _ => "",
         };
         let known: Vec<_> = self.shown.textures().iter().map(|(name, _)| *name).collect();
