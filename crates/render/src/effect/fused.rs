@@ -47,7 +47,8 @@ pub(super) fn entry_point<'t>(stage: EffectStage, functions: impl Iterator<Item 
     let calls: String = functions.map(|function| format!("    color = {function}(color, position.xy);\n")).collect();
     format!(
         "@fragment\nfn {PIXEL_ENTRY}(@builtin(position) position: vec4f) -> @location(0) vec4f {{\n    \
-         var color = {at}(vec2i(position.xy));\n{calls}    return min(max(color, vec4f(0.0)), vec4f(65504.0));\n}}\n"
+         var color = {at}(vec2i(position.xy));\n{calls}    \
+         return vec4f(half_float_clamped(color.rgb), max(color.a, 0.0));\n}}\n"
     )
 }
 

@@ -51,7 +51,8 @@ pub(super) fn effect(source: Source<'_>) -> Result<(String, Table), Box<Diagnost
     let stem = Path::new(source.file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = name(&stem.unwrap_or_default());
     let variable = format!("table_of_{}", name.replace('-', "_"));
-    let template = if cube.is_solid { include_str!("lut_3d.wgsl") } else { include_str!("lut_1d.wgsl") };
+    let look_up = if cube.is_solid { include_str!("lut_3d.wgsl") } else { include_str!("lut_1d.wgsl") };
+    let template = format!("{}\n{look_up}", include_str!("lut.wgsl"));
     let vector = |[r, g, b]: [f32; 3]| format!("vec3f({r:?}, {g:?}, {b:?})");
     let text = template
         .replace("NAME", &name)

@@ -1,26 +1,6 @@
-//! effect NAME
-//! reads: display
-//! pixel: graded
-
 // Colours by a table of SIZE × SIZE × SIZE of them, between which they are mixed along the tetrahedron that a colour lies
 // in, so that grey stays grey (Kasson, Nin, Plouffe & Hafner 1995, "Performing Color Space Conversions with
-// Three-Dimensional Linear Interpolation"). The table is of colours as displays encode them (sRGB).
-
-/// How much of the table's colour is taken, share
-// = 1 in 0..1
-@group(2) @binding(0) var<uniform> strength: f32;
-
-fn encoded(color: vec3f) -> vec3f {
-    let low = color * 12.92;
-    let high = 1.055 * pow(max(color, vec3f(1e-6)), vec3f(1.0 / 2.4)) - 0.055;
-    return select(high, low, color <= vec3f(0.0031308));
-}
-
-fn decoded(color: vec3f) -> vec3f {
-    let positive = max(color, vec3f(0.0));
-    let high = pow((positive + 0.055) / 1.055, vec3f(2.4));
-    return select(high, positive / 12.92, positive <= vec3f(0.04045));
-}
+// Three-Dimensional Linear Interpolation").
 
 fn entry(place: vec3i) -> vec3f {
     return textureLoad(TABLE, place, 0).rgb;
@@ -41,9 +21,4 @@ fn looked_up(color: vec3f) -> vec3f {
         + entry(first + first_axis) * (most - middle)
         + entry(first + vec3i(1) - last_axis) * (middle - least)
         + entry(first + vec3i(1)) * least;
-}
-
-fn graded(color: vec4f, position: vec2f) -> vec4f {
-    let plain = color.rgb / max(color.a, 1e-4);
-    return vec4f(mix(plain, decoded(looked_up(encoded(plain))), strength) * color.a, color.a);
 }
