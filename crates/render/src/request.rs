@@ -11,6 +11,7 @@ use crate::gpu::GpuError;
 use crate::levels::LevelCount;
 use crate::pose::Pose;
 use crate::record::LegendEntry;
+use crate::render_settings::Path;
 use crate::settings::{Settings, SettingsError};
 use crate::shader::program::ProgramError;
 use crate::shadows::Dealing;
@@ -110,12 +111,15 @@ impl FrameRequest {
     }
 
     /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours
-    /// are averaged, and no pass of the frame looks at what lies beside its pixel.
+    /// are averaged, and no pass of their frames looks at what lies beside its pixel. Occlusion is what earlier ones found,
+    /// but with its direction it takes all samples to converge.
     pub(crate) fn is_adaptive(&self) -> bool {
         let Settings { adaptive, render, msaa, fog, occlusion, reflections, .. } = &self.settings;
         let is_of_pixels =
             render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
-        let is_of_pixels = is_of_pixels && !occlusion.enabled && !reflections.enabled && !self.is_fisheye();
+        let is_found_before = !occlusion.bent_normals && render.path == Path::Deferred;
+        let is_of_pixels = is_of_pixels && (!occlusion.enabled || is_found_before);
+        let is_of_pixels = is_of_pixels && !reflections.enabled && !self.is_fisheye();
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 

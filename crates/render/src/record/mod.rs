@@ -23,7 +23,7 @@ pub(crate) use surfaces::{Bundles, SurfacePipelines};
 pub(crate) use tables::depth_texture;
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
 pub(crate) use uniforms::UniformArena;
-pub(crate) use view::{COUNTS_PAIRS, ViewTables, Viewed};
+pub(crate) use view::{COUNTS_PAIRS, UNFILTERED_SAMPLES, ViewTables, Viewed};
 pub(crate) use volumes::Volumes;
 
 use crate::draws::WorldDraws;

@@ -22,7 +22,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The noise of so many samples averages out by itself, without losing what is fine.
-const UNFILTERED_SAMPLES: u32 = 8;
+pub const UNFILTERED_SAMPLES: u32 = 8;
 
 /// The axis of programs that add up lights whose shadows there are.
 pub(super) const SHADOWED: &str = "shadowed";
@@ -80,6 +80,8 @@ pub struct PreparedView {
     pub has_shadows: bool,
     /// The plane under the scene.
     pub(crate) ground: Option<ViewGround>,
+    /// Of a still whose later samples leave tiles out, how many samples draw all of them.
+    pub whole_samples: Option<u32>,
     /// The texture that says which tiles are settled, if any may be: the frame leaves those out.
     pub(crate) settled: Option<wgpu::TextureView>,
     /// Rectangles around all that is not settled, if they are known.
@@ -254,6 +256,8 @@ pub(crate) struct Viewed<'a> {
     pub shadows: Option<&'a wgpu::TextureView>,
     /// The plane under the scene.
     pub ground: Option<ViewGround>,
+    /// Of a still whose later samples leave tiles out, how many samples draw all of them.
+    pub whole_samples: Option<u32>,
     /// Which tiles are settled.
     pub settled: Option<wgpu::TextureView>,
     /// Rectangles around all that is not.
@@ -313,6 +317,7 @@ impl Viewed<'_> {
             instances: self.instances,
             has_shadows: self.shadows.is_some(),
             ground: self.ground,
+            whole_samples: self.whole_samples,
             settled: self.settled,
             unsettled: self.unsettled,
         }

@@ -303,6 +303,7 @@ impl Renderer {
         let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
         let uniform = self.view_uniform(asked, (&seen, range), (*size, asked.temporal_jitter_px()), filtering);
         let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
+        let whole_samples = if is_adaptive { adaptive::whole_samples(sample_count) } else { None };
         let display_goes_on = request.goes_on || request.sample_index > 0 && state.was_shown;
         let ViewState { tables, lists, unsettled, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
@@ -326,7 +327,7 @@ impl Renderer {
         let shows_first_surface = settings.aov.first_surface;
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform, is_of_variables: bool| {
             let shows_first_surface = shows_first_surface && is_of_variables;
-            let leaves_out = settled.is_some() && !is_of_variables && !asked.counts_pairs;
+            let draws_picture = !is_of_variables && !asked.counts_pairs;
             let viewed = Viewed {
                 name: name.into(),
                 size,
@@ -349,8 +350,9 @@ impl Renderer {
                 instances: self.instances.buffer().clone(),
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
                 ground: ground.clone(),
-                settled: settled.clone().filter(|_| leaves_out),
-                unsettled: unsettled.clone().filter(|_| leaves_out),
+                whole_samples: whole_samples.filter(|_| draws_picture),
+                settled: settled.clone().filter(|_| draws_picture),
+                unsettled: unsettled.clone().filter(|_| draws_picture && settled.is_some()),
                 environment_tiles: tiles.map(|tiles| &tiles.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
@@ -430,6 +432,7 @@ impl Renderer {
             instances: instances.buffer().clone(),
             shadows: None,
             ground: None,
+            whole_samples: None,
             settled: None,
             unsettled: None,
             environment_tiles: None,

@@ -53,6 +53,13 @@ pub enum Step {
     },
 }
 
+/// How many samples of `sample_count` draw all tiles, before any are looked for that are settled; none if there are too
+/// few to look for any.
+pub fn whole_samples(sample_count: u32) -> Option<u32> {
+    let least = SAMPLES_MIN.max(sample_count / 4).checked_next_power_of_two()?;
+    (least <= sample_count / 2).then_some(least)
+}
+
 impl Step {
     /// After the sample `sample_index` of `sample_count`. Tiles are looked for after a quarter and a half of the
     /// samples, if these are powers of two, else after the powers in between.
@@ -173,6 +180,7 @@ mod tests {
         assert_eq!(Step::after(7, 16), Step::Settle { is_first: false, keeps: false });
         // Each is compared with a mean that was kept.
         for count in 1..300 {
+            assert_eq!(whole_samples(count), looked_for(count).first().copied(), "{count}");
             for (at, step) in steps(count) {
                 if matches!(step, Step::Settle { .. }) {
                     let before = Step::after(at / 2 - 1, count);

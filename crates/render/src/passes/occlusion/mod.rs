@@ -12,10 +12,9 @@ mod settings;
 pub use settings::{OcclusionMethod, OcclusionSettings};
 
 use crate::occlusion::Occlusion;
-use crate::record::{Fullscreen, PicturePart, Recorder};
-use crate::resolution::Resolution;
+use crate::record::{Fullscreen, PicturePart, Recorder, UNFILTERED_SAMPLES};
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Handle};
+use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
 use manypass_scene::Aabb;
 
 /// The share of light that is left, which may lie outside of 0 to 1 where a sample looks in few directions.
@@ -23,6 +22,12 @@ const VISIBILITY: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 /// The same, and the mean direction of that light.
 const BENT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+/// The mean of what samples of a still found of a pixel, and of how many it is.
+const MEAN: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
+
+/// Of few samples that find it, how many go by what one of them found, whose noise was filtered.
+const SAMPLES_A_LOOK: u32 = 4;
 
 /// Where there is no surface.
 const OPEN: ColorLoad = ColorLoad::Clear(wgpu::Color { r: 1.0, g: 0.0, b: 0.0, a: 0.0 });
@@ -81,47 +86,132 @@ pub fn record(
     if !is_needed(r, settings, is_read) {
         return Ok(None);
     }
-    let depth = seen.depth;
-    let program = match settings.method {
-        OcclusionMethod::Gtao => "occlusion_gtao",
-        OcclusionMethod::Ssao => "occlusion_ssao",
+    let made =
+        |texture| Some(Occlusion { texture, is_multi_bounce: settings.multi_bounce, is_bent: settings.bent_normals });
+    let Some(whole_samples) = r.view.whole_samples else {
+        let found = record_found(r, settings, seen)?;
+        return Ok(made(found));
     };
-    let is_filtered = r.view.shows_few_samples();
-    let of_few = settings.resolution != Resolution::Full;
-    let constants = [("side", settings.resolution.side_px()), ("patterned", u32::from(is_filtered))];
-    let uniform = OcclusionUniform::new(settings, &r.frame.world.bounds_world);
-    let format = if settings.bent_normals { BENT } else { VISIBILITY };
-    let desc = settings.resolution.desc(r.view, format);
-
-    let target = r.texture_of("occlusion", desc);
-    let step = r.fullscreen("occlusion", program, &[]).constants(&constants);
-    let step = step.constants(&[
-        ("slices", settings.slices),
-        ("steps", settings.steps),
-        ("bends", u32::from(settings.bent_normals)),
-    ]);
-    let step = surfaces_of(step, seen, &uniform);
-    let step = if of_few { step } else { step.over(PicturePart::Surfaces, depth) };
-    let mut texture = step.draw_into(target, OPEN)?;
-    if is_filtered {
-        let target = r.texture_of("occlusion.blur", desc);
-        let step = r.fullscreen("occlusion.blur", "occlusion_blur", &[]).constants(&constants[..1]);
-        let step = surfaces_of(step, seen, &uniform).read("noisy_occlusion", &texture);
-        let step = if of_few { step } else { step.over(PicturePart::Surfaces, depth) };
-        texture = step.draw_into(target, OPEN)?;
+    let mean = r.history("occlusion.mean", r.view.desc(MEAN));
+    if r.view.uniform.sample_index >= whole_samples && !mean.is_first {
+        return Ok(made(mean.previous));
     }
-    if of_few {
-        let target = r.texture("occlusion.upsample", format);
-        let step = r.fullscreen("occlusion.upsample", "occlusion_upsample", &[]).constants(&constants);
-        let step = surfaces_of(step, seen, &uniform).read("coarse_occlusion", &texture);
-        texture = step.over(PicturePart::Surfaces, depth).draw_into(target, OPEN)?;
-    }
-    Ok(Some(Occlusion { texture, is_multi_bounce: settings.multi_bounce, is_bent: settings.bent_normals }))
+    Ok(made(record_mean(r, settings, seen, (mean, whole_samples < UNFILTERED_SAMPLES))?))
 }
 
-/// What all steps read.
-fn surfaces_of<'r, 'f>(step: Fullscreen<'r, 'f>, seen: Seen<'_>, uniform: &OcclusionUniform) -> Fullscreen<'r, 'f> {
-    step.uniform("occlusion", uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
+/// What a sample finds by itself.
+fn record_found(
+    r: &mut Recorder<'_, '_>,
+    settings: &OcclusionSettings,
+    seen: Seen<'_>,
+) -> Result<Handle, ProgramError> {
+    let finding = Finding::new(r, settings, r.view.shows_few_samples());
+    let target = r.texture_of(finding.last_name(), finding.desc);
+    let found = finding.record(r, seen, target)?;
+    if finding.side_px == 1 {
+        return Ok(found);
+    }
+    let target = r.texture("occlusion.upsample", finding.desc.format);
+    let step = finding.upsample(r, seen, &found).constant("keeps_mean", 0).stand_in("previous_occlusion");
+    step.over(PicturePart::Surfaces, seen.depth).draw_into(target, OPEN)
+}
+
+/// Of a still whose later samples leave tiles out: the `mean` of what its first samples find, who draw all that
+/// occludes, `is_of_few` of them or as many as take the noise out. Of few, one of four looks around, and takes the
+/// pattern of its noise out; in the others surfaces have what lies on them, so that the mean is as smooth along edges as
+/// the picture.
+fn record_mean(
+    r: &mut Recorder<'_, '_>,
+    settings: &OcclusionSettings,
+    seen: Seen<'_>,
+    (mean, is_of_few): (History, bool),
+) -> Result<Handle, ProgramError> {
+    let finding = Finding {
+        takes_turns: u32::from(!is_of_few),
+        ..Finding::new(r, settings, is_of_few || r.view.shows_few_samples())
+    };
+    let found = if is_of_few {
+        let coarse = r.history("occlusion.coarse", finding.desc);
+        let looks = coarse.is_first || r.view.uniform.sample_index.is_multiple_of(SAMPLES_A_LOOK);
+        if looks { finding.record(r, seen, coarse.next)? } else { coarse.previous }
+    } else {
+        let target = r.texture_of("occlusion", finding.desc);
+        finding.record(r, seen, target)?
+    };
+    let step = finding.upsample(r, seen, &found);
+    let step = if mean.is_first {
+        step.constant("keeps_mean", 1).stand_in("previous_occlusion")
+    } else {
+        step.constant("keeps_mean", 2).read("previous_occlusion", &mean.previous)
+    };
+    step.draw_into(mean.next, ColorLoad::Discard)
+}
+
+/// How a picture of occlusion is made, at its size.
+struct Finding<'s> {
+    settings: &'s OcclusionSettings,
+    uniform: OcclusionUniform,
+    desc: TextureDesc,
+    side_px: u32,
+    /// Whether its noise is a pattern, which is taken out.
+    is_filtered: bool,
+    /// Whether each pixel of a texel's square is looked from in turn.
+    takes_turns: u32,
+}
+
+impl<'s> Finding<'s> {
+    fn new(r: &Recorder<'_, '_>, settings: &'s OcclusionSettings, is_filtered: bool) -> Self {
+        Self {
+            settings,
+            uniform: OcclusionUniform::new(settings, &r.frame.world.bounds_world),
+            desc: settings.resolution.desc(r.view, if settings.bent_normals { BENT } else { VISIBILITY }),
+            side_px: settings.resolution.side_px(),
+            is_filtered,
+            takes_turns: 1,
+        }
+    }
+
+    /// The name of the texture that holds what is found.
+    fn last_name(&self) -> &'static str {
+        if self.is_filtered { "occlusion.blur" } else { "occlusion" }
+    }
+
+    /// What all steps have in common.
+    fn step<'r, 'f>(&self, step: Fullscreen<'r, 'f>, seen: Seen<'_>) -> Fullscreen<'r, 'f> {
+        let step = step.constants(&[("side", self.side_px), ("takes_turns", self.takes_turns)]);
+        step.uniform("occlusion", &self.uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
+    }
+
+    /// Looks around, and draws what is found into `target`.
+    fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, target: Handle) -> Result<Handle, ProgramError> {
+        let Self { settings, desc, side_px, is_filtered, .. } = *self;
+        let program = match settings.method {
+            OcclusionMethod::Gtao => "occlusion_gtao",
+            OcclusionMethod::Ssao => "occlusion_ssao",
+        };
+        let of_surfaces = |step: Fullscreen<'_, '_>, target, depth| {
+            let step = if side_px == 1 { step.over(PicturePart::Surfaces, depth) } else { step };
+            step.draw_into(target, OPEN)
+        };
+        let (noisy, blurred) =
+            if is_filtered { (r.texture_of("occlusion", desc), Some(target)) } else { (target, None) };
+        let step = self.step(r.fullscreen("occlusion", program, &[]), seen).constants(&[
+            ("patterned", u32::from(is_filtered)),
+            ("slices", settings.slices),
+            ("steps", settings.steps),
+            ("bends", u32::from(settings.bent_normals)),
+        ]);
+        let found = of_surfaces(step, noisy, seen.depth)?;
+        let Some(target) = blurred else { return Ok(found) };
+        let step = self.step(r.fullscreen("occlusion.blur", "occlusion_blur", &[]), seen);
+        of_surfaces(step.read("noisy_occlusion", &found), target, seen.depth)
+    }
+
+    /// The step that brings what was `found` to the full size.
+    fn upsample<'r, 'f>(&self, r: &'r mut Recorder<'_, 'f>, seen: Seen<'_>, found: &Handle) -> Fullscreen<'r, 'f> {
+        let step = self.step(r.fullscreen("occlusion.upsample", "occlusion_upsample", &[]), seen);
+        step.constant("patterned", u32::from(self.is_filtered)).read("coarse_occlusion", found)
+    }
 }
 
 #[cfg(test)]
