@@ -14,7 +14,7 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, taa,
+    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, present, reflections, resolve, shadows, taa,
     tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
@@ -384,6 +384,18 @@ pub fn effect_passes<'f>(
     Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ..outputs })
 }
 
+/// The exposure of a frame that goes on from those before: its stops, in one texel.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn exposure_passes(
+    r: &mut Recorder<'_, '_>,
+    adapting: Option<&meter::Adapting>,
+    radiance: &Handle,
+) -> Result<Option<Handle>, ProgramError> {
+    adapting.map(|adapting| meter::record_adapted(r, adapting, radiance)).transpose()
+}
+
 /// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform,
 /// and the caller's target if there is one.
 ///
@@ -397,7 +409,7 @@ pub fn output_passes<'f>(
     picture: Picture<'_>,
     effects: &'f [Arc<dyn Effect>],
 ) -> Result<(), ProgramError> {
-    let Picture { display, target, is_shown, sample_index, exposure, depth, adaptive_step, settling } = picture;
+    let Picture { display, target, is_shown, sample_index, exposure, adapted, depth, adaptive_step, settling } = picture;
     let curve = settings.tone_map.curve;
     let share = |average, part| accumulate::Share { average, part, sample_index, exposure };
     let of_display = share(accumulate::Average::Display(curve), Part::Whole);
@@ -434,7 +446,8 @@ pub fn output_passes<'f>(
             (Some(accumulate::record(r, "accumulate", of_rest, radiance, rest)?), is_linear)
         }
     };
-    let shown = (mean.as_ref().unwrap_or(radiance), glow.as_ref());
+    let radiance = mean.as_ref().unwrap_or(radiance);
+    let shown = tone_map::Shown { radiance, glow: glow.as_ref(), adapted };
     let is_of_display =
         |effect: &&Arc<dyn Effect>| is_shown && effect.is_on() && effect.stage() == EffectStage::Display;
     let tone = &settings.tone_map;
@@ -443,7 +456,8 @@ pub fn output_passes<'f>(
         let left = tone_map::Display { encodes: false, ..left };
         let linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
         let linear = effect::record(r, effects, EffectStage::Display, &FrameTextures::default(), linear)?;
-        tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, (&linear, None), display)?
+        let shown = tone_map::Shown { radiance: &linear, glow: None, adapted: None };
+        tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, shown, display)?
     } else {
         tone_map::record(r, "tone_map", tone, left, shown, display)?
     };
@@ -516,6 +530,8 @@ pub struct Picture<'t> {
     pub sample_index: u32,
     /// From pre-exposed radiance to what the tone curve takes.
     pub exposure: f32,
+    /// The stops that come on top, in one texel, if exposure adapts.
+    pub adapted: Option<&'t Handle>,
     /// Depth of the view: where it is nearest, tiles are settled, and keep their mean.
     pub depth: &'t Handle,
     /// What is done once this frame was added, if its means are of display colours.

@@ -114,6 +114,7 @@ impl Settings {
     /// pictures do without.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.camera.check()?;
+        self.exposure.check()?;
         let path = self.render.path;
         if self.msaa.samples.count() > 1 && path != Path::Forward {
             let key = format!("msaa.samples={}", self.msaa.samples.count());

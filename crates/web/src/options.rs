@@ -32,7 +32,7 @@ const SHORT: [(&str, &str, &[&str]); 4] = [
 impl Options {
     /// The exposure of frames of `scene`.
     pub fn exposure(&self, scene: &Scene) -> Exposure {
-        self.settings.exposure.stops.resolved(scene, self.settings.environment.source)
+        self.settings.exposure.resolved(scene, self.settings.environment.source)
     }
 
     /// Whether meshes are given coarser levels.

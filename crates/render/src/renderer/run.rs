@@ -36,9 +36,12 @@ struct Executed {
 }
 
 /// What recording a view leaves to fetch.
+#[derive(Default)]
 struct Recorded {
     variables: AovExports,
     export: Option<Export>,
+    /// The stops of an exposure that adapts.
+    adapted: Option<Export>,
 }
 
 impl Renderer {
@@ -382,6 +385,9 @@ fn keep(
         if let Some(temporal) = asked.temporal.as_ref().filter(|_| purpose.is_picture()) {
             state.temporal = Some(temporal.kept(&asked.request, scene, scene_version));
         }
+        if purpose.is_picture() {
+            state.adapted = recorded.adapted.and_then(|adapted| run.exported(adapted).cloned());
+        }
         if asked.wants_variables && purpose.has_variables() {
             state.aovs = recorded.variables.textures(run, ready.variables_uniform)?;
         }
@@ -402,7 +408,7 @@ fn record_view<'f>(
     if matches!(purpose, Purpose::Variables) {
         let mut r = Recorder::new(graph, frame, &ready.view);
         let outputs = frame::variable_passes(&mut r, &ready.variables)?;
-        return Ok(Recorded { variables: AovExports::new(r.graph, outputs), export: None });
+        return Ok(Recorded { variables: AovExports::new(r.graph, outputs), ..Recorded::default() });
     }
     let (variables, of_view) = match &ready.variables_view {
         Some(view) => {
@@ -414,10 +420,10 @@ fn record_view<'f>(
     let mut r = Recorder::new(graph, frame, &ready.view);
     if matches!(purpose, Purpose::Pairs(_)) {
         if asked.part.is_fisheye() {
-            return Ok(Recorded { variables: AovExports::default(), export: None });
+            return Ok(Recorded::default());
         }
         let pairs = frame::pair_passes(&mut r, &request.settings)?;
-        return Ok(Recorded { variables: AovExports::default(), export: Some(r.graph.export(pairs)) });
+        return Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() });
     }
     let outputs = match &asked.part {
         ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view)?,
@@ -425,7 +431,7 @@ fn record_view<'f>(
             let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view)?;
             let uv_from_place = uv_from_place(face, request, asked.size);
             faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
-            return Ok(Recorded { variables: AovExports::default(), export: None });
+            return Ok(Recorded::default());
         }
         ViewPart::Fisheye(of_fisheye) => {
             frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(faces))?
@@ -433,7 +439,7 @@ fn record_view<'f>(
     };
     let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
-    let mut export = None;
+    let (mut export, mut adapted) = (None, None);
     let previous_sum = asked.previous_sum(state);
     let step = if ready.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None };
     match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None)) {
@@ -442,18 +448,22 @@ fn record_view<'f>(
             export = Some(r.graph.export(meter));
         }
         Some(output) => {
+            let adapting = request.adapting(state.adapted.is_some());
+            let stops = frame::exposure_passes(&mut r, adapting.as_ref(), &outputs.radiance)?;
             let means = output.means(r.graph, asked.means_of, previous_sum);
             let picture = Picture {
                 display: output.display(r.graph),
                 target: target_of(purpose),
                 is_shown: !matches!(purpose, Purpose::Sample),
                 sample_index: request.sample_index,
-                exposure: request.display_exposure(),
+                exposure: request.known_exposure(),
+                adapted: stops.as_ref(),
                 depth: &outputs.depth,
                 adaptive_step: step,
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
             frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture, &request.effects)?;
+            adapted = stops.map(|stops| r.graph.export(stops));
         }
     }
     let variables = if asked.wants_variables {
@@ -461,7 +471,7 @@ fn record_view<'f>(
     } else {
         AovExports::default()
     };
-    Ok(Recorded { variables, export })
+    Ok(Recorded { variables, export, adapted })
 }
 
 fn target_of<'t>(purpose: &Purpose<'t>) -> Option<&'t Target> {
