@@ -14,8 +14,8 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, present, reflections, resolve, shadows, taa,
-    tile_depth, tone_map, transparency, volumes,
+    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, present, reflections, resolve, shadows,
+    taa, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -409,7 +409,8 @@ pub fn output_passes<'f>(
     picture: Picture<'_>,
     effects: &'f [Arc<dyn Effect>],
 ) -> Result<(), ProgramError> {
-    let Picture { display, target, is_shown, sample_index, exposure, adapted, depth, adaptive_step, settling } = picture;
+    let Picture { display, target, is_shown, sample_index, exposure, adapted, depth, adaptive_step, settling } =
+        picture;
     let curve = settings.tone_map.curve;
     let share = |average, part| accumulate::Share { average, part, sample_index, exposure };
     let of_display = share(accumulate::Average::Display(curve), Part::Whole);

@@ -50,7 +50,8 @@ fn wanted_stops(renderer: &mut Renderer, pattern: MeteringPattern, (width, heigh
         let [r, g, b, alpha] = [0, 1, 2, 3].map(|at| f64::from(texel[at]));
         let luminance = (0.2126 * r + 0.7152 * g + 0.0722 * b) / alpha.max(1e-6);
         let (x, y) = (index as u32 % width, index as u32 / width);
-        let from_middle = (f64::from(x) + 0.5 - f64::from(width) / 2.0).hypot(f64::from(y) + 0.5 - f64::from(height) / 2.0);
+        let from_middle =
+            (f64::from(x) + 0.5 - f64::from(width) / 2.0).hypot(f64::from(y) + 0.5 - f64::from(height) / 2.0);
         let of_place = match pattern {
             MeteringPattern::Average => 1.0,
             MeteringPattern::Centre => (-0.5 * (from_middle / (shorter / 4.0).max(1.0)).powi(2)).exp(),
@@ -89,7 +90,8 @@ fn patterns_look_at_the_middle() {
         let request = request(&scene, SIZE).with(|settings| settings.exposure.metering = pattern);
         stops(&mut renderer, &scene, &request)
     };
-    let [average, centre, spot] = [MeteringPattern::Average, MeteringPattern::Centre, MeteringPattern::Spot].map(&mut of);
+    let [average, centre, spot] =
+        [MeteringPattern::Average, MeteringPattern::Centre, MeteringPattern::Spot].map(&mut of);
     // The lamp shines on the middle of the picture.
     assert!(average > centre + 0.1 && centre > spot + 0.1, "{average} {centre} {spot}");
 }
@@ -118,7 +120,8 @@ fn the_picture_is_exposed_by_what_it_adapted_to() {
     let (before, now) = (lamp(0.0), lamp(-4.0));
     renderer.load(&before).unwrap();
     for compensation_stops in [0.0, 1.0] {
-        let begin = request(&before, SIZE).with(|settings| settings.exposure.stops = Exposure::Auto { compensation_stops });
+        let begin =
+            request(&before, SIZE).with(|settings| settings.exposure.stops = Exposure::Auto { compensation_stops });
         // Half floats hold radiance at any level that was metered.
         let mut begin = begin;
         let exposure = begin.settings.exposure.stops;
@@ -131,8 +134,13 @@ fn the_picture_is_exposed_by_what_it_adapted_to() {
             let mut is_shown = false;
             for at in [SIZE.0 * 32 + 48, SIZE.0 * 50 + 30].map(|index| 4 * index as usize) {
                 let linear = radiance[at + 1] * (found + compensation_stops).exp2();
-                let encoded = 255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-                assert!((f32::from(display[at + 1]) - encoded.min(255.0)).abs() <= 1.5, "{encoded}: {:?}", display[at + 1]);
+                let encoded =
+                    255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+                assert!(
+                    (f32::from(display[at + 1]) - encoded.min(255.0)).abs() <= 1.5,
+                    "{encoded}: {:?}",
+                    display[at + 1]
+                );
                 is_shown |= (4.0..255.0).contains(&encoded);
             }
             assert!(is_shown, "the test shows nothing");

@@ -107,7 +107,7 @@ fn a_wrong_effect_is_an_error_that_says_where() {
         ("@compute @workgroup_size(1) fn cs() {}", "mine.wgsl:1:32: error: the entry point `cs` is not a `@fragment`"),
         (
             &format!("{main} return vec4f(1.0); }}\n@fragment fn two() {{}}"),
-            "mine.wgsl:2:14: error: `two` returns `@location(0) vec4f`",
+            "mine.wgsl:2:14: error: `two` has to return `@location(0) vec4f`",
         ),
         ("@fragment fn fs(@location(0) uv: vec2f) -> @location(0) vec4f { return uv.xyxy; }", "takes nothing but"),
         ("@fragment fn fs() -> @location(1) vec4f { return vec4f(1.0); }", "`@location(0) vec4f`"),

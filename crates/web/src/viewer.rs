@@ -11,11 +11,11 @@ use crate::types::{
     BackendName, EffectFiles, ExposureInfo, OrbitObject, RenderOptions, Resources, ViewerInfo, decode_uri, object,
     read_orbit, read_resources,
 };
+use frame_times::FrameTimes;
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
     scene::{Aabb, Framing, LateImages, Scene, Stage, demo, formats, stage},
 };
-use frame_times::FrameTimes;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 

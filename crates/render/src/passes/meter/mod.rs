@@ -129,7 +129,8 @@ pub fn record_adapted(
     let step = r.fullscreen("meter.adapted", "meter", &[]).uniform("meter", &uniform).constant("adapts", 1);
     let step = with(step, &adapting, if mean.is_some() { 2 } else { 1 }).read("previous", &history.previous);
     // What stays as it is needs no mean, but something has to be bound.
-    let step = if is_metered { step.read("radiance", mean.as_ref().unwrap_or(radiance)) } else { step.stand_in("radiance") };
+    let step =
+        if is_metered { step.read("radiance", mean.as_ref().unwrap_or(radiance)) } else { step.stand_in("radiance") };
     step.draw_into(history.next, ColorLoad::Discard)
 }
 
