@@ -44,6 +44,13 @@ impl Taken {
     }
 }
 
+/// The warning of a picture of whose first sample effects left so many pixels as no numbers.
+pub fn scrubbed_warning(scrubbed_pixels: u64) -> Option<String> {
+    let pixels = if scrubbed_pixels == 1 { "pixel" } else { "pixels" };
+    let what = "no numbers, or infinite, and shown as black or white: look for divisions by 0 and roots and powers of what is below 0";
+    (scrubbed_pixels > 0).then(|| format!("effects leave {scrubbed_pixels} {pixels} that are {what}"))
+}
+
 /// The warning of a picture with `clamped_pixels`.
 pub fn clamped_warning(clamped_pixels: u64) -> Option<String> {
     let pixels = if clamped_pixels == 1 { "pixel is" } else { "pixels are" };

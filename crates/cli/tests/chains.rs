@@ -203,3 +203,31 @@ fn what_shows_nothing_or_hides_something_is_warned_of() {
     assert_eq!(warned(&render(&["--effect", "own.wgsl"]).expect(0), hidden), 1);
     assert_eq!(warned(&render(&["--effect", "film"]).expect(0), "in place of"), 0);
 }
+
+#[test]
+fn a_report_counts_what_effects_leave_as_no_numbers() {
+    if !common::has_adapter() {
+        return;
+    }
+    let folder = folder("scrubbed");
+    let text = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {
+        let here = radiance_at(vec2i(p.xy));
+        return select(here, vec4f(sqrt(min(-1.0, -here.a)), 0.0, 0.0, 1.0), p.x < 2.0);
+    }";
+    folder.write("roots.wgsl", text.as_bytes());
+    let words = ["render", "tri.glb", "--size", "8x8", "--samples", "1", "--effect", "roots.wgsl", "-o", "a.png"];
+    let quiet = run_in(&folder, &words).expect(0);
+    assert!(!quiet.stderr.contains("no numbers"), "{}", quiet.stderr);
+    let told = run_in(&folder, &[&words[..], &["--report", "r.json"]].concat()).expect(0);
+    assert!(told.stderr.contains("warning: tri.glb: effects leave 16 pixels that are no numbers"), "{}", told.stderr);
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.join("r.json")).expect("a report")).expect("JSON");
+    assert_eq!(report["scrubbed_pixels"], 16);
+    assert!(report["warnings"].to_string().contains("no numbers"), "{}", report["warnings"]);
+    let none =
+        run_in(&folder, &["render", "tri.glb", "--size", "8x8", "--samples", "1", "-o", "b.png", "--report", "s.json"]);
+    none.expect(0);
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.join("s.json")).expect("a report")).expect("JSON");
+    assert!(report["scrubbed_pixels"].is_null(), "{report}");
+}

@@ -14,8 +14,8 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, present, reflections, resolve, shadows,
-    taa, tile_depth, tone_map, transparency, volumes,
+    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, present, reflections, resolve, scrub,
+    shadows, taa, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -381,6 +381,9 @@ pub fn effect_passes<'f>(
     let ViewOutputs { radiance, gbuffer, occlusion, motion, .. } = outputs;
     let of_frame = FrameTextures { gbuffer: gbuffer.as_ref(), occlusion: occlusion.as_ref(), motion: motion.as_ref() };
     let radiance = effect::record(r, effects, EffectStage::Radiance, &of_frame, radiance)?;
+    if effects.iter().any(|effect| effect.is_on() && effect.stage() == EffectStage::Radiance) {
+        scrub::count(r, "scrub.last.count".into(), &radiance)?;
+    }
     Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ..outputs })
 }
 
@@ -457,6 +460,7 @@ pub fn output_passes<'f>(
         let left = tone_map::Display { encodes: false, ..left };
         let linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
         let linear = effect::record(r, effects, EffectStage::Display, &FrameTextures::default(), linear)?;
+        scrub::count(r, "scrub.display.count".into(), &linear)?;
         let shown = tone_map::Shown { radiance: &linear, glow: None, adapted: None };
         tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, shown, display)?
     } else {

@@ -3,7 +3,7 @@
 use super::load::Loaded;
 use super::{Batch, failed};
 use crate::deliver::Delivery;
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::gather::Item;
 use crate::looks::Subject;
 use crate::report::{self, Entry, Outputs, Phases};
@@ -207,6 +207,15 @@ impl Batch<'_> {
         };
         let effects: Vec<_> = self.effect_files.iter().map(effect_values).collect();
         let adapted_stops = renderer.read_adapted_stops().map_err(failed)?;
+        let draws_effects = drawn.request.effects.iter().any(|effect| effect.is_on());
+        let count = || renderer.count_scrubbed(scene, &drawn.request).map_err(failed);
+        let scrubbed_pixels = draws_effects.then(count).transpose()?;
+        let warning = exposure::scrubbed_warning(scrubbed_pixels.unwrap_or(0));
+        if let Some(warning) = warning.iter().filter(|_| !self.args.quiet).next() {
+            let name = item.input.name();
+            self.bar.suspend(|| say(format_args!("warning: {name}: {warning}")));
+        }
+        let warnings: Vec<String> = drawn.warnings.iter().cloned().chain(warning).collect();
         report.rendered(&Entry {
             input: &item.input.name(),
             input_files: &loaded.files,
@@ -230,7 +239,8 @@ impl Batch<'_> {
             aov_ranges: &delivery.aov_ranges,
             exposure: loaded.exposure.map(|taken| taken.report(adapted_stops)),
             clamped_pixels: drawn.clamped_pixels,
-            warnings: &drawn.warnings,
+            scrubbed_pixels,
+            warnings: &warnings,
         })
     }
 }

@@ -18,7 +18,7 @@ use crate::lights::LightCulling;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
-use crate::record::{Frame, Legends, PreparedView, Recorder};
+use crate::record::{Frame, Legends, PreparedView, Recorder, Scrubbed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
 use crate::resources::environment::Unfinished;
@@ -194,6 +194,7 @@ impl Renderer {
         };
 
         let legends = Legends::default();
+        let scrubbed = Scrubbed::new(matches!(purpose, Purpose::Scrubbed(_)));
         let frame = Frame {
             gpu: &self.gpu,
             shaders: &self.shaders,
@@ -206,6 +207,7 @@ impl Renderer {
             bundles: &self.bundles,
             volumes: &self.volumes,
             legends: &legends,
+            scrubbed: &scrubbed,
         };
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for (at, unfinished) in &unfinished {
@@ -234,7 +236,7 @@ impl Renderer {
         stats.written_bytes = plan.written_bytes();
         stats.light_draws =
             ready.iter().zip(asked).map(|(ready, asked)| light_draws(&ready.view, asked, &world.draws)).sum();
-        let exports: Vec<Export> = recorded.iter().filter_map(|recorded| recorded.export).collect();
+        let exports = recorded.iter().filter_map(|recorded| recorded.export).chain(scrubbed.exports()).collect();
         if purpose.is_plan() {
             return Ok(Executed { plan, run: None, exports, legends: legends.take() });
         }
@@ -314,6 +316,10 @@ impl Renderer {
             let texture = run.exported(*export).ok_or(RenderError::Missing("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
             match &mut *purpose {
+                Purpose::Scrubbed(count) => {
+                    let values = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+                    *count += values.filter(|value| *value > 0.5).count() as u64;
+                }
                 Purpose::Pairs(counts) => *counts += sum_pairs(&bytes, texture.format()),
                 Purpose::Meter(pixels) => {
                     *pixels = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
