@@ -95,8 +95,11 @@ pub enum Command {
         /// Print the JSON Schema of stages, NAME.stage.toml, for editors.
         #[arg(long, conflicts_with_all = ["json", "schema", "effects"])]
         stage_schema: bool,
+        /// Print what comes of this as a file of --settings has it, after the tier if there is one; may be given again.
+        #[arg(long, value_name = "KEY=VALUE", conflicts_with_all = ["json", "schema", "stage_schema"])]
+        set: Vec<String>,
         /// Print the settings of a tier of --quality, as a file of --settings has them.
-        #[arg(long, value_name = "NAME", conflicts_with_all = ["json", "schema", "effects", "stage_schema"],
+        #[arg(long, value_name = "NAME", conflicts_with_all = ["json", "schema", "stage_schema"],
               value_parser = PossibleValuesParser::new(manypass::Quality::NAMES))]
         quality: Option<String>,
     },

@@ -62,7 +62,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         camera::resolve(&CameraSpec::default(), &scene, &Framing::of_scene(&scene), aspect, 0.0)?;
     let path = settings.render.path.name();
     let light_culling = settings.lights.culling.name();
-    let exposure = settings.exposure.stops.resolved(&scene, settings.environment.source);
+    let exposure = settings.exposure.resolved(&scene, settings.environment.source);
     let mut request = FrameRequest {
         settings: settings.clone(),
         effects: effects(&renderer, effect_files)?,

@@ -90,36 +90,52 @@ impl<'a> Chosen<'a> {
         Self { meets_stages, ..self }
     }
 
-    /// The effects of the chain that counts: of `--set`, of the file of settings, or of the stage; then those of flags
-    /// that it does not name. Beside them those of the chains that do not count, as far as they can be read: what is said
-    /// of them is no mistake.
-    fn chain(&self, stage: Option<&Stage>) -> Result<(Vec<EffectFile>, Vec<EffectFile>), Failure> {
+    /// The chains that `--set`, the file of settings and the stage have, in the order in which they count.
+    fn layers<'l>(&'l self, stage: Option<&'l Stage>) -> Result<Vec<Layer<'l>>, Failure> {
         let here = Path::new("");
         let pairs = self.change.set.iter().filter_map(|pair| key_value(pair).ok());
         let set: Vec<(&str, Written)> = pairs.map(|(key, value)| (key, value.into())).collect();
         let of_set = |key: &str| set.iter().rev().find(|(known, _)| *known == key).map(|(_, written)| written);
-        let of_stage = match stage {
-            Some(stage) => Settings::stage_chain(stage).map_err(|error| stage_failure(&error))?,
-            None => None,
-        };
-        let folder_of_stage = stage.and_then(|stage| Path::new(stage.file()).parent()).unwrap_or(here);
-        let layers = [
-            (Settings::chain_of(of_set), here),
-            (Settings::chain_of(|key| self.file.as_ref()?.last(key)), self.folder),
-            (of_stage, folder_of_stage),
-        ];
-        let mut layers = layers.into_iter().filter_map(|(names, folder)| Some((names?, folder)));
-        let (names, folder) = layers.next().unwrap_or((Vec::new(), here));
-        let effects =
-            EffectFile::chain(&names, self.given.clone(), |name| read_entry(folder, name).map_err(Unread::Failure));
-        let effects = effects.map_err(|unread| match unread {
+        if of_set("chain").is_some() && of_set("effects.chain").is_some() {
+            let hint = "leave one of them out";
+            return Err(Failure::usage("--set gives the chain of effects as `chain` and as `effects.chain`", hint));
+        }
+        let mut layers = Vec::new();
+        if let Some(names) = Settings::chain_of(of_set) {
+            layers.push(Layer { names, folder: here, file: None, kind: Kind::Usage });
+        }
+        if let Some(file) = &self.file {
+            let names =
+                Settings::chain_of_file(file).map_err(|error| file_failure(&error, &self.change.effects, ""))?;
+            let layer = |names| Layer { names, folder: self.folder, file: Some(file.clone()), kind: Kind::Usage };
+            layers.extend(names.map(layer));
+        }
+        if let Some(stage) = stage {
+            let file = Settings::stage_settings(stage).map_err(|error| stage_failure(&error))?;
+            let names = Settings::chain_of_file(&file).map_err(|error| stage_failure(&error))?;
+            let folder = Path::new(stage.file()).parent().unwrap_or(here);
+            layers.extend(names.map(|names| Layer { names, folder, file: Some(file), kind: Kind::Failed }));
+        }
+        Ok(layers)
+    }
+
+    /// The effects of the chain that counts: of `--set`, of the file of settings, or of the stage; then those of flags
+    /// that it does not name.
+    fn chain<'l>(&'l self, stage: Option<&'l Stage>) -> Result<ReadChain<'l>, Failure> {
+        let mut layers = self.layers(stage)?.into_iter();
+        let of_flags = Layer { names: Vec::new(), folder: Path::new(""), file: None, kind: Kind::Usage };
+        let layer = layers.next().unwrap_or(of_flags);
+        let read = |name: &str| layer.read(name, &self.given).map_err(Unread::Failure);
+        let effects = EffectFile::chain(&layer.names, self.given.clone(), read).map_err(|unread| match unread {
             Unread::Failure(failure) => failure,
-            Unread::Program(error) => program_failure(&error, "list each effect once"),
+            Unread::Program(error) => layer.misplaced(&error, "list each effect once"),
         })?;
-        let absent = layers.flat_map(|(names, folder)| names.into_iter().map(move |name| (name, folder)));
-        let absent = absent.filter_map(|(name, folder)| read_entry(folder, &name).ok());
+        let absent = layers.flat_map(|layer| {
+            let read: Vec<_> = layer.names.iter().filter_map(|name| layer.read(name, &[]).ok()).collect();
+            read
+        });
         let absent = absent.filter(|file| effects.iter().all(|drawn| drawn.name() != file.name())).collect();
-        Ok((effects, absent))
+        Ok(ReadChain { effects, absent, layer })
     }
 
     /// The settings: `base`, those of the input's stage, then what was chosen; and the effects of the chain with theirs.
@@ -133,7 +149,7 @@ impl<'a> Chosen<'a> {
             settings.apply_quality(quality).map_err(|error| Failure::usage(error, "report this"))?;
         }
         let lists = list_hint(&self.change.effects);
-        let (mut effects, mut absent) = self.chain(stage)?;
+        let ReadChain { mut effects, mut absent, layer } = self.chain(stage)?;
         let drawn_count = effects.len();
         effects.append(&mut absent);
         let effects = &mut effects;
@@ -168,22 +184,81 @@ impl<'a> Chosen<'a> {
                 }
             }
         }
-        if let Some(failure) = effects.iter().find_map(missing) {
+        if let Some(failure) = effects.iter().find_map(missing).or_else(|| self.tier_failure(&settings)) {
             return Err(failure);
         }
-        EffectFile::check_chain(effects).map_err(|error| program_failure(&error, "correct the chain of effects"))?;
+        EffectFile::check_chain(effects).map_err(|error| layer.misplaced(&error, "correct the chain of effects"))?;
         Ok((settings, std::mem::take(effects)))
     }
 }
 
-/// The effect of an entry of a chain that is none of those by name; files are seen from `folder`.
-fn read_entry(folder: &Path, name: &str) -> Result<EffectFile, Failure> {
-    let is_file = |end: &std::ffi::OsStr| ["wgsl", "cube"].iter().any(|known| end.eq_ignore_ascii_case(known));
-    if Path::new(name).extension().is_some_and(is_file) {
-        return read_effect(&folder.join(name));
+impl Chosen<'_> {
+    /// What a tier of quality asks for that a path has not.
+    fn tier_failure(&self, settings: &Settings) -> Option<Failure> {
+        let quality = self.change.quality.as_deref().and_then(Quality::named)?;
+        let SettingsError::Needs { key, needs, found } = settings.check().err()? else { return None };
+        let (name, _) = key.split_once('=')?;
+        let is_of_tier = quality.table().iter().any(|(known, _)| *known == name);
+        is_of_tier.then(|| {
+            let message =
+                format!("--quality {} asks for `{key}`, which needs `{needs}`, and that is `{found}`", quality.name());
+            Failure::usage(message, format!("write `{needs}`, or add --set {name}=false to have the rest of the tier"))
+        })
     }
-    let hint = format!("{}; the chain also takes names of those of --effect", effect_names());
-    Err(Failure::usage(format!("no effect is called `{name}`"), hint))
+}
+
+/// The effects of a chain.
+struct ReadChain<'l> {
+    effects: Vec<EffectFile>,
+    /// Those of the chains that do not count, as far as they can be read: what is said of them is no mistake.
+    absent: Vec<EffectFile>,
+    layer: Layer<'l>,
+}
+
+/// A chain of effects as it was written.
+struct Layer<'l> {
+    names: Vec<String>,
+    /// From where its files are seen.
+    folder: &'l Path,
+    /// Where it stands, if that is a file.
+    file: Option<SettingsFile>,
+    /// What is wrong with it is a fault of this kind: of usage, or of an input.
+    kind: Kind,
+}
+
+impl Layer<'_> {
+    /// The effect of an entry that is none of `given`, nor built in.
+    fn read(&self, name: &str, given: &[EffectFile]) -> Result<EffectFile, Failure> {
+        let is_file = |end: &std::ffi::OsStr| ["wgsl", "cube"].iter().any(|known| end.eq_ignore_ascii_case(known));
+        if Path::new(name).extension().is_some_and(is_file) {
+            return read_effect(&self.folder.join(name)).map_err(|failure| match failure.located {
+                None => self.refused(name, (&failure.message, &failure.hint), failure.kind),
+                Some(_) => failure,
+            });
+        }
+        let message = EffectFile::unknown_name(name, given.iter().map(EffectFile::name));
+        let brackets = if name.contains(['[', ']', '"']) {
+            "; --set takes names with commas between them, and nothing else"
+        } else {
+            ""
+        };
+        let hint = format!("{}; the chain also takes names of those of --effect{brackets}", effect_names());
+        Err(self.refused(name, (&message, &hint), self.kind))
+    }
+
+    /// What is wrong with the entry `name`, at its place.
+    fn refused(&self, name: &str, (message, hint): (&str, &str), kind: Kind) -> Failure {
+        let place = self.file.as_ref().and_then(|file| Settings::refusal_in_chain(file, name, message));
+        place.map_or_else(|| Failure::new(kind, message, hint), |place| Failure::located(kind, &place, hint))
+    }
+
+    /// What is wrong with effects that do not go together.
+    fn misplaced(&self, error: &ProgramError, hint: &str) -> Failure {
+        match error {
+            ProgramError::Misplaced { pass, .. } => self.refused(pass, (&error.to_string(), hint), self.kind),
+            error => program_failure(error, hint),
+        }
+    }
 }
 
 /// Why an effect of a chain is not there.
@@ -226,7 +301,11 @@ fn missing(effect: &EffectFile) -> Option<Failure> {
     Some(Failure::located(Kind::Usage, missing, hint))
 }
 
-fn key_value(pair: &str) -> Result<(&str, &str), Failure> {
+/// The key and the value of `--set`.
+///
+/// # Errors
+/// There is no `=`.
+pub fn key_value(pair: &str) -> Result<(&str, &str), Failure> {
     let parts = pair.split_once('=').map(|(key, value)| (key.trim(), value.trim()));
     parts.ok_or_else(|| Failure::usage(format!("`--set {pair}` has no `=`"), "write --set KEY=VALUE"))
 }

@@ -21,7 +21,7 @@ impl Taken {
     /// The renderer failed.
     pub fn new(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Result<Self, Failure> {
         let settings = &request.settings;
-        let exposure = settings.exposure.stops.resolved(scene, settings.environment.source);
+        let exposure = settings.exposure.resolved(scene, settings.environment.source);
         let needs_metering = request.needs_metering(exposure);
         let meter = || renderer.meter(scene, request).map_err(|error| still_failure(&error.into()));
         Ok(Self { exposure, metering: needs_metering.then(meter).transpose()? })
@@ -32,15 +32,23 @@ impl Taken {
         request.expose(self.exposure, self.metering);
     }
 
-    /// What the report says of it.
-    pub fn report(&self) -> Value {
+    /// What the report says of it, and of what a picture adapted to.
+    pub fn report(&self, adapted_stops: Option<f32>) -> Value {
         json!({
+            "adapted_stops": adapted_stops,
             "mode": self.exposure.mode(),
             "stops": self.exposure.stops(self.metering.as_ref()),
             "log_average_luminance": self.metering.and_then(|metering| metering.log_average_luminance),
             "pre_exposure_stops": self.metering.map(|metering| metering.pre_exposure_stops),
         })
     }
+}
+
+/// The warning of a picture of whose first sample effects left so many pixels as no numbers.
+pub fn scrubbed_warning(scrubbed_pixels: u64) -> Option<String> {
+    let pixels = if scrubbed_pixels == 1 { "pixel" } else { "pixels" };
+    let what = "no numbers, or infinite, and shown as black or white: look for divisions by 0 and roots and powers of what is below 0";
+    (scrubbed_pixels > 0).then(|| format!("effects leave {scrubbed_pixels} {pixels} that are {what}"))
 }
 
 /// The warning of a picture with `clamped_pixels`.

@@ -118,6 +118,8 @@ pub struct Entry<'a> {
     pub exposure: Option<Value>,
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     pub clamped_pixels: Option<u64>,
+    /// Pixels that effects left as no numbers, counted in a frame of its own; none without effects.
+    pub scrubbed_pixels: Option<u64>,
     /// What the reader and the renderer warned of.
     pub warnings: &'a [String],
 }
@@ -222,6 +224,7 @@ impl Report {
             "depth_range_m": depth_range_m,
             "exposure": entry.exposure,
             "clamped_pixels": entry.clamped_pixels,
+            "scrubbed_pixels": entry.scrubbed_pixels,
             "warnings": entry.warnings,
         }))
     }

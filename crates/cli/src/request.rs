@@ -30,6 +30,9 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
         let file = path.display().to_string();
         let effect = match EffectFile::built_in(&file) {
             Some(built_in) => built_in.map_err(|error| program_failure(&error, "report this"))?,
+            None if path.extension().is_none() && path.components().count() == 1 && !path.exists() => {
+                return Err(Failure::usage(EffectFile::unknown_name(&file, std::iter::empty()), effect_names()));
+            }
             None => read_effect(path)?,
         };
         if let Some(other) = effects.iter().find(|other| other.name() == effect.name()) {
@@ -70,9 +73,9 @@ pub fn effects(renderer: &Renderer, files: Vec<EffectFile>) -> Result<Vec<Arc<dy
     effects.map_err(|error| program_failure(&error, "correct the WGSL file"))
 }
 
-/// Warnings of effects that hide settings of the frame, or that pictures of `format` do not show.
+/// Warnings of effects that hide settings of the frame or those that are built in, or that pictures of `format` do not show.
 pub fn effect_warnings(files: &[EffectFile], format: Format) -> Vec<String> {
-    [hidden_settings(files), unseen_effects(files, format)].concat()
+    [hidden_settings(files), hidden_effects(files), unseen_effects(files, format)].concat()
 }
 
 /// Warnings of effects that are called like settings of the frame: those cannot be reached beside them.
@@ -82,6 +85,18 @@ fn hidden_settings(files: &[EffectFile]) -> Vec<String> {
     hidden
         .map(|name| format!("the effect `{name}` is called like settings of the frame and hides `{name}.*`; rename it"))
         .collect()
+}
+
+/// Warnings of effects that are called like built-in ones, in whose place they are drawn.
+fn hidden_effects(files: &[EffectFile]) -> Vec<String> {
+    let hides = |file: &&EffectFile| EffectFile::is_built_in(file.name()) && file.file() != file.name();
+    let warning = |file: &EffectFile| {
+        let (name, path) = (file.name(), file.file());
+        format!(
+            "{path} is drawn in place of the built-in effect `{name}`; for both give it another name: `//! effect NAME`"
+        )
+    };
+    files.iter().filter(hides).map(warning).collect()
 }
 
 /// What the report says of an effect.

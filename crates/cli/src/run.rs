@@ -19,7 +19,9 @@ pub fn run(command: &Command, started: Instant) -> Result<(), Failure> {
         Command::Bench(args) => bench::bench(args, started),
         Command::Adapters { json } => inspect::adapters(*json),
         Command::Settings { stage_schema: true, .. } => settings::stage_schema(),
-        Command::Settings { quality: Some(name), .. } => manypass::Quality::named(name).map_or(Ok(()), settings::tier),
+        Command::Settings { quality, set, effects, .. } if quality.is_some() || !set.is_empty() => {
+            settings::chosen(quality.as_deref().and_then(manypass::Quality::named), set, effects)
+        }
         Command::Settings { effects, json, schema, .. } => settings::settings(effects, *json, *schema),
         Command::Completions { shell } => {
             let mut script = Vec::new();

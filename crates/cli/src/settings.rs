@@ -1,10 +1,12 @@
 //! `settings`: every key, for people, as JSON, or as a schema for editors.
 
+use crate::chosen::key_value;
 use crate::failure::{Failure, Kind};
+use crate::job::check_settings;
 use crate::request::effect_files;
 use crate::session::print;
 use manypass::settings::schema;
-use manypass::{EffectFile, Quality, SettingInfo, Settings};
+use manypass::{EffectFile, Quality, SettingInfo, Settings, effect};
 use std::path::PathBuf;
 
 /// Where lines of descriptions break.
@@ -39,19 +41,53 @@ pub fn stage_schema() -> Result<(), Failure> {
     print(&format!("{:#}\n", manypass::stage_schema()))
 }
 
-/// Runs `settings --quality`: the settings of a tier as TOML.
+/// Runs `settings --quality` and `settings --set`: what a tier and then pairs of `KEY=VALUE` set, as TOML; each key once,
+/// with the value that counts.
 ///
 /// # Errors
-/// Standard output is closed.
-pub fn tier(quality: Quality) -> Result<(), Failure> {
-    let mut text = format!("# The tier `{}`", quality.name());
-    text.push_str(if quality.table().is_empty() { ": everything as it is by default.\n" } else { ".\n" });
-    for (key, value) in quality.table() {
-        let is_plain = value.parse::<f64>().is_ok() || value.parse::<bool>().is_ok();
-        let quote = if is_plain { "" } else { "\"" };
-        text.push_str(&format!("{key} = {quote}{value}{quote}\n"));
+/// A file that is no effect; a wrong key or value, or what does not go together; standard output is closed.
+pub fn chosen(quality: Option<Quality>, set: &[String], effects: &[PathBuf]) -> Result<(), Failure> {
+    let mut files = effect_files(effects)?;
+    let mut text = String::new();
+    let mut pairs: Vec<(String, String)> = Vec::new();
+    let mut settings = Settings::default();
+    if let Some(quality) = quality {
+        let is_default = if quality.table().is_empty() { ": everything as it is by default" } else { "" };
+        text.push_str(&format!("# The tier `{}`{is_default}.\n", quality.name()));
+        pairs.extend(quality.table().iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())));
+        settings.apply_quality(quality).map_err(|error| Failure::usage(error, "report this"))?;
+    }
+    for pair in set {
+        let (key, value) = key_value(pair)?;
+        effect::set_of_file(&mut settings, &mut files, key, &value.into())
+            .map_err(|error| Failure::usage(error, "`manypass settings` lists the keys"))?;
+        pairs.retain(|(known, _)| known != key);
+        pairs.push((key.to_owned(), value.to_owned()));
+    }
+    check_settings(&settings)?;
+    for (key, value) in pairs {
+        text.push_str(&format!("{key} = {}\n", toml_value(&settings, &files, &key, &value)));
     }
     print(&text)
+}
+
+/// The value of a key as TOML has it, with the type of its setting.
+fn toml_value(settings: &Settings, effects: &[EffectFile], key: &str, value: &str) -> String {
+    if value.parse::<f64>().is_ok_and(f64::is_finite) || value.parse::<bool>().is_ok() {
+        return value.to_owned();
+    }
+    let (group, field) = key.split_once('.').unwrap_or(("effects", key));
+    let of_effects = || effects.iter().flat_map(EffectFile::values).find(|(known, _)| known == key);
+    let typed = match of_effects() {
+        Some((_, value)) => serde_json::to_value(value),
+        None => serde_json::to_value(settings).map(|settings| settings[group][field].clone()),
+    };
+    match typed {
+        Ok(typed) if !typed.is_null() => typed.to_string(),
+        // Of a built-in effect that is in no chain.
+        _ if value.contains(',') => format!("[{value}]"),
+        _ => format!("{value:?}"),
+    }
 }
 
 fn table(infos: &[&SettingInfo]) -> String {

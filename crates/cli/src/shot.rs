@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::job::Job;
 use crate::listing::choices;
 use crate::looks::Look;
-use manypass::{Aov, EffectFile, Pose, View};
+use manypass::{Adaptation, Aov, EffectFile, Pose, View};
 use manypass_scene::{Framing, Scene};
 use std::sync::Arc;
 
@@ -68,6 +68,15 @@ pub fn focus_m(framing: &Framing, look: &Look, camera: &View) -> f32 {
 fn step_secs(args: &RenderArgs) -> f32 {
     // A turntable at one time turns the camera, and the time stands still.
     if args.frames.is_none() && args.turntable.is_some() { 0.0 } else { 1.0 / args.fps }
+}
+
+/// How the exposure of a frame follows from that of the frame before, if it is not the first.
+pub fn adaptation(args: &RenderArgs, is_first: bool) -> Adaptation {
+    match (args.frames.is_some() || args.turntable.is_some(), is_first) {
+        (false, _) => Adaptation::Still,
+        (true, true) => Adaptation::Begins,
+        (true, false) => Adaptation::After { secs: 1.0 / args.fps },
+    }
 }
 
 /// The frame before, if motion is asked for, or `effects` read it, and anything can have moved. It leaves the scene in

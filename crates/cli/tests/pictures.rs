@@ -132,7 +132,7 @@ fn a_chain_is_that_of_the_stage_the_file_or_the_command_line() {
     assert!(r + 20 > 255 - green && g < r, "inverted after green: {r} {g}");
     for (args, code, expected) in [
         (["--set", "chain=glue"], 2, "no effect is called `glue`"),
-        (["--set", "chain=bloom,bloom"], 1, "`bloom` cannot be used here: it stands twice in the chain"),
+        (["--set", "chain=bloom,bloom"], 2, "`bloom` cannot be used here: it stands twice in the chain"),
         (["--set", "chain=fx/none.wgsl"], 1, "fx/none.wgsl"),
         (["--set", "grey.share=0.5"], 2, "need --effect NAME|FILE.wgsl"),
     ] {

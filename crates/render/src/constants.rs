@@ -24,6 +24,11 @@ shared_constants! {
     /// Levels of the pyramid of least distances that reflected rays pass over, from pixels to squares of 64.
     REFLECTION_LEVELS: u32 = 7;
 
+    /// Texels along each side of a square of which metering takes the mean at once.
+    METERED_SIDE: i32 = 8;
+    /// The binary logarithm of mid grey, 0.18.
+    MID_GREY_LEVEL: f32 = -2.473_931_2;
+
     /// Pixels along each side of a tile of a still that needs no more samples once it is settled.
     SETTLED_TILE_PX: i32 = 4;
 

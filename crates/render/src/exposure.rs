@@ -6,8 +6,10 @@
 //! with the level of the light, so that night stays darker than day, and ends at 2.25 stops from mid grey. It is
 //! continuous, and so is its slope.
 
+mod adaptation;
 mod settings;
 
+pub use adaptation::{Adaptation, MeteringPattern};
 pub use settings::ExposureSettings;
 
 use crate::colour::finite_product;

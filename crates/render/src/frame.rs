@@ -14,8 +14,8 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, taa,
-    tile_depth, tone_map, transparency, volumes,
+    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, present, reflections, resolve, scrub,
+    shadows, taa, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -381,7 +381,22 @@ pub fn effect_passes<'f>(
     let ViewOutputs { radiance, gbuffer, occlusion, motion, .. } = outputs;
     let of_frame = FrameTextures { gbuffer: gbuffer.as_ref(), occlusion: occlusion.as_ref(), motion: motion.as_ref() };
     let radiance = effect::record(r, effects, EffectStage::Radiance, &of_frame, radiance)?;
+    if effects.iter().any(|effect| effect.is_on() && effect.stage() == EffectStage::Radiance) {
+        scrub::count(r, "scrub.last.count".into(), &radiance)?;
+    }
     Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ..outputs })
+}
+
+/// The exposure of a frame that goes on from those before: its stops, in one texel.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn exposure_passes(
+    r: &mut Recorder<'_, '_>,
+    adapting: Option<&meter::Adapting>,
+    radiance: &Handle,
+) -> Result<Option<Handle>, ProgramError> {
+    adapting.map(|adapting| meter::record_adapted(r, adapting, radiance)).transpose()
 }
 
 /// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform,
@@ -397,7 +412,8 @@ pub fn output_passes<'f>(
     picture: Picture<'_>,
     effects: &'f [Arc<dyn Effect>],
 ) -> Result<(), ProgramError> {
-    let Picture { display, target, is_shown, sample_index, exposure, depth, adaptive_step, settling } = picture;
+    let Picture { display, target, is_shown, sample_index, exposure, adapted, depth, adaptive_step, settling } =
+        picture;
     let curve = settings.tone_map.curve;
     let share = |average, part| accumulate::Share { average, part, sample_index, exposure };
     let of_display = share(accumulate::Average::Display(curve), Part::Whole);
@@ -434,7 +450,8 @@ pub fn output_passes<'f>(
             (Some(accumulate::record(r, "accumulate", of_rest, radiance, rest)?), is_linear)
         }
     };
-    let shown = (mean.as_ref().unwrap_or(radiance), glow.as_ref());
+    let radiance = mean.as_ref().unwrap_or(radiance);
+    let shown = tone_map::Shown { radiance, glow: glow.as_ref(), adapted };
     let is_of_display =
         |effect: &&Arc<dyn Effect>| is_shown && effect.is_on() && effect.stage() == EffectStage::Display;
     let tone = &settings.tone_map;
@@ -443,7 +460,9 @@ pub fn output_passes<'f>(
         let left = tone_map::Display { encodes: false, ..left };
         let linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
         let linear = effect::record(r, effects, EffectStage::Display, &FrameTextures::default(), linear)?;
-        tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, (&linear, None), display)?
+        scrub::count(r, "scrub.display.count".into(), &linear)?;
+        let shown = tone_map::Shown { radiance: &linear, glow: None, adapted: None };
+        tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, shown, display)?
     } else {
         tone_map::record(r, "tone_map", tone, left, shown, display)?
     };
@@ -516,6 +535,8 @@ pub struct Picture<'t> {
     pub sample_index: u32,
     /// From pre-exposed radiance to what the tone curve takes.
     pub exposure: f32,
+    /// The stops that come on top, in one texel, if exposure adapts.
+    pub adapted: Option<&'t Handle>,
     /// Depth of the view: where it is nearest, tiles are settled, and keep their mean.
     pub depth: &'t Handle,
     /// What is done once this frame was added, if its means are of display colours.

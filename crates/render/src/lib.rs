@@ -63,7 +63,7 @@ pub use camera_settings::{Fisheye, FisheyeFrame};
 pub use diagnostic::Diagnostic;
 pub use effect::{Effect, EffectFile, EffectStage, WgslEffect};
 pub use environment::{Background, Environment};
-pub use exposure::{Exposure, ExposureError, Metering};
+pub use exposure::{Adaptation, Exposure, ExposureError, Metering, MeteringPattern};
 pub use fisheye::{FisheyeInfo, FisheyeView};
 pub use fog::FogMode;
 pub use gbuffer::Gbuffer;

@@ -77,6 +77,8 @@ enum Purpose<'t> {
     Variables,
     Pictures(Vec<PassPicture>),
     Pairs(PairCounts),
+    /// How many pixels are no numbers.
+    Scrubbed(u64),
     Times(Vec<PassTime>),
     /// Pre-exposed radiance of the frame.
     Meter(Vec<f32>),
@@ -371,6 +373,19 @@ impl Renderer {
         let mut purpose = Purpose::Pairs(PairCounts::default());
         pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
         Ok(if let Purpose::Pairs(pairs) = purpose { pairs } else { PairCounts::default() })
+    }
+
+    /// Counts the pixels that effects leave as no number, or infinite, in a frame of its own: those that are scrubbed before
+    /// an effect that looks beside them, and those that are when all are drawn. A frame without effects has none: what
+    /// comes of surfaces is in [`Self::clamped_pixels`].
+    ///
+    /// # Errors
+    /// As [`Self::render_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn count_scrubbed(&mut self, scene: &Scene, request: &FrameRequest) -> Result<u64, RenderError> {
+        let mut purpose = Purpose::Scrubbed(0);
+        pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
+        Ok(if let Purpose::Scrubbed(count) = purpose { count } else { 0 })
     }
 
     /// Renders one frame and measures its passes: the time to record each, and where the adapter has timestamps the

@@ -4,8 +4,7 @@ use crate::aov::Aov;
 use crate::camera_settings::Fisheye;
 use crate::effect::{Effect, EffectStage};
 use crate::environment::Environment;
-use crate::exposure::Exposure;
-use crate::exposure::Metering;
+use crate::exposure::{Adaptation, Exposure, Metering};
 use crate::fisheye::FisheyeLens;
 use crate::gpu::GpuError;
 use crate::levels::LevelCount;
@@ -62,6 +61,8 @@ pub struct FrameRequest {
     pub light_subset: Option<(u32, u32)>,
     /// What was metered; none: the light is taken to be at the level of the exposure. [`Self::expose`] sets it.
     pub metering: Option<Metering>,
+    /// How the exposure follows from that of the view's last picture, where settings ask for that.
+    pub adaptation: Adaptation,
     /// What is averaged over the samples, and so what can be read.
     pub averaging: Averaging,
     /// The variables that will be read after the frame.
@@ -107,7 +108,12 @@ impl FrameRequest {
     /// Whether samples go through the tone curve before they are averaged; a single one goes through it afterwards.
     pub(crate) fn averages_display(&self) -> bool {
         let is_asked = self.sample_count > 1 && self.averaging != Averaging::Radiance;
-        is_asked && !self.deals_lights() && !self.is_stochastic() && !self.samples_lens_or_shutter()
+        is_asked && !self.deals_lights() && !self.has_late_exposure()
+    }
+
+    /// Whether samples are right in the mean of radiance alone, or their exposure is known only when they are drawn.
+    fn has_late_exposure(&self) -> bool {
+        self.is_stochastic() || self.samples_lens_or_shutter() || self.adapts()
     }
 
     /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours
@@ -132,7 +138,7 @@ impl FrameRequest {
         // A mean over a pixel of marks of what glows is none.
         let is_whole = !self.changes_radiance() && !self.is_temporal() && !self.is_fisheye();
         let is_marked = is_whole && self.settings.msaa.samples.count() == 1;
-        is_asked && is_marked && !self.is_stochastic() && !self.samples_lens_or_shutter()
+        is_asked && is_marked && !self.has_late_exposure()
     }
 
     /// Whether samples show one of several surfaces in place of their mixture, which goes through the tone curve
@@ -217,7 +223,8 @@ impl FrameRequest {
             }
             if settings.exposure.stops == Exposure::Scene {
                 let is_sky = settings.environment.source == Environment::Sky;
-                settings.exposure.stops = if is_sky { defaults.exposure_under_sky } else { defaults.exposure };
+                let of_scene = if is_sky { defaults.exposure_under_sky } else { defaults.exposure };
+                settings.exposure.stops = if settings.exposure.adapt { Exposure::AUTO } else { of_scene };
             }
         })
         .without_effects_that_are_off()
@@ -257,6 +264,7 @@ impl FrameRequest {
             settings: Settings::default(),
             light_subset: None,
             metering: None,
+            adaptation: Adaptation::default(),
             averaging: Averaging::default(),
             want_aovs: Vec::new(),
             previous: None,

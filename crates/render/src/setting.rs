@@ -188,8 +188,11 @@ fn nearest_key<'k>(key: &str, known: impl Iterator<Item = &'k str>) -> Option<&'
     let has_known_group = group(key).is_none() || known.iter().any(|known| group(known) == group(key));
     let has_last = |known: &str| has_known_group && last(known) == last(key);
     let is_other = |known: &str| !has_last(known) && !known.split('.').next().is_some_and(is_like);
-    let (is_other, _, nearest) =
-        known.into_iter().map(|known| (is_other(known), edit_distance(key, known), known)).min()?;
+    // Of several that are as near the first one that is declared.
+    let (is_other, _, nearest) = known
+        .into_iter()
+        .map(|known| (is_other(known), edit_distance(key, known), known))
+        .min_by_key(|(is_other, distance, _)| (*is_other, *distance))?;
     (!is_other || is_like(nearest)).then_some(nearest)
 }
 

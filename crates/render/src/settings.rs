@@ -6,6 +6,7 @@ pub use crate::setting::{
 };
 
 use crate::camera_settings::Fisheye;
+use crate::diagnostic::Diagnostic;
 use crate::passes::debug::DebugView;
 use crate::render_settings::Path;
 use crate::setting::unknown_key;
@@ -79,6 +80,23 @@ impl Settings {
         <Vec<String> as SettingField>::read(written)
     }
 
+    /// The chain of effects of a file, if it has one.
+    ///
+    /// # Errors
+    /// It stands there under both of its names.
+    pub fn chain_of_file(file: &SettingsFile) -> Result<Option<Vec<String>>, Box<Diagnostic>> {
+        let message = format!("the chain of effects stands here and as `{}` as well; leave one of them out", CHAIN.0);
+        match file.refusal(CHAIN.1, None, message).filter(|_| file.last(CHAIN.0).is_some()) {
+            Some(twice) => Err(twice),
+            None => Ok(Self::chain_of(|key| file.last(key))),
+        }
+    }
+
+    /// What is wrong with the entry `name` of the chain of a file, with its place there.
+    pub fn refusal_in_chain(file: &SettingsFile, name: &str, message: &str) -> Option<Box<Diagnostic>> {
+        [CHAIN.0, CHAIN.1].into_iter().find_map(|key| file.refusal(key, Some(name), message))
+    }
+
     /// Every setting there is, beside those of effects.
     pub fn declared() -> &'static [SettingInfo] {
         static DECLARED: LazyLock<Vec<SettingInfo>> = LazyLock::new(Settings::every_group);
@@ -114,6 +132,7 @@ impl Settings {
     /// pictures do without.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.camera.check()?;
+        self.exposure.check()?;
         let path = self.render.path;
         if self.msaa.samples.count() > 1 && path != Path::Forward {
             let key = format!("msaa.samples={}", self.msaa.samples.count());

@@ -40,10 +40,17 @@ impl Settings {
     /// The chain of effects of a stage, if it has one; its files are seen from its folder.
     ///
     /// # Errors
-    /// The stage is not TOML.
+    /// The stage is not TOML, or has two.
     pub fn stage_chain(stage: &Stage) -> Result<Option<Vec<String>>, Box<Diagnostic>> {
-        let file = settings_of(stage)?;
-        Ok(Self::chain_of(|key| file.last(key)))
+        Self::chain_of_file(&settings_of(stage)?)
+    }
+
+    /// The settings of a stage, as a file of settings has them.
+    ///
+    /// # Errors
+    /// The stage is not TOML.
+    pub fn stage_settings(stage: &Stage) -> Result<SettingsFile, Box<Diagnostic>> {
+        settings_of(stage)
     }
 }
 

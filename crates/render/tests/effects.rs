@@ -107,7 +107,7 @@ fn a_wrong_effect_is_an_error_that_says_where() {
         ("@compute @workgroup_size(1) fn cs() {}", "mine.wgsl:1:32: error: the entry point `cs` is not a `@fragment`"),
         (
             &format!("{main} return vec4f(1.0); }}\n@fragment fn two() {{}}"),
-            "mine.wgsl:2:14: error: `two` returns `@location(0) vec4f`",
+            "mine.wgsl:2:14: error: `two` has to return `@location(0) vec4f`",
         ),
         ("@fragment fn fs(@location(0) uv: vec2f) -> @location(0) vec4f { return uv.xyxy; }", "takes nothing but"),
         ("@fragment fn fs() -> @location(1) vec4f { return vec4f(1.0); }", "`@location(0) vec4f`"),
@@ -389,5 +389,53 @@ fn a_target_that_cannot_be_drawn_to_is_an_error() {
     let display = renderer.read_display().unwrap();
     for (found, shown) in found.chunks(4).zip(display.chunks(4)) {
         assert!((0..3).all(|c| found[2 - c].abs_diff(shown[c]) <= 1), "{found:?} {shown:?}");
+    }
+}
+
+#[test]
+fn what_effects_leave_as_no_numbers_is_counted_once_and_changes_nothing() {
+    let test = scenes::one_light_on_one_plane();
+    let mut renderer = common::renderer();
+    renderer.load(&test.scene).unwrap();
+    // Of 16 × 16 pixels 8 are no numbers and 4 are infinite.
+    let source = "//! effect wrong
+        @fragment fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {
+            let here = radiance_at(vec2i(position.xy));
+            let zero = here.a - 1.0;
+            let wrong = select(1.0 / zero, zero / zero, position.x < 8.0);
+            return select(here, vec4f(0.0, wrong, 0.0, 1.0), position.y < 1.0 && position.x < 12.0);
+        }";
+    let of_display = "//! effect late
+        //! reads: display
+        @fragment fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {
+            let here = display_at(vec2i(position.xy));
+            return select(here, vec4f(sqrt(-here.a), 0.0, 0.0, 1.0), position.y > 15.0 && position.x < 3.0);
+        }";
+    let compile = |name: &str, text: &str| Arc::new(WgslEffect::new(renderer.gpu(), name, text).unwrap());
+    let (wrong, late) = (compile("wrong.wgsl", source), compile("late.wgsl", of_display));
+    let bloom = common::built_in(&renderer, "bloom");
+    let plain = common::plain_request(&test.scene, (16, 16));
+    let request = |effects: &[Arc<WgslEffect>]| {
+        let effects = effects.iter().map(|effect| effect.clone() as Arc<dyn manypass::Effect>).collect();
+        FrameRequest { effects, ..plain.clone() }
+    };
+    for (effects, expected) in [
+        (&[][..], 0),
+        (&[bloom.clone()], 0),
+        (&[wrong.clone()], 12),
+        // Scrubbed before the second, which spreads none.
+        (&[wrong.clone(), bloom.clone()], 12),
+        (&[bloom, wrong.clone()], 12),
+        (&[late.clone()], 3),
+        (&[wrong, late], 15),
+    ] {
+        let request = request(effects);
+        renderer.render(&test.scene, &request).unwrap();
+        let picture = renderer.read_display().unwrap();
+        assert_eq!(renderer.count_scrubbed(&test.scene, &request).unwrap(), expected, "{effects:?}");
+        let plan = renderer.plan(&test.scene, &request).unwrap().to_text();
+        assert!(!plan.contains(".count"), "{plan}");
+        renderer.render(&test.scene, &request).unwrap();
+        assert!(renderer.read_display().unwrap() == picture);
     }
 }

@@ -32,7 +32,7 @@ const SHORT: [(&str, &str, &[&str]); 4] = [
 impl Options {
     /// The exposure of frames of `scene`.
     pub fn exposure(&self, scene: &Scene) -> Exposure {
-        self.settings.exposure.stops.resolved(scene, self.settings.environment.source)
+        self.settings.exposure.resolved(scene, self.settings.environment.source)
     }
 
     /// Whether meshes are given coarser levels.
@@ -82,7 +82,9 @@ impl Options {
         let failed = |error: &dyn std::fmt::Display| JsError::new(&error.to_string());
         let of_chosen =
             |key: &str| self.chosen.iter().rev().find(|(known, _)| known == key).map(|(_, written)| written);
-        let names = match (Settings::chain_of(of_chosen), &self.stage) {
+        let of_chosen = Settings::chain_of(of_chosen);
+        let is_of_stage = of_chosen.is_none();
+        let names = match (of_chosen, &self.stage) {
             (Some(names), _) => names,
             (None, Some(stage)) => Settings::stage_chain(stage).map_err(|error| failed(&error))?.unwrap_or_default(),
             (None, None) => Vec::new(),
@@ -90,9 +92,12 @@ impl Options {
         let unknown = |name: &str| -> Result<EffectFile, JsError> {
             let known: Vec<_> = EffectFile::built_in_names().collect();
             let known = known.join(", ");
-            Err(JsError::new(&format!(
-                "no effect is called `{name}`; there is: {known}. The texts of others are given by `setEffects`"
-            )))
+            let message = EffectFile::unknown_name(name, self.given.iter().map(EffectFile::name));
+            let message = format!("{message}; there is: {known}. The texts of others are given by `setEffects`");
+            let file =
+                self.stage.as_ref().filter(|_| is_of_stage).and_then(|stage| Settings::stage_settings(stage).ok());
+            let placed = file.and_then(|file| Settings::refusal_in_chain(&file, name, &message));
+            Err(placed.map_or_else(|| JsError::new(&message), |placed| failed(&placed)))
         };
         let mut effects = EffectFile::chain(&names, self.given.clone(), unknown)?;
         let mut settings = Settings::default();

@@ -1,5 +1,6 @@
 //! The exported API.
 
+mod frame_times;
 mod images;
 mod variables;
 
@@ -10,6 +11,7 @@ use crate::types::{
     BackendName, EffectFiles, ExposureInfo, OrbitObject, RenderOptions, Resources, ViewerInfo, decode_uri, object,
     read_orbit, read_resources,
 };
+use frame_times::FrameTimes;
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
     scene::{Aabb, Framing, LateImages, Scene, Stage, demo, formats, stage},
@@ -43,6 +45,8 @@ pub struct Viewer {
     drawn: Vec<Aov>,
     /// What was metered of the scene as it is first seen, so that the picture does not breathe while the view turns.
     metering: Option<Metering>,
+    /// When frames were drawn, for an exposure that adapts.
+    frame_times: FrameTimes,
     /// Whether anyone asks for radiance beside the picture.
     keeps_radiance: bool,
 }
@@ -76,6 +80,7 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
         camera_before: None,
         drawn: Vec::new(),
         metering: None,
+        frame_times: FrameTimes::default(),
         keeps_radiance: false,
     })
 }
@@ -173,6 +178,7 @@ impl Viewer {
     /// Forgets the last frame, because another scene comes in its place.
     fn forget_frame(&mut self) {
         (self.last, self.camera_before, self.metering) = (None, None, None);
+        self.frame_times = FrameTimes::default();
         self.renderer.cut();
         self.drawn.clear();
     }
@@ -299,6 +305,7 @@ impl Viewer {
             self.metering = Some(self.renderer.meter_async(scene, &first).await?);
         }
         request.expose(exposure, self.metering);
+        request.adaptation = self.frame_times.begin();
         self.renderer.render_async(scene, &request).await?;
         self.last = Some(request);
         self.show()
@@ -311,13 +318,19 @@ impl Viewer {
     /// When the device fails.
     pub async fn refine(&mut self) -> Result<bool, JsError> {
         let (Some(scene), Some(request)) = (&self.scene, &mut self.last) else { return Ok(false) };
+        let is_adapting = self.frame_times.is_adapting(request);
+        if request.sample_index + 1 >= request.sample_count && is_adapting {
+            // More samples are no worse, and exposure goes on with each.
+            request.sample_count += 1;
+        }
         let is_complete = request.sample_index + 1 >= request.sample_count;
         if is_complete || self.canvas.size() != (request.width, request.height) {
             return Ok(false);
         }
         request.sample_index += 1;
+        request.adaptation = self.frame_times.go_on();
         self.renderer.render_async(scene, request).await?;
-        let is_more_left = request.sample_index + 1 < request.sample_count;
+        let is_more_left = request.sample_index + 1 < request.sample_count || is_adapting;
         self.show()?;
         Ok(is_more_left)
     }

@@ -17,7 +17,7 @@ use crate::session::ms_since;
 use crate::shot::{pose, time_secs, view};
 use crate::{camera, coverage, interrupt, memory, scenes, shot, surroundings};
 use manypass::settings::CameraSettings;
-use manypass::{Environment, Fisheye, Settings};
+use manypass::{EffectFile, Environment, Fisheye, Settings};
 use manypass_scene::{Framing, Scene, Stage};
 use std::time::Instant;
 
@@ -79,6 +79,7 @@ impl Batch<'_> {
             warnings.push("nothing lights it: the file has no lights, and --environment is none".into());
         }
         warnings.extend(unsampled(args, &self.settings, &scene));
+        warnings.extend(unmoved(args, &self.effect_files, &scene));
         if self.settings.camera.fisheye != Fisheye::None {
             warnings.extend(of_fisheye(args, &scene));
         }
@@ -148,6 +149,15 @@ fn of_fisheye(args: &RenderArgs, scene: &Scene) -> Vec<String> {
         warnings.push(format!("borders may show in surfaces that light comes through: {why}"));
     }
     warnings
+}
+
+/// The warning of effects that show how things move, where nothing does.
+fn unmoved(args: &RenderArgs, effects: &[EffectFile], scene: &Scene) -> Option<String> {
+    // An animation alone is shown at its beginning.
+    let moves = shot::moves(scene, args) && (args.time.is_some() || args.frames.is_some() || args.turntable.is_some());
+    let effect = effects.iter().find(|effect| effect.reads_motion()).filter(|_| !moves)?;
+    let name = effect.name();
+    Some(format!("the effect `{name}` finds no motion: nothing moves without --frames, --time or --turntable"))
 }
 
 /// Warnings of a lens and a shutter that a picture will not show.

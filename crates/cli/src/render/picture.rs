@@ -3,14 +3,13 @@
 use super::load::Loaded;
 use super::{Batch, failed};
 use crate::deliver::Delivery;
-use crate::exposure::Taken;
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::gather::Item;
 use crate::looks::Subject;
 use crate::report::{self, Entry, Outputs, Phases};
 use crate::request::{effect_values, picture_info, request};
 use crate::session::{ms_since, still_failure};
-use crate::shot::{focus_m, moment, moves, pose, previous_pose, time_secs, view};
+use crate::shot::{adaptation, focus_m, moment, moves, pose, previous_pose, time_secs, view};
 use crate::{coverage, exposure, interrupt, memory, output};
 use manypass::{FrameRequest, FrameStats, PairCounts};
 use manypass_offline::still::{StillError, accumulate, accumulate_moving};
@@ -105,7 +104,9 @@ impl Batch<'_> {
         let mut request =
             FrameRequest { previous, effects, ground_height_m, ..request(args, job, &self.settings, camera, scene) };
         exposure.iter().for_each(|taken| taken.expose(&mut request));
-        request.goes_on = std::mem::replace(goes_on, true) && request.is_temporal();
+        let is_first = !std::mem::replace(goes_on, true);
+        request.goes_on = !is_first && request.is_temporal();
+        request.adaptation = adaptation(args, is_first);
         let lens = &mut request.settings.camera;
         if lens.f_stop > 0.0 && lens.focus_m == 0.0 {
             lens.focus_m = focus_m(framing, look, &camera);
@@ -205,6 +206,16 @@ impl Batch<'_> {
             renderer.count_pairs(scene, &drawn.request).map_err(failed)?
         };
         let effects: Vec<_> = self.effect_files.iter().map(effect_values).collect();
+        let adapted_stops = renderer.read_adapted_stops().map_err(failed)?;
+        let draws_effects = drawn.request.effects.iter().any(|effect| effect.is_on());
+        let count = || renderer.count_scrubbed(scene, &drawn.request).map_err(failed);
+        let scrubbed_pixels = draws_effects.then(count).transpose()?;
+        let warning = exposure::scrubbed_warning(scrubbed_pixels.unwrap_or(0));
+        if let Some(warning) = warning.iter().filter(|_| !self.args.quiet).next() {
+            let name = item.input.name();
+            self.bar.suspend(|| say(format_args!("warning: {name}: {warning}")));
+        }
+        let warnings: Vec<String> = drawn.warnings.iter().cloned().chain(warning).collect();
         report.rendered(&Entry {
             input: &item.input.name(),
             input_files: &loaded.files,
@@ -226,9 +237,10 @@ impl Batch<'_> {
             pass_times: &pass_times,
             pairs,
             aov_ranges: &delivery.aov_ranges,
-            exposure: loaded.exposure.as_ref().map(Taken::report),
+            exposure: loaded.exposure.map(|taken| taken.report(adapted_stops)),
             clamped_pixels: drawn.clamped_pixels,
-            warnings: &drawn.warnings,
+            scrubbed_pixels,
+            warnings: &warnings,
         })
     }
 }

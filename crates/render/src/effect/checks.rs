@@ -41,6 +41,12 @@ pub(super) fn check_pixel(
         let note = format!("write `fn {name}(color: vec4f, position: vec2f) -> vec4f`");
         return Err(Box::new(source.fault(declared, message).note(note)));
     }
+    if let Some(place) = discarded(module, function).and_then(|span| span.to_range()) {
+        let place = if place.start < source.text.len() { place } else { declared };
+        let message = format!("`{name}` changes a pixel, and `discard` would leave out what others make of it as well");
+        let note = "give back `color` as it is, or a coverage of 0: `vec4f(0.0)`";
+        return Err(Box::new(source.fault(place, message).note(note)));
+    }
     let is_used = |texture: &str| {
         let global = module.global_variables.iter().find(|(_, global)| global.name.as_deref() == Some(texture));
         global.is_some_and(|(global, _)| !info[handle][global].is_empty())
@@ -51,6 +57,23 @@ pub(super) fn check_pixel(
         return Err(Box::new(source.fault(declared, message).note(note)));
     }
     Ok(())
+}
+
+/// The first `discard` of a function, or of one that it calls. WGSL has no recursion.
+fn discarded(module: &naga::Module, function: &naga::Function) -> Option<naga::Span> {
+    fn of_block(module: &naga::Module, block: &naga::Block) -> Option<naga::Span> {
+        use naga::Statement;
+        block.span_iter().find_map(|(statement, span)| match statement {
+            Statement::Kill => Some(*span),
+            Statement::Call { function, .. } => discarded(module, &module.functions[*function]),
+            Statement::Block(block) => of_block(module, block),
+            Statement::If { accept, reject, .. } => of_block(module, accept).or_else(|| of_block(module, reject)),
+            Statement::Switch { cases, .. } => cases.iter().find_map(|case| of_block(module, &case.body)),
+            Statement::Loop { body, continuing, .. } => of_block(module, body).or_else(|| of_block(module, continuing)),
+            _ => None,
+        })
+    }
+    of_block(module, &function.body)
 }
 
 /// Whether each pass reads what is there, and no more than every adapter can bind.
@@ -112,13 +135,34 @@ pub(super) fn fault_of_names(source: Source<'_>, header: &Header, fault: Box<Dia
         let alone = format!("{}{}", texture_declaration(FIRST_TEXTURE, texture), declarations(true, true, &[], &[]),);
         locate::parse(source.file, &alone, "").is_err()
     };
-    header.steps.iter().find(is_fault).map_or_else(|| with_words(fault), |step| taken_name(source, step))
+    header.steps.iter().find(is_fault).map_or_else(|| with_types(with_words(fault)), |step| taken_name(source, step))
 }
 
 fn taken_name(source: Source<'_>, step: &Step) -> Box<Diagnostic> {
     let texture = step.texture.as_deref().unwrap_or_default();
     let fault = source.fault(step.place.clone(), format!("a texture cannot be called `{texture}`"));
     Box::new(fault.note("it is a word of WGSL, or something of that name is declared already"))
+}
+
+/// The fault of a file that gives back something else than colours, with what they are.
+fn with_types(fault: Box<Diagnostic>) -> Box<Diagnostic> {
+    if !fault.message.contains("does not match the declared return type") {
+        return fault;
+    }
+    Box::new(fault.note("a pass gives back colour and coverage: of a `vec3f`, `vec4f(color, 1.0)`"))
+}
+
+/// The member of a struct that is a `bool`, if a uniform that holds such a thing is what is wrong.
+pub(super) fn fault_of_bool(source: Source<'_>, scan: &Scan, fault: Box<Diagnostic>) -> Box<Diagnostic> {
+    let is_bool =
+        |declared: &&super::scan::Declared| source.text.get(declared.ty.clone()).map(str::trim) == Some("bool");
+    let members = scan.members.values().chain(scan.variables.values()).filter(is_bool);
+    let first = members.min_by_key(|declared| declared.ty.start).filter(|_| fault.message.contains("host-shareable"));
+    let Some(declared) = first else { return fault };
+    let name = source.text.get(declared.name.clone()).unwrap_or_default();
+    let message = format!("`{name}` is a `bool`, and uniforms hold numbers alone");
+    let note = format!("write `{name}: u32` with `// = 1 in 0..1` above it, and `{name} != 0u` where it is asked");
+    Box::new(source.fault(declared.ty.clone(), message).note(note))
 }
 
 /// The fault of a file that uses what only words of its header declare, with these words.
@@ -207,7 +251,7 @@ fn check_entry_point(
         matches!(result.binding, Some(Binding::Location { location: 0, .. })) && module.types[result.ty].inner == vec4f
     });
     if !is_color {
-        let message = format!("`{}` returns `@location(0) vec4f`: colour, and coverage as alpha", entry.name);
+        let message = format!("`{}` has to return `@location(0) vec4f`: colour, and coverage as alpha", entry.name);
         return Err(fault(message));
     }
     Ok(())
@@ -222,8 +266,16 @@ pub(super) fn check_slots(source: Source<'_>, scan: &Scan, groups: &[Vec<Slot>])
             let own = scan.variables.get(name.as_str());
             if let Some(declared) = own.filter(|_| !(is_uniform && group == OWN_GROUP as usize)) {
                 let message = format!("`{name}` in group {group}: an effect's own bindings are uniforms in group 2");
-                let note = "textures and samplers of the frame are declared already";
-                return Err(Box::new(source.fault(declared.name.clone(), message).note(note)));
+                let fault = source.fault(declared.name.clone(), message);
+                return Err(Box::new(if is_uniform {
+                    fault.note(format!(
+                        "groups 0 and 1 are the frame's; write `@group(2) @binding(0) var<uniform> {name}: …`"
+                    ))
+                } else {
+                    let note = "textures and samplers of the frame are declared already, by names such as `radiance`, `normal`, \
+                                `linear_depth` and `linear_clamp`";
+                    fault.note(note).note("of one's own there are none but tables of colours, which are `.cube` files")
+                }));
             }
             let is_filtered = matches!(
                 slot.entry.ty,

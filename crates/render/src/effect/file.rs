@@ -2,7 +2,7 @@
 
 use super::EffectStage;
 use super::checks::{
-    check_module, check_names, check_pixel, check_rounds, check_slots, check_textures, fault_of_names,
+    check_module, check_names, check_pixel, check_rounds, check_slots, check_textures, fault_of_bool, fault_of_names,
 };
 use super::declarations::{Borrowed, declarations, table_declarations};
 use super::fused::entry_point;
@@ -68,8 +68,10 @@ impl EffectFile {
         check_names(source, &scan, &header)?;
         let mut further = further_declarations(&header);
         further.push_str(&table_declarations(table.iter().map(|table| table.variable.as_str())));
-        let parsed =
-            |further: &str| locate::parse(file, text, further).map_err(|fault| fault_of_names(source, &header, fault));
+        let parsed = |further: &str| {
+            locate::parse(file, text, further)
+                .map_err(|fault| fault_of_bool(source, &scan, fault_of_names(source, &header, fault)))
+        };
         let (mut module, mut info) = parsed(&further)?;
         let stage = if header.reads_display() { EffectStage::Display } else { EffectStage::Radiance };
         if let Some(pixel) = &header.pixel {

@@ -2,6 +2,7 @@
 
 use super::EffectFile;
 use crate::shader::program::ProgramError;
+use manypass_scene::spelling;
 
 /// Their names and texts.
 const LIBRARY: [(&str, &str); 13] = [
@@ -24,6 +25,14 @@ impl EffectFile {
     /// The names of the effects that come with the renderer; docs/effects.md says what each does.
     pub fn built_in_names() -> impl Iterator<Item = &'static str> {
         LIBRARY.iter().map(|(name, _)| *name)
+    }
+
+    /// What is said of a name that no effect has: of those that come with the renderer, and of `others`.
+    pub fn unknown_name<'n>(name: &str, others: impl Iterator<Item = &'n str>) -> String {
+        let built_in = LIBRARY.iter().map(|(name, _)| -> &'n str { name });
+        let nearest = spelling::nearest(name, built_in.chain(others));
+        let suggestion = nearest.map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default();
+        format!("no effect is called `{name}`{suggestion}")
     }
 
     /// Whether an effect of this name comes with the renderer.

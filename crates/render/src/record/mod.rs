@@ -5,6 +5,7 @@ mod bind_groups;
 mod fullscreen;
 mod instances;
 mod legend;
+mod scrubbed;
 mod surfaces;
 mod tables;
 mod uniforms;
@@ -19,6 +20,7 @@ pub use view::PreparedView;
 pub(crate) use bind_groups::BindGroups;
 pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
+pub(crate) use scrubbed::Scrubbed;
 pub(crate) use surfaces::{Bundles, SurfacePipelines};
 pub(crate) use tables::depth_texture;
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
@@ -51,6 +53,7 @@ pub struct Frame<'f> {
     pub(crate) bundles: &'f Bundles,
     pub(crate) volumes: &'f Volumes,
     pub(crate) legends: &'f Legends,
+    pub(crate) scrubbed: &'f Scrubbed,
 }
 
 /// Records the passes of one view: the graph, what all views share, and the view.

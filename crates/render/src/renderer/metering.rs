@@ -3,7 +3,7 @@
 use super::{Purpose, Renderer};
 use crate::constants::RADIANCE_MAX;
 use crate::environment::{Background, Environment};
-use crate::exposure::{Exposure, Metering};
+use crate::exposure::{Exposure, ExposureSettings, Metering};
 use crate::ground::Ground;
 use crate::request::{FrameRequest, RenderError};
 use crate::transparency::TransparencyMode;
@@ -48,7 +48,18 @@ impl Reading {
     }
 
     fn mean(&self) -> f64 {
-        self.pixels.iter().map(|[coverage, luminance, _]| coverage * luminance).sum::<f64>() / self.covered().max(1e-9)
+        self.weighted_mean(|_| 1.0)
+    }
+
+    /// The mean in which the pixel of an index counts so much.
+    fn weighted_mean(&self, weight: impl Fn(usize) -> f64) -> f64 {
+        let weigh = |(index, [coverage, luminance, _]): (usize, &[f64; 3])| {
+            let weight = weight(index) * coverage;
+            [weight, weight * luminance]
+        };
+        let add = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a + c, b + d];
+        let [weights, sum] = self.pixels.iter().enumerate().map(weigh).fold([0.0; 2], add);
+        sum / weights.max(1e-9)
     }
 
     fn clamped_share(&self) -> f64 {
@@ -66,12 +77,13 @@ impl Reading {
         }
     }
 
-    fn metering(&self) -> Metering {
-        let (mean, scale) = (self.mean(), f64::from(-self.pre_exposure_stops).exp2());
+    /// What it comes to if the pixel of an index counts so much.
+    fn metering(&self, weight_of: impl Fn(usize) -> f64) -> Metering {
+        let (mean, scale) = (self.weighted_mean(&weight_of), f64::from(-self.pre_exposure_stops).exp2());
         let (mut weights, mut sum) = (0.0, 0.0);
-        for [coverage, luminance, _] in &self.pixels {
+        for (index, [coverage, luminance, _]) in self.pixels.iter().enumerate() {
             if *coverage > 0.0 && *luminance > 0.0 {
-                let weight = coverage * luminance / (luminance + mean / 64.0);
+                let weight = weight_of(index) * coverage * luminance / (luminance + mean / 64.0);
                 weights += weight;
                 sum += weight * luminance.log2();
             }
@@ -137,7 +149,8 @@ impl Renderer {
         exposure: Exposure,
     ) -> Result<(), RenderError> {
         *request = request.resolved(scene);
-        let exposure = exposure.resolved(scene, request.settings.environment.source);
+        let asked = ExposureSettings { stops: exposure, ..request.settings.exposure.clone() };
+        let exposure = asked.resolved(scene, request.settings.environment.source);
         let metering =
             if request.needs_metering(exposure) { Some(self.meter_async(scene, request).await?) } else { None };
         request.expose(exposure, metering);
@@ -175,7 +188,8 @@ impl Renderer {
             let lower = self.reading(scene, request, stops - STEP_STOPS).await?;
             reading.mend(&lower);
         }
-        Ok(reading.metering())
+        let pattern = request.settings.exposure.metering;
+        Ok(reading.metering(|index| pattern.weight(index, (request.width, request.height))))
     }
 }
 
@@ -206,6 +220,7 @@ fn metered(request: &FrameRequest) -> FrameRequest {
     // Without noise.
     settings.transparency.mode = TransparencyMode::Sorted;
     settings.exposure.stops = Exposure::Stops(0.0);
+    settings.exposure.adapt = false;
     settings.render.scale = 1.0;
     settings.msaa = Default::default();
     settings.reflections.enabled = false;
@@ -224,16 +239,16 @@ mod tests {
         // Two at 0.5 and at 2, one half covered at 1 (associated: 0.5), one in the dark, one background.
         let grey = |value: f32, coverage: f32| [value, value, value, coverage];
         let pixels = [grey(0.5, 1.0), grey(2.0, 1.0), grey(0.5, 0.5), grey(0.0, 1.0), grey(0.0, 0.0)].concat();
-        let metering = Reading::new(&pixels, 0).metering();
+        let metering = Reading::new(&pixels, 0).metering(|_| 1.0);
         let average = metering.log_average_luminance.unwrap_or_default();
         assert!((average - 1.0).abs() < 0.02, "{average}");
         assert!((metering.surface_share - 0.7).abs() < 1e-6 && (metering.peak - 2.0).abs() < 1e-6, "{metering:?}");
         // The same light at another pre-exposure is the same light.
         let lower: Vec<f32> =
             pixels.chunks_exact(4).flat_map(|p| [p[0] / 16.0, p[1] / 16.0, p[2] / 16.0, p[3]]).collect();
-        let same = Reading::new(&lower, -4).metering().log_average_luminance.unwrap_or_default();
+        let same = Reading::new(&lower, -4).metering(|_| 1.0).log_average_luminance.unwrap_or_default();
         assert!((same - average).abs() < 1e-9, "{same} {average}");
-        let dark = Reading::new(&grey(0.0, 1.0), 0).metering();
+        let dark = Reading::new(&grey(0.0, 1.0), 0).metering(|_| 1.0);
         assert_eq!((dark.log_average_luminance, dark.stops), (None, 0.0));
     }
 
@@ -243,7 +258,7 @@ mod tests {
         let mut reading = Reading::new(&[grey(30_000.0), grey(8_192.0)].concat(), 0);
         assert!(reading.clamped_share() > 0.4);
         reading.mend(&Reading::new(&[grey(2.0), grey(0.125)].concat(), -16));
-        let metering = reading.metering();
+        let metering = reading.metering(|_| 1.0);
         assert!((metering.peak - 131_072.0).abs() < 1e-6);
         assert!((metering.log_average_luminance.unwrap_or_default() / 32_768.0 - 1.0).abs() < 0.1, "{metering:?}");
     }

@@ -67,6 +67,8 @@ pub(super) struct ViewState {
     pub clamped_pixels: AtomicU64,
     /// The last frame that was anti-aliased by those before it.
     pub temporal: Option<LastFrame>,
+    /// The stops of the exposure of the last picture, in one texel, if it adapted.
+    pub adapted: Option<wgpu::Texture>,
     /// What variables are made of, of the last frame that began a picture.
     pub aovs: Option<AovTextures>,
 }
@@ -87,6 +89,7 @@ impl ViewState {
             background_radiance: (Background::Transparent, 1.0),
             clamped_pixels: AtomicU64::new(0),
             temporal: None,
+            adapted: None,
             aovs: None,
         }
     }

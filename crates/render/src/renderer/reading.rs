@@ -113,6 +113,16 @@ impl RenderedView<'_> {
         Ok(sample_count * (1.0 - left_out / shares.len().max(1) as f64))
     }
 
+    /// As [`Renderer::read_adapted_stops_async`].
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub async fn read_adapted_stops_async(&self) -> Result<Option<f32>, RenderError> {
+        let Some(adapted) = &self.state.adapted else { return Ok(None) };
+        let bytes = readback::read_texture(self.gpu, adapted).await?;
+        Ok(bytes.first_chunk().map(|bytes| f32::from_le_bytes(*bytes)))
+    }
+
     /// As [`Renderer::clamped_pixels`].
     pub fn clamped_pixels(&self) -> u64 {
         self.state.clamped_pixels.load(Ordering::Relaxed)
@@ -197,6 +207,24 @@ impl Renderer {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_samples_mean(&self) -> Result<f64, RenderError> {
         pollster::block_on(self.read_samples_mean_async())
+    }
+
+    /// What the exposure of the last picture adapted to, in stops, without those that [`crate::Exposure::Auto`] has on
+    /// top; none if it does not adapt (`exposure.adapt`). Nothing else waits for that.
+    ///
+    /// # Errors
+    /// Nothing was rendered yet; or the device was lost.
+    pub async fn read_adapted_stops_async(&self) -> Result<Option<f32>, RenderError> {
+        self.main()?.read_adapted_stops_async().await
+    }
+
+    /// As [`Self::read_adapted_stops_async`], waiting.
+    ///
+    /// # Errors
+    /// As [`Self::read_adapted_stops_async`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_adapted_stops(&self) -> Result<Option<f32>, RenderError> {
+        pollster::block_on(self.read_adapted_stops_async())
     }
 
     /// As [`Self::read_radiance_async`], waiting.

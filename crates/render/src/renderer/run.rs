@@ -18,7 +18,7 @@ use crate::lights::LightCulling;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
-use crate::record::{Frame, Legends, PreparedView, Recorder};
+use crate::record::{Frame, Legends, PreparedView, Recorder, Scrubbed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
 use crate::resources::environment::Unfinished;
@@ -36,9 +36,12 @@ struct Executed {
 }
 
 /// What recording a view leaves to fetch.
+#[derive(Default)]
 struct Recorded {
     variables: AovExports,
     export: Option<Export>,
+    /// The stops of an exposure that adapts.
+    adapted: Option<Export>,
 }
 
 impl Renderer {
@@ -191,6 +194,7 @@ impl Renderer {
         };
 
         let legends = Legends::default();
+        let scrubbed = Scrubbed::new(matches!(purpose, Purpose::Scrubbed(_)));
         let frame = Frame {
             gpu: &self.gpu,
             shaders: &self.shaders,
@@ -203,6 +207,7 @@ impl Renderer {
             bundles: &self.bundles,
             volumes: &self.volumes,
             legends: &legends,
+            scrubbed: &scrubbed,
         };
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for (at, unfinished) in &unfinished {
@@ -231,7 +236,7 @@ impl Renderer {
         stats.written_bytes = plan.written_bytes();
         stats.light_draws =
             ready.iter().zip(asked).map(|(ready, asked)| light_draws(&ready.view, asked, &world.draws)).sum();
-        let exports: Vec<Export> = recorded.iter().filter_map(|recorded| recorded.export).collect();
+        let exports = recorded.iter().filter_map(|recorded| recorded.export).chain(scrubbed.exports()).collect();
         if purpose.is_plan() {
             return Ok(Executed { plan, run: None, exports, legends: legends.take() });
         }
@@ -311,6 +316,10 @@ impl Renderer {
             let texture = run.exported(*export).ok_or(RenderError::Missing("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
             match &mut *purpose {
+                Purpose::Scrubbed(count) => {
+                    let values = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+                    *count += values.filter(|value| *value > 0.5).count() as u64;
+                }
                 Purpose::Pairs(counts) => *counts += sum_pairs(&bytes, texture.format()),
                 Purpose::Meter(pixels) => {
                     *pixels = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
@@ -382,6 +391,9 @@ fn keep(
         if let Some(temporal) = asked.temporal.as_ref().filter(|_| purpose.is_picture()) {
             state.temporal = Some(temporal.kept(&asked.request, scene, scene_version));
         }
+        if purpose.is_picture() {
+            state.adapted = recorded.adapted.and_then(|adapted| run.exported(adapted).cloned());
+        }
         if asked.wants_variables && purpose.has_variables() {
             state.aovs = recorded.variables.textures(run, ready.variables_uniform)?;
         }
@@ -402,7 +414,7 @@ fn record_view<'f>(
     if matches!(purpose, Purpose::Variables) {
         let mut r = Recorder::new(graph, frame, &ready.view);
         let outputs = frame::variable_passes(&mut r, &ready.variables)?;
-        return Ok(Recorded { variables: AovExports::new(r.graph, outputs), export: None });
+        return Ok(Recorded { variables: AovExports::new(r.graph, outputs), ..Recorded::default() });
     }
     let (variables, of_view) = match &ready.variables_view {
         Some(view) => {
@@ -414,10 +426,10 @@ fn record_view<'f>(
     let mut r = Recorder::new(graph, frame, &ready.view);
     if matches!(purpose, Purpose::Pairs(_)) {
         if asked.part.is_fisheye() {
-            return Ok(Recorded { variables: AovExports::default(), export: None });
+            return Ok(Recorded::default());
         }
         let pairs = frame::pair_passes(&mut r, &request.settings)?;
-        return Ok(Recorded { variables: AovExports::default(), export: Some(r.graph.export(pairs)) });
+        return Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() });
     }
     let outputs = match &asked.part {
         ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view)?,
@@ -425,7 +437,7 @@ fn record_view<'f>(
             let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view)?;
             let uv_from_place = uv_from_place(face, request, asked.size);
             faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
-            return Ok(Recorded { variables: AovExports::default(), export: None });
+            return Ok(Recorded::default());
         }
         ViewPart::Fisheye(of_fisheye) => {
             frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(faces))?
@@ -433,7 +445,7 @@ fn record_view<'f>(
     };
     let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
-    let mut export = None;
+    let (mut export, mut adapted) = (None, None);
     let previous_sum = asked.previous_sum(state);
     let step = if ready.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None };
     match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None)) {
@@ -442,18 +454,22 @@ fn record_view<'f>(
             export = Some(r.graph.export(meter));
         }
         Some(output) => {
+            let adapting = request.adapting(state.adapted.is_some());
+            let stops = frame::exposure_passes(&mut r, adapting.as_ref(), &outputs.radiance)?;
             let means = output.means(r.graph, asked.means_of, previous_sum);
             let picture = Picture {
                 display: output.display(r.graph),
                 target: target_of(purpose),
                 is_shown: !matches!(purpose, Purpose::Sample),
                 sample_index: request.sample_index,
-                exposure: request.display_exposure(),
+                exposure: request.known_exposure(),
+                adapted: stops.as_ref(),
                 depth: &outputs.depth,
                 adaptive_step: step,
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
             frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture, &request.effects)?;
+            adapted = stops.map(|stops| r.graph.export(stops));
         }
     }
     let variables = if asked.wants_variables {
@@ -461,7 +477,7 @@ fn record_view<'f>(
     } else {
         AovExports::default()
     };
-    Ok(Recorded { variables, export })
+    Ok(Recorded { variables, export, adapted })
 }
 
 fn target_of<'t>(purpose: &Purpose<'t>) -> Option<&'t Target> {

@@ -114,8 +114,9 @@ impl Asked {
 
 impl Renderer {
     /// From now on pictures have nothing to do with those before: the camera jumps, or the scene is another one. What
-    /// anti-aliasing over time (`taa.enabled`) keeps of a view that goes on ([`FrameRequest::goes_on`]) is left.
+    /// anti-aliasing over time (`taa.enabled`) keeps of a view that goes on ([`FrameRequest::goes_on`]) is left, and so is
+    /// what exposure adapted to (`exposure.adapt`).
     pub fn cut(&mut self) {
-        self.views.values_mut().for_each(|view| view.temporal = None);
+        self.views.values_mut().for_each(|view| (view.temporal, view.adapted) = (None, None));
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{SettingValue, SettingsError, Written};
 use crate::diagnostic::Diagnostic;
+use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -66,6 +67,22 @@ impl SettingsFile {
     /// What it says of the setting `key`, if it does; of several the last.
     pub fn last(&self, key: &str) -> Option<&Written> {
         self.entries.iter().rev().find(|entry| entry.key == key).map(|entry| &entry.value)
+    }
+
+    /// The refusal of the value of `key`, of several the last, at its place: of the text `part` in it, if that stands there.
+    pub(crate) fn refusal(&self, key: &str, part: Option<&str>, message: impl Display) -> Option<Box<Diagnostic>> {
+        let entry = self.entries.iter().rev().find(|entry| entry.key == key)?;
+        let whole = entry.value_range.clone();
+        let value = self.text.get(whole.clone())?;
+        let quoted = |part: &str| {
+            let found = ['"', '\''].iter().find_map(|quote| {
+                let text = format!("{quote}{part}{quote}");
+                Some((value.rfind(&text)?, text.len()))
+            });
+            found.map(|(at, length)| whole.start + at..whole.start + at + length)
+        };
+        let range = part.and_then(quoted).unwrap_or(whole.clone());
+        Some(Box::new(Diagnostic::new(&self.file, &self.text, range, message)))
     }
 
     /// Gives every key and value to `set`, from the top.

@@ -8,7 +8,7 @@
 // Program: accumulate.
 
 import package::constants::RADIANCE_MAX;
-import package::shaders::scrub::scrubbed;
+import package::shaders::scrub::{is_finite, scrubbed};
 import package::shaders::tone_curve::display_linear;
 
 struct Accumulation {
@@ -76,11 +76,6 @@ fn radiance_at(position_px: vec2f) -> vec4f {
         return marked_at(position_px);
     }
     return whole_at(position_px);
-}
-
-// Told by the bits of the exponent, because compilers take it that `x == x`.
-fn is_finite(texel: vec4f) -> bool {
-    return all((bitcast<vec4u>(texel) & vec4u(0x7f800000u)) != vec4u(0x7f800000u));
 }
 
 @fragment

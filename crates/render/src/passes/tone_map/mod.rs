@@ -60,6 +60,17 @@ impl ToneMapUniform {
     }
 }
 
+/// What is shown.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'h> {
+    /// Radiance, or a mean.
+    pub radiance: &'h Handle,
+    /// The mean of what glows, where that is apart.
+    pub glow: Option<&'h Handle>,
+    /// The stops by which radiance is exposed beside what is known, in one texel, if exposure adapts.
+    pub adapted: Option<&'h Handle>,
+}
+
 /// What is left to do.
 #[derive(Clone, Copy, Debug)]
 pub struct Display {
@@ -79,7 +90,7 @@ pub struct Display {
 pub const ENCODING: Display =
     Display { curve: Tonemap::None, exposure: 1.0, background: Background::Transparent, is_mean: false, encodes: true };
 
-/// Records the pass under the name `name`, of radiance or a mean, and of the mean of what glows where that is apart.
+/// Records the pass under the name `name`.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -88,7 +99,7 @@ pub fn record(
     name: &'static str,
     settings: &ToneMapSettings,
     left: Display,
-    (radiance, glow): (&Handle, Option<&Handle>),
+    Shown { radiance, glow, adapted }: Shown<'_>,
     output: Handle,
 ) -> Result<Handle, ProgramError> {
     let (from, to) = (radiance.desc(), output.desc());
@@ -101,12 +112,17 @@ pub fn record(
         .fullscreen(name, "tone_map", &[])
         .constants(&[curve, ("over_color", u32::from(over_color)), ("encodes", encodes)])
         .constants(&[("scaled", u32::from(is_scaled)), ("has_glow", u32::from(glow.is_some()))])
+        .constant("adapts", u32::from(adapted.is_some()))
         .uniform("tone_map", &uniform)
         .read("radiance", radiance);
     let step = if is_scaled { step.read("filtered", radiance) } else { step.stand_in("filtered") };
     let step = match glow {
         Some(glow) => step.read("glow", glow),
         None => step.stand_in("glow"),
+    };
+    let step = match adapted {
+        Some(adapted) => step.read("adapted", adapted),
+        None => step.stand_in("adapted"),
     };
     step.draw_into(output, ColorLoad::Discard)
 }

@@ -40,12 +40,17 @@ struct ToneMap {
 // Radiance again, looked at with `scaled` alone: not every format of means can be filtered.
 @group(1) @binding(3) var filtered: texture_2d<f32>;
 
+// Stops of an exposure that adapts, in one texel; looked at with `adapts` alone.
+@group(1) @binding(4) var adapted: texture_2d<f32>;
+
 // 1 if the picture comes over a background colour.
 override over_color: u32 = 0u;
 // 1 if radiance has another size than the picture.
 override scaled: u32 = 0u;
 // 1 if there is a mean of display colours as well.
 override has_glow: u32 = 0u;
+// 1 if exposure goes on from frame to frame.
+override adapts: u32 = 0u;
 // 0 if colours stay linear, multiplied by alpha, because effects go on with them.
 override encodes: u32 = 1u;
 
@@ -54,6 +59,14 @@ fn radiance_at(position_px: vec2f) -> vec4f {
         return textureSampleLevel(filtered, linear_clamp, position_px * tone_map.inverse_size_px, 0.0);
     }
     return textureLoad(radiance, vec2i(position_px), 0);
+}
+
+// What radiance is multiplied by.
+fn exposure() -> f32 {
+    if adapts != 0u {
+        return tone_map.exposure * exp2(textureLoad(adapted, vec2i(0), 0).r);
+    }
+    return tone_map.exposure;
 }
 
 // Interleaved gradient noise (Jimenez 2014): the same for the same pixel on every run.
@@ -75,7 +88,7 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let alpha = max(found.a, 0.0) - tone_map.negative_alpha * min(found.a, 0.0);
     let texel = scrubbed(vec4f(found.rgb, alpha));
     var coverage = texel.a;
-    var color = display_linear(texel.rgb / max(texel.a, 1e-6) * tone_map.exposure);
+    var color = display_linear(texel.rgb / max(texel.a, 1e-6) * exposure());
     if has_glow != 0u {
         let beside = textureLoad(glow, vec2i(position.xy), 0);
         coverage += beside.a;

@@ -1,0 +1,127 @@
+//! Exposure that goes on from frame to frame.
+
+use super::Exposure;
+use crate::passes::meter::{Adapting, radius_px};
+use crate::request::FrameRequest;
+use crate::setting::choices;
+
+choices! {
+    /// Which parts of a picture count how much for its exposure.
+    pub enum MeteringPattern {
+        /// All alike.
+        #[default]
+        Average = "average",
+        /// The more, the nearer to the middle: a bell curve, whose standard deviation is a quarter of the shorter side.
+        Centre = "centre",
+        /// A disc in the middle alone, whose radius is a tenth of the shorter side.
+        Spot = "spot",
+    }
+}
+
+impl MeteringPattern {
+    /// Its standard deviation or radius as a share of the shorter side.
+    fn radius(self) -> f32 {
+        if self == Self::Spot { 0.1 } else { 0.25 }
+    }
+
+    /// How much the pixel `index`, counted in rows, of a picture of this size counts. The shader `meter` says the same.
+    pub(crate) fn weight(self, index: usize, size: (u32, u32)) -> f64 {
+        let columns = size.0.max(1) as usize;
+        let place_px = [(index % columns) as f64 + 0.5, (index / columns) as f64 + 0.5];
+        let radius_px = f64::from(radius_px(self.radius(), size));
+        let from_middle = [(place_px[0], size.0), (place_px[1], size.1)].map(|(at, side)| at - 0.5 * f64::from(side));
+        let distance_squared = from_middle.iter().map(|at| (at / radius_px).powi(2)).sum::<f64>();
+        match self {
+            Self::Average => 1.0,
+            Self::Centre => (-0.5 * distance_squared).exp(),
+            Self::Spot => f64::from(u8::from(distance_squared <= 1.0)),
+        }
+    }
+}
+
+/// How the exposure of a picture follows from that of the last one of its view, where `exposure.adapt` asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Adaptation {
+    /// It does not: the picture is one of its own, and exposed as it was metered.
+    #[default]
+    Still,
+    /// The picture begins a sequence, and is adapted to what it shows.
+    Begins,
+    /// The last picture of the view was so many seconds before. If there is none, this one begins.
+    After {
+        /// Seconds; what is no number, or below 0, is none.
+        secs: f32,
+    },
+}
+
+impl FrameRequest {
+    /// Whether exposure goes on from that of the view's last picture.
+    pub fn adapts(&self) -> bool {
+        let exposure = &self.settings.exposure;
+        let is_asked = exposure.adapt && self.adaptation != Adaptation::Still;
+        is_asked && matches!(exposure.stops, Exposure::Auto { .. })
+    }
+
+    /// How it does, after a frame of the view that did, if there was one. Samples of a still have one exposure, that of
+    /// the first; those of a live view are frames that follow each other.
+    pub(crate) fn adapting(&self, is_after_another: bool) -> Option<Adapting> {
+        let exposure = &self.settings.exposure;
+        let secs = match self.adaptation {
+            Adaptation::After { secs } => secs.max(0.0),
+            Adaptation::Still | Adaptation::Begins => 0.0,
+        };
+        let is_held = is_after_another && self.sample_index > 0 && !self.goes_on;
+        let keep = [exposure.adapt_to_light_s, exposure.adapt_to_dark_s].map(|time_s| (-secs / time_s).exp());
+        let is_first = self.adaptation == Adaptation::Begins && self.sample_index == 0;
+        self.adapts().then(|| Adapting {
+            pattern: exposure.metering as u32,
+            radius: exposure.metering.radius(),
+            pre_exposure_stops: self.pre_exposure().log2(),
+            stops: [exposure.adapt_min_stops, exposure.adapt_max_stops],
+            keep: (!is_held).then_some(keep),
+            begins: is_first || !is_after_another,
+        })
+    }
+
+    /// From pre-exposed radiance to what the tone curve takes: all of it, or where exposure adapts all but what the
+    /// frame finds by itself.
+    pub(crate) fn known_exposure(&self) -> f32 {
+        match self.settings.exposure.stops {
+            Exposure::Auto { compensation_stops } if self.adapts() => {
+                (compensation_stops - self.pre_exposure().log2()).clamp(-120.0, 120.0).exp2()
+            }
+            _ => self.display_exposure(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_weigh_the_middle() {
+        let size = (40, 20);
+        let at = |x: usize, y: usize| y * 40 + x;
+        for pattern in [MeteringPattern::Average, MeteringPattern::Centre, MeteringPattern::Spot] {
+            let weights: Vec<f64> = (0..800).map(|index| pattern.weight(index, size)).collect();
+            assert_eq!(weights[at(19, 9)], weights[at(20, 10)], "the middle is between the two");
+            assert_eq!(weights[at(0, 0)], weights[at(39, 19)]);
+            let total: f64 = weights.iter().sum();
+            let expected = match pattern {
+                MeteringPattern::Average => 800.0,
+                // 2 π σ², of which what lies above and below two standard deviations is missing; a disc of radius 2.
+                MeteringPattern::Centre => 2.0 * std::f64::consts::PI * 25.0 * 0.9545,
+                MeteringPattern::Spot => 12.0,
+            };
+            assert!((total / expected - 1.0).abs() < 0.01, "{pattern:?}: {total}, not {expected}");
+        }
+        // Something counts in every picture.
+        for size in [(1, 1), (2, 2), (1, 4096), (4096, 1), (3, 2)] {
+            let weigh = |pattern: MeteringPattern| {
+                (0..(size.0 * size.1) as usize).map(|index| pattern.weight(index, size)).sum::<f64>()
+            };
+            assert!(weigh(MeteringPattern::Centre) > 0.3 && weigh(MeteringPattern::Spot) >= 1.0, "{size:?}");
+        }
+    }
+}
