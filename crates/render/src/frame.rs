@@ -379,10 +379,15 @@ pub fn effect_passes<'f>(
     effects: &'f [Arc<dyn Effect>],
     outputs: ViewOutputs,
 ) -> Result<ViewOutputs, ProgramError> {
-    let ViewOutputs { radiance, gbuffer, occlusion, motion, .. } = outputs;
-    let of_frame = FrameTextures { gbuffer: gbuffer.as_ref(), occlusion: occlusion.as_ref(), motion: motion.as_ref() };
+    let ViewOutputs { radiance, gbuffer, occlusion, motion, ids, .. } = outputs;
+    let of_frame = FrameTextures {
+        gbuffer: gbuffer.as_ref(),
+        occlusion: occlusion.as_ref(),
+        motion: motion.as_ref(),
+        ids: ids.as_ref(),
+    };
     let radiance = effect::record(r, effects, EffectStage::Radiance, &of_frame, radiance)?;
-    Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ..outputs })
+    Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ids, ..outputs })
 }
 
 /// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform,
@@ -506,6 +511,7 @@ impl Variables {
     /// What one of the two wants.
     pub fn and(mut self, other: &Self) -> Self {
         self.passes.motion |= other.passes.motion;
+        self.passes.ids |= other.passes.ids;
         self.reads_occlusion |= other.reads_occlusion;
         self
     }

@@ -10,7 +10,10 @@
 use crate::overlay::OverlayDraw;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Handle};
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// The format of a layer: colours times a small alpha have too few steps as bytes.
+const LAYER: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// The uniform of `overlay.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -46,7 +49,7 @@ pub fn record_over(
     below: &Handle,
     picture: Handle,
 ) -> Result<Handle, ProgramError> {
-    let layer = r.texture_of("overlay.layer", below.desc());
+    let layer = r.texture_of("overlay.layer", TextureDesc { format: LAYER, ..below.desc() });
     let layer = draw(r, "overlay.layer", overlay, depth, layer, ColorLoad::Clear(wgpu::Color::TRANSPARENT))?;
     let uniform = OverlayUniform { inverse_size_px: [0.0; 2], inverse_atlas_texels: [0.0; 2] };
     r.fullscreen("overlay", "overlay", &[])
