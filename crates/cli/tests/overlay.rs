@@ -37,7 +37,8 @@ fn every_picture_of_a_stage_has_its_text_at_named_pixels() {
         return;
     }
     let folder = folder("overlay", LETTER);
-    let render = |more: &[&str]| run_in(&folder, &[&["render", "labels.stage.toml", "--quiet"], &CAMERA[..], more].concat());
+    let render =
+        |more: &[&str]| run_in(&folder, &[&["render", "labels.stage.toml", "--quiet"], &CAMERA[..], more].concat());
     render(&["-o", "one.png", "--samples", "1"]).expect(0);
     render(&["-o", "many.png", "--samples", "5", "--report", "many.json"]).expect(0);
     render(&["-o", "turn-{frame}.png", "--samples", "1", "--turntable", "2"]).expect(0);
@@ -58,8 +59,16 @@ fn what_is_wrong_with_an_overlay_is_told_with_its_place() {
         ("missing", with("sprite = \"gone.png\""), "labels.stage.toml:3:10: error:"),
         ("font", with("text = \"a\"\nfont = \"m.glb\""), "labels.stage.toml:4:8: error: `m.glb` is no font"),
         ("empty", with("text = \" \""), "labels.stage.toml:3:8: error: the text is empty"),
-        ("huge", with("text = \"a\"\nsize_px = 1e30"), "labels.stage.toml:4:11: error: `1e30` is no value of `size_px`"),
-        ("node", with("text = \"a\"\nnode = \"Door\""), "labels.stage.toml:4:8: error: the model has no node called `Door`"),
+        (
+            "huge",
+            with("text = \"a\"\nsize_px = 1e30"),
+            "labels.stage.toml:4:11: error: `1e30` is no value of `size_px`",
+        ),
+        (
+            "node",
+            with("text = \"a\"\nnode = \"Door\""),
+            "labels.stage.toml:4:8: error: the model has no node called `Door`",
+        ),
     ] {
         let folder = folder(&format!("overlay-{name}"), &stage);
         let run = run_in(&folder, &["info", "labels.stage.toml"]);

@@ -15,8 +15,8 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, overlay, present, reflections, resolve, shadows, taa,
-    tile_depth, tone_map, transparency, volumes,
+    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, overlay, present, reflections, resolve, shadows,
+    taa, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -89,7 +89,8 @@ pub fn view_passes(
             let linear_depth = match linear_depth {
                 Some(linear_depth) => linear_depth,
                 None => {
-                    let of_middles = if r.view.pixel_samples > 1 { Some(forward::record_depth(r, "forward.depth")?) } else { None };
+                    let of_middles =
+                        if r.view.pixel_samples > 1 { Some(forward::record_depth(r, "forward.depth")?) } else { None };
                     linear_depth::record(r, "linear_depth", of_middles.as_ref().unwrap_or(&depth))?
                 }
             };
@@ -403,12 +404,11 @@ pub fn output_passes<'f>(
     picture: Picture<'_>,
     effects: &'f [Arc<dyn Effect>],
 ) -> Result<(), ProgramError> {
-    let Picture { display, target, is_shown, sample_index, exposure, depth, adaptive_step, overlay, settling } = picture;
+    let Picture { display, target, is_shown, sample_index, exposure, depth, adaptive_step, overlay, settling } =
+        picture;
     // Before what comes over it, where that cannot be blended with it.
     let (display, over) = match overlay {
-        Some(_) if may_be_transparent(settings) => {
-            (r.texture_of("overlay.below", display.desc()), Some(display))
-        }
+        Some(_) if may_be_transparent(settings) => (r.texture_of("overlay.below", display.desc()), Some(display)),
         _ => (display, None),
     };
     let curve = settings.tone_map.curve;

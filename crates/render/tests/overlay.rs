@@ -40,7 +40,8 @@ fn picture(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Ve
 
 /// What the items make of a black picture.
 fn drawn(items: Vec<OverlayItem>) -> Vec<[u8; 4]> {
-    let scene = SceneBuilder::new(Vec3::ZERO, Vec3::NEG_Z, Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 9.0 });
+    let scene =
+        SceneBuilder::new(Vec3::ZERO, Vec3::NEG_Z, Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 9.0 });
     let scene = scene.finish();
     picture(&mut common::renderer(), &scene, &request(&scene, items))
 }
@@ -61,7 +62,11 @@ fn shape(item: OverlayItem, change: impl FnOnce(&mut OverlayShape)) -> OverlayIt
 }
 
 fn text(item: OverlayItem, change: impl FnOnce(&mut OverlayText)) -> OverlayItem {
-    shape(item, |shape| if let OverlayShape::Text(text) = shape { change(text) })
+    shape(item, |shape| {
+        if let OverlayShape::Text(text) = shape {
+            change(text)
+        }
+    })
 }
 
 fn px(x: f32, y: f32) -> OverlayPlace {
@@ -154,13 +159,17 @@ fn lines_cover_exactly_what_they_should() {
     assert!(pixel(&picture, 15, 19)[0].abs_diff(128) <= 1 && pixel(&picture, 15, 20)[0].abs_diff(128) <= 1);
     // A quarter of a pixel wide, and an end in the middle of a pixel.
     let thin = shape(line([[10.5, 20.5], [30.0, 20.5]]), |shape| {
-        if let OverlayShape::Line(line) = shape { line.width_px = 0.25 }
+        if let OverlayShape::Line(line) = shape {
+            line.width_px = 0.25
+        }
     });
     let picture = drawn(vec![thin]);
     assert!(pixel(&picture, 15, 20)[0].abs_diff(64) <= 1 && pixel(&picture, 10, 20)[0].abs_diff(32) <= 1);
     // Oblique: what is covered adds up to length times width.
     let oblique = shape(line([[10.0, 10.0], [40.0, 30.0]]), |shape| {
-        if let OverlayShape::Line(line) = shape { line.width_px = 3.0 }
+        if let OverlayShape::Line(line) = shape {
+            line.width_px = 3.0
+        }
     });
     let sum: f64 = drawn(vec![oblique]).iter().map(|pixel| f64::from(pixel[0]) / 255.0).sum();
     let expected = 3.0 * 30f64.hypot(20.0);
@@ -196,7 +205,9 @@ fn sprites_lie_at_named_pixels() {
     // Turned clockwise by a right angle, in the lower right corner, and tinted.
     let turned = OverlayItem { place: px(-3.0, -3.0), color_linear: Vec3::new(1.0, 1.0, 0.0), ..item.clone() };
     let turned = shape(turned, |shape| {
-        if let OverlayShape::Sprite(sprite) = shape { sprite.rotation_deg = 90.0 }
+        if let OverlayShape::Sprite(sprite) = shape {
+            sprite.rotation_deg = 90.0
+        }
     });
     let picture = drawn(vec![turned]);
     let (x, y) = (WIDTH - 5, HEIGHT - 5);
@@ -205,7 +216,9 @@ fn sprites_lie_at_named_pixels() {
     assert_eq!(lit(&picture).len(), 2);
     // Eight times as large, it reaches from edge to edge.
     let large = shape(item, |shape| {
-        if let OverlayShape::Sprite(OverlaySprite { size_px, .. }) = shape { *size_px = [Some(16.0), None] }
+        if let OverlayShape::Sprite(OverlaySprite { size_px, .. }) = shape {
+            *size_px = [Some(16.0), None]
+        }
     });
     let picture = drawn(vec![large]);
     assert_eq!((pixel(&picture, 5, 7), pixel(&picture, 20, 7), pixel(&picture, 5, 22)), (red, green, blue));
@@ -216,7 +229,9 @@ fn sprites_lie_at_named_pixels() {
 fn later_items_come_over_earlier_ones_and_opacity_mixes_display_colours() {
     let filled = |color: Vec3, x: f32| {
         let line = shape(OverlayItem::line(vec![Vec2::new(x, 20.0), Vec2::new(x + 10.0, 20.0)]), |shape| {
-            if let OverlayShape::Line(line) = shape { line.width_px = 10.0 }
+            if let OverlayShape::Line(line) = shape {
+                line.width_px = 10.0
+            }
         });
         OverlayItem { color_linear: color, ..line }
     };
@@ -232,7 +247,8 @@ fn what_lies_behind_a_wall_is_hidden_and_what_lies_before_it_is_not() {
     let mut renderer = common::renderer();
     let scene = wall();
     let label = |z: f32, tests: bool| {
-        let item = text(OverlayItem::text("■", OverlayPlace::at_world(Vec3::new(0.0, 0.0, z))), |text| text.size_px = 12.0);
+        let item =
+            text(OverlayItem::text("■", OverlayPlace::at_world(Vec3::new(0.0, 0.0, z))), |text| text.size_px = 12.0);
         OverlayItem { depth_test: tests, color_linear: Vec3::X, ..item }
     };
     let count = |picture: &[[u8; 4]]| picture.iter().filter(|pixel| pixel[0] > 200 && pixel[1] < 50).count();
@@ -301,9 +317,10 @@ fn places_follow_nodes_and_the_camera() {
     let mut request = request(&scene, vec![OverlayItem { color_linear: Vec3::X, ..item }]);
     let middle = |renderer: &mut Renderer, scene: &Scene, request: &FrameRequest| {
         let picture = picture(renderer, scene, request);
-        let red: Vec<(u32, u32)> =
-            lit(&picture).into_iter().filter(|(x, y)| pixel(&picture, *x, *y)[1] < 50).collect();
-        let mean = |of: &dyn Fn(&(u32, u32)) -> u32| red.iter().map(|at| f64::from(of(at)) + 0.5).sum::<f64>() / red.len() as f64;
+        let red: Vec<(u32, u32)> = lit(&picture).into_iter().filter(|(x, y)| pixel(&picture, *x, *y)[1] < 50).collect();
+        let mean = |of: &dyn Fn(&(u32, u32)) -> u32| {
+            red.iter().map(|at| f64::from(of(at)) + 0.5).sum::<f64>() / red.len() as f64
+        };
         (mean(&|at| at.0), mean(&|at| at.1))
     };
     let first = middle(&mut renderer, &scene, &request);
@@ -352,7 +369,11 @@ fn a_fisheye_shows_places_where_it_shows_surfaces() {
 #[test]
 fn over_a_transparent_picture_colours_are_not_darkened() {
     let (mut renderer, scene) = (common::renderer(), wall());
-    let line = OverlayItem { opacity: 0.5, color_linear: Vec3::X, ..OverlayItem::line(vec![Vec2::new(0.0, 24.5), Vec2::new(64.0, 24.5)]) };
+    let line = OverlayItem {
+        opacity: 0.5,
+        color_linear: Vec3::X,
+        ..OverlayItem::line(vec![Vec2::new(0.0, 24.5), Vec2::new(64.0, 24.5)])
+    };
     let mut of = request(&scene, vec![line]);
     of.settings.background.source = Background::Transparent;
     of.settings.environment.source = Environment::Studio;
@@ -418,10 +439,13 @@ fn what_cannot_be_drawn_is_refused_and_tiny_and_huge_pictures_are_drawn() {
     let many = vec![OverlayItem::text("aaaaaaaaaa", px(0.0, 0.0)); 20_001];
     let error = renderer.render(&scene, &request(&scene, many)).unwrap_err().to_string();
     assert!(error.contains("more than 200000"), "{error}");
-    let sizes = (0..200u8).map(|size| text(OverlayItem::text("W", px(0.0, 0.0)), |text| text.size_px = 800.0 + f32::from(size)));
+    let sizes = (0..200u8)
+        .map(|size| text(OverlayItem::text("W", px(0.0, 0.0)), |text| text.size_px = 800.0 + f32::from(size)));
     let error = renderer.render(&scene, &request(&scene, sizes.collect())).unwrap_err().to_string();
     assert!(error.contains("do not fit into a texture of 4096"), "{error}");
-    let item = || text(OverlayItem::text("Ag", OverlayPlace::anchored(Anchor::Center, Vec2::ZERO)), |text| text.size_px = 900.0);
+    let item = || {
+        text(OverlayItem::text("Ag", OverlayPlace::anchored(Anchor::Center, Vec2::ZERO)), |text| text.size_px = 900.0)
+    };
     for (width, height) in [(1, 1), (1, 4096), (4096, 1)] {
         let mut of = request(&scene, vec![item(), OverlayItem::line(vec![Vec2::ZERO, Vec2::new(-0.5, -0.5)])]);
         (of.width, of.height) = (width, height);

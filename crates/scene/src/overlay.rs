@@ -263,8 +263,7 @@ impl OverlayItem {
 
     /// Whether it is at a place of the world.
     pub fn is_in_world(&self) -> bool {
-        let has_points =
-            matches!(&self.shape, OverlayShape::Line(OverlayLine { points: LinePoints::World(_), .. }));
+        let has_points = matches!(&self.shape, OverlayShape::Line(OverlayLine { points: LinePoints::World(_), .. }));
         has_points || self.place.of != PlaceOf::Picture
     }
 }
@@ -272,14 +271,7 @@ impl OverlayItem {
 impl OverlayText {
     /// Text of 16 pixels in the built-in font.
     pub fn new(text: impl Into<String>) -> Self {
-        Self {
-            text: text.into(),
-            size_px: 16.0,
-            align: TextAlign::Left,
-            font: None,
-            background: None,
-            padding_px: 0.0,
-        }
+        Self { text: text.into(), size_px: 16.0, align: TextAlign::Left, font: None, background: None, padding_px: 0.0 }
     }
 }
 

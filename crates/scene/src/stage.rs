@@ -30,8 +30,8 @@ pub use load::{
 };
 
 use crate::light::LIGHTS_MAX;
-use crate::{Diagnostic, Scene};
 use crate::overlay::Overlay;
+use crate::{Diagnostic, Scene};
 use keys::{LIGHTS, MATERIALS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES};
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};

@@ -8,8 +8,8 @@ use crate::canvas::Canvas;
 use crate::options::{self, Options};
 use crate::overlay;
 use crate::types::{
-    BackendName, EffectFiles, ExposureInfo, OrbitObject, OverlayItems, RenderOptions, Resources, ViewerInfo, decode_uri,
-    object, read_orbit, read_resources,
+    BackendName, EffectFiles, ExposureInfo, OrbitObject, OverlayItems, RenderOptions, Resources, ViewerInfo,
+    decode_uri, object, read_orbit, read_resources,
 };
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,

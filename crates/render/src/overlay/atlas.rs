@@ -60,7 +60,8 @@ const WHITE_SIDE: u32 = 3;
 
 impl Default for Atlas {
     fn default() -> Self {
-        let white = Image { width: WHITE_SIDE, height: WHITE_SIDE, data: vec![255; (4 * WHITE_SIDE * WHITE_SIDE) as usize] };
+        let white =
+            Image { width: WHITE_SIDE, height: WHITE_SIDE, data: vec![255; (4 * WHITE_SIDE * WHITE_SIDE) as usize] };
         Self { images: vec![white], glyphs: HashMap::new(), sprites: HashMap::new() }
     }
 }
@@ -132,7 +133,8 @@ impl Atlas {
                 }
             }
         }
-        let place = |(image, [x, y]): (&Image, &[u32; 2])| [*x, *y, image.width, image.height].map(|texels| texels as f32);
+        let place =
+            |(image, [x, y]): (&Image, &[u32; 2])| [*x, *y, image.width, image.height].map(|texels| texels as f32);
         let mut places: Vec<[f32; 4]> = self.images.iter().zip(&corners).map(place).collect();
         if let Some(white) = places.get_mut(WHITE) {
             *white = WHITE_TEXEL;
@@ -200,7 +202,11 @@ mod tests {
     fn images_do_not_overlap_and_what_does_not_fit_is_refused() {
         let mut atlas = Atlas::default();
         for side in 1..60u32 {
-            atlas.add(Image { width: side, height: 61 - side, data: vec![side as u8; (side * (61 - side) * 4) as usize] });
+            atlas.add(Image {
+                width: side,
+                height: 61 - side,
+                data: vec![side as u8; (side * (61 - side) * 4) as usize],
+            });
         }
         let packed = atlas.pack(SIDE_MAX).unwrap();
         let texel = |x: f32, y: f32| packed.texels[((y as u32 * packed.side + x as u32) * 4) as usize];

@@ -56,7 +56,8 @@ pub(super) fn parts(points_px: &[DVec2], width_px: f64, size_px: DVec2) -> Vec<(
         let [begin, finish] = [joint(index), joint(index + 1)];
         let length = start.distance(end);
         let beyond = |joint: &Option<(DVec3, f64)>| joint.map_or(0.0, |(_, beyond_px)| beyond_px);
-        let Some([from, to]) = seen([start, end], [-beyond(&begin), length + beyond(&finish)], width_px, size_px) else {
+        let Some([from, to]) = seen([start, end], [-beyond(&begin), length + beyond(&finish)], width_px, size_px)
+        else {
             continue;
         };
         let aside = direction.perp() * (0.5 * width_px);

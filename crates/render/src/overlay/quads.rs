@@ -215,9 +215,7 @@ impl Quads {
 fn corner(size_px: Vec2, item: &OverlayItem, base: Option<&Base>, item_px: Vec2) -> Vec2 {
     let place = &item.place;
     match (base, place.anchor) {
-        (Some(base), anchor) => {
-            base.place_px + place.offset_px - anchor.unwrap_or(Anchor::Center).share() * item_px
-        }
+        (Some(base), anchor) => base.place_px + place.offset_px - anchor.unwrap_or(Anchor::Center).share() * item_px,
         (None, Some(anchor)) => anchor.share() * (size_px - item_px) + place.offset_px,
         (None, None) => {
             let is_far = place.offset_px.cmplt(Vec2::ZERO);

@@ -245,7 +245,17 @@ impl Program {
         let modules = compile(device);
         static NEXT_ID: AtomicU32 = AtomicU32::new(0);
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { name: name.into(), id, modules, layout, vertex_inputs, overrides, has_vertices, entry_point: None, groups })
+        Ok(Self {
+            name: name.into(),
+            id,
+            modules,
+            layout,
+            vertex_inputs,
+            overrides,
+            has_vertices,
+            entry_point: None,
+            groups,
+        })
     }
 
     /// What a pipeline with `constants` is made of. Those that the module does not declare, which are errors in

@@ -359,12 +359,22 @@ fn overlay() -> Subject {
     subject.name = "overlay";
     let mut request = subject.strips[1].clone();
     let item = |text: &str, place: OverlayPlace, size_px: f32| {
-        let text = OverlayText { size_px, background: Some((Vec3::new(0.0, 0.0, 0.1), 0.7)), padding_px: 2.0, ..OverlayText::new(text) };
+        let text = OverlayText {
+            size_px,
+            background: Some((Vec3::new(0.0, 0.0, 0.1), 0.7)),
+            padding_px: 2.0,
+            ..OverlayText::new(text)
+        };
         OverlayItem { shape: OverlayShape::Text(text), ..OverlayItem::text("", place) }
     };
-    let behind = OverlayItem { depth_test: true, ..item("behind", OverlayPlace::at_world(Vec3::new(-1.1, 0.8, -0.6)), 9.0) };
+    let behind =
+        OverlayItem { depth_test: true, ..item("behind", OverlayPlace::at_world(Vec3::new(-1.1, 0.8, -0.6)), 9.0) };
     let ring = [(0.0, 0.0), (0.6, 0.0), (0.6, 0.6), (0.0, 0.6)].map(|(x, z)| Vec3::new(x - 0.3, 0.02, z + 0.1));
-    let on_floor = OverlayItem { depth_test: true, color_linear: Vec3::new(1.0, 0.3, 0.0), ..OverlayItem::line_world(ring.to_vec()) };
+    let on_floor = OverlayItem {
+        depth_test: true,
+        color_linear: Vec3::new(1.0, 0.3, 0.0),
+        ..OverlayItem::line_world(ring.to_vec())
+    };
     let data = [[255, 60, 40, 255], [40, 200, 60, 255], [60, 90, 255, 160], [255, 255, 255, 255]].concat();
     let pixels = Arc::new(Pixels { width: 2, height: 2, format: PixelFormat::Rgba8, data });
     let mut sprite = OverlayItem::sprite(pixels, OverlayPlace::at_px(Vec2::new(-4.0, -4.0)));
@@ -395,8 +405,7 @@ fn outlines_of_objects() -> Subject {
         let mesh = scene.node(node).mesh.unwrap();
         Arc::make_mut(&mut scene.meshes[mesh]).primitives[0].material = Some(material);
     }
-    let mut subject =
-        subject("outlines_of_objects", scene, (128, 36), Vec3::new(0.0, 0.0, 8.0), Vec3::ZERO);
+    let mut subject = subject("outlines_of_objects", scene, (128, 36), Vec3::new(0.0, 0.0, 8.0), Vec3::ZERO);
     let mut request = subject.strips[0].clone();
     request.camera.projection = Projection::Orthographic { height_m: 1.3, near_m: 0.1, far_m: 20.0 };
     subject.effects = vec![("outline", &[]), ("outline", &["object=1"]), ("outline", &["material=1", "color=1,0,0"])];

@@ -96,7 +96,8 @@ impl OverlayText {
         }
         if let Some(control) = self.text.chars().find(|letter| letter.is_control() && !['\n', '\t'].contains(letter)) {
             let code = u32::from(control);
-            let message = format!("the text holds the control character U+{code:04X}; ends of lines (\\n) and tabs are possible");
+            let message =
+                format!("the text holds the control character U+{code:04X}; ends of lines (\\n) and tabs are possible");
             return Err(fault("text", message));
         }
         let letters = self.text.chars().count();
@@ -139,7 +140,8 @@ impl OverlaySprite {
         if width == 0 || height == 0 || self.pixels.data.len() != 4 * width * height {
             return Err(fault("sprite", "the image has no texels"));
         }
-        let key = |axis: usize, otherwise: &'static str| if self.size_px[axis].is_some() { otherwise } else { "sprite" };
+        let key =
+            |axis: usize, otherwise: &'static str| if self.size_px[axis].is_some() { otherwise } else { "sprite" };
         check_length(key(0, "width_px"), size_px.x, SIDE_PX_MAX)?;
         check_length(key(1, "height_px"), size_px.y, SIDE_PX_MAX)?;
         if !self.rotation_deg.is_finite() {

@@ -259,7 +259,11 @@ pub(super) const OVERLAY: StageTable = StageTable {
           Later ones are drawn over earlier ones.",
     keys: &[
         key("text", StageType::Text, "Text; `\\n` ends a line. A letter that the font has not is a box."),
-        key("sprite", StageType::Text, "An image: a PNG, JPEG, WebP or KTX2 file, its path from the folder of the stage."),
+        key(
+            "sprite",
+            StageType::Text,
+            "An image: a PNG, JPEG, WebP or KTX2 file, its path from the folder of the stage.",
+        ),
         key(
             "points",
             StageType::Pairs,
@@ -295,7 +299,11 @@ pub(super) const OVERLAY: StageTable = StageTable {
         key("opacity", SHARE, "What its coverage is multiplied by; 1."),
         key("size_px", length(TEXT_SIZE_PX_MAX), "The size of the font (its em) in pixels; 16."),
         key("align", StageType::Word(TextAlign::NAMES), "Where shorter lines of the text stand; left."),
-        key("font", StageType::Text, "A TrueType or OpenType file, its path from the folder of the stage, in place of the built-in font."),
+        key(
+            "font",
+            StageType::Text,
+            "A TrueType or OpenType file, its path from the folder of the stage, in place of the built-in font.",
+        ),
         key("background", StageType::Color, "The colour of a box behind the text."),
         key("background_opacity", SHARE, "The opacity of that box; 1."),
         key(

@@ -82,7 +82,9 @@ fn check_keys(table: &Table<'_>) -> Result<(), Box<Diagnostic>> {
         [_] => {}
         [] => return Err(table.fault("text", "an item needs one of `text`, `sprite`, `points` and `points_world`")),
         [first, second, ..] => {
-            return Err(table.fault(second, format!("an item is one thing: `{first}` or `{second}`; write two of them")));
+            return Err(
+                table.fault(second, format!("an item is one thing: `{first}` or `{second}`; write two of them"))
+            );
         }
     }
     for (key, of) in OF_SHAPES {
