@@ -8,7 +8,7 @@ use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::occlusion::Occlusion;
-use crate::overlay::OverlayDraw;
+use crate::overlay::draw::OverlayDraw;
 use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};

@@ -4,6 +4,7 @@
 //! is found for every picture, because cameras and nodes move.
 
 mod atlas;
+pub(crate) mod draw;
 mod line;
 mod project;
 mod quads;
@@ -14,6 +15,7 @@ use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use crate::request::FrameRequest;
 use atlas::Atlas;
+use draw::OverlayDraw;
 use manypass_scene::Scene;
 use manypass_scene::overlay::{Overlay, OverlayFault};
 use project::Projector;
@@ -67,19 +69,6 @@ pub enum OverlayError {
         /// Its index.
         item: usize,
     },
-}
-
-/// An overlay that can be drawn over one picture.
-#[derive(Clone, Debug)]
-pub struct OverlayDraw {
-    /// Six texels a rectangle.
-    pub(crate) quads: wgpu::TextureView,
-    pub(crate) atlas: wgpu::TextureView,
-    /// Width and height of the atlas in texels.
-    pub(crate) atlas_side: [u32; 2],
-    pub(crate) quad_count: u32,
-    /// Whether depth is compared.
-    pub(crate) tests_depth: bool,
 }
 
 /// What a view keeps of its overlay from picture to picture.

@@ -15,7 +15,7 @@ use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
 use crate::lights::LightCulling;
-use crate::overlay::OverlayDraw;
+use crate::overlay::draw::OverlayDraw;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};

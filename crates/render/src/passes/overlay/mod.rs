@@ -7,7 +7,7 @@
 //! changes it. Over a picture that may be transparent the items are drawn into a layer of their own first, because
 //! unassociated alpha cannot be blended.
 
-use crate::overlay::OverlayDraw;
+use crate::overlay::draw::OverlayDraw;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
