@@ -1,8 +1,8 @@
 // run.mjs CASES: opens the page with every model on each backend, fails on errors of page or driver, and saves into
 // target/browser what the viewer reads back (NAME-BACKEND.png), what the canvas shows (NAME-BACKEND-canvas.png), the exposure
 // (NAME-BACKEND-exposure.json), and variables (NAME-BACKEND-VARIABLE.bin: four bytes a value).
-// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups, variant, options, effects, variables }]; with `groups`
-// eighths of the lights must add up to all of them; `variant` is the name of one or null; `options` and `effects` are what the viewer is given; `variables` are
+// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups, variant, options, effects, overlay, variables }]; with `groups`
+// eighths of the lights must add up to all of them; `variant` is the name of one or null; `options`, `effects` and `overlay` are what the viewer is given; `variables` are
 // { orbits, names }: two views, one after the other, and the variables of the second.
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
@@ -14,16 +14,16 @@ const cases = JSON.parse(process.argv[2]);
 const address = ({ name, model }) => `models/${name}${model.endsWith(".stage.toml") ? ".stage.toml" : ".glb"}`;
 const pictureOf = ({ options }) => options.settings?.["environment.file"];
 const pictures = cases.filter(pictureOf).map((one) => [`/models/${one.name}.hdr`, pictureOf(one)]);
-const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures]));
+const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures, ["/models/compass.png", "docs/examples/compass.png"]]));
 let browser = await launchWithBoth();
 
-for (const { name, model, width, height, groups, variant, options, effects, variables } of cases) {
+for (const { name, model, width, height, groups, variant, options, effects, overlay, variables } of cases) {
   for (const backend of ["webgpu", "webgl"]) {
     await test(`${name} on ${backend}`, async (faults) => {
       const query = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : address({ name, model }) };
       const page = await open(browser, origin, query, { width, height }, faults);
       try {
-        const result = await page.evaluate(async ({ name, groups, variant, options, effects }) => {
+        const result = await page.evaluate(async ({ name, groups, variant, options, effects, overlay }) => {
           let groupRatio, offPixels;
           if (window.manypass.error) throw new Error(window.manypass.error);
           const viewer = window.manypass.viewer;
@@ -51,6 +51,18 @@ for (const { name, model, width, height, groups, variant, options, effects, vari
               if (!refusal.startsWith(`${file}:`)) throw new Error(`a broken effect is no error: ${refusal}`);
               viewer.replaceEffect(name, source);
             }
+            await window.manypass.draw();
+          }
+          if (overlay) {
+            // What is wrong is refused with its key, and nothing is drawn of it.
+            let refusal = "";
+            try {
+              viewer.setOverlay([{ text: "a", size_px: NaN }]);
+            } catch (error) {
+              refusal = String(error.message ?? error);
+            }
+            if (!refusal.includes("`size_px`")) throw new Error(`a wrong item of the overlay is no error: ${refusal}`);
+            viewer.setOverlay(overlay);
             await window.manypass.draw();
           }
           let pixels = await viewer.pixels();
@@ -86,7 +98,7 @@ for (const { name, model, width, height, groups, variant, options, effects, vari
           [canvas.width, canvas.height] = [info.width, info.height];
           canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
           return { info, exposure: viewer.exposure(), first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
-        }, { name, groups, variant, options, effects });
+        }, { name, groups, variant, options, effects, overlay });
         await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
         await writeFile(join(out, `${name}-${backend}-exposure.json`), JSON.stringify(result.exposure));
         await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });

@@ -38,7 +38,8 @@ pub(crate) fn test() -> Result<Tally> {
 
     for (case, input) in &found {
         let size = format!("{}x{}", case.size.0, case.size.1);
-        let arguments = ["run", "--quiet", "-p", "manypass-cli", "--", "render", input, "--size", &size];
+        let input = case.native_input(input)?;
+        let arguments = ["run", "--quiet", "-p", "manypass-cli", "--", "render", &input, "--size", &size];
         let report = picture(case, "native").with_extension("json");
         let mut command = cargo(arguments);
         command.args(case.arguments());
@@ -54,7 +55,7 @@ pub(crate) fn test() -> Result<Tally> {
             let (options, effects) = case.page()?;
             let variables = case.has_variables.then(variables::page);
             Ok(json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
-                "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "variables": variables }))
+                "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "overlay": case.overlay()?, "variables": variables }))
         })
         .collect::<Result<_>>()?;
     let browser = check(

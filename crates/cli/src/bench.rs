@@ -66,6 +66,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let mut request = FrameRequest {
         settings: settings.clone(),
         effects: effects(&renderer, effect_files)?,
+        overlay: scene.overlay.clone(),
         ..FrameRequest::new(width, height, View { world_from_view, projection })
     };
     renderer.expose(&scene, &mut request, exposure).map_err(failed)?;

@@ -59,6 +59,7 @@ pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) 
             want_aovs: Vec::new(),
             previous: None,
             effects: Vec::new(),
+            overlay: std::sync::Arc::default(),
             ..request.clone()
         };
         renderer.render(scene, &probe)?;

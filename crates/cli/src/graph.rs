@@ -73,6 +73,7 @@ fn plan(
         sample_count: args.samples,
         want_aovs: aovs.iter().filter_map(|name| aov_named(name)).collect(),
         effects: effects(renderer, files)?,
+        overlay: scene.overlay.clone(),
         ..FrameRequest::new(width, height, View { world_from_view, projection })
     };
     renderer.plan(scene, &request).map_err(failed)

@@ -1,9 +1,11 @@
 //! effect outline
-//! reads: radiance, depth, normal, base_color, material
+//! reads: radiance, depth, normal, base_color, material, ids
 //! passes: fs_edges -> edges, fs_rows -> rows, fs_outline
 
-// Lines where one thing ends in front of another, where a surface has a crease, or where its colour changes.
-// Sources: Saito & Takahashi 1990, "Comprehensible Rendering of 3-D Shapes"; Felzenszwalb & Huttenlocher 2012, "Distance
+// Lines where one thing ends in front of another, where a surface has a crease, where its colour changes, or where another
+// object begins.
+// Sources: Saito & Takahashi 1990, "Comprehensible Rendering of 3-D Shapes"; Decaudin 1996, "Cartoon-Looking Rendering of 3D
+// Scenes" (ids); Felzenszwalb & Huttenlocher 2012, "Distance
 // Transforms of Sampled Functions" (rows, then columns). Differs from the first: depth is compared with what a plane
 // through its neighbours would have. The inverse of depth is affine on a plane in a picture (depth itself where rays are
 // parallel), so that no plane, however oblique, has lines on it.
@@ -27,6 +29,12 @@ struct Outline {
     /// How much base colours of neighbours differ to get a line, of a channel in linear light; 1: none does.
     // = 1 in 0.01..1
     base_color: f32,
+    /// Whether there is a line between two nodes beside each other, wherever they are: 1, or 0
+    // = 0 in 0..1
+    object: f32,
+    /// The same between two materials
+    // = 0 in 0..1
+    material: f32,
 }
 
 @group(2) @binding(0) var<uniform> outline: Outline;
@@ -55,12 +63,14 @@ fn depth_step(before: f32, here: f32, after: f32) -> f32 {
 }
 
 // Whether two surfaces beside each other are one.
-fn differs(a: Surface, pixel: vec2i) -> bool {
+fn differs(a: Surface, ids_here: vec2u, pixel: vec2i) -> bool {
     let b = surface_at(inside(pixel));
     let is_surface = distance_at(inside(pixel)) < DISTANCE_BACKGROUND_M;
     let change = abs(a.base_color - b.base_color);
+    let by_id = vec2f(outline.object, outline.material) >= vec2f(0.5);
+    let is_another = any((ids_here != textureLoad(ids, inside(pixel), 0).rg) & by_id);
     let is_crease = dot(a.normal_world, b.normal_world) < cos(radians(outline.crease_deg));
-    return is_surface && (is_crease || max(change.r, max(change.g, change.b)) > outline.base_color);
+    return is_surface && (is_another || is_crease || max(change.r, max(change.g, change.b)) > outline.base_color);
 }
 
 // 1 on both sides of an edge.
@@ -76,8 +86,9 @@ fn fs_edges(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var is_edge = any((vec2f(across, down) > vec2f(outline.depth)) & is_inside);
     if distance_at(pixel) < DISTANCE_BACKGROUND_M && !is_edge {
         let surface = surface_at(pixel);
-        is_edge = differs(surface, pixel + vec2i(1, 0)) || differs(surface, pixel - vec2i(1, 0))
-            || differs(surface, pixel + vec2i(0, 1)) || differs(surface, pixel - vec2i(0, 1));
+        let of_this = textureLoad(ids, pixel, 0).rg;
+        is_edge = differs(surface, of_this, pixel + vec2i(1, 0)) || differs(surface, of_this, pixel - vec2i(1, 0))
+            || differs(surface, of_this, pixel + vec2i(0, 1)) || differs(surface, of_this, pixel - vec2i(0, 1));
     }
     return vec4f(select(0.0, 1.0, is_edge), 0.0, 0.0, 1.0);
 }

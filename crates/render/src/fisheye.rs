@@ -118,6 +118,21 @@ impl FisheyeLens {
         Some(across.extend(-angle_rad.cos()))
     }
 
+    /// The place in pixels from the picture's middle, y up, of what lies in a direction of view space; none outside of
+    /// the circle.
+    pub fn place(&self, direction: DVec3) -> Option<DVec2> {
+        let across = direction.truncate();
+        let angle_rad = across.length().atan2(-direction.z);
+        let half = self.half_angle_rad;
+        let radius = match self.map {
+            Fisheye::None | Fisheye::Equidistant => angle_rad / half,
+            Fisheye::Equisolid => (0.5 * angle_rad).sin() / (0.5 * half).sin(),
+            Fisheye::Stereographic => (0.5 * angle_rad).tan() / (0.5 * half).tan(),
+        };
+        let is_seen = angle_rad <= half && direction.length_squared() > 0.0;
+        is_seen.then(|| across.normalize_or_zero() * (radius * self.radius_px))
+    }
+
     /// How far places on a side are apart for points that are a pixel apart, at most: the larger singular value of the
     /// derivatives.
     fn spread(&self, side: Side, place_px: DVec2) -> Option<f64> {

@@ -8,14 +8,15 @@ use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::occlusion::Occlusion;
+use crate::overlay::draw::OverlayDraw;
 use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, present, reflections, resolve, scrub,
-    shadows, taa, tile_depth, tone_map, transparency, volumes,
+    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, overlay, present, reflections, resolve,
+    scrub, shadows, taa, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -88,7 +89,8 @@ pub fn view_passes(
             let linear_depth = match linear_depth {
                 Some(linear_depth) => linear_depth,
                 None => {
-                    let of_middles = if r.view.pixel_samples > 1 { Some(forward::record_depth(r)?) } else { None };
+                    let of_middles =
+                        if r.view.pixel_samples > 1 { Some(forward::record_depth(r, "forward.depth")?) } else { None };
                     linear_depth::record(r, "linear_depth", of_middles.as_ref().unwrap_or(&depth))?
                 }
             };
@@ -378,13 +380,18 @@ pub fn effect_passes<'f>(
     effects: &'f [Arc<dyn Effect>],
     outputs: ViewOutputs,
 ) -> Result<ViewOutputs, ProgramError> {
-    let ViewOutputs { radiance, gbuffer, occlusion, motion, .. } = outputs;
-    let of_frame = FrameTextures { gbuffer: gbuffer.as_ref(), occlusion: occlusion.as_ref(), motion: motion.as_ref() };
+    let ViewOutputs { radiance, gbuffer, occlusion, motion, ids, .. } = outputs;
+    let of_frame = FrameTextures {
+        gbuffer: gbuffer.as_ref(),
+        occlusion: occlusion.as_ref(),
+        motion: motion.as_ref(),
+        ids: ids.as_ref(),
+    };
     let radiance = effect::record(r, effects, EffectStage::Radiance, &of_frame, radiance)?;
     if effects.iter().any(|effect| effect.is_on() && effect.stage() == EffectStage::Radiance) {
         scrub::count(r, "scrub.last.count".into(), &radiance)?;
     }
-    Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ..outputs })
+    Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ids, ..outputs })
 }
 
 /// The exposure of a frame that goes on from those before: its stops, in one texel.
@@ -412,8 +419,13 @@ pub fn output_passes<'f>(
     picture: Picture<'_>,
     effects: &'f [Arc<dyn Effect>],
 ) -> Result<(), ProgramError> {
-    let Picture { display, target, is_shown, sample_index, exposure, adapted, depth, adaptive_step, settling } =
+    let Picture { display, target, is_shown, sample_index, exposure, adapted, depth, adaptive_step, overlay, settling } =
         picture;
+    // Before what comes over it, where that cannot be blended with it.
+    let (display, over) = match overlay {
+        Some(_) if may_be_transparent(settings) => (r.texture_of("overlay.below", display.desc()), Some(display)),
+        _ => (display, None),
+    };
     let curve = settings.tone_map.curve;
     let share = |average, part| accumulate::Share { average, part, sample_index, exposure };
     let of_display = share(accumulate::Average::Display(curve), Part::Whole);
@@ -467,6 +479,7 @@ pub fn output_passes<'f>(
         tone_map::record(r, "tone_map", tone, left, shown, display)?
     };
     let display = crate::passes::debug::record(r, &settings.debug, display)?;
+    let display = overlay_passes(r, overlay, display, over)?;
     for mean in mean.into_iter().chain(glow) {
         r.graph.export(mean);
     }
@@ -478,6 +491,27 @@ pub fn output_passes<'f>(
         r.graph.export(display);
     }
     Ok(())
+}
+
+/// Whether a picture may let something through.
+fn may_be_transparent(settings: &Settings) -> bool {
+    settings.background.source.colors().is_none()
+}
+
+/// What is drawn over the finished picture: in place, or together with it into the picture `over`.
+fn overlay_passes(
+    r: &mut Recorder<'_, '_>,
+    overlay: Option<&OverlayDraw>,
+    display: Handle,
+    over: Option<Handle>,
+) -> Result<Handle, ProgramError> {
+    let Some(overlay) = overlay else { return Ok(display) };
+    // That of the view may be of several samples a pixel, and lacks what is settled.
+    let depth = if overlay.tests_depth { Some(forward::record_depth(r, "overlay.depth")?) } else { None };
+    match over {
+        Some(over) => overlay::record_over(r, overlay, depth.as_ref(), &display, over),
+        None => overlay::record(r, overlay, depth.as_ref(), display),
+    }
 }
 
 /// What a view records for variables alone.
@@ -495,6 +529,7 @@ impl Variables {
     /// What one of the two wants.
     pub fn and(mut self, other: &Self) -> Self {
         self.passes.motion |= other.passes.motion;
+        self.passes.ids |= other.passes.ids;
         self.reads_occlusion |= other.reads_occlusion;
         self
     }
@@ -539,6 +574,8 @@ pub struct Picture<'t> {
     pub adapted: Option<&'t Handle>,
     /// Depth of the view: where it is nearest, tiles are settled, and keep their mean.
     pub depth: &'t Handle,
+    /// What is drawn over it.
+    pub overlay: Option<&'t OverlayDraw>,
     /// What is done once this frame was added, if its means are of display colours.
     pub adaptive_step: adaptive::Step,
     /// What that is done to.

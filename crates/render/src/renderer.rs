@@ -104,6 +104,11 @@ impl Purpose<'_> {
         !matches!(self, Self::Variables | Self::Pairs(_) | Self::Meter(_))
     }
 
+    /// Whether the picture is shown, with what is drawn over it.
+    fn shows_picture(&self) -> bool {
+        self.has_effects() && !matches!(self, Self::Sample)
+    }
+
     /// Whether the frame's variables can be read afterwards.
     fn has_variables(&self) -> bool {
         self.is_picture() || matches!(self, Self::Variables)

@@ -8,6 +8,7 @@ use crate::exposure::{Adaptation, Exposure, Metering};
 use crate::fisheye::FisheyeLens;
 use crate::gpu::GpuError;
 use crate::levels::LevelCount;
+use crate::overlay::OverlayError;
 use crate::pose::Pose;
 use crate::record::LegendEntry;
 use crate::render_settings::Path;
@@ -18,7 +19,7 @@ use crate::transparency::TransparencyMode;
 use crate::view::View;
 use glam::Vec4;
 use manypass_graph::PlanError;
-use manypass_scene::{Framing, Scene};
+use manypass_scene::{Framing, Overlay, Scene};
 use std::cell::LazyCell;
 use std::sync::Arc;
 
@@ -72,6 +73,19 @@ pub struct FrameRequest {
     pub previous: Option<Arc<Pose>>,
     /// Passes of the user's own, after shading and before accumulation, in this order.
     pub effects: Vec<Arc<dyn Effect>>,
+    /// What is drawn over the finished picture; radiance and variables are without it. [`Self::of_scene`] takes that of
+    /// the scene. One that is made anew has its letters rasterised anew: keep it while it stays the same.
+    ///
+    /// ```
+    /// # use manypass::{FrameRequest, scene};
+    /// use manypass::scene::overlay::{Overlay, OverlayItem, OverlayPlace};
+    /// # let scene = scene::demo::hall();
+    /// let mut request = FrameRequest::of_scene(&scene, 640, 360);
+    /// let lamp = OverlayItem::text("lamp", OverlayPlace::at_world([0.0, 6.5, 6.0].into()));
+    /// let frame = OverlayItem::line(vec![[8.5, 8.5].into(), [-8.5, 8.5].into()]);
+    /// request.overlay = Overlay { items: vec![OverlayItem { depth_test: true, ..lamp }, frame] }.into();
+    /// ```
+    pub overlay: Arc<Overlay>,
 }
 
 /// What is averaged over the samples of a picture, and so what can be read of it. The picture of a single sample is the
@@ -207,7 +221,8 @@ impl FrameRequest {
         let (world_from_view, projection) = scene.first_camera().unwrap_or_else(|| framing.automatic(aspect));
         let ground_height_m = framing.lowest_m();
         let camera = View { world_from_view, projection };
-        Self { ground_height_m, ..Self::new(width, height, camera) }.resolved(scene)
+        let overlay = scene.overlay.clone();
+        Self { ground_height_m, overlay, ..Self::new(width, height, camera) }.resolved(scene)
     }
 
     /// The same with settings that are left to the scene as they are for `scene`.
@@ -269,6 +284,7 @@ impl FrameRequest {
             want_aovs: Vec::new(),
             previous: None,
             effects: Vec::new(),
+            overlay: Arc::default(),
         }
     }
 }
@@ -328,6 +344,9 @@ pub enum RenderError {
     /// A camera with parallel rays has no focal length, and so no lens.
     #[error("the camera has parallel rays, and depth of field (`camera.f_stop`) needs a perspective one")]
     ParallelLens,
+    /// What is to be drawn over the picture cannot be.
+    #[error(transparent)]
+    Overlay(#[from] OverlayError),
     /// A fisheye picture cannot be what it is asked to be.
     #[error("a fisheye picture (`camera.fisheye`) {0}")]
     Fisheye(&'static str),

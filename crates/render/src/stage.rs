@@ -112,6 +112,11 @@ fn of_table(table: &StageTable) -> Value {
     json!({ "type": "object", "additionalProperties": false, "required": required, "properties": properties })
 }
 
+/// A list of so many numbers.
+fn numbers(count: usize) -> Value {
+    json!({ "type": "array", "items": { "type": "number" }, "minItems": count, "maxItems": count })
+}
+
 fn of_key(key: &StageKey) -> Value {
     let number =
         |number: f64| if number.fract() == 0.0 && number < 1e15 { json!(number as i64) } else { json!(number) };
@@ -120,7 +125,10 @@ fn of_key(key: &StageKey) -> Value {
         StageType::Boolean => json!({ "type": "boolean" }),
         StageType::Word(words) => json!({ "enum": words }),
         StageType::Color => color_schema(),
-        StageType::Vector => json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 }),
+        StageType::Pair => numbers(2),
+        StageType::Vector => numbers(3),
+        StageType::Pairs => json!({ "type": "array", "items": numbers(2), "minItems": 2 }),
+        StageType::Vectors => json!({ "type": "array", "items": numbers(3), "minItems": 2 }),
         StageType::Number { min, is_above, max } => {
             let least = if is_above { "exclusiveMinimum" } else { "minimum" };
             let mut schema = json!({ "type": "number", "maximum": number(max) });

@@ -180,6 +180,37 @@ fn outlines_are_where_something_ends_and_not_on_oblique_planes() {
 }
 
 #[test]
+fn outlines_tell_objects_apart_where_nothing_else_does() {
+    let mut renderer = renderer();
+    let (width, height) = (64u32, 16u32);
+    let mut scene = Scene::default();
+    // Two walls of one colour in one plane, which meet in the middle; then a third with the material of the second.
+    for x in [-2.0, 0.0, 2.0] {
+        put(&mut scene, cube(Vec3::new(2.0, 2.0, 0.1)), Vec3::splat(0.5), Vec3::new(x, 0.0, 0.0));
+    }
+    let shared = scene.meshes[1].primitives[0].material;
+    Arc::make_mut(&mut scene.meshes[2]).primitives[0].material = shared;
+    let projection = Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 10.0 };
+    let mut request = request(&mut scene, (width, height), Vec3::Z * 5.0, Vec3::ZERO, projection);
+    renderer.load(&scene).unwrap();
+    let mut lines = |settings: &[&str]| -> Vec<usize> {
+        request.effects = vec![with(&renderer, "outline", &[&["color=5,0,0", "width_px=2"][..], settings].concat())];
+        let found = radiance(&mut renderer, &scene, &request);
+        let row = &found[8 * width as usize..9 * width as usize];
+        assert!(row.iter().all(|pixel| (pixel[1] - 0.5).abs() < 0.01 || pixel[1] < 0.01), "{row:?}");
+        row.iter().enumerate().filter(|(_, pixel)| pixel[0] > 4.0).map(|(x, _)| x).collect()
+    };
+    // The picture shows x from -2 to 2: walls meet at -1 and 1, columns 16 and 48.
+    assert_eq!(lines(&[]), [] as [usize; 0], "depth and normals tell nothing");
+    assert_eq!(lines(&["object=1"]), [15, 16, 47, 48]);
+    assert_eq!(lines(&["material=1"]), [15, 16]);
+    // Forward paths have no ids, and say so.
+    request.settings.render.path = manypass::Path::Forward;
+    let error = renderer.render(&scene, &request).unwrap_err().to_string();
+    assert!(error.contains("render.path=deferred"), "{error}");
+}
+
+#[test]
 fn toon_light_has_few_steps_and_keeps_hues() {
     let mut renderer = renderer();
     let mut scene = Scene::default();

@@ -1,6 +1,7 @@
 //! The arena of nodes.
 
 use crate::environment::EnvironmentMap;
+use crate::overlay::Overlay;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
 use std::sync::{Arc, Weak};
@@ -195,6 +196,8 @@ pub struct Scene {
     pub exposure_stops: Option<f32>,
     /// Radiance from all directions, if the scene brings a picture of it.
     pub environment: Option<Arc<EnvironmentMap>>,
+    /// What is drawn over pictures of the scene ([`Overlay`]): what a stage says.
+    pub overlay: Arc<Overlay>,
     /// The extensions that the glTF file says it uses, whether or not they are read
     /// ([`crate::gltf_file::SUPPORTED_EXTENSIONS`]); at most 100.
     pub extensions_used: Vec<String>,

@@ -21,6 +21,7 @@ mod lights;
 mod load;
 mod materials;
 mod names;
+mod overlay;
 mod table;
 
 pub use load::{
@@ -29,11 +30,13 @@ pub use load::{
 };
 
 use crate::light::LIGHTS_MAX;
+use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
-use keys::{LIGHTS, MATERIALS, NODES, SETTINGS_TABLES, StageTable, TABLES};
+use keys::{LIGHTS, MATERIALS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES};
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
 use names::Pattern;
+use overlay::OverlayEntry;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use table::{Placed, Source, Table, tables};
@@ -49,6 +52,7 @@ pub struct Stage {
     lights: Vec<LightEntry>,
     nodes: Vec<CastChange>,
     materials: Vec<MaterialChange>,
+    overlay: Vec<OverlayEntry>,
 }
 
 /// Whether what has a name keeps light from what lies behind it.
@@ -68,7 +72,7 @@ impl Stage {
         let document = document(&source)?;
         let root = document.get_ref();
         let settings = SETTINGS_TABLES.map(|(name, _)| name);
-        let lists = [LIGHTS.name, NODES.name, MATERIALS.name];
+        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, OVERLAY.name];
         let [beginning, ..] = &TABLES;
         // The whole text is no place for what is missing.
         let top = Table::read(&source, (root, 0..0), beginning, &[&lists[..], &settings[..]].concat())?;
@@ -86,7 +90,8 @@ impl Stage {
         let lights = list(&source, root, &LIGHTS, LightEntry::read)?;
         let nodes = list(&source, root, &NODES, CastChange::read)?;
         let materials = list(&source, root, &MATERIALS, MaterialChange::read)?;
-        Ok(Self { model, environment, lights, nodes, materials, source })
+        let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
+        Ok(Self { model, environment, lights, nodes, materials, overlay, source })
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -114,10 +119,12 @@ impl Stage {
         self.environment().map(|name| self.path_of(name))
     }
 
-    /// The images that its materials name, as they are written: paths from the stage's folder. Each once.
+    /// The images that its materials name, and the sprites and fonts of its overlay, as they are written: paths from the
+    /// stage's folder. Each once.
     pub fn images(&self) -> Vec<&str> {
-        let mut names: Vec<&str> =
-            self.materials.iter().flat_map(MaterialChange::images).map(|name| name.value.as_str()).collect();
+        let of_materials = self.materials.iter().flat_map(MaterialChange::images);
+        let of_overlay = self.overlay.iter().flat_map(OverlayEntry::files);
+        let mut names: Vec<&str> = of_materials.chain(of_overlay).map(|name| name.value.as_str()).collect();
         names.sort_unstable();
         names.dedup();
         names
@@ -137,12 +144,12 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights. Brings its transforms up to date. `resolve`
-    /// gives images by the names of [`Self::images`]. Gives warnings.
+    /// Changes the model's scene: what casts shadows, materials, lights, what is drawn over it. Brings its transforms up
+    /// to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
-    /// The model has no light, node or material of a name, or an image cannot be read; the scene may be changed in
-    /// part.
+    /// The model has no light, node or material of a name, or an image or font cannot be read; the scene may be changed
+    /// in part.
     pub fn apply_with(
         &self,
         scene: &mut Scene,
@@ -159,6 +166,9 @@ impl Stage {
         }
         // New lights come with nodes, which are none of the model's.
         lights::apply(&self.lights, &self.source, scene)?;
+        if !self.overlay.is_empty() {
+            scene.overlay = overlay::overlay(&self.overlay, &self.source, scene, resolve)?.into();
+        }
         scene.update_transforms();
         Ok(warnings)
     }
@@ -176,7 +186,7 @@ impl Stage {
 
 /// The most tables of lists that are parsed: so many of each kind are possible, and parsed tables are far larger than
 /// their text.
-const MOST_TABLES: usize = 3 * LIGHTS_MAX as usize;
+const MOST_TABLES: usize = 4 * LIGHTS_MAX as usize;
 
 fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
     let starts = std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1));
@@ -221,6 +231,35 @@ fn list<T>(
     }
     let of_entry = |entry: (&DeTable<'_>, Range<usize>)| read(&Table::read(source, entry, declared, &[])?);
     entries.into_iter().map(of_entry).collect()
+}
+
+/// Reads what is drawn over pictures of `scene` from a text that has tables `[[overlay]]` alone, as those of stages.
+/// `file` appears in errors; `resolve` gives sprites and fonts by the names that the text gives them.
+///
+/// # Errors
+/// The text is not TOML, a key or value is none of [`keys`], a file cannot be read, or the scene has no node of a name;
+/// with file, line and column.
+///
+/// ```
+/// # use manypass_scene::{Scene, stage::read_overlay};
+/// let text = "[[overlay]]\ntext = \"draft\"\nanchor = \"center\"\nsize_px = 40\nopacity = 0.5\n";
+/// let overlay = read_overlay("labels.toml", text, &Scene::default(), &mut |name| Err(format!("no {name}")))?;
+/// assert_eq!(overlay.items.len(), 1);
+/// # Ok::<(), Box<manypass_scene::Diagnostic>>(())
+/// ```
+pub fn read_overlay(
+    file: &str,
+    text: &str,
+    scene: &Scene,
+    resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+) -> Result<Overlay, Box<Diagnostic>> {
+    let source = Source { file: file.into(), text: text.into() };
+    let document = document(&source)?;
+    let root = document.get_ref();
+    const TOP: StageTable = StageTable { name: "", doc: "", keys: &[] };
+    Table::read(&source, (root, 0..0), &TOP, &[OVERLAY.name])?;
+    let entries = list(&source, root, &OVERLAY, OverlayEntry::read)?;
+    overlay::overlay(&entries, &source, scene, resolve)
 }
 
 /// The name of the model; a stage is none.

@@ -11,6 +11,8 @@ mod canvas;
 #[cfg(target_arch = "wasm32")]
 mod options;
 #[cfg(target_arch = "wasm32")]
+mod overlay;
+#[cfg(target_arch = "wasm32")]
 mod types;
 #[cfg(target_arch = "wasm32")]
 mod viewer;

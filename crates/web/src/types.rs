@@ -43,6 +43,39 @@ export interface BuiltInEffect {
   name: "bloom" | "blur" | "dof" | "film" | "fxaa" | "glow" | "grade" | "lens" | "motion_blur" | "outline" | "sharpen" | "smaa" | "toon";
   settings?: RenderOptions["settings"];
 }
+/**
+ * Something that is drawn over the picture: `text`, a `sprite`, or a line through `points` or `points_world`. The keys are those
+ * of `[[overlay]]` in stages, which docs/overlay.md explains. Places are pixels from the upper left corner, below 0 from the right
+ * or the lower edge; or metres of the world.
+ */
+export interface OverlayItem {
+  text?: string;
+  /** The name of an image among the resources. */
+  sprite?: string;
+  points?: [number, number][];
+  points_world?: [number, number, number][];
+  position?: [number, number];
+  anchor?: "top-left" | "top" | "top-right" | "left" | "center" | "right" | "bottom-left" | "bottom" | "bottom-right";
+  at_world?: [number, number, number];
+  /** The name of a node of the model. */
+  node?: string;
+  /** Whether opaque surfaces hide what lies behind them, of items at places of the world. */
+  depth_test?: boolean;
+  depth_offset_m?: number;
+  /** `"rrggbb"` in sRGB, or three numbers in linear light. */
+  color?: string | [number, number, number];
+  opacity?: number;
+  size_px?: number;
+  align?: "left" | "center" | "right";
+  /** The name of a TrueType or OpenType file among the resources. */
+  font?: string;
+  background?: string | [number, number, number];
+  background_opacity?: number;
+  padding_px?: number;
+  width_px?: number;
+  height_px?: number;
+  rotation_deg?: number;
+}
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
 /** The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds. */
@@ -90,6 +123,9 @@ extern "C" {
     /// Effects of the TypeScript section.
     #[wasm_bindgen(typescript_type = "(EffectFile | BuiltInEffect)[]")]
     pub type EffectFiles;
+    /// Items of an overlay of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "OverlayItem[]")]
+    pub type OverlayItems;
     /// `Resources` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "Resources | undefined")]
     pub type Resources;

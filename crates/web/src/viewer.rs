@@ -7,14 +7,15 @@ mod variables;
 use crate::camera;
 use crate::canvas::Canvas;
 use crate::options::{self, Options};
+use crate::overlay;
 use crate::types::{
-    BackendName, EffectFiles, ExposureInfo, OrbitObject, RenderOptions, Resources, ViewerInfo, decode_uri, object,
-    read_orbit, read_resources,
+    BackendName, EffectFiles, ExposureInfo, OrbitObject, OverlayItems, RenderOptions, Resources, ViewerInfo,
+    decode_uri, object, read_orbit, read_resources,
 };
 use frame_times::FrameTimes;
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
-    scene::{Aabb, Framing, LateImages, Scene, Stage, demo, formats, stage},
+    scene::{Aabb, Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage},
 };
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
@@ -49,6 +50,8 @@ pub struct Viewer {
     frame_times: FrameTimes,
     /// Whether anyone asks for radiance beside the picture.
     keeps_radiance: bool,
+    /// What the stage that is shown draws over the picture.
+    of_stage: Arc<Overlay>,
 }
 
 /// Binds `canvas`. A canvas keeps the first kind of context it was given, so `auto` decides before it touches one.
@@ -82,6 +85,7 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
         metering: None,
         frame_times: FrameTimes::default(),
         keeps_radiance: false,
+        of_stage: Arc::default(),
     })
 }
 
@@ -103,7 +107,8 @@ pub fn stage_environment(bytes: &[u8]) -> Result<Option<String>, JsError> {
     Ok(parsed_stage(bytes)?.environment().map(str::to_owned))
 }
 
-/// The images that the materials of a stage name, paths from the stage's own place.
+/// The images that the materials of a stage name, and the sprites and fonts of its overlay: paths from the stage's own
+/// place.
 ///
 /// # Errors
 /// When the stage is wrong; the message names the place in it.
@@ -150,6 +155,7 @@ impl Viewer {
         self.warnings.extend(self.renderer.warnings());
         self.framing = Framing::of_scene(&scene);
         self.warnings.extend(self.framing.bounds_world().far_warning());
+        self.of_stage = scene.overlay.clone();
         self.scene = Some(scene);
         Ok(())
     }
@@ -223,6 +229,21 @@ impl Viewer {
         Ok(())
     }
 
+    /// Draws `items` over the picture from the next frame on, after what the stage draws over it, until another model is
+    /// loaded; an empty array takes away those before. They have the keys of `[[overlay]]` in stages; sprites and fonts
+    /// are found by their names in `resources`.
+    ///
+    /// # Errors
+    /// When there is no model, or an item cannot be drawn; the message names what is wrong. Those before stay then.
+    #[wasm_bindgen(js_name = setOverlay)]
+    pub fn set_overlay(&mut self, items: OverlayItems, resources: Option<Resources>) -> Result<(), JsError> {
+        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("load a model first"))?;
+        let text = overlay::text_of(&items.into())?;
+        let own = stage::read_overlay("the overlay", &text, scene, &mut resolver(resources))?;
+        scene.overlay = Overlay { items: self.of_stage.items.iter().cloned().chain(own.items).collect() }.into();
+        Ok(())
+    }
+
     /// Takes a built-in scene: `hall`.
     ///
     /// # Errors
@@ -291,7 +312,8 @@ impl Viewer {
         let (world_from_view, projection) = camera::resolve(orbit, scene, &self.framing, aspect);
         let ground_height_m = self.framing.lowest_m();
         let camera = View { world_from_view, projection };
-        let request = FrameRequest { ground_height_m, ..FrameRequest::new(width, height, camera) };
+        let overlay = scene.overlay.clone();
+        let request = FrameRequest { ground_height_m, overlay, ..FrameRequest::new(width, height, camera) };
         let mut request = self.options.applied(request, scene);
         request.sample_count = REFINED_SAMPLES;
         request.effects = self.effects.iter().map(|effect| effect.clone() as Arc<dyn Effect>).collect();

@@ -30,6 +30,8 @@ pub(super) struct Case {
     pub tolerance: Tolerance,
     /// More settings.
     settings: &'static [(&'static str, &'static str)],
+    /// Items drawn over the picture, as JSON: the page is given them, the command line a stage that has them.
+    overlay: Option<&'static str>,
 }
 
 /// Settings of the effect that adds what it made in the frame before.
@@ -61,6 +63,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         is_dazzling: false,
         tolerance: Tolerance::RASTERIZERS,
         settings: &[],
+        overlay: None,
     }
 }
 
@@ -69,6 +72,14 @@ const fn together(area_px: usize, area_between_px: usize) -> Tolerance {
     Tolerance { area_px, area_between_px, ..Tolerance::RASTERIZERS }
 }
 
+/// A letter, words behind the middle of the model and before it, and lines.
+const ITEMS: &str = r#"[
+    { "text": "Äg 4 µm", "position": [6, 6], "size_px": 24, "background": "101820", "background_opacity": 0.5, "padding_px": 4 },
+    { "text": "behind", "at_world": [0, 0, 0], "size_px": 20, "color": "ff4020", "depth_test": true },
+    { "text": "before", "at_world": [0, 0, 0], "size_px": 20, "position": [0, 30], "color": "40ff20", "depth_test": true, "depth_offset_m": 3 },
+    { "points": [[10, -10], [60, -40], [110, -10], [-10.5, -10]], "width_px": 3, "opacity": 0.7 },
+    { "points_world": [[-2, -0.5, 0], [2, -0.5, 0]], "width_px": 2, "depth_test": true, "color": "ffd030" }
+]"#;
 const SHADOWLESS: &[(&str, &str)] = &[("shadows.enabled", "false")];
 const SPOTS: &str = "renderling/shadow_mapping_spots.glb";
 const SPHERES: &str =
@@ -76,13 +87,20 @@ const SPHERES: &str =
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 45] = [
+pub(super) const CASES: [Case; 47] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
     Case { has_variables: true, settings: SHADOWLESS, ..case("hall", variables::MODEL, WIDE) },
     // Lights and fog that a stage adds to the hall, on top of surfaces, behind blended ones, and over the environment.
     case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
+    // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
+    case("labels", "docs/examples/labels.stage.toml", WIDE),
+    // Others from the page's own calls.
+    Case {
+        overlay: Some(ITEMS),
+        ..case("labels-page", "khronos-sample-assets/Models/BoxTextured/glTF-Binary/BoxTextured.glb", SQUARE)
+    },
     // Which of two steps meets the heights first is a matter of rounding along every groove.
     Case {
         tolerance: Tolerance { share: 0.93, share_between: 0.994, mean: 0.75, ..together(52, 16) },
@@ -190,6 +208,14 @@ pub(super) const CASES: [Case; 45] = [
 ];
 
 impl Case {
+    /// The items that the page draws over the picture.
+    ///
+    /// # Errors
+    /// They are no JSON.
+    pub fn overlay(&self) -> Result<Value> {
+        Ok(self.overlay.map_or(Ok(Value::Null), serde_json::from_str)?)
+    }
+
     /// The flags of the command line.
     pub fn arguments(&self) -> Vec<String> {
         // The page draws a frame at a time, in which no light can wait for its turn.
@@ -243,6 +269,15 @@ impl Case {
             );
         }
         Ok((options, effects.into()))
+    }
+
+    /// What the command line is given in place of the model: a stage that draws the overlay over it.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn native_input(&self, input: &str) -> Result<String> {
+        let Some(items) = self.overlay else { return Ok(input.to_owned()) };
+        made::write_stage(self.name, input, &serde_json::from_str(items)?)
     }
 
     /// What the command line and the browser are given; none if this machine does not have the model.

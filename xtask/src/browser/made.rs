@@ -77,6 +77,24 @@ pub(super) fn whole(path: PathBuf, name: &str) -> Result<PathBuf> {
     Ok(copy)
 }
 
+/// Writes a stage that draws `items` over the model at `model`; gives its path.
+///
+/// # Errors
+/// It cannot be written.
+pub(super) fn write_stage(name: &str, model: &str, items: &Value) -> Result<String> {
+    // Values of JSON are values of TOML.
+    let mut text = format!("model = {}\n", Value::from(model));
+    for item in items.as_array().into_iter().flatten().filter_map(Value::as_object) {
+        text.push_str("[[overlay]]\n");
+        for (key, value) in item {
+            text.push_str(&format!("{key} = {value}\n"));
+        }
+    }
+    let path = root().join(format!("target/browser/{name}.stage.toml"));
+    write(&path, text.as_bytes())?;
+    Ok(path.display().to_string())
+}
+
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let failed = || format!("writing {}", path.display());
     std::fs::create_dir_all(root().join("target/browser")).with_context(failed)?;

@@ -97,7 +97,8 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         FrameRequest { sample_count: frame.samples, want_aovs: drawn, ..FrameRequest::new(width, height, view) };
     let request_of = |read: &Read| -> Result<FrameRequest, Failure> {
         let (settings, effects) = (read.settings.clone(), effects(&renderer, read.effects.clone())?);
-        Ok(FrameRequest { settings, effects, ..request.clone() }.resolved(&read.scene))
+        let overlay = read.scene.overlay.clone();
+        Ok(FrameRequest { settings, effects, overlay, ..request.clone() }.resolved(&read.scene))
     };
     let (request_a, mut request_b) = (request_of(&a)?, request_of(&b)?);
     // What a scene would decide by itself, A decides for both; stages decide on purpose.

@@ -21,6 +21,8 @@ pub(crate) struct FrameTextures<'h> {
     pub occlusion: Option<&'h Handle>,
     /// How far they moved since the frame before, pixels, if somebody wants it.
     pub motion: Option<&'h Handle>,
+    /// Which nodes and materials they are of, if somebody wants it.
+    pub ids: Option<&'h Handle>,
 }
 
 /// Records the effects of a stage that are on, in the order of the chain; what they change is `color`.

@@ -173,8 +173,8 @@ fn with_words(fault: Box<Diagnostic>) -> Box<Diagnostic> {
         "`//! reads: display` in the header declares it"
     } else if ["drawn", "uv_at"].into_iter().any(is_unknown) {
         "`//! reads: display` in the header declares it, and so does a list of several `//! passes:`"
-    } else if ["occlusion", "motion"].into_iter().any(is_unknown) {
-        "`//! reads: occlusion` (or `motion`) in the header declares it"
+    } else if ["occlusion", "motion", "ids"].into_iter().any(is_unknown) {
+        "`//! reads: occlusion` (or `motion`, or `ids`) in the header declares it"
     } else {
         return fault;
     };

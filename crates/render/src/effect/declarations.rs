@@ -1,6 +1,7 @@
 //! What the words of a header let an effect's shader find declared beside the prelude. Only they do, so that files without
 //! them may give their own things these names.
 
+use super::header::IDS;
 use std::fmt::Write;
 
 /// The first binding of textures that a header declares; those before are the prelude's.
@@ -39,9 +40,13 @@ pub(super) fn declarations(reads_display: bool, finds_drawn: bool, textures: &[&
     if finds_drawn {
         declarations.push_str(include_str!("steps.wgsl"));
     }
-    let borrowed = borrowed.iter().map(|borrowed| borrowed.variable.as_str());
-    for (binding, texture) in (FIRST_TEXTURE..).zip(textures.iter().copied().chain(borrowed)) {
+    for (binding, texture) in (FIRST_TEXTURE..).zip(textures) {
         declarations.push_str(&texture_declaration(binding, texture));
+    }
+    for (binding, borrowed) in (FIRST_TEXTURE + textures.len() as u32..).zip(borrowed) {
+        let declaration = texture_declaration(binding, &borrowed.variable);
+        let is_whole = borrowed.key == IDS;
+        declarations.push_str(&if is_whole { declaration.replace("<f32>", "<u32>") } else { declaration });
     }
     declarations
 }

@@ -2,7 +2,7 @@
 
 use super::chain::FrameTextures;
 use super::compiled::{Compiled, CompiledStep};
-use super::header::DISPLAY;
+use super::header::{DISPLAY, IDS};
 use super::{EffectStage, WgslEffect};
 use crate::gbuffer::RADIANCE;
 use crate::record::Recorder;
@@ -148,7 +148,7 @@ impl<'h> Shown<'h> {
         if self.stage == EffectStage::Display {
             return offered;
         }
-        let FrameTextures { gbuffer, occlusion, motion } = *self.of_frame;
+        let FrameTextures { gbuffer, occlusion, motion, ids } = *self.of_frame;
         if let Some(gbuffer) = gbuffer {
             offered.extend([
                 ("base_color", &gbuffer.base_color),
@@ -159,6 +159,7 @@ impl<'h> Shown<'h> {
         }
         offered.extend(occlusion.map(|handle| ("occlusion", handle)));
         offered.extend(motion.map(|handle| ("motion", handle)));
+        offered.extend(ids.map(|handle| (IDS, handle)));
         offered
     }
 }
@@ -192,6 +193,7 @@ impl Offered<'_> {
         let remedy = match name {
             "occlusion" => "; it needs occlusion.enabled=true and another render.path than gouraud",
             "motion" => "; it needs render.path=deferred",
+            IDS => "; it needs render.path=deferred and camera.fisheye=none",
             "base_color" | "normal" | "material" | "depth" => "; it needs render.path=deferred and camera.fisheye=none",
             _ => "",
         };

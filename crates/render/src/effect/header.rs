@@ -9,7 +9,7 @@ use std::ops::Range;
 /// The words that a header may hold.
 const WORDS: [&str; 4] = ["effect", "reads", "passes", "pixel"];
 /// What an effect may say that it reads of the frame, and the name of each in the shader.
-pub(super) const READS: [(&str, &str); 9] = [
+pub(super) const READS: [(&str, &str); 10] = [
     ("depth", "linear_depth"),
     ("normal", "normal"),
     ("base_color", "base_color"),
@@ -19,9 +19,12 @@ pub(super) const READS: [(&str, &str); 9] = [
     (DISPLAY, DISPLAY),
     ("occlusion", "occlusion"),
     ("motion", "motion"),
+    (IDS, IDS),
 ];
 /// Those of them that the header alone declares, because files had these names before.
-const BORROWED: [&str; 2] = ["occlusion", "motion"];
+const BORROWED: [&str; 3] = ["occlusion", "motion", IDS];
+/// The texture of the ids of nodes and materials, whose texels are whole numbers.
+pub(super) const IDS: &str = "ids";
 /// What an effect reads that stands after the tone curve.
 pub(super) const DISPLAY: &str = "display";
 /// The longest name of an effect.

@@ -21,6 +21,7 @@ pub mod linear_depth;
 pub mod meter;
 pub mod motion;
 pub mod occlusion;
+pub mod overlay;
 pub mod present;
 pub mod reflections;
 pub mod resolve;

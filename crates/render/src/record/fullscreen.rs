@@ -63,6 +63,8 @@ pub struct Fullscreen<'r, 'f> {
     leaves_out: bool,
     rectangles: Option<Vec<[u32; 4]>>,
     constants: Vec<Constant>,
+    /// Vertices and instances.
+    elements: (u32, u32),
 }
 
 impl<'r, 'f> Fullscreen<'r, 'f> {
@@ -78,6 +80,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             leaves_out: false,
             rectangles: None,
             constants: Vec::new(),
+            elements: (3, 1),
         }
     }
 
@@ -159,6 +162,13 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         self
     }
 
+    /// Draws `count` quads in place of the triangle, as instances of six vertices, which the program's own vertex stage
+    /// places.
+    pub fn quads(mut self, count: u32) -> Self {
+        self.elements = (6, count);
+        self
+    }
+
     /// Draws into a rectangle alone: x and y of its corner, width and height, in texels.
     pub fn within(self, rectangle: [u32; 4]) -> Self {
         self.within_each(&[rectangle])
@@ -208,7 +218,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { pass, frame, view, rectangles, depth, leaves_out, .. } = self;
+        let Self { pass, frame, view, rectangles, depth, leaves_out, elements: (vertices, instances), .. } = self;
         let whole = [0, 0, desc.width, desc.height];
         let settles = depth.is_some_and(|depth| depth.stencil == StencilUse::Settles);
         // The triangle is at depth 0 of the viewport's.
@@ -237,11 +247,11 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             if settles {
                 render_pass.set_stencil_reference(SETTLED_BIT);
             }
-            let Some(rectangles) = rectangles else { return render_pass.draw(0..3, 0..1) };
+            let Some(rectangles) = rectangles else { return render_pass.draw(0..vertices, 0..instances) };
             for [x, y, width, height] in rectangles {
                 render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, nearest, 1.0);
                 render_pass.set_scissor_rect(x, y, width, height);
-                render_pass.draw(0..3, 0..1);
+                render_pass.draw(0..vertices, 0..instances);
             }
         });
         Ok(())

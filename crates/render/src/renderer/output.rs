@@ -7,6 +7,7 @@ use crate::environment::Background;
 use crate::frame::Means;
 use crate::gpu::Gpu;
 use crate::lights::{KeptLists, Rectangle};
+use crate::overlay::OverlayState;
 use crate::passes::accumulate::{Mean, SUM};
 use crate::passes::adaptive::{self, Settling};
 use crate::record::ViewTables;
@@ -71,6 +72,8 @@ pub(super) struct ViewState {
     pub adapted: Option<wgpu::Texture>,
     /// What variables are made of, of the last frame that began a picture.
     pub aovs: Option<AovTextures>,
+    /// What was drawn over the last picture.
+    pub overlay: OverlayState,
 }
 
 impl ViewState {
@@ -91,6 +94,7 @@ impl ViewState {
             temporal: None,
             adapted: None,
             aovs: None,
+            overlay: OverlayState::default(),
         }
     }
 

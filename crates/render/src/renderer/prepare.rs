@@ -372,7 +372,11 @@ impl Renderer {
         });
         let reads = |texture| effect::is_read(&request.effects, texture);
         let of_effects = Variables {
-            passes: AovPasses { motion: reads("motion") || asked.temporal.is_some(), ..Default::default() },
+            passes: AovPasses {
+                motion: reads("motion") || asked.temporal.is_some(),
+                ids: reads("ids"),
+                ..Default::default()
+            },
             camera_step,
             reads_occlusion: reads("occlusion"),
         };

@@ -15,6 +15,7 @@ use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
 use crate::lights::LightCulling;
+use crate::overlay::draw::OverlayDraw;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
@@ -182,6 +183,18 @@ impl Renderer {
                 self.ready((scene, asked), lit, (of_view, ground.as_ref()), has_previous, &mut stats)
             })
             .collect::<Result<_, _>>()?;
+        let overlays: Vec<Option<OverlayDraw>> = asked
+            .iter()
+            .zip(states.iter_mut())
+            .map(|(asked, state)| {
+                if asked.part.is_face() || !purpose.shows_picture() {
+                    return Ok(None);
+                }
+                let (overlay, bytes) = state.overlay.prepare(&self.gpu, scene, &asked.request)?;
+                stats.uploaded_bytes += bytes;
+                Ok(overlay)
+            })
+            .collect::<Result<_, RenderError>>()?;
         // A plan leaves environments as they are.
         let environments = self.resources.environments.iter_mut().enumerate().filter(|_| !purpose.is_plan());
         let unfinished: Vec<(usize, Unfinished)> =
@@ -227,7 +240,7 @@ impl Renderer {
         let recorded: Vec<Recorded> = asked
             .iter()
             .zip(&mut *states)
-            .zip(&ready)
+            .zip(ready.iter().zip(&overlays))
             .map(|((asked, state), ready)| record_view(&mut graph, &frame, asked, ready, (state, &mut faces), purpose))
             .collect::<Result<_, _>>()?;
         let plan = graph.plan()?;
@@ -406,7 +419,7 @@ fn record_view<'f>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
     asked: &'f Asked,
-    ready: &'f Ready,
+    (ready, overlay): (&'f Ready, &Option<OverlayDraw>),
     (state, faces): (&mut ViewState, &mut Vec<FaceRadiance>),
     purpose: &Purpose<'_>,
 ) -> Result<Recorded, RenderError> {
@@ -466,6 +479,7 @@ fn record_view<'f>(
                 adapted: stops.as_ref(),
                 depth: &outputs.depth,
                 adaptive_step: step,
+                overlay: overlay.as_ref(),
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
             frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture, &request.effects)?;

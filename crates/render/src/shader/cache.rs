@@ -15,7 +15,7 @@ pub struct FullscreenPipeline {
 }
 
 impl FullscreenPipeline {
-    /// A pipeline of the vertex stage of `triangle` and the fragment stage of `program`.
+    /// A pipeline of the fragment stage of `program`, and of its vertex stage, or that of `triangle` if it has none.
     pub fn new(
         device: &wgpu::Device,
         program: Arc<Program>,
@@ -25,15 +25,16 @@ impl FullscreenPipeline {
     ) -> Self {
         let FullscreenTarget { format, samples, blend, depth } = target;
         let (triangle, specialised) = (triangle.specialised(&[]), program.specialised(constants));
+        let vertices = if program.has_vertices { &specialised } else { &triangle };
         let color = |format| Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL });
         let targets = format.map(color);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&program.name),
             layout: Some(&program.layout),
             vertex: wgpu::VertexState {
-                module: &triangle.module,
+                module: &vertices.module,
                 entry_point: None,
-                compilation_options: Default::default(),
+                compilation_options: vertices.options(),
                 buffers: &[],
             },
             primitive: Default::default(),

@@ -104,6 +104,8 @@ pub struct Program {
     groups: Vec<(wgpu::BindGroupLayout, Vec<Slot>)>,
     vertex_inputs: Vec<(String, u32)>,
     overrides: Vec<String>,
+    /// Whether it has a vertex stage of its own.
+    pub(super) has_vertices: bool,
     /// Which of the module's entry points it is; none where there is one of each stage.
     pub(super) entry_point: Option<String>,
 }
@@ -140,12 +142,14 @@ impl Specialised {
 struct Declared {
     vertex_inputs: Vec<(String, u32)>,
     overrides: Vec<String>,
+    has_vertices: bool,
 }
 
 impl Declared {
     fn of(module: &naga::Module) -> Self {
         let overrides = module.overrides.iter().filter_map(|(_, constant)| constant.name.clone()).collect();
-        Self { vertex_inputs: reflect_inputs(module), overrides }
+        let has_vertices = module.entry_points.iter().any(|entry| entry.stage == naga::ShaderStage::Vertex);
+        Self { vertex_inputs: reflect_inputs(module), overrides, has_vertices }
     }
 }
 
@@ -207,13 +211,13 @@ impl Program {
         slots: Vec<Vec<Slot>>,
     ) -> Result<Self, ProgramError> {
         let program = Self::compiled(frame, name, Declared::of(module), slots, |_| Modules::Whole(compiled.clone()))?;
-        Ok(Self { entry_point: Some(entry_point.into()), ..program })
+        Ok(Self { entry_point: Some(entry_point.into()), has_vertices: false, ..program })
     }
 
     fn compiled(
         frame: &FrameLayout,
         name: &str,
-        Declared { vertex_inputs, overrides }: Declared,
+        Declared { vertex_inputs, overrides, has_vertices }: Declared,
         slots: Vec<Vec<Slot>>,
         compile: impl FnOnce(&wgpu::Device) -> Modules,
     ) -> Result<Self, ProgramError> {
@@ -241,7 +245,17 @@ impl Program {
         let modules = compile(device);
         static NEXT_ID: AtomicU32 = AtomicU32::new(0);
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { name: name.into(), id, modules, layout, vertex_inputs, overrides, entry_point: None, groups })
+        Ok(Self {
+            name: name.into(),
+            id,
+            modules,
+            layout,
+            vertex_inputs,
+            overrides,
+            has_vertices,
+            entry_point: None,
+            groups,
+        })
     }
 
     /// What a pipeline with `constants` is made of. Those that the module does not declare, which are errors in

@@ -1,6 +1,7 @@
 //! What the goldens show, all of it built by code.
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
+use manypass::scene::overlay::{Overlay, OverlayItem, OverlayPlace, OverlayShape, OverlayText};
 use manypass::scene::primitives::{capsule, cube, plane, torus, uv_sphere};
 use manypass::scene::{
     Aabb, AlphaMode, Animation, Channel, Image, ImageSource, Interpolation, Keyframes, Light, LightKind, Material,
@@ -41,6 +42,8 @@ pub fn all() -> Vec<Subject> {
         effects_of_surfaces(),
         occlusion(),
         reflections(),
+        overlay(),
+        outlines_of_objects(),
     ]
 }
 
@@ -346,7 +349,68 @@ fn every_built_in_effect_has_its_golden() {
     let drawn = all().into_iter().flat_map(|subject| subject.effects).map(|(name, _)| name);
     let mut drawn: Vec<_> = drawn.collect();
     drawn.sort_unstable();
+    drawn.dedup();
     assert!(EffectFile::built_in_names().eq(drawn));
+}
+
+/// Text, lines and an image over boxes and balls, some of them at places of the world; below over nothing.
+fn overlay() -> Subject {
+    let mut subject = occlusion();
+    subject.name = "overlay";
+    let mut request = subject.strips[1].clone();
+    let item = |text: &str, place: OverlayPlace, size_px: f32| {
+        let text = OverlayText {
+            size_px,
+            background: Some((Vec3::new(0.0, 0.0, 0.1), 0.7)),
+            padding_px: 2.0,
+            ..OverlayText::new(text)
+        };
+        OverlayItem { shape: OverlayShape::Text(text), ..OverlayItem::text("", place) }
+    };
+    let behind =
+        OverlayItem { depth_test: true, ..item("behind", OverlayPlace::at_world(Vec3::new(-1.1, 0.8, -0.6)), 9.0) };
+    let ring = [(0.0, 0.0), (0.6, 0.0), (0.6, 0.6), (0.0, 0.6)].map(|(x, z)| Vec3::new(x - 0.3, 0.02, z + 0.1));
+    let on_floor = OverlayItem {
+        depth_test: true,
+        color_linear: Vec3::new(1.0, 0.3, 0.0),
+        ..OverlayItem::line_world(ring.to_vec())
+    };
+    let data = [[255, 60, 40, 255], [40, 200, 60, 255], [60, 90, 255, 160], [255, 255, 255, 255]].concat();
+    let pixels = Arc::new(Pixels { width: 2, height: 2, format: PixelFormat::Rgba8, data });
+    let mut sprite = OverlayItem::sprite(pixels, OverlayPlace::at_px(Vec2::new(-4.0, -4.0)));
+    if let OverlayShape::Sprite(shape) = &mut sprite.shape {
+        (shape.size_px, shape.rotation_deg) = ([Some(12.0), None], 20.0);
+    }
+    let zigzag = [(4.0, 40.0), (14.0, 28.0), (24.0, 40.0), (34.0, 28.0)].map(|(x, y)| Vec2::new(x, y));
+    let items = vec![
+        item("Ωver\nÄ 3 µm", OverlayPlace::at_px(Vec2::new(3.0, 3.0)), 9.0),
+        behind,
+        on_floor,
+        OverlayItem { opacity: 0.6, ..OverlayItem::line(zigzag.to_vec()) },
+        sprite,
+    ];
+    request.overlay = Overlay { items }.into();
+    let mut over_nothing = request.clone();
+    over_nothing.settings.background.source = Background::Transparent;
+    over_nothing.camera = looking(Vec3::new(0.4, 1.2, 14.4), Vec3::new(0.0, 0.45, -0.3));
+    subject.strips = vec![request, over_nothing];
+    subject
+}
+
+/// Boxes of two materials side by side, whose faces lie in one plane: no line, one between objects, between materials.
+fn outlines_of_objects() -> Subject {
+    let mut scene = Scene::default();
+    for (x, material) in [(-1.5, 0), (-0.5, 0), (0.5, 1), (1.5, 1)] {
+        let node = put(&mut scene, cube(Vec3::splat(1.0)), matte([0.7, 0.7, 0.6]), Vec3::new(x, 0.0, 0.0));
+        let mesh = scene.node(node).mesh.unwrap();
+        Arc::make_mut(&mut scene.meshes[mesh]).primitives[0].material = Some(material);
+    }
+    let mut subject = subject("outlines_of_objects", scene, (128, 36), Vec3::new(0.0, 0.0, 8.0), Vec3::ZERO);
+    let mut request = subject.strips[0].clone();
+    request.camera.projection = Projection::Orthographic { height_m: 1.3, near_m: 0.1, far_m: 20.0 };
+    subject.effects = vec![("outline", &[]), ("outline", &["object=1"]), ("outline", &["material=1", "color=1,0,0"])];
+    subject.strips = vec![request; subject.effects.len()];
+    subject
 }
 
 /// Boxes and balls in a corner under even light, with horizons (above) and without occlusion.

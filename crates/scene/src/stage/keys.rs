@@ -1,6 +1,7 @@
 //! The keys of stage files, declared once: for the reader, the schema for editors, and the documentation.
 
 use crate::light::RANGE_MIN_M;
+use crate::overlay::{Anchor, SIDE_PX_MAX, TEXT_SIZE_PX_MAX, TextAlign};
 
 /// What a key takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,8 +14,14 @@ pub enum StageType {
     Word(&'static [&'static str]),
     /// `rrggbb` in sRGB, `#` optional, or three numbers of at least 0 in linear Rec. 709.
     Color,
+    /// Two finite numbers.
+    Pair,
     /// Three finite numbers.
     Vector,
+    /// A list of two or more pairs of finite numbers.
+    Pairs,
+    /// A list of two or more times three finite numbers.
+    Vectors,
     /// A finite number of 32 bits.
     Number {
         /// The least one.
@@ -234,8 +241,88 @@ pub(super) const MATERIALS: StageTable = StageTable {
 /// A UV set.
 const UV_SET: StageType = StageType::Number { min: 0.0, is_above: false, max: 1.0 };
 
+/// From 0 to 1.
+const SHARE: StageType = StageType::Number { min: 0.0, is_above: false, max: 1.0 };
+
+/// A length above 0.
+const fn length(max: f32) -> StageType {
+    StageType::Number { min: 0.0, is_above: true, max: max as f64 }
+}
+
+/// Any finite number.
+const FINITE: StageType = StageType::Number { min: f32::MIN as f64, is_above: false, max: f32::MAX as f64 };
+
+/// What is drawn over the picture.
+pub(super) const OVERLAY: StageTable = StageTable {
+    name: "overlay",
+    doc: "Something that is drawn over the finished picture: `text`, a `sprite`, or a line through `points` or `points_world`. \
+          Later ones are drawn over earlier ones.",
+    keys: &[
+        key("text", StageType::Text, "Text; `\\n` ends a line. A letter that the font has not is a box."),
+        key(
+            "sprite",
+            StageType::Text,
+            "An image: a PNG, JPEG, WebP or KTX2 file, its path from the folder of the stage.",
+        ),
+        key(
+            "points",
+            StageType::Pairs,
+            "A line through these points, in pixels from the upper left corner of the picture, below 0 from its right or lower \
+             edge; or from where `anchor`, `at_world` or `node` say.",
+        ),
+        key("points_world", StageType::Vectors, "A line through these points of the world, in metres."),
+        key(
+            "position",
+            StageType::Pair,
+            "Pixels to the right and down, from the upper left corner of the picture, or from where `anchor`, `at_world` or `node` \
+             say. Without those a number below 0 counts from the right or the lower edge to that of the item; [0, 0].",
+        ),
+        key(
+            "anchor",
+            StageType::Word(Anchor::NAMES),
+            "The point of the item that lies at its position, and the point of the picture that this is told from; at `at_world` \
+             and `node` of the item alone, and `center` without it.",
+        ),
+        key("at_world", StageType::Vector, "A place in the world that the position is told from, in metres."),
+        key("node", StageType::Text, "The name of a node whose origin the position is told from."),
+        key(
+            "depth_test",
+            StageType::Boolean,
+            "Whether opaque surfaces hide what lies behind them, of items at places of the world; false.",
+        ),
+        key(
+            "depth_offset_m",
+            FINITE,
+            "By how many metres the item counts as nearer to the eye where depth is compared; 0.",
+        ),
+        key("color", StageType::Color, "Its colour, by which sprites are multiplied; white."),
+        key("opacity", SHARE, "What its coverage is multiplied by; 1."),
+        key("size_px", length(TEXT_SIZE_PX_MAX), "The size of the font (its em) in pixels; 16."),
+        key("align", StageType::Word(TextAlign::NAMES), "Where shorter lines of the text stand; left."),
+        key(
+            "font",
+            StageType::Text,
+            "A TrueType or OpenType file, its path from the folder of the stage, in place of the built-in font.",
+        ),
+        key("background", StageType::Color, "The colour of a box behind the text."),
+        key("background_opacity", SHARE, "The opacity of that box; 1."),
+        key(
+            "padding_px",
+            StageType::Number { min: 0.0, is_above: false, max: SIDE_PX_MAX as f64 },
+            "By how many pixels the box is larger than the text on every side, and the text's place farther from its anchor; 0.",
+        ),
+        key("width_px", length(SIDE_PX_MAX), "The width of a line in pixels, 1; or of a sprite, its texels."),
+        key(
+            "height_px",
+            length(SIDE_PX_MAX),
+            "The height of a sprite in pixels. Of one side alone the other follows from the image's shape.",
+        ),
+        key("rotation_deg", FINITE, "By how many degrees a sprite is turned clockwise around its middle; 0."),
+    ],
+};
+
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 4] = [FILE, LIGHTS, NODES, MATERIALS];
+pub const TABLES: [StageTable; 5] = [FILE, LIGHTS, NODES, MATERIALS, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.
@@ -248,7 +335,10 @@ impl StageType {
             }
             Self::Word(words) => words.join(", "),
             Self::Color => "a colour such as \"ff8800\", or [r, g, b] of at least 0 in linear light".into(),
+            Self::Pair => "two finite numbers in brackets, [x, y]".into(),
             Self::Vector => "three finite numbers in brackets, [x, y, z]".into(),
+            Self::Pairs => "a list of points of two finite numbers, [[x, y], [x, y]]".into(),
+            Self::Vectors => "a list of points of three finite numbers, [[x, y, z], [x, y, z]]".into(),
             Self::Number { min, is_above, max } => {
                 let least = if *is_above { format!("above {min}") } else { format!("of at least {min}") };
                 if *max < f64::from(f32::MAX) {
@@ -266,7 +356,10 @@ impl StageType {
             Self::Boolean => "bool".into(),
             Self::Word(words) => words.join(", "),
             Self::Color => "color".into(),
+            Self::Pair => "vec2f".into(),
             Self::Vector => "vec3f".into(),
+            Self::Pairs => "list of vec2f".into(),
+            Self::Vectors => "list of vec3f".into(),
             Self::Number { min, is_above, max } => {
                 let sign = if *is_above { ">" } else { "≥" };
                 let most = if *max < f64::from(f32::MAX) { format!(", ≤ {max}") } else { String::new() };

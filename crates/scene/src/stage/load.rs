@@ -1,7 +1,7 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
-use super::keys::MATERIALS;
-use super::{Stage, document, environment_file, materials::MAPS, table::Source, value};
+use super::keys::{MATERIALS, OVERLAY};
+use super::{Stage, document, environment_file, materials::MAPS, overlay::FILES, table::Source, value};
 use crate::formats;
 use crate::gltf_file::{LoadError, Loaded, read_file};
 use crate::{Diagnostic, EnvironmentMap, Scene, demo};
@@ -134,17 +134,17 @@ pub fn named_environment(path: &Path) -> Option<PathBuf> {
     Some(path.parent().unwrap_or(Path::new("")).join(file.value))
 }
 
-/// The images that the materials of a stage name, as [`named_model`].
+/// The images that the materials of a stage name, and the sprites and fonts of its overlay, as [`named_model`].
 pub fn named_images(path: &Path) -> Vec<PathBuf> {
     let Ok(text) = read_text(path) else { return Vec::new() };
     let folder = path.parent().unwrap_or(Path::new(""));
     let source = Source { file: String::new(), text };
     let Ok(document) = document(&source) else { return Vec::new() };
-    let Some(DeValue::Array(entries)) = value(document.get_ref(), MATERIALS.name).map(|list| list.get_ref()) else {
-        return Vec::new();
-    };
-    let tables = entries.iter().filter_map(|entry| entry.get_ref().as_table());
-    let named = tables.flat_map(|table| MAPS.into_iter().filter_map(|key| value(table, key)?.get_ref().as_str()));
+    let named = [(MATERIALS.name, &MAPS[..]), (OVERLAY.name, &FILES[..])].into_iter().flat_map(|(list, keys)| {
+        let entries = value(document.get_ref(), list).and_then(|list| list.get_ref().as_array());
+        let tables = entries.into_iter().flatten().filter_map(|entry| entry.get_ref().as_table());
+        tables.flat_map(|table| keys.iter().filter_map(|key| value(table, key)?.get_ref().as_str()))
+    });
     named.filter(|name| !name.is_empty()).map(|name| folder.join(name)).collect()
 }
 

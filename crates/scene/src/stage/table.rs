@@ -2,7 +2,7 @@
 
 use super::keys::{StageKey, StageTable, StageType};
 use crate::{Diagnostic, spelling};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
@@ -47,7 +47,10 @@ enum Value {
     Text(String),
     Boolean(bool),
     Number(f32),
+    Pair(Vec2),
     Vector(Vec3),
+    Pairs(Vec<Vec2>),
+    Vectors(Vec<Vec3>),
 }
 
 /// A table that was checked.
@@ -117,6 +120,18 @@ impl<'s> Table<'s> {
         if let Value::Vector(vector) = self.value(key)?.value { Some(vector) } else { None }
     }
 
+    pub(super) fn pair(&self, key: &str) -> Option<Vec2> {
+        if let Value::Pair(pair) = self.value(key)?.value { Some(pair) } else { None }
+    }
+
+    pub(super) fn pairs(&self, key: &str) -> Option<&[Vec2]> {
+        if let Value::Pairs(pairs) = &self.value(key)?.value { Some(pairs) } else { None }
+    }
+
+    pub(super) fn vectors(&self, key: &str) -> Option<&[Vec3]> {
+        if let Value::Vectors(vectors) = &self.value(key)?.value { Some(vectors) } else { None }
+    }
+
     /// An error at a key's value, or where the table begins if it is not there.
     pub(super) fn fault(&self, key: &str, message: impl Display) -> Box<Diagnostic> {
         self.source.fault(self.place(key).unwrap_or_else(|| self.range.clone()), message)
@@ -157,6 +172,9 @@ fn read(key: &StageKey, value: &DeValue<'_>) -> Option<Value> {
         (StageType::Color, DeValue::String(text)) => color_of_hex(text).map(Value::Vector),
         (StageType::Color, value) => vector(value).filter(|color| color.min_element() >= 0.0).map(Value::Vector),
         (StageType::Vector, value) => vector(value).map(Value::Vector),
+        (StageType::Pair, value) => numbers(value).map(|pair| Value::Pair(Vec2::from_array(pair))),
+        (StageType::Pairs, value) => points(value, |pair| Some(Vec2::from_array(numbers(pair)?))).map(Value::Pairs),
+        (StageType::Vectors, value) => points(value, vector).map(Value::Vectors),
         (StageType::Number { min, is_above, max }, value) => {
             let number = number(value)?;
             let is_within = number <= max && number >= min && !(is_above && number <= min);
@@ -176,10 +194,20 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
     (number.abs() <= f64::from(f32::MAX)).then_some(number)
 }
 
-fn vector(value: &DeValue<'_>) -> Option<Vec3> {
+fn numbers<const N: usize>(value: &DeValue<'_>) -> Option<[f32; N]> {
     let DeValue::Array(entries) = value else { return None };
     let numbers: Option<Vec<f32>> = entries.iter().map(|entry| number(entry.get_ref()).map(|n| n as f32)).collect();
-    <[f32; 3]>::try_from(numbers?).ok().map(Vec3::from)
+    numbers?.try_into().ok()
+}
+
+fn vector(value: &DeValue<'_>) -> Option<Vec3> {
+    numbers(value).map(Vec3::from_array)
+}
+
+fn points<T>(value: &DeValue<'_>, read: impl Fn(&DeValue<'_>) -> Option<T>) -> Option<Vec<T>> {
+    let DeValue::Array(entries) = value else { return None };
+    let points: Vec<T> = entries.iter().map(|entry| read(entry.get_ref())).collect::<Option<_>>()?;
+    (points.len() >= 2).then_some(points)
 }
 
 /// The linear colour of six hexadecimal digits in sRGB (IEC 61966-2-1), `#` optional.

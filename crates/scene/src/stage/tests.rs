@@ -189,6 +189,49 @@ fn heights_and_details_without_uvs_are_told() {
     assert_eq!((found.len(), warnings(vec![[0.0; 2]])), (3, Vec::new()));
 }
 
+#[test]
+fn an_overlay_reads_its_files_once() {
+    use crate::overlay::{OverlayShape, PlaceOf};
+    let text = "model = \"m.glb\"\n[[overlay]]\ntext = \"a\\r\\nb\"\nfont = \"f.ttf\"\nanchor = \"bottom-right\"\n\
+                [[overlay]]\nsprite = \"a.png\"\nnode = \"Floor\"\ndepth_test = true\n\
+                [[overlay]]\nsprite = \"a.png\"\nwidth_px = 7\n[[overlay]]\npoints = [[0, 0], [1, 2]]\n";
+    let stage = Stage::parse("a.stage.toml", text).unwrap();
+    assert_eq!(stage.images(), ["a.png", "f.ttf"]);
+    let mut sprite = Vec::new();
+    let texel = ::image::RgbaImage::from_pixel(1, 1, ::image::Rgba([255; 4]));
+    texel.write_to(&mut std::io::Cursor::new(&mut sprite), ::image::ImageFormat::Png).unwrap();
+    let (mut scene, mut asked) = (model(), Vec::new());
+    let mut resolve = |name: &str| {
+        asked.push(name.to_owned());
+        let font = include_bytes!("../overlay/manypass_sans.ttf");
+        Ok(if name == "f.ttf" { font.to_vec() } else { sprite.clone() })
+    };
+    stage.apply_with(&mut scene, &mut resolve).unwrap();
+    assert_eq!(asked, ["f.ttf", "a.png"]);
+    let [text, at_node, sized, _] = &scene.overlay.items[..] else { panic!("{:?}", scene.overlay) };
+    let OverlayShape::Text(shown) = &text.shape else { panic!("{text:?}") };
+    assert_eq!((shown.text.as_str(), shown.font.as_ref().map(|font| font.name())), ("a\nb", Some("f.ttf")));
+    assert_eq!((&at_node.place.of, at_node.depth_test), (&PlaceOf::Node("Floor".into()), true));
+    let OverlayShape::Sprite(sprite) = &sized.shape else { panic!("{sized:?}") };
+    assert_eq!(sprite.drawn_size_px(), glam::Vec2::new(7.0, 7.0));
+    for (name, expected) in [("f.ttf", "4:8: error: `f.ttf` is no font"), ("a.png", "7:10: error: image \"a.png\"")] {
+        let font = include_bytes!("../overlay/manypass_sans.ttf");
+        let mut broken = |asked: &str| {
+            let whole = if asked == "f.ttf" { font.to_vec() } else { sprite.clone() };
+            Ok(if asked == name { b"broken".to_vec() } else { whole })
+        };
+        let error = stage.apply_with(&mut model(), &mut broken).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{error}");
+    }
+}
+
+#[test]
+fn a_hundred_thousand_items_are_refused() {
+    let item = "[[overlay]]\ntext=\"a\"\nposition=[0,0]\n";
+    let error = applied(&item.repeat(100_000)).unwrap_err();
+    assert!(error.contains("there are 100000 [[overlay]], and 65535 are possible"), "{}", &error[..200]);
+}
+
 /// Texts below `model`, and what the error begins with and contains.
 const WRONG: &[(&str, &str, &str)] = &[
     ("[[light]]", "2:3: error: no key of a stage is called `light`; did you mean `lights`?", ""),
@@ -253,6 +296,38 @@ const WRONG: &[(&str, &str, &str)] = &[
         "4:1: error: no key of lights is called `range_`; did you mean `range_m`?",
         "",
     ),
+    ("[[overlay]]\nposition = [0, 0]", "2:1: error: an item needs one of `text`", ""),
+    ("[[overlay]]\ntext = \"\"", "3:8: error: the text is empty", ""),
+    ("[[overlay]]\ntext = \"a\\u0007b\"", "3:8: error: the text holds the control character U+0007", ""),
+    (
+        "[[overlay]]\ntext = \"a\"\nsize_px = nan",
+        "4:11: error: `nan` is no value of `size_px`",
+        "above 0 and at most 1000",
+    ),
+    ("[[overlay]]\ntext = \"a\"\nsize_px = 0", "4:11: error:", "above 0"),
+    ("[[overlay]]\ntext = \"a\"\nsize_px = 1e9", "4:11: error:", "at most 1000"),
+    ("[[overlay]]\ntext = \"a\"\nposition = [1e9, 0]", "4:12: error:", "farther than 1000000 pixels"),
+    ("[[overlay]]\ntext = \"a\"\nposition = [1]", "4:12: error:", "[x, y]"),
+    (
+        "[[overlay]]\ntext = \"a\"\nanchor = \"middle\"",
+        "4:10: error: `\"middle\"` is no value of `anchor`",
+        "\"center\"",
+    ),
+    ("[[overlay]]\ntext = \"a\"\ndepth_test = true", "4:14: error: what is told in pixels", "`at_world`"),
+    ("[[overlay]]\ntext = \"a\"\nwidth_px = 2", "4:12: error: `width_px` is of what has `points`", "`sprite`"),
+    ("[[overlay]]\ntext = \"a\"\nfont = \"\"", "4:8: error: the name of `font` is empty", ".ttf"),
+    ("[[overlay]]\ntext = \"a\"\nfont = \"a.ttf\"", "4:8: error:", "`a.ttf` was not given"),
+    ("[[overlay]]\ntext = \"a\"\nsprite = \"a.png\"", "4:10: error: an item is one thing: `text` or `sprite`", ""),
+    ("[[overlay]]\ntext = \"a\"\nnode = \"Flor\"", "4:8: error: the model has no node called `Flor`", "`Floor`"),
+    ("[[overlay]]\ntext = \"a\"\nnode = \"Floor\"\nat_world = [0, 0, 0]", "5:12: error: an item is in one place", ""),
+    ("[[overlay]]\nsprite = \"a.png\"", "3:10: error:", "`a.png` was not given"),
+    ("[[overlay]]\npoints = [[0, 0]]", "3:10: error:", "[[x, y], [x, y]]"),
+    ("[[overlay]]\npoints = [[0, 0], [1, nan]]", "3:10: error:", "two finite numbers"),
+    ("[[overlay]]\npoints_world = [[0, 0], [1, 2]]", "3:16: error:", "[[x, y, z], [x, y, z]]"),
+    ("[[overlay]]\npoints = [[0, 0], [1, 2]]\nwidth_px = -1", "4:12: error:", "above 0"),
+    ("[[overlay]]\ntext = \"a\"\nopacity = 2", "4:11: error:", "at most 1"),
+    ("[[overlay]]\ntext = \"a\"\ncolour = \"ff0000\"", "4:1: error: no key of overlay is called `colour`", ""),
+    ("[[overlays]]", "2:3: error: no key of a stage is called `overlays`; did you mean `overlay`?", ""),
     ("x = = 1", "2:5: error:", ""),
     ("model = \"n.glb\"", "2:1: error:", ""),
 ];
@@ -306,7 +381,7 @@ fn a_million_lights_are_refused() {
     let error = load_bytes(million.as_bytes(), &mut |_| Err(String::new()), "m").map(drop).unwrap_err().to_string();
     assert_eq!(error, "m: it is larger than 16 MiB");
     let error = applied(&"[[lights]]\n".repeat(1_000_000)).unwrap_err();
-    assert!(error.starts_with("a.stage.toml:196607:1: error: more than 196605 tables"), "{}", &error[..200]);
+    assert!(error.starts_with("a.stage.toml:262142:1: error: more than 262140 tables"), "{}", &error[..200]);
 }
 
 #[test]

@@ -134,9 +134,9 @@ pub fn record_opaque(
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_depth(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
-    let depth = r.texture("forward.depth", r.frame.gpu.capabilities.depth_format);
-    let mut pass = r.surfaces("forward.depth", "geometry");
+pub fn record_depth(r: &mut Recorder<'_, '_>, name: &'static str) -> Result<Handle, ProgramError> {
+    let depth = r.texture(name, r.frame.gpu.capabilities.depth_format);
+    let mut pass = r.surfaces(name, "geometry");
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.draw_opaque(Which::All)?;
     Ok(depth)
