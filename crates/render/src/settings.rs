@@ -110,7 +110,7 @@ impl Settings {
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
-    /// Several samples a pixel, occlusion or reflections, on a path that has none; a lens that there is not; what fisheye
+    /// Several samples a pixel, occlusion, reflections or shadows of the picture, on a path that has none; a lens that there is not; what fisheye
     /// pictures do without.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.camera.check()?;
@@ -130,12 +130,17 @@ impl Settings {
                 return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
             }
         }
+        if self.shadows.contact_m > 0.0 && path != Path::Deferred {
+            let key = format!("shadows.contact_m={}", self.shadows.contact_m);
+            return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
+        }
         if self.camera.fisheye != Fisheye::None {
             let key = format!("camera.fisheye={}", self.camera.fisheye.name());
             let view = self.debug.view;
             let refused = [
                 (self.occlusion.enabled, "occlusion.enabled=false", "true"),
                 (self.reflections.enabled, "reflections.enabled=false", "true"),
+                (self.shadows.contact_m > 0.0, "shadows.contact_m=0", "above 0"),
                 (self.camera.f_stop > 0.0, "camera.f_stop=0", "above 0"),
                 (view != DebugView::Off, "debug.view=off", view.name()),
             ];

@@ -26,6 +26,16 @@ struct TangentPlane {
     height: f32,
 }
 
+// What is linear along a ray in the picture and rises towards the eye: 1 / distance, or less the distance where rays of
+// sight are parallel.
+fn nearness_from_distance(distance_m: f32) -> f32 {
+    return mix(1.0 / distance_m, -distance_m, view.orthographic);
+}
+
+fn distance_from_nearness(nearness: f32) -> f32 {
+    return mix(1.0 / max(nearness, 1e-30), -nearness, view.orthographic);
+}
+
 fn center_at(pixel: vec2i) -> Center {
     let distance_m = distance_at(pixel);
     var center: Center;
