@@ -112,11 +112,11 @@ impl FrameRequest {
     /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours
     /// are averaged, and no pass of the frame looks at what lies beside its pixel.
     pub(crate) fn is_adaptive(&self) -> bool {
-        let Settings { adaptive, render, msaa, fog, occlusion, reflections, shadows, .. } = &self.settings;
+        let Settings { adaptive, render, msaa, fog, occlusion, reflections, gi, shadows, .. } = &self.settings;
         let is_of_pixels =
             render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
-        let is_of_pixels = is_of_pixels && !occlusion.enabled && !reflections.enabled && !shadows.has_contact();
-        let is_of_pixels = is_of_pixels && !self.is_fisheye();
+        let is_of_pixels = is_of_pixels && !occlusion.enabled && !reflections.enabled && !gi.enabled;
+        let is_of_pixels = is_of_pixels && !shadows.has_contact() && !self.is_fisheye();
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 
@@ -226,6 +226,7 @@ impl FrameRequest {
             self.effects.clear();
             self.settings.occlusion.enabled = false;
             self.settings.reflections.enabled = false;
+            self.settings.gi.enabled = false;
             self.settings.taa.enabled = false;
             self.settings.shadows.contact_m = 0.0;
         }

@@ -270,7 +270,11 @@ fn what_is_off_changes_nothing() {
     assert_eq!(radiance(&mut renderer, &scene, &off, 1), without, "without effects");
     let unlit = unshadowed(&with);
     let bare = unlit.with(|settings| settings.shadows.contact_m = 0.0);
-    assert_eq!(radiance(&mut renderer, &scene, &unlit, 1), radiance(&mut renderer, &scene, &bare, 1), "without shadows");
+    assert_eq!(
+        radiance(&mut renderer, &scene, &unlit, 1),
+        radiance(&mut renderer, &scene, &bare, 1),
+        "without shadows"
+    );
     // Lights that cast no shadows have none of these.
     let mut quiet = scene.clone();
     quiet.lights[0].casts_shadows = false;

@@ -209,6 +209,7 @@ fn metered(request: &FrameRequest) -> FrameRequest {
     settings.render.scale = 1.0;
     settings.msaa = Default::default();
     settings.reflections.enabled = false;
+    settings.gi.enabled = false;
     small
 }
 

@@ -317,7 +317,8 @@ impl Renderer {
         let texels = texels.as_ref().unwrap_or(&lists.table.texels);
         stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
         let shadow_filter = if shadows.is_some() { filter_uniform(&settings.shadows, sample_index) } else { [0.0; 4] };
-        let cluster_grid = ClusterUniform { shadow_filter, contact: contact_uniform(&settings.shadows), ..lists.uniform };
+        let cluster_grid =
+            ClusterUniform { shadow_filter, contact: contact_uniform(&settings.shadows), ..lists.uniform };
         let tiles = self.tiles_of(asked);
         let environment = request.environment_uniform(tiles);
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
