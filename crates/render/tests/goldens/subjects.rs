@@ -42,6 +42,7 @@ pub fn all() -> Vec<Subject> {
         occlusion(),
         reflections(),
         contact_shadows(),
+        light_between_surfaces(),
     ]
 }
 
@@ -403,5 +404,29 @@ fn contact_shadows() -> Subject {
     request.settings.shadows.atlas_px = 256;
     request.settings.shadows.bias_texels = 16.0;
     subject.strips = [0.3, 0.0].map(|m| request.with(|settings| settings.shadows.contact_m = m)).to_vec();
+    subject
+}
+
+/// A white room with a red and a green wall and two boxes under a lamp, with light that surfaces send each other, and
+/// without.
+fn light_between_surfaces() -> Subject {
+    let mut scene = Scene::default();
+    let white = [0.8, 0.8, 0.78];
+    put(&mut scene, cube(Vec3::new(2.4, 0.2, 2.4)), matte(white), Vec3::new(0.0, -0.1, 0.0));
+    put(&mut scene, cube(Vec3::new(2.4, 0.2, 2.4)), matte(white), Vec3::new(0.0, 2.1, 0.0));
+    put(&mut scene, cube(Vec3::new(2.4, 2.0, 0.2)), matte(white), Vec3::new(0.0, 1.0, -1.1));
+    put(&mut scene, cube(Vec3::new(0.2, 2.0, 2.2)), matte([0.8, 0.1, 0.05]), Vec3::new(-1.1, 1.0, 0.0));
+    put(&mut scene, cube(Vec3::new(0.2, 2.0, 2.2)), matte([0.1, 0.7, 0.1]), Vec3::new(1.1, 1.0, 0.0));
+    let tall = put(&mut scene, cube(Vec3::new(0.6, 1.2, 0.6)), matte(white), Vec3::new(-0.35, 0.6, -0.3));
+    scene.node_mut(tall).rotation = Quat::from_rotation_y(0.3);
+    let low = put(&mut scene, cube(Vec3::splat(0.6)), matte(white), Vec3::new(0.4, 0.3, 0.3));
+    scene.node_mut(low).rotation = Quat::from_rotation_y(-0.3);
+    shine(&mut scene, LightKind::Point, [1.0, 0.9, 0.8], 3.0, Vec3::new(0.0, 1.7, 0.2), Vec3::ZERO);
+    let mut subject =
+        subject("light_between_surfaces", scene, (64, 64), Vec3::new(0.0, 1.0, 4.6), Vec3::new(0.0, 1.0, 0.0));
+    let request = &mut subject.strips[0];
+    request.settings.environment.source = Environment::None;
+    let enabled = [true, false];
+    subject.strips = enabled.map(|enabled| request.with(|settings| settings.gi.enabled = enabled)).to_vec();
     subject
 }
