@@ -149,7 +149,7 @@ fn what_is_found_takes_the_place_of_the_environment() {
     });
     for (name, request, tolerance) in [("alone", &even, 0.005), ("beside occlusion", &with_occlusion, 0.06)] {
         // The filter of few samples takes the foot of the wall for the floor.
-        for (samples, more) in [(1, 0.03), (32, 0.0)] {
+        for (samples, more) in [(1, 0.03), (64, 0.0)] {
             let tolerance = tolerance + more;
             let found = radiance(&mut renderer, &scene, request, samples);
             // Not where samples of a pixel meet the wall.

@@ -2,8 +2,8 @@
 //!
 //! Sources: light of the picture's pixels (Ritschel, Grosch & Seidel 2009, "Approximating Dynamic Global Illumination in
 //! Image Space"), by horizons (Mayaux 2018, "Horizon-Based Indirect Lighting"); what differs from them stands in
-//! `gather.wgsl`. Each sample of a still looks in other directions, so that their mean converges; the noise of few
-//! samples is a pattern of 4 × 4 texels, which `gi.filter` takes out. `gi.compose` adds what surfaces reflect of it, in
+//! `gather.wgsl`. Each sample of a still looks in other directions, so that their mean converges; the noise of less
+//! than 64 is a pattern of 4 × 4 texels, which `gi.filter` takes out. `gi.compose` adds what surfaces reflect of it, in
 //! place of the environment's light from the same directions, which occlusion took away where there is one.
 //! Reads: G-buffer, linear_depth, radiance. Writes: radiance.
 
@@ -28,6 +28,10 @@ const RADIUS_SHARE: f32 = 0.25;
 
 /// The share of the radius over which light fades out.
 const FADE_SHARE: f32 = 0.25;
+
+/// The noise of so many samples averages out by itself. It is more than that of occlusion, because small lamps are
+/// brighter than what is around them.
+const UNFILTERED_SAMPLES: u32 = 64;
 
 /// The uniform of `gathered.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -76,7 +80,7 @@ pub fn record(
     if !settings.enabled || r.view.counts_pairs() {
         return Ok(radiance);
     }
-    let is_filtered = r.view.shows_few_samples();
+    let is_filtered = r.view.shows_few_samples() || r.view.sample_count < UNFILTERED_SAMPLES;
     let of_few = settings.resolution != Resolution::Full;
     let constants = [("side", settings.resolution.side_px()), ("patterned", u32::from(is_filtered))];
     let uniform = GiUniform::new(settings, &r.frame.world.bounds_world, r.view.display_exposure);

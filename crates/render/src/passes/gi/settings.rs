@@ -17,9 +17,9 @@ settings! {
         /// How soon light comes past behind what rises before a surface: 0 takes everything to go on behind what is
         /// seen of it, 1 takes it to be as thin as a sheet.
         thinness: f32 = 0.1, in 0.0..=1.0, unit "share", needs "gi.enabled=true";
-        /// What surfaces send is cut to so many times the display's white, so that small lamps make no bright dots. 0
-        /// cuts nothing.
-        brightness_max: f32 = 8.0, in 0.0..=1e6, unit "× white", needs "gi.enabled=true";
+        /// What surfaces send is cut to so many times the display's white, so that small lamps, which mostly
+        /// are lights as well, make no bright dots. 0 cuts nothing.
+        brightness_max: f32 = 2.0, in 0.0..=1e6, unit "× white", needs "gi.enabled=true";
         /// The size at which light is found; it is brought to the picture's by what lies on the same surface.
         resolution: Resolution = Resolution::Half, needs "gi.enabled=true";
         /// Directions in the picture in which light is looked for, each to both sides.
