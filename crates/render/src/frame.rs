@@ -15,7 +15,7 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, overlay, present, reflections, resolve,
+    gi, gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, overlay, present, reflections, resolve,
     scrub, shadows, taa, tile_depth, tone_map, transparency, volumes,
 };
 use crate::record::Recorder;
@@ -107,11 +107,13 @@ pub fn view_passes(
     let occlusion = {
         let seen =
             occlusion::Seen { normal: &gbuffer.normal, linear_depth: &gbuffer.linear_depth, depth: &outputs.depth };
-        occlusion::record(r, &settings.occlusion, variables.reads_occlusion, seen)?
+        let occlusion = occlusion::record(r, &settings.occlusion, variables.reads_occlusion, seen)?;
+        occlusion.map(|occlusion| gi::without_bounces(&settings.gi, occlusion))
     };
     let hidden = occlusion.as_ref();
     let (radiance, depth) = light_passes(r, settings, &gbuffer, hidden, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
+    let radiance = gi::record(r, &settings.gi, &gbuffer, hidden.is_some(), &depth, radiance)?;
     let radiance = reflections::record(r, &settings.reflections, &gbuffer, hidden, &depth, radiance)?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;

@@ -134,12 +134,12 @@ impl FrameRequest {
     /// are averaged, and no pass of their frames looks at what lies beside its pixel. Occlusion is what earlier ones found,
     /// but with its direction it takes all samples to converge.
     pub(crate) fn is_adaptive(&self) -> bool {
-        let Settings { adaptive, render, msaa, fog, occlusion, reflections, .. } = &self.settings;
+        let Settings { adaptive, render, msaa, fog, occlusion, reflections, gi, shadows, .. } = &self.settings;
         let is_of_pixels =
             render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
         let is_found_before = !occlusion.bent_normals && render.path == Path::Deferred;
-        let is_of_pixels = is_of_pixels && (!occlusion.enabled || is_found_before);
-        let is_of_pixels = is_of_pixels && !reflections.enabled && !self.is_fisheye();
+        let is_of_pixels = is_of_pixels && (!occlusion.enabled || is_found_before) && !self.is_fisheye();
+        let is_of_pixels = is_of_pixels && !reflections.enabled && !gi.enabled && !shadows.has_contact();
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 
@@ -251,7 +251,9 @@ impl FrameRequest {
             self.effects.clear();
             self.settings.occlusion.enabled = false;
             self.settings.reflections.enabled = false;
+            self.settings.gi.enabled = false;
             self.settings.taa.enabled = false;
+            self.settings.shadows.contact_m = 0.0;
         }
         self
     }

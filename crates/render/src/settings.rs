@@ -60,6 +60,7 @@ compose! {
     shadows: crate::shadows::ShadowSettings,
     occlusion: crate::passes::occlusion::OcclusionSettings,
     reflections: crate::passes::reflections::ReflectionSettings,
+    gi: crate::passes::gi::GiSettings,
     taa: crate::passes::taa::TaaSettings,
     adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
@@ -128,7 +129,7 @@ impl Settings {
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
-    /// Several samples a pixel, occlusion or reflections, on a path that has none; a lens that there is not; what fisheye
+    /// Several samples a pixel, occlusion, or what else surfaces have of the picture, on a path that has none; a lens that there is not; what fisheye
     /// pictures do without.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.camera.check()?;
@@ -142,6 +143,7 @@ impl Settings {
         for (group, enabled, has_it) in [
             ("occlusion", self.occlusion.enabled, is_per_pixel),
             ("reflections", self.reflections.enabled, path == Path::Deferred),
+            ("gi", self.gi.enabled, path == Path::Deferred),
             ("taa", self.taa.enabled, path == Path::Deferred),
         ] {
             if enabled && !has_it {
@@ -149,12 +151,18 @@ impl Settings {
                 return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
             }
         }
+        if self.shadows.contact_m > 0.0 && path != Path::Deferred {
+            let key = format!("shadows.contact_m={}", self.shadows.contact_m);
+            return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
+        }
         if self.camera.fisheye != Fisheye::None {
             let key = format!("camera.fisheye={}", self.camera.fisheye.name());
             let view = self.debug.view;
             let refused = [
                 (self.occlusion.enabled, "occlusion.enabled=false", "true"),
                 (self.reflections.enabled, "reflections.enabled=false", "true"),
+                (self.gi.enabled, "gi.enabled=false", "true"),
+                (self.shadows.contact_m > 0.0, "shadows.contact_m=0", "above 0"),
                 (self.camera.f_stop > 0.0, "camera.f_stop=0", "above 0"),
                 (view != DebugView::Off, "debug.view=off", view.name()),
             ];

@@ -24,6 +24,9 @@ pub struct ClusterUniform {
     /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are,
     /// the comparison whose turn it is, the bias in texels.
     pub shadow_filter: [f32; 4],
+    /// Of rays in the picture that find more shadows: their length in metres, 1 / how far what they pass behind goes on,
+    /// 0, 0.
+    pub contact: [f32; 4],
     /// Of the textures of lists and lights: one divided by the rows of the first, which holds the records of lists and
     /// then the lights; the middle of its first row of lights, as a share of all; one divided by the rows of the
     /// second; 0.
@@ -75,6 +78,7 @@ impl ClusterLists {
                 directional_count: table.directional_count(),
                 global_count: table.global_count(),
                 shadow_filter: [0.0; 4],
+                contact: [0.0; 4],
                 table_rows: [0.0; 4],
             },
             table: vec![ListRecord::new(0, &lights, &table.class_ends)],
@@ -125,6 +129,7 @@ impl ClusterLists {
                 directional_count: table.directional_count(),
                 global_count: table.global_count(),
                 shadow_filter: [0.0; 4],
+                contact: [0.0; 4],
                 table_rows: [0.0; 4],
             },
             table: lists,
@@ -430,7 +435,7 @@ mod tests {
             "forward",
             "ClusterGrid",
             ClusterUniform,
-            [size, slice_from_log_distance, directional_count, global_count, shadow_filter, table_rows]
+            [size, slice_from_log_distance, directional_count, global_count, shadow_filter, contact, table_rows]
         );
     }
 }

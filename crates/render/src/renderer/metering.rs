@@ -224,6 +224,7 @@ fn metered(request: &FrameRequest) -> FrameRequest {
     settings.render.scale = 1.0;
     settings.msaa = Default::default();
     settings.reflections.enabled = false;
+    settings.gi.enabled = false;
     small
 }
 

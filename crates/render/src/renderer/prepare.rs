@@ -2,7 +2,7 @@
 
 use super::ground::FrameGround;
 use super::output::{MeansOf, Output, ViewState};
-use super::shadows::{Atlas, filter_uniform, takes_one_tap};
+use super::shadows::{Atlas, contact_uniform, filter_uniform, takes_one_tap};
 use super::temporal::TemporalAsked;
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
@@ -318,7 +318,8 @@ impl Renderer {
         let texels = texels.as_ref().unwrap_or(&lists.table.texels);
         stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
         let shadow_filter = if shadows.is_some() { filter_uniform(&settings.shadows, sample_index) } else { [0.0; 4] };
-        let cluster_grid = ClusterUniform { shadow_filter, ..lists.uniform };
+        let cluster_grid =
+            ClusterUniform { shadow_filter, contact: contact_uniform(&settings.shadows), ..lists.uniform };
         let tiles = self.tiles_of(asked);
         let environment = request.environment_uniform(tiles);
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
@@ -520,6 +521,9 @@ fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTil
     }
     if takes_one_tap(&asked.request) {
         constants.push(("takes_one_tap", 1));
+    }
+    if settings.shadows.has_contact() {
+        constants.push(("contact_steps", settings.shadows.contact_steps));
     }
     if let Some(tiles) = tiles {
         let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));

@@ -98,6 +98,13 @@ pub(super) fn filter_uniform(settings: &ShadowSettings, sample_index: u32) -> [f
     [spread, hard, turn as f32, settings.bias_texels]
 }
 
+/// The uniform's part that says how far rays in the picture look for more shadows: see `light_table.wgsl`.
+pub(super) fn contact_uniform(settings: &ShadowSettings) -> [f32; 4] {
+    let thickness_m =
+        if settings.contact_thickness_m > 0.0 { settings.contact_thickness_m } else { 0.5 * settings.contact_m };
+    [settings.contact_m, thickness_m.max(1e-6).recip(), 0.0, 0.0]
+}
+
 impl Renderer {
     /// Bytes that the atlas may take beyond what it does, in this frame or a later one.
     pub(super) fn missing_shadow_bytes(&self, asked: &[Asked], scene: &Scene) -> u64 {

@@ -96,8 +96,13 @@ struct MirroredLight {
     albedo: vec3f,
 }
 
+// The share of even light from everywhere that a surface mirrors.
+fn mirrored_albedo(shading: Shading) -> vec3f {
+    return (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
+}
+
 fn mirrored_environment(shading: Shading) -> MirroredLight {
-    let albedo = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
+    let albedo = mirrored_albedo(shading);
     let mirrored = reflect(-shading.to_eye, shading.normal);
     let grazing = grazing_share(shading.f0, 1.0, shading.dfg);
     let reflected = lobe_direction(mirrored, shading.normal, shading.n_dot_v, shading.roughness_alpha, grazing);

@@ -4,6 +4,7 @@
 // Diffuse: Lambert, weighted by 1 - F as in glTF 2.0, appendix B.
 
 @if(layered) import package::shaders::layer_terms::LayerTerms;
+@if(contact) import package::shaders::contact::ContactOrigin;
 @if(relief) import package::shaders::relief::ReliefShadows;
 
 // Beside it, for comparison (`shading.model`): 1 Phong, 2 Blinn-Phong. It is constant when a shader runs.
@@ -34,6 +35,7 @@ struct Shading {
     specular_grazing: vec3f,
     @if(layered) layers: LayerTerms,
     @if(relief) relief: ReliefShadows,
+    @if(contact) contact: ContactOrigin,
 }
 
 // Computes once a surface what `reflectance` would compute once a lamp.

@@ -18,6 +18,13 @@ fn seed_of_pixel(position_px: vec2f, salt: u32) -> u32 {
     return mixed((pixel.x * 0x8da6b343u) ^ (pixel.y * 0xd8163841u) ^ mixed(salt));
 }
 
+// 0 ≤ x < 1: spread evenly over any few pixels side by side (Jimenez 2014, "Next Generation Post Processing in Call of
+// Duty: Advanced Warfare"), and over the samples of a pixel (by the golden ratio).
+fn gradient_noise(position_px: vec2f, sample_index: u32) -> f32 {
+    let noise = fract(52.9829189 * fract(dot(floor(position_px), vec2f(0.06711056, 0.00583715))));
+    return fract(noise + f32(sample_index) * 0.61803398875);
+}
+
 // `reverseBits`, which WebGL 2 has not.
 fn bits_reversed(bits: u32) -> u32 {
     var out = ((bits >> 1u) & 0x55555555u) | ((bits & 0x55555555u) << 1u);

@@ -6,6 +6,7 @@ import package::constants::{
     CASTING_POINTS, CASTING_SPOTS, DIRECTIONAL_LIGHTS, GLOBAL_LIGHTS, QUIET_POINTS, QUIET_SPOTS,
 };
 import package::shaders::brdf::{Shading, reflectance};
+@if(contact) import package::shaders::contact::{contact_steps, contact_visibility};
 @if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::light_table::{
     LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, TableRows, cluster_grid, light_part, light_place,
@@ -113,6 +114,13 @@ fn add_light(
                 if (classes & LIGHTS_WITH_SHADOWS) != 0u {
                     let facet_normal = lit_side(shading.facet_normal, to_light);
                     attenuation *= punctual_visibility(table_uv, place.xyz, position_world, facet_normal);
+                    @if(contact) {
+                        if contact_steps != 0u {
+                            // Only half of the way, because bulbs around lights cast none of their shadows.
+                            let reach_m = 0.5 * distance_squared * inverse_distance;
+                            attenuation *= contact_visibility(shading.contact, table_uv, to_light, reach_m);
+                        }
+                    }
                 }
             }
             @if(relief) {
@@ -163,6 +171,11 @@ fn directional_radiance(
         if is_before {
             let facet_normal = lit_side(shading.facet_normal, to_light);
             irradiance *= directional_visibility(table_uv, position_world, facet_normal);
+            @if(contact) {
+                if contact_steps != 0u {
+                    irradiance *= contact_visibility(shading.contact, table_uv, to_light, cluster_grid.contact.x);
+                }
+            }
         }
     }
     @if(relief) {

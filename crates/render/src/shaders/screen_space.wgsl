@@ -2,6 +2,7 @@
 
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, affine_of_direction_view, position_view_from_pixel};
+import package::shaders::hash::{seed_of_pixel, stratified};
 import package::shaders::gbuffer_textures::{distance_at, linear_depth, normal_world_at};
 
 @group(0) @binding(7) var nearest_clamp: sampler;
@@ -26,6 +27,16 @@ struct TangentPlane {
     height: f32,
 }
 
+// What is linear along a ray in the picture and rises towards the eye: 1 / distance, or less the distance where rays of
+// sight are parallel.
+fn nearness_from_distance(distance_m: f32) -> f32 {
+    return mix(1.0 / distance_m, -distance_m, view.orthographic);
+}
+
+fn distance_from_nearness(nearness: f32) -> f32 {
+    return mix(1.0 / max(nearness, 1e-30), -nearness, view.orthographic);
+}
+
 fn center_at(pixel: vec2i) -> Center {
     let distance_m = distance_at(pixel);
     var center: Center;
@@ -37,6 +48,32 @@ fn center_at(pixel: vec2i) -> Center {
     let missing = max(FACING_MIN - dot(normal, center.to_eye), 0.0);
     center.normal = normalize(normal + missing * center.to_eye);
     return center;
+}
+
+// Two numbers from 0 up to 1: of the direction, and of the place along it. `patterned`: by a pattern of 4 × 4 texels,
+// over which a filter takes the mean; else every texel has its own, and another one for every salt.
+fn slice_noise(position_px: vec2f, patterned: bool, salt: u32) -> vec2f {
+    if patterned {
+        // Jimenez et al. 2016; another part of each sixteenth, and of each fourth, in every sample (Roberts 2018).
+        let texel = vec2u(position_px);
+        let direction = (((texel.x + texel.y) & 3u) << 2u) + (texel.x & 3u);
+        let turn = fract(f32(view.sample_index) * vec2f(0.7548777, 0.5698403));
+        return vec2f((f32(direction) + turn.x) / 16.0, (f32((texel.y - texel.x) & 3u) + fract(turn.y + 0.5)) / 4.0);
+    }
+    return vec2f(
+        stratified(view.sample_index, seed_of_pixel(position_px, salt)),
+        stratified(view.sample_index, seed_of_pixel(position_px, salt + 1u)),
+    );
+}
+
+// From the center to the surface that the picture shows at a place; the last is 1, or 0 where it shows none.
+fn seen_from(center: Center, position_px: vec2f) -> vec4f {
+    let middle = floor(position_px) + 0.5;
+    let nearest = clamp(middle, vec2f(0.5), view.size_px - 0.5);
+    let distance_m = distance_sampled(nearest);
+    let seen = position_view_from_pixel(nearest, min(distance_m, FARTHEST_M));
+    let is_seen = all(middle == nearest) && distance_m < DISTANCE_BACKGROUND_M;
+    return vec4f(seen - center.position, select(0.0, 1.0, is_seen));
 }
 
 // Of a pixel's middle. Software adapters find the mip of what is loaded for every lane, and that of what is sampled

@@ -5,6 +5,7 @@
 // tiles: see `shadows/projection.rs`.
 
 import package::view::view;
+import package::shaders::hash::gradient_noise;
 import package::shaders::light_table::{
     LIGHT_SHADOW, cluster_grid, light_part, light_place, nearest_clamp, table_rows,
 };
@@ -117,12 +118,10 @@ fn shadow_tap(tile: ShadowTile, point: ShadowPoint, offset: vec2f, texels: f32) 
     return textureSampleCompareLevel(shadow_atlas, shadow_compare, uv, clamp(reference, 0.0, 1.0));
 }
 
-// 0 to 1, another value for every pixel and sample (Jimenez 2014).
+// 0 to 1, another value for every pixel and sample.
 fn rotation_noise(position_world: vec3f) -> f32 {
     let clip = view.clip_from_world * vec4f(position_world, 1.0);
-    let position_px = floor((clip.xy / max(clip.w, 1e-6) * 0.5 + 0.5) * view.size_px);
-    let noise = fract(52.9829189 * fract(dot(position_px, vec2f(0.06711056, 0.00583715))));
-    return fract(noise + f32(view.sample_index) * 0.61803398875);
+    return gradient_noise((clip.xy / max(clip.w, 1e-6) * 0.5 + 0.5) * view.size_px, view.sample_index);
 }
 
 // The points of a disc of radius 1, the first of them nearest to its middle.

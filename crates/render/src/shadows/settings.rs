@@ -38,5 +38,21 @@ settings! {
         turns: bool = true, needs "shadows.enabled=true";
         /// Texels by which a surface is moved along its normal before it is compared with a map.
         bias_texels: f32 = 1.25, in 0.0..=16.0, unit "texels", needs "shadows.enabled=true";
+        /// How far from a surface towards each light that casts shadows the picture is searched for what hides that
+        /// light, so that gaps which shadow maps miss are dark; 0 for not at all. Glass, materials with layers and fog
+        /// stay what they are; stills draw all samples of all pixels.
+        contact_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true", needs "render.path=deferred";
+        /// In how many places of the picture such a search looks; other ones in every sample.
+        contact_steps: u32 = 8, in 1..=64, needs "shadows.enabled=true";
+        /// How far surfaces are taken to go on behind what is seen of them, so that thin things hide no more than they
+        /// do; the farther behind, the less that counts. 0 for half of `contact_m`.
+        contact_thickness_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true";
+    }
+}
+
+impl ShadowSettings {
+    /// Whether the picture is searched for shadows that maps miss.
+    pub fn has_contact(&self) -> bool {
+        self.enabled && self.contact_m > 0.0
     }
 }

@@ -44,6 +44,8 @@ pub fn all() -> Vec<Subject> {
         reflections(),
         overlay(),
         outlines_of_objects(),
+        contact_shadows(),
+        light_between_surfaces(),
     ]
 }
 
@@ -447,5 +449,48 @@ fn reflections() -> Subject {
     request.settings.environment.source = Environment::Color([0.6, 0.7, 0.8]);
     let enabled = [true, false];
     subject.strips = enabled.map(|enabled| request.with(|settings| settings.reflections.enabled = enabled)).to_vec();
+    subject
+}
+
+/// Low boxes and a ring on a floor under a sun whose maps are coarse, with shadows that the picture shows where those
+/// miss them; and without.
+fn contact_shadows() -> Subject {
+    let mut scene = Scene::default();
+    put(&mut scene, plane(8.0), matte([0.8, 0.75, 0.7]), Vec3::ZERO);
+    for x in [-0.9f32, -0.3, 0.3] {
+        put(&mut scene, cube(Vec3::new(0.35, 0.1, 0.2)), matte([0.8, 0.3, 0.2]), Vec3::new(x, 0.08, 0.3 * x));
+        put(&mut scene, cube(Vec3::new(0.05, 0.3, 0.05)), matte([0.3, 0.5, 0.8]), Vec3::new(x, 0.15, 0.3 * x + 0.5));
+    }
+    put(&mut scene, torus(0.25, 0.05, 48, 24), matte([0.2, 0.6, 0.3]), Vec3::new(0.9, 0.1, 0.2));
+    shine(&mut scene, LightKind::Directional, [1.0; 3], 3.0, Vec3::new(-2.0, 2.2, -1.0), Vec3::ZERO);
+    let mut subject = subject("contact_shadows", scene, (128, 60), Vec3::new(0.0, 1.2, 3.0), Vec3::new(0.0, 0.0, 0.1));
+    let request = &mut subject.strips[0];
+    request.settings.shadows.atlas_px = 256;
+    request.settings.shadows.bias_texels = 16.0;
+    subject.strips = [0.3, 0.0].map(|m| request.with(|settings| settings.shadows.contact_m = m)).to_vec();
+    subject
+}
+
+/// A white room with a red and a green wall and two boxes under a lamp, with light that surfaces send each other, and
+/// without.
+fn light_between_surfaces() -> Subject {
+    let mut scene = Scene::default();
+    let white = [0.8, 0.8, 0.78];
+    put(&mut scene, cube(Vec3::new(2.4, 0.2, 2.4)), matte(white), Vec3::new(0.0, -0.1, 0.0));
+    put(&mut scene, cube(Vec3::new(2.4, 0.2, 2.4)), matte(white), Vec3::new(0.0, 2.1, 0.0));
+    put(&mut scene, cube(Vec3::new(2.4, 2.0, 0.2)), matte(white), Vec3::new(0.0, 1.0, -1.1));
+    put(&mut scene, cube(Vec3::new(0.2, 2.0, 2.2)), matte([0.8, 0.1, 0.05]), Vec3::new(-1.1, 1.0, 0.0));
+    put(&mut scene, cube(Vec3::new(0.2, 2.0, 2.2)), matte([0.1, 0.7, 0.1]), Vec3::new(1.1, 1.0, 0.0));
+    let tall = put(&mut scene, cube(Vec3::new(0.6, 1.2, 0.6)), matte(white), Vec3::new(-0.35, 0.6, -0.3));
+    scene.node_mut(tall).rotation = Quat::from_rotation_y(0.3);
+    let low = put(&mut scene, cube(Vec3::splat(0.6)), matte(white), Vec3::new(0.4, 0.3, 0.3));
+    scene.node_mut(low).rotation = Quat::from_rotation_y(-0.3);
+    shine(&mut scene, LightKind::Point, [1.0, 0.9, 0.8], 3.0, Vec3::new(0.0, 1.7, 0.2), Vec3::ZERO);
+    let mut subject =
+        subject("light_between_surfaces", scene, (64, 64), Vec3::new(0.0, 1.0, 4.6), Vec3::new(0.0, 1.0, 0.0));
+    let request = &mut subject.strips[0];
+    request.settings.environment.source = Environment::None;
+    let enabled = [true, false];
+    subject.strips = enabled.map(|enabled| request.with(|settings| settings.gi.enabled = enabled)).to_vec();
     subject
 }

@@ -3,7 +3,7 @@
 // tiles, and what lies before or behind all of the tile's surfaces is passed over; with `without_lists` only lights
 // that are in none. Reads: G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, occlusion,
 // and the environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
-// Program: direct. Axes: tiled.
+// Program: direct. Features: contact. Axes: tiled.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
@@ -12,6 +12,7 @@ import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_norma
 import package::shaders::shading::shading_from_surface;
 import package::shaders::ambient::ambient_radiance_seen;
 import package::shaders::occlusion::seen_at;
+import package::shaders::contact::contact_origin;
 import package::shaders::light_lists::light_sums;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;
@@ -32,6 +33,7 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
     if shadowed != 0u {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
+        shading.contact = contact_origin(position.xy, distance_m, shading.facet_normal);
     }
     let sums = light_sums(position.xy, distance_m, position_world, shading);
     if counts_pairs != 0u {

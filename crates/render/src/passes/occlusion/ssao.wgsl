@@ -9,10 +9,8 @@
 
 import package::view::pixel_from_position_view;
 import package::shaders::brdf::PI;
-import package::shaders::screen_space::tangents_of;
-import package::passes::occlusion::taps::{
-    center_of_texel, noise_at, occlusion, seen_from, slices, steps, texel_of_loss,
-};
+import package::shaders::screen_space::{seen_from, tangents_of};
+import package::passes::occlusion::taps::{center_of_texel, noise_at, occlusion, slices, steps, texel_of_loss};
 
 // Of the radius, what rises less than that occludes nothing.
 const HEIGHT_MIN: f32 = 0.02;

@@ -1,26 +1,23 @@
 // reflections.compose: what the picture shows of a surface's reflection takes the place of the environment's, with the
-// same shares of both; of a smaller picture the four nearest texels, by how near they lie and by which of them lie on
-// the same surface (Kopf et al. 2007, "Joint Bilateral Upsampling", by the distance from the tangent plane).
+// same shares of both; of a smaller picture by `shaders/bilateral.wgsl`.
 // Reads: found_reflections, G-buffer, linear_depth, occlusion, the environment. Writes: the difference, to be added to
 // radiance.
 // Program: reflections_compose.
 
-import package::view::{view, position_world_from_pixel, direction_to_eye_world};
+import package::view::{position_world_from_pixel, direction_to_eye_world};
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::is_lit_deferred;
-import package::passes::reflections::rays::{LIKENESS_REACH, middle_of_texel, side};
+import package::passes::reflections::rays::{LIKENESS_REACH, side};
 import package::shaders::ambient::mirrored_environment;
-import package::shaders::coarse::turn_in_square;
+import package::shaders::bilateral::upsampled;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::occlusion::seen_at;
-import package::shaders::screen_space::{likeness_to, nearest_clamp, tangent_plane_at};
+import package::shaders::screen_space::tangent_plane_at;
 import package::shaders::shading::shading_from_surface;
 
 @group(1) @binding(5) var found_reflections: texture_2d<f32>;
 
-// Where all texels lie on other surfaces, something must count.
-const LIKENESS_MIN: f32 = 1e-4;
 // Radiance is rounded to half floats: so much is left of what is taken away, that nothing is below 0.
 const LEFT_SHARE: f32 = 0.002;
 
@@ -29,27 +26,7 @@ fn found_at(position_px: vec2f, pixel: vec2i, distance_m: f32) -> vec4f {
         return textureLoad(found_reflections, pixel, 0);
     }
     let plane = tangent_plane_at(pixel, distance_m);
-    let first_middle = vec2f(turn_in_square(i32(side))) + 0.5;
-    let place = (position_px - first_middle) / f32(max(side, 1u));
-    let first = floor(place);
-    let between = place - first;
-    let size = vec2f(textureDimensions(found_reflections));
-    let texel_size = 1.0 / size;
-    var sum = vec4f(0.0);
-    var weights = 0.0;
-    for (var y = 0; y < 2; y++) {
-        for (var x = 0; x < 2; x++) {
-            let step = vec2f(vec2i(x, y));
-            let texel = clamp(first + step, vec2f(0.0), size - 1.0);
-            let near = mix(1.0 - between, between, step);
-            let middle_px = min(middle_of_texel(texel), view.size_px - 0.5);
-            let likeness = likeness_to(plane, middle_px, LIKENESS_REACH * distance_m);
-            let weight = (near.x * near.y + LIKENESS_MIN) * (likeness + LIKENESS_MIN);
-            sum += textureSampleLevel(found_reflections, nearest_clamp, (texel + 0.5) * texel_size, 0.0) * weight;
-            weights += weight;
-        }
-    }
-    return sum / weights;
+    return upsampled(found_reflections, position_px, side, 0.0, plane, LIKENESS_REACH * distance_m).value;
 }
 
 @fragment

@@ -5,11 +5,11 @@
 // Program: reflections_filter.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::reflections::rays::{LIKENESS_REACH, middle_of_texel, reflections, side};
+import package::passes::reflections::rays::{LIKENESS_REACH, reflections, side};
+import package::shaders::bilateral::middle_of_texel;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::gbuffer_textures::{distance_at, surface_at};
 import package::shaders::screen_space::{likeness_to, nearest_clamp, tangent_plane_at};
-import package::view::view;
 
 @group(1) @binding(5) var noisy_reflections: texture_2d<f32>;
 
@@ -36,7 +36,7 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
             let step = vec2f(vec2i(x, y));
             let middle = position.xy + step;
             let is_inside = all(middle > vec2f(0.0)) && all(middle < size);
-            let middle_px = min(middle_of_texel(max(middle - 0.5, vec2f(0.0))), view.size_px - 0.5);
+            let middle_px = middle_of_texel(max(middle - 0.5, vec2f(0.0)), side);
             let likeness = likeness_to(plane, middle_px, LIKENESS_REACH * distance_m);
             let halves = select(vec2f(1.0), vec2f(0.5), abs(step) > vec2f(1.5));
             let is_own = x == 0 && y == 0;

@@ -1,7 +1,5 @@
 // What the passes of reflections have in common.
 
-import package::shaders::coarse::turn_in_square;
-
 struct Reflections {
     distance_m: f32,
     // 1 / the length over which reflections fade out before the distance ends; 0 where they do not.
@@ -32,9 +30,4 @@ const LIKENESS_REACH: f32 = 0.01;
 fn share_of_roughness(roughness: f32) -> f32 {
     let fade = max(ROUGHNESS_FADE * reflections.roughness_max, 1e-6);
     return clamp((reflections.roughness_max - roughness) / fade, 0.0, 1.0);
-}
-
-// The middle of the pixel that a texel is of.
-fn middle_of_texel(texel: vec2f) -> vec2f {
-    return texel * f32(side) + vec2f(turn_in_square(i32(side))) + 0.5;
 }

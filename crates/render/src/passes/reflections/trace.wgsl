@@ -18,7 +18,10 @@ import package::shaders::brdf::PI;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::gbuffer_textures::{facet_normal_at, normal_world_at, surface_at};
 import package::shaders::hash::{seed_of_pixel, stratified};
-import package::shaders::screen_space::{Center, FARTHEST_M, center_at, likeness_to, tangent_plane_at, tangents_of};
+import package::shaders::screen_space::{
+    Center, FARTHEST_M, center_at, distance_from_nearness, likeness_to, nearness_from_distance, tangent_plane_at,
+    tangents_of,
+};
 import package::shaders::shading::linear_clamp;
 
 @group(1) @binding(5) var nearest_distances: texture_2d<f32>;
@@ -84,16 +87,6 @@ fn reflected_direction(center: Center, alpha: f32, noise: vec2f) -> vec3f {
     return reflected + center.normal * (2.0 * max(-dot(reflected, center.normal), 0.0));
 }
 
-// What is linear along a ray in the picture and rises towards the eye: 1 / distance, or less the distance where rays of
-// sight are parallel.
-fn nearness(distance_m: f32) -> f32 {
-    return mix(1.0 / distance_m, -distance_m, view.orthographic);
-}
-
-fn distance_of(nearness: f32) -> f32 {
-    return mix(1.0 / max(nearness, 1e-30), -nearness, view.orthographic);
-}
-
 fn normal_view_at(middle_px: vec2f) -> vec3f {
     return (view.view_from_world * vec4f(normal_world_at(vec2i(middle_px)), 0.0)).xyz;
 }
@@ -103,8 +96,8 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
     let towards_eye_m = begin_m * (1.0 - NEAREST_SHARE) / max(direction.z, 1e-6);
     let end = center.position + direction * min(reflections.distance_m, towards_eye_m);
     // Place in the picture and nearness: where it begins, and the way to its end or to the picture's edge.
-    let begin = vec3f(center.position_px, nearness(begin_m));
-    let whole = vec3f(pixel_from_position_view(end), nearness(-end.z)) - begin;
+    let begin = vec3f(center.position_px, nearness_from_distance(begin_m));
+    let whole = vec3f(pixel_from_position_view(end), nearness_from_distance(-end.z)) - begin;
     let forward = select(vec2f(0.0), vec2f(1.0), whole.xy > vec2f(0.0));
     let signs = 2.0 * forward - 1.0;
     let to_edge = (forward * view.size_px - begin.xy) * signs / max(abs(whole.xy), vec2f(1e-6));
@@ -129,7 +122,7 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
         let exit = max(min(to_exit.x, to_exit.y), along) + past_edge;
         let entering = begin.z + way.z * along;
         let leaving = begin.z + way.z * min(exit, 1.0);
-        let cell_nearness = nearness(nearest_m);
+        let cell_nearness = nearness_from_distance(nearest_m);
         if min(entering, leaving) > cell_nearness {
             along = exit;
             level = min(level + 1u, REFLECTION_LEVELS - 1u);
@@ -147,8 +140,8 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
             // width, is nothing, because pixels have one distance.
             let normal = normal_view_at(middle_px);
             let facing = -dot(direction, normal);
-            let entry = position_view_from_pixel(position_px, distance_of(entering));
-            let within_m = abs(distance_of(leaving) - distance_of(entering));
+            let entry = position_view_from_pixel(position_px, distance_from_nearness(entering));
+            let within_m = abs(distance_from_nearness(leaving) - distance_from_nearness(entering));
             let pixel_m = mix(nearest_m, 1.0, view.orthographic) * width_of_pixel;
             let below_m = dot(position - entry, normal) - pixel_m - within_m * facing;
             let behind = below_m / (reflections.thickness_m * max(facing, FACING_FADE));

@@ -1,7 +1,7 @@
 // volumes: the light of one lamp on the pixels of its volume, added to `radiance`.
 // Source: light volumes (Hargreaves & Harris 2004, "Deferred Shading"). Reads: G-buffer, linear_depth, the table of
 // lights, the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
-// Program: volumes.
+// Program: volumes. Features: contact.
 
 import package::view::{position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
@@ -10,6 +10,7 @@ import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_norma
 import package::shaders::shading::shading_from_surface;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;
+import package::shaders::contact::contact_origin;
 import package::shaders::light_lists::single_light_sums;
 import package::shaders::colour::half_float_clamped;
 import package::passes::volumes::volume_vertex::{VolumeVarying, volume_varying};
@@ -31,6 +32,7 @@ fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
     var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
     if shadowed != 0u {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
+        shading.contact = contact_origin(in.position_clip.xy, distance_m, shading.facet_normal);
     }
     let sums = single_light_sums(in.light, position_world, shading);
     if counts_pairs != 0u {

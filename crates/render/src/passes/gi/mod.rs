@@ -1,0 +1,138 @@
+//! gi: opaque surfaces light each other diffusely as far as the picture shows them, once.
+//!
+//! Sources: light of the picture's pixels (Ritschel, Grosch & Seidel 2009, "Approximating Dynamic Global Illumination in
+//! Image Space"), by horizons (Mayaux 2018, "Horizon-Based Indirect Lighting"); what differs from them stands in
+//! `gather.wgsl`. Each sample of a still looks in other directions, so that their mean converges; the noise of less
+//! than 64 is a pattern of 4 × 4 texels, which `gi.filter` takes out. `gi.compose` adds what surfaces reflect of it, in
+//! place of the environment's light from the same directions, which occlusion took away where there is one.
+//! Reads: G-buffer, linear_depth, radiance. Writes: radiance.
+
+mod settings;
+
+pub use settings::GiSettings;
+
+use crate::constants::RADIANCE_MAX;
+use crate::gbuffer::{Gbuffer, RADIANCE};
+use crate::occlusion::Occlusion;
+use crate::record::{ADD, PicturePart, Recorder};
+use crate::resolution::Resolution;
+use crate::shader::program::ProgramError;
+use manypass_graph::{ColorLoad, Handle};
+use manypass_scene::Aabb;
+
+/// Where nothing is found.
+const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
+
+/// The radius, where the settings leave it open, as a share of the diagonal of all that is drawn.
+const RADIUS_SHARE: f32 = 0.25;
+
+/// The share of the radius over which light fades out.
+const FADE_SHARE: f32 = 0.25;
+
+/// The noise of so many samples averages out by itself. It is more than that of occlusion, because small lamps are
+/// brighter than what is around them.
+const UNFILTERED_SAMPLES: u32 = 64;
+
+/// The uniform of `gathered.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+struct GiUniform {
+    radius_m: f32,
+    /// 1 / the length over which light fades out before the radius ends.
+    fade_per_m: f32,
+    thinness: f32,
+    /// Pre-exposed.
+    radiance_max: f32,
+}
+
+impl GiUniform {
+    /// `exposure` is from pre-exposed radiance to what the tone curve takes.
+    fn new(settings: &GiSettings, bounds_world: &Aabb, exposure: f32) -> Self {
+        let diagonal_m = if bounds_world.is_empty() { 1.0 } else { bounds_world.min.distance(bounds_world.max) };
+        let radius_m = if settings.radius_m > 0.0 { settings.radius_m } else { RADIUS_SHARE * diagonal_m };
+        let radius_m = if radius_m.is_finite() { radius_m.clamp(1e-6, 1e6) } else { 1e6 };
+        let radiance_max = settings.brightness_max / exposure.max(1e-6);
+        let radiance_max = if radiance_max > 0.0 { radiance_max.min(RADIANCE_MAX) } else { RADIANCE_MAX };
+        Self { radius_m, fade_per_m: 1.0 / (FADE_SHARE * radius_m), thinness: settings.thinness, radiance_max }
+    }
+}
+
+/// What the light passes are told of `occlusion` where these passes bring what surfaces reflect to each other: it must
+/// not be guessed as well.
+pub fn without_bounces(settings: &GiSettings, occlusion: Occlusion) -> Occlusion {
+    let is_multi_bounce = occlusion.is_multi_bounce && !settings.enabled;
+    Occlusion { is_multi_bounce, ..occlusion }
+}
+
+/// Records the passes, if the settings ask for them. `is_occluded` says whether the environment's light is taken away
+/// where surfaces hide it from each other.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record(
+    r: &mut Recorder<'_, '_>,
+    settings: &GiSettings,
+    gbuffer: &Gbuffer,
+    is_occluded: bool,
+    depth: &Handle,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    if !settings.enabled || r.view.counts_pairs() {
+        return Ok(radiance);
+    }
+    let is_filtered = r.view.shows_few_samples() || r.view.sample_count < UNFILTERED_SAMPLES;
+    let of_few = settings.resolution != Resolution::Full;
+    let constants = [("side", settings.resolution.side_px()), ("patterned", u32::from(is_filtered))];
+    let uniform = GiUniform::new(settings, &r.frame.world.bounds_world, r.view.display_exposure);
+    let desc = settings.resolution.desc(r.view, RADIANCE);
+
+    let target = r.texture_of("gi", desc);
+    let step = r.fullscreen("gi", "gi_gather", &[]).constants(&constants);
+    let step = step.constants(&[("slices", settings.slices), ("steps", settings.steps)]).uniform("gi", &uniform);
+    let step = step.read("normal", &gbuffer.normal).read("linear_depth", &gbuffer.linear_depth);
+    let step = step.read("scene_radiance", &radiance);
+    let step = if of_few { step } else { step.over(PicturePart::Lit, depth) };
+    let mut found = step.draw_into(target, NOTHING)?;
+    if is_filtered {
+        let target = r.texture_of("gi.filter", desc);
+        let step = r.fullscreen("gi.filter", "gi_filter", &[]).constants(&constants[..1]).uniform("gi", &uniform);
+        let step = step.read("normal", &gbuffer.normal).read("linear_depth", &gbuffer.linear_depth);
+        let step = step.read("noisy_light", &found);
+        let step = if of_few { step } else { step.over(PicturePart::Lit, depth) };
+        found = step.draw_into(target, NOTHING)?;
+    }
+    let takes_environment = !is_occluded && !r.view.is_environment_dark;
+    let step = gbuffer.read_by(r.fullscreen("gi.compose", "gi_compose", &[])).constants(&constants);
+    let step = step.constant("takes_environment", u32::from(takes_environment)).uniform("gi", &uniform);
+    let step = step.read("found_light", &found).over(PicturePart::Lit, depth);
+    step.blend(ADD).draw_into(radiance, ColorLoad::Keep)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+    use glam::Vec3;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("gi_gather", "Gi", GiUniform, [radius_m, fade_per_m, thinness, radiance_max]);
+    }
+
+    #[test]
+    fn the_radius_is_that_of_the_settings_or_of_the_scene() {
+        let of = |settings: &GiSettings, bounds: &Aabb| GiUniform::new(settings, bounds, 2.0);
+        let auto = GiSettings::default();
+        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 0.0, 4.0) };
+        let found = of(&auto, &bounds);
+        assert_eq!((found.radius_m, found.radiance_max), (1.25, 4.0));
+        assert_eq!(of(&GiSettings { radius_m: 2.0, ..auto.clone() }, &bounds).radius_m, 2.0);
+        let far = Aabb { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) };
+        let point = Aabb { min: Vec3::ONE, max: Vec3::ONE };
+        for bounds in [far, point, Aabb::EMPTY] {
+            let found = of(&GiSettings { brightness_max: 0.0, ..auto.clone() }, &bounds);
+            assert!(found.radius_m > 0.0 && found.fade_per_m.is_finite(), "{found:?}");
+            assert_eq!(found.radiance_max, RADIANCE_MAX);
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Settings of light between surfaces.
+
+use crate::resolution::Resolution;
+use crate::setting::settings;
+
+settings! {
+    /// Settings of diffuse light that opaque surfaces send each other, as far as the picture shows them: global
+    /// illumination in screen space, of one bounce.
+    pub struct GiSettings {
+        /// Whether opaque surfaces light each other diffusely, in place of the environment from the same directions.
+        /// Glass, materials with layers, and light and surfaces beyond the picture have no part in it; stills draw all
+        /// samples of all pixels.
+        enabled: bool = false, needs "render.path=deferred";
+        /// How far light comes; what lies in the last quarter fades out. 0 for a quarter of the diagonal of all that is
+        /// drawn.
+        radius_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "gi.enabled=true";
+        /// How soon light comes past behind what rises before a surface: 0 takes everything to go on behind what is
+        /// seen of it, 1 takes it to be as thin as a sheet.
+        thinness: f32 = 0.1, in 0.0..=1.0, unit "share", needs "gi.enabled=true";
+        /// What surfaces send is cut to so many times the display's white, so that small lamps, which mostly
+        /// are lights as well, make no bright dots. 0 cuts nothing.
+        brightness_max: f32 = 2.0, in 0.0..=1e6, unit "× white", needs "gi.enabled=true";
+        /// The size at which light is found; it is brought to the picture's by what lies on the same surface.
+        resolution: Resolution = Resolution::Half, needs "gi.enabled=true";
+        /// Directions in the picture in which light is looked for, each to both sides.
+        slices: u32 = 2, in 1..=16, needs "gi.enabled=true";
+        /// Pixels that are looked at along each side of a direction.
+        steps: u32 = 12, in 1..=64, needs "gi.enabled=true";
+    }
+}

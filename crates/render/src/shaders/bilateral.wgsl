@@ -1,0 +1,76 @@
+// What was found at a smaller size, or with noise, as the mean of texels by which of them lie on the same surface: near
+// the tangent plane.
+
+import package::view::view;
+import package::shaders::coarse::turn_in_square;
+import package::shaders::screen_space::{TangentPlane, likeness_to, nearest_clamp};
+
+// Where all of the texels lie on other surfaces, something must count.
+const LIKENESS_MIN: f32 = 1e-4;
+
+// The middle of the pixel that a texel is of, where texels have so many pixels along a side.
+fn middle_of_texel(texel: vec2f, side: u32) -> vec2f {
+    return min(texel * f32(side) + vec2f(turn_in_square(i32(side))) + 0.5, view.size_px - 0.5);
+}
+
+struct Upsampled {
+    value: vec4f,
+    // From 0 to 1, how much of it is the same surface's.
+    trust: f32,
+}
+
+// At a place of the picture, the four nearest texels of a smaller one, by how near they lie and by which of them lie on
+// the same surface, of which others are off by `reach_m` and more (Kopf et al. 2007, "Joint Bilateral Upsampling", by
+// the distance from the tangent plane). `shift` is by how much of a texel's side the smaller picture is moved.
+fn upsampled(
+    coarse: texture_2d<f32>,
+    position_px: vec2f,
+    side: u32,
+    shift: f32,
+    plane: TangentPlane,
+    reach_m: f32,
+) -> Upsampled {
+    let first_middle = vec2f(turn_in_square(i32(side))) + 0.5;
+    let place = (position_px - first_middle) / f32(max(side, 1u)) + shift;
+    let first = floor(place);
+    let between = place - first;
+    let size = vec2f(textureDimensions(coarse));
+    let texel_size = 1.0 / size;
+    var sum = vec4f(0.0);
+    var weights = 0.0;
+    var trust = 0.0;
+    for (var y = 0; y < 2; y++) {
+        for (var x = 0; x < 2; x++) {
+            let step = vec2f(vec2i(x, y));
+            let texel = clamp(first + step, vec2f(0.0), size - 1.0);
+            let near = mix(1.0 - between, between, step);
+            let likeness = likeness_to(plane, middle_of_texel(texel, side), reach_m);
+            let weight = (near.x * near.y + LIKENESS_MIN) * (likeness + LIKENESS_MIN);
+            sum += textureSampleLevel(coarse, nearest_clamp, (texel + 0.5) * texel_size, 0.0) * weight;
+            weights += weight;
+            trust += near.x * near.y * likeness;
+        }
+    }
+    return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
+}
+
+// The mean over 4 × 4 texels, from 2 before a texel's middle to 1 after, of those that lie on the same surface (Tomasi
+// & Manduchi 1998, "Bilateral Filtering", by the distance from the tangent plane in place of one of colours).
+fn mean_of_square(noisy: texture_2d<f32>, middle: vec2f, side: u32, plane: TangentPlane, reach_m: f32) -> vec4f {
+    let size = vec2f(textureDimensions(noisy));
+    let texel_size = 1.0 / size;
+    // The texel itself counts in any case.
+    var sum = textureSampleLevel(noisy, nearest_clamp, middle * texel_size, 0.0) * 1e-3;
+    var weights = 1e-3;
+    for (var y = -2; y < 2; y++) {
+        for (var x = -2; x < 2; x++) {
+            let other = middle + vec2f(vec2i(x, y));
+            let inside = all(other > vec2f(0.0)) && all(other < size);
+            let likeness = likeness_to(plane, middle_of_texel(max(other - 0.5, vec2f(0.0)), side), reach_m);
+            let weight = select(0.0, likeness, inside);
+            sum += textureSampleLevel(noisy, nearest_clamp, other * texel_size, 0.0) * weight;
+            weights += weight;
+        }
+    }
+    return sum / weights;
+}
