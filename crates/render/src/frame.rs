@@ -12,10 +12,11 @@ use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
+use crate::passes::upscale::UpscaleMethod;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
     gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, taa,
-    tile_depth, tone_map, transparency, volumes,
+    tile_depth, tone_map, transparency, upscale, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -382,6 +383,24 @@ pub fn effect_passes<'f>(
     let of_frame = FrameTextures { gbuffer: gbuffer.as_ref(), occlusion: occlusion.as_ref(), motion: motion.as_ref() };
     let radiance = effect::record(r, effects, EffectStage::Radiance, &of_frame, radiance)?;
     Ok(ViewOutputs { radiance, gbuffer, occlusion, motion, ..outputs })
+}
+
+/// From the size at which the frame was shaded to that of its picture; none where it has that size, or where the passes that
+/// follow read linearly what lies between pixels.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn upscale_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    exposure: f32,
+    radiance: &Handle,
+    output_size: (u32, u32),
+) -> Result<Option<Handle>, ProgramError> {
+    match settings.upscale.method {
+        UpscaleMethod::Bilinear => Ok(None),
+        UpscaleMethod::Edges | UpscaleMethod::Temporal => upscale::record(r, exposure, radiance, output_size),
+    }
 }
 
 /// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform,

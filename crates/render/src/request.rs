@@ -9,6 +9,7 @@ use crate::exposure::Metering;
 use crate::fisheye::FisheyeLens;
 use crate::gpu::GpuError;
 use crate::levels::LevelCount;
+use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
 use crate::record::LegendEntry;
 use crate::settings::{Settings, SettingsError};
@@ -126,7 +127,8 @@ impl FrameRequest {
         let (_, samples) = self.sample();
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
         // A mean over a pixel of marks of what glows is none.
-        let is_whole = !self.changes_radiance() && !self.is_temporal() && !self.is_fisheye();
+        let is_whole =
+            !self.changes_radiance() && !self.is_temporal() && !self.is_fisheye() && !self.is_enlarged_along_edges();
         let is_marked = is_whole && self.settings.msaa.samples.count() == 1;
         is_asked && is_marked && !self.is_stochastic() && !self.samples_lens_or_shutter()
     }
@@ -145,6 +147,12 @@ impl FrameRequest {
     /// Whether the picture is put together from views of all sides.
     pub(crate) fn is_fisheye(&self) -> bool {
         self.settings.camera.fisheye != Fisheye::None
+    }
+
+    /// Whether a pass makes the picture's size of that at which frames are shaded.
+    fn is_enlarged_along_edges(&self) -> bool {
+        let Settings { render, upscale, .. } = &self.settings;
+        render.scale < 1.0 && upscale.method != UpscaleMethod::Bilinear
     }
 
     /// Whether effects make new radiance of every sample's.

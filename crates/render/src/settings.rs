@@ -60,6 +60,7 @@ compose! {
     occlusion: crate::passes::occlusion::OcclusionSettings,
     reflections: crate::passes::reflections::ReflectionSettings,
     taa: crate::passes::taa::TaaSettings,
+    upscale: crate::passes::upscale::UpscaleSettings,
     adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
     aov: crate::aov::AovSettings,

@@ -30,4 +30,5 @@ pub mod taa;
 pub mod tile_depth;
 pub mod tone_map;
 pub mod transparency;
+pub mod upscale;
 pub mod volumes;

@@ -442,18 +442,28 @@ fn record_view<'f>(
             export = Some(r.graph.export(meter));
         }
         Some(output) => {
+            let exposure = request.display_exposure();
+            let shaded = &outputs.radiance;
+            let enlarged = frame::upscale_passes(&mut r, &request.settings, exposure, shaded, asked.output_size)?;
             let means = output.means(r.graph, asked.means_of, previous_sum);
             let picture = Picture {
                 display: output.display(r.graph),
                 target: target_of(purpose),
                 is_shown: !matches!(purpose, Purpose::Sample),
                 sample_index: request.sample_index,
-                exposure: request.display_exposure(),
+                exposure,
                 depth: &outputs.depth,
                 adaptive_step: step,
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
-            frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture, &request.effects)?;
+            frame::output_passes(
+                &mut r,
+                &request.settings,
+                enlarged.as_ref().unwrap_or(shaded),
+                means,
+                picture,
+                &request.effects,
+            )?;
         }
     }
     let variables = if asked.wants_variables {

@@ -1,8 +1,7 @@
 // What the passes of temporal anti-aliasing have in common: colours as they are averaged, and what the frames before
 // left.
 
-import package::constants::HALF_FLOAT_MAX;
-import package::shaders::scrub::scrubbed;
+import package::shaders::compressed::compressed;
 
 struct Taa {
     // The distance from the last frame's camera of a point (x, y, z, 1) in world space.
@@ -38,27 +37,6 @@ struct Taa {
 // More than means are of where something moves, with the default settings. After twice as many frames it is known whether
 // what stands still flickers; until then more would keep what boxes took.
 const STILL_FRAMES: f32 = 12.0;
-// Where the curve of compression bends, as Khronos PBR Neutral does, and what is left from there to 1.
-const KNEE: f32 = 0.76;
-const ROOM: f32 = 0.24;
-// So that what is far brighter than the display has a way back.
-const ROOM_MIN: f32 = 4e-6;
-
-// Colours as they are averaged: radiance whose brightest channel ends below 1, with coverage.
-fn compressed(texel: vec4f, gain: f32) -> vec4f {
-    let color = min(scrubbed(texel).rgb * gain, vec3f(HALF_FLOAT_MAX));
-    let peak = max(color.r, max(color.g, color.b));
-    let over = max(peak - KNEE, 0.0);
-    let limited = min(peak, KNEE) + ROOM * over / (over + ROOM);
-    return vec4f(color * (limited / max(peak, 1e-20)), texel.a);
-}
-
-fn expanded(texel: vec4f, gain: f32) -> vec4f {
-    let peak = max(texel.r, max(texel.g, texel.b));
-    let over = max(peak - KNEE, 0.0);
-    let unlimited = min(peak, KNEE) + ROOM * over / max(ROOM - over, ROOM_MIN);
-    return scrubbed(vec4f(texel.rgb * (unlimited / max(peak, 1e-20)) / gain, texel.a));
-}
 
 fn luma(color: vec3f) -> f32 {
     return dot(color, vec3f(0.25, 0.5, 0.25));

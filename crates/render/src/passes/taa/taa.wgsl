@@ -4,8 +4,9 @@
 // Program: taa.
 
 import package::passes::taa::history::{
-    STILL_FRAMES, color_at, expanded, flickers, moved_texels, neighbour, previous_at, taa,
+    STILL_FRAMES, color_at, flickers, moved_texels, neighbour, previous_at, taa,
 };
+import package::shaders::compressed::expanded;
 
 @group(1) @binding(4) var surface: texture_2d<f32>;
 
