@@ -234,6 +234,7 @@ impl FrameRequest {
             self.settings.occlusion.enabled = false;
             self.settings.reflections.enabled = false;
             self.settings.taa.enabled = false;
+            self.settings.upscale.method = UpscaleMethod::Bilinear;
         }
         self
     }

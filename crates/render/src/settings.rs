@@ -7,6 +7,7 @@ pub use crate::setting::{
 
 use crate::camera_settings::Fisheye;
 use crate::passes::debug::DebugView;
+use crate::passes::upscale::UpscaleMethod;
 use crate::render_settings::Path;
 use crate::setting::unknown_key;
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,16 @@ impl Settings {
         }
     }
 
+    /// Switches anti-aliasing over time off unless it is allowed, and what needs it.
+    pub(crate) fn allow_taa(&mut self, is_allowed: bool) {
+        if self.taa.enabled && !is_allowed {
+            self.taa.enabled = false;
+            if self.upscale.method == UpscaleMethod::Temporal {
+                self.upscale.method = UpscaleMethod::Edges;
+            }
+        }
+    }
+
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
@@ -130,6 +141,10 @@ impl Settings {
                 let key = format!("{group}.enabled=true");
                 return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
             }
+        }
+        if self.upscale.method == UpscaleMethod::Temporal && !self.taa.enabled {
+            let key = format!("upscale.method={}", self.upscale.method.name());
+            return Err(SettingsError::Needs { key, needs: "taa.enabled=true", found: "false" });
         }
         if self.camera.fisheye != Fisheye::None {
             let key = format!("camera.fisheye={}", self.camera.fisheye.name());

@@ -58,7 +58,7 @@ impl Renderer {
                 self.add_effects_to(&mut request);
             }
             // A fisheye is a still, whatever follows it.
-            request.settings.taa.enabled &= purpose.has_effects() && !request.is_fisheye();
+            request.settings.allow_taa(purpose.has_effects() && !request.is_fisheye());
             parts_of(name, request, capabilities.max_texture_size)
         });
         let mut asked: Vec<Asked> = parts
@@ -432,6 +432,10 @@ fn record_view<'f>(
         }
     };
     let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
+    let mut r = match &ready.enlarged_view {
+        Some(view) => Recorder::new(graph, frame, view),
+        None => r,
+    };
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let mut export = None;
     let previous_sum = asked.previous_sum(state);
