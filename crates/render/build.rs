@@ -11,8 +11,8 @@ mod programs;
 
 /// What can be an `override` constant of a shader is none of its axes, so that all programs together are few modules:
 /// 64 for materials, lights and what they are shown by, and those of effects in the picture: 4 of `occlusion`, 4 of
-/// `reflections`, `scrub`, 2 of `taa`, `upscale`.
-const MODULES_MAX: usize = 64 + 4 + 4 + 1 + 2 + 1;
+/// `reflections`, `scrub`, 2 of `taa`, `upscale`, 2 of `nearest`.
+const MODULES_MAX: usize = 64 + 4 + 4 + 1 + 2 + 1 + 2;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -15,8 +15,8 @@ use crate::passes::present::Target;
 use crate::passes::upscale::UpscaleMethod;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, present, reflections, resolve, shadows, taa,
-    tile_depth, tone_map, transparency, upscale, volumes,
+    gouraud, ground, ids, indirect, linear_depth, motion, nearest, occlusion, present, reflections, resolve, shadows,
+    taa, tile_depth, tone_map, transparency, upscale, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -368,6 +368,30 @@ pub fn temporal_passes(
     let shown = taa::Shown { radiance: &outputs.radiance, linear_depth: &gbuffer.linear_depth, motion };
     let radiance = taa::record(r, &settings.taa, frame, shown)?;
     Ok(ViewOutputs { radiance, ..outputs })
+}
+
+/// What effects may read of a frame, at the size of the picture that it is enlarged to; what none of them reads is culled.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn enlarged_passes(
+    r: &mut Recorder<'_, '_>,
+    output_size: (u32, u32),
+    outputs: ViewOutputs,
+) -> Result<ViewOutputs, ProgramError> {
+    let mut enlarged = |name, texture: &Handle| nearest::record(r, name, texture, output_size);
+    let gbuffer = match &outputs.gbuffer {
+        Some(gbuffer) => Some(Gbuffer {
+            base_color: enlarged("base_color", &gbuffer.base_color)?,
+            normal: enlarged("normal", &gbuffer.normal)?,
+            material: enlarged("material", &gbuffer.material)?,
+            linear_depth: enlarged("linear_depth", &gbuffer.linear_depth)?,
+        }),
+        None => None,
+    };
+    let occlusion = outputs.occlusion.as_ref().map(|occlusion| enlarged("occlusion", occlusion)).transpose()?;
+    let motion = outputs.motion.as_ref().map(|motion| enlarged("motion", motion)).transpose()?;
+    Ok(ViewOutputs { gbuffer, occlusion, motion, ..outputs })
 }
 
 /// The effects on radiance, each on that of the one before.

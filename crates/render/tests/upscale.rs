@@ -6,15 +6,15 @@
 mod common;
 
 use common::flat::{
-    SIZE, bar, begin, body_before_wall, difference, fence, flat, flat_scene, ghost, live, picture, still,
-    still_of,
+    SIZE, bar, begin, body_before_wall, difference, fence, flat, flat_scene, ghost, live, picture, still, still_of,
 };
 use common::plain_request;
 use common::shadows::shared;
 use glam::{Quat, Vec3};
-use manypass::{Averaging, FrameRequest, Path, Renderer, Settings, UpscaleMethod};
+use manypass::{Averaging, EffectFile, FrameRequest, Path, Renderer, Settings, UpscaleMethod, WgslEffect};
 use manypass_scene::{Node, Scene};
 use manypass_testkit::build::at;
+use std::sync::Arc;
 
 /// Bright bars, turned by 0.1 to 0.7, before a dark wall.
 fn slanted() -> Scene {
@@ -70,8 +70,8 @@ fn what_is_even_or_rises_evenly_stays_as_it_is() {
         let worst = (0..shown.len()).filter(is_inside).flat_map(|at| (0..3).map(move |c| (at, c)));
         let worst = worst.map(|(at, c)| (shown[at][c] - whole[at][c]).abs()).fold(0.0, f32::max);
         println!("scale {scale}: off by at most {worst:.6}");
-        // Half floats between 0.25 and 0.5 have steps of 0.00025, and what is shaded is rounded first.
-        assert!(worst < 5e-4, "scale {scale}: {worst}");
+        // Half floats between 0.5 and 1 have steps of 0.0005, and what is shaded is rounded first.
+        assert!(worst < 1e-3, "scale {scale}: {worst}");
         let spread = whole.iter().map(|p| p[0]).fold(0.0, f32::max) - whole.iter().map(|p| p[0]).fold(1.0, f32::min);
         assert!(spread > 0.3, "the wall is even");
     }
@@ -179,15 +179,15 @@ fn frames_of_half_the_size_converge_to_the_full_still() {
         let [before, last] = &pictures[frames - 2..] else { panic!("two frames at least") };
         (difference(last, &still), difference(before, last))
     };
-    for (scale, moves, most) in [(0.5, false, 1.8), (0.67, false, 1.8), (0.5, true, 2.4), (0.67, true, 2.4)] {
+    for (scale, moves, most) in [(0.5, false, 1.9), (0.67, false, 1.7), (0.5, true, 2.6), (0.67, true, 2.1)] {
         let ((off, _), (shimmer, step)) = last_of(&temporal(&scene, scale), 192, moves);
         println!("scale {scale}, moves {moves}: off by {off:.3}, from frame to frame {shimmer:.3}, at most {step}");
-        assert!(true || off < most && shimmer < 0.5, "scale {scale}, moves {moves}: {off} {shimmer}");
+        assert!(off < most && shimmer < 0.2, "scale {scale}, moves {moves}: {off} {shimmer}");
         // Frames that are enlarged after they were averaged stay soft.
         let soft = temporal(&scene, scale).with(|settings| settings.upscale.method = UpscaleMethod::Edges);
         let ((off_of_soft, _), _) = last_of(&soft, 192, moves);
         println!("    enlarged afterwards: off by {off_of_soft:.3}");
-        assert!(true || off < 0.5 * off_of_soft, "{off} {off_of_soft}");
+        assert!(off < 0.2 * off_of_soft, "{off} {off_of_soft}");
     }
 }
 
@@ -209,7 +209,46 @@ fn a_body_leaves_no_ghost_in_enlarged_frames() {
             let dark = picture(&mut renderer, &scene, &request)[4 * (96 * 2 + 90) + 1];
             let found = ghost(&mut renderer, &scenes, &request);
             println!("scale {scale}, {distance_m} m before the wall of {dark}: {found}");
-            assert!(true || found <= dark + 3, "scale {scale}, {distance_m} m: {found}, the wall is {dark}");
+            assert!(found <= dark + 3, "scale {scale}, {distance_m} m: {found}, the wall is {dark}");
         }
     }
+}
+
+/// Shows distances: where surfaces are red, by how far away they are, and at which size it is drawn.
+const READS_DEPTH: &str = "\
+//! effect reads_depth
+//! reads: radiance, depth, normal, motion
+
+@fragment
+fn fs_reads_depth(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let position_view = position_view_from_pixel(position.xy, distance_at(pixel));
+    let moved = textureLoad(motion, pixel, 0).xy;
+    let facing = normal_world_at(pixel).z;
+    return vec4f(position_view.x * 0.2 + 0.5, facing * 0.5 + moved.x, radiance_at(pixel).b, 1.0);
+}
+";
+
+#[test]
+fn effects_after_it_see_the_full_picture() {
+    let scene = slanted();
+    let mut renderer = shared();
+    begin(&mut renderer, &scene);
+    let file = EffectFile::parse("reads_depth.wgsl", READS_DEPTH).unwrap();
+    let effect = Arc::new(WgslEffect::compile(renderer.gpu(), file).unwrap());
+    let mut shown = |scale: f32| {
+        renderer.cut();
+        let mut request = FrameRequest { averaging: Averaging::Both, ..temporal(&scene, scale) };
+        request.effects = vec![effect.clone()];
+        radiance(&mut renderer, &scene, &request)
+    };
+    let (whole, enlarged) = (shown(1.0), shown(0.5));
+    for (at, (a, b)) in whole.iter().zip(&enlarged).enumerate() {
+        assert!((a[0] - b[0]).abs() < 2e-3 && (a[1] - b[1]).abs() < 2e-3, "pixel {at}: {a:?} {b:?}");
+    }
+    let names: Vec<String> = {
+        let plan = renderer.plan(&scene, &temporal(&scene, 0.5)).unwrap();
+        plan.passes.iter().map(|pass| pass.name.to_string()).filter(|name| name.starts_with("nearest")).collect()
+    };
+    assert!(names.is_empty(), "nobody reads {names:?}");
 }

@@ -432,9 +432,12 @@ fn record_view<'f>(
         }
     };
     let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
-    let mut r = match &ready.enlarged_view {
-        Some(view) => Recorder::new(graph, frame, view),
-        None => r,
+    let (mut r, outputs) = match &ready.enlarged_view {
+        Some(view) => {
+            let outputs = frame::enlarged_passes(&mut r, view.size, outputs)?;
+            (Recorder::new(graph, frame, view), outputs)
+        }
+        None => (r, outputs),
     };
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let mut export = None;
