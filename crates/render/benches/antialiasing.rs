@@ -1,7 +1,8 @@
 //! How near ways of anti-aliasing come to stills of many samples, at 480×270, while a camera moves through the demo hall
 //! and around a figure that runs; how much they flicker where nothing moves; and how long a frame takes.
-//! `cargo bench -p manypass --bench antialiasing`, with `-- --all` against every frame, not every sixth, and `--pictures FOLDER` for
-//! the last of these of each way. One line of JSON, for `cargo xtask bench`.
+//! `cargo bench -p manypass --bench antialiasing`, with `-- --stride 1` against every frame, not every
+//! sixth; `--ways temporal` measures those alone whose names begin so, and `--pictures FOLDER` writes
+//! the last of the compared frames of each way. One line of JSON, for `cargo xtask bench`.
 
 use glam::{Mat4, Quat, Vec3};
 use manypass::scene::{Framing, Scene, demo, load_path};
@@ -162,16 +163,24 @@ fn write(folder: Option<&str>, name: &str, pictures: &[Picture]) -> Result<(), B
     Ok(image::save_buffer(path, last.pixels.as_flattened(), size.0, size.1, image::ColorType::Rgba8)?)
 }
 
-/// Measures all ways of one move.
-fn measure(renderer: &mut Renderer, of: &Move, stride: usize, folder: Option<&str>) -> Result<Value, Box<dyn Error>> {
+/// What the words of the command line ask for.
+struct Wanted<'w> {
+    stride: usize,
+    /// Those whose names begin so.
+    ways: Option<&'w str>,
+    folder: Option<&'w str>,
+}
+
+/// Measures the ways of one move.
+fn measure(renderer: &mut Renderer, of: &Move, wanted: &Wanted<'_>) -> Result<Value, Box<dyn Error>> {
     renderer.load(&of.scene)?;
     let frames: Vec<_> = (0..FRAMES).map(|frame| of.at(frame)).collect();
-    let compared: Vec<usize> = (0..frames.len()).skip(stride - 1).step_by(stride).collect();
+    let compared: Vec<usize> = (0..frames.len()).skip(wanted.stride - 1).step_by(wanted.stride).collect();
     let references: Vec<Picture> =
         compared.iter().map(|at| reference(renderer, &frames[*at])).collect::<Result<_, _>>()?;
-    write(folder, &format!("{} reference", of.name), &references)?;
+    write(wanted.folder, &format!("{} reference", of.name), &references)?;
     let mut rows = Vec::new();
-    for way in &WAYS {
+    for way in WAYS.iter().filter(|way| wanted.ways.is_none_or(|wanted| way.name.starts_with(wanted))) {
         let effect = match way.effect.and_then(EffectFile::built_in) {
             Some(file) => Some(Arc::new(WgslEffect::compile(renderer.gpu(), file?)?)),
             None => None,
@@ -186,7 +195,7 @@ fn measure(renderer: &mut Renderer, of: &Move, stride: usize, folder: Option<&st
                 shown.push(picture);
             }
         }
-        write(folder, &format!("{} {}", of.name, way.name), &shown)?;
+        write(wanted.folder, &format!("{} {}", of.name, way.name), &shown)?;
         let pairs = || references.iter().zip(&shown);
         renderer.cut();
         let middle = &frames[frames.len() / 2];
@@ -211,13 +220,14 @@ fn measure(renderer: &mut Renderer, of: &Move, stride: usize, folder: Option<&st
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().collect();
-    let stride = if words.iter().any(|word| word == "--all") { 1 } else { STRIDE };
-    let folder = words.iter().skip_while(|word| *word != "--pictures").nth(1).map(String::as_str);
+    let word_after = |flag: &str| words.iter().skip_while(|word| *word != flag).nth(1).map(String::as_str);
+    let stride = word_after("--stride").map_or(Ok(STRIDE), str::parse)?.clamp(1, usize::from(FRAMES));
+    let wanted = Wanted { stride, ways: word_after("--ways"), folder: word_after("--pictures") };
     let mut renderer = Renderer::new(Gpu::headless(None)?)?;
-    let mut scenes = vec![measure(&mut renderer, &Move::hall(), stride, folder)?];
+    let mut scenes = vec![measure(&mut renderer, &Move::hall(), &wanted)?];
     let mut skipped = Vec::new();
     match Move::figure() {
-        Ok(figure) => scenes.push(measure(&mut renderer, &figure, stride, folder)?),
+        Ok(figure) => scenes.push(measure(&mut renderer, &figure, &wanted)?),
         Err(error) => skipped.push(format!("the skinned figure is not measured: {error}")),
     }
     println!("{}", json!({ "scenes": scenes, "skipped": skipped, "samples": SAMPLES }));

@@ -31,8 +31,8 @@ struct Taa {
     near_weight: f32,
     // What a frame counts whose samples lie beside it.
     far_weight: f32,
-    // Zero.
-    padding: f32,
+    // The same where something moves.
+    far_weight_moving: f32,
 }
 
 @group(1) @binding(0) var<uniform> taa: Taa;
@@ -84,9 +84,18 @@ fn inside(offset_px: vec2f) -> f32 {
 // A sample's weight by its distance from a place, in texels of the frame: of samples within a texel of what is written its
 // full one (Karis 2014, "High Quality Temporal Supersampling"), of the four around a little, linearly, for texels that
 // had none yet.
-fn sample_weight(offset: vec2f) -> f32 {
+// Where something moves means are of few frames: there a sample counts less beside what is interpolated, or texels that
+// have one in this frame would stand out.
+fn sample_weight(offset: vec2f, moving: f32) -> f32 {
     let linear = max(1.0 - abs(offset), vec2f(0.0));
-    return taa.near_weight * inside(offset / taa.shaded_per_texel) + taa.far_weight * linear.x * linear.y;
+    let near = mix(taa.near_weight, sqrt(taa.near_weight), moving);
+    let far = mix(taa.far_weight, taa.far_weight_moving, moving);
+    return near * inside(offset / taa.shaded_per_texel) + far * linear.x * linear.y;
+}
+
+// How much something moves, by texels since the last frame: 0 to 1.
+fn motion_of(moved: vec2f) -> f32 {
+    return min(length(moved), 1.0);
 }
 
 // Where the nearest sample lies, from a place.
@@ -95,14 +104,14 @@ fn nearest_offset(place: vec2f) -> vec2f {
 }
 
 // How much a frame counts at a place, in frames.
-fn frame_weight(place: vec2f) -> f32 {
+fn frame_weight(place: vec2f, moving: f32) -> f32 {
     if upscales == 0u {
         return 1.0;
     }
     let first = nearest_offset(place);
     var sum = 0.0;
     for (var i = 0; i < 9; i++) {
-        sum += sample_weight(first + vec2f(neighbour(i)));
+        sum += sample_weight(first + vec2f(neighbour(i)), moving);
     }
     return sum;
 }

@@ -62,6 +62,9 @@ pub struct Shown<'h> {
 
 /// What is interpolated of a frame counts, beside samples where they are, where the picture is larger than the frame.
 const FAR_WEIGHT: f32 = 0.03;
+/// The same where something moves, and how many more frames count there than without.
+const FAR_WEIGHT_MOVING: f32 = 0.5;
+const MOVING_GAIN: f32 = 1.6;
 
 /// The format of what is known of surfaces where counts of frames are not whole.
 const FINE_SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -95,8 +98,8 @@ struct TaaUniform {
     near_weight: f32,
     /// What a frame counts whose samples lie beside it.
     far_weight: f32,
-    /// Zero.
-    padding: f32,
+    /// The same where something moves.
+    far_weight_moving: f32,
 }
 
 impl TaaUniform {
@@ -112,6 +115,7 @@ impl TaaUniform {
         let texels_per_sample = (shaded_per_texel[0] * shaded_per_texel[1]).recip();
         // Of a pixel as many samples as without.
         let most_still = settings.samples as f32 * texels_per_sample;
+        let moving_gain = if shaded == size { 1.0 } else { MOVING_GAIN };
         let output_size = before.map_or(size, |before| before.camera_step.output_size);
         let stands = before.is_some_and(|before| before.stands);
         let view_from_world = before.map(|before| before.camera_step.previous.world_from_view.inverse());
@@ -123,14 +127,14 @@ impl TaaUniform {
             exposure: frame.exposure,
             gain: before.map_or(0.0, |before| before.gain),
             most_still,
-            most_moving: 1.0 / (1.0 - settings.feedback.clamp(0.0, 0.98)),
+            most_moving: moving_gain / (1.0 - settings.feedback.clamp(0.0, 0.98)),
             clip: settings.clip,
             reach: if stands { 10.0 } else { 0.0 },
             most_sure: if stands { most_still } else { 1.0 },
             // A sample comes to lie in one frame of so many, so that each counts as one in the mean.
             near_weight: texels_per_sample,
             far_weight: FAR_WEIGHT,
-            padding: 0.0,
+            far_weight_moving: FAR_WEIGHT_MOVING,
         }
     }
 }
@@ -201,7 +205,7 @@ mod tests {
                 most_sure,
                 near_weight,
                 far_weight,
-                padding
+                far_weight_moving
             ]
         );
     }

@@ -9,7 +9,7 @@
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::position_world_from_pixel;
 import package::passes::taa::history::{
-    STILL_FRAMES, color_at, flickers, frame_weight, luma, moved_texels, neighbour, packed_count, shaded_place, taa,
+    STILL_FRAMES, color_at, flickers, frame_weight, luma, motion_of, moved_texels, neighbour, packed_count, shaded_place, taa,
     unpacked_count, upscales,
 };
 
@@ -61,7 +61,7 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let expected_m = select(before_m, DISTANCE_BACKGROUND_M, distance_m >= DISTANCE_BACKGROUND_M);
     let was_seen = log2(expected_m) <= left.x + DISOCCLUSION;
     // Where nothing moved nothing came to light, though this frame may look through a gap that the last one missed.
-    let moving = min(length(moved), 1.0);
+    let moving = motion_of(moved);
     let stood_still = (moving < 0.5) & (abs(left.z) > 0.5 * RATE_STILL);
     // The first frame comes before none.
     let goes_on = is_inside & (was_seen | stood_still) & (taa.gain > 0.0);
@@ -76,7 +76,7 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let still = mix(min(taa.most_still, 2.0 * STILL_FRAMES), taa.most_still, was_flickering);
     let unsure = mix(still, min(taa.most_moving, taa.most_still), max(moving, changes));
     let most = max(unsure, taa.most_sure);
-    let weight = frame_weight(place);
+    let weight = frame_weight(place, moving);
     let counted = min(unpacked_count(left.y) + weight, most);
     let whole = select(counted, floor(counted), upscales == 0u);
     let count = max(select(weight, whole, goes_on), weight);

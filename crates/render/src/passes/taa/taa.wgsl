@@ -4,7 +4,7 @@
 // Program: taa.
 
 import package::passes::taa::history::{
-    STILL_FRAMES, color_at, flickers, moved_texels, nearest_offset, neighbour, previous_at, sample_weight, shaded_place,
+    STILL_FRAMES, color_at, flickers, motion_of, moved_texels, nearest_offset, neighbour, previous_at, sample_weight, shaded_place,
     taa, unpacked_count, unpacked_nearest, upscales,
 };
 import package::shaders::compressed::expanded;
@@ -66,6 +66,8 @@ fn fs_taa(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let place = shaded_place(position.xy);
     let pixel = vec2i(floor(place));
     let offset = nearest_offset(place);
+    let moved = moved_texels(pixel + neighbour(nearest));
+    let moving = motion_of(moved);
     var sum = vec4f(0.0);
     var squares = vec4f(0.0);
     var weighted = vec4f(0.0);
@@ -76,7 +78,7 @@ fn fs_taa(@builtin(position) position: vec4f) -> @location(0) vec4f {
         sum += around;
         squares += around * around;
         if upscales != 0u {
-            let weight = sample_weight(offset + vec2f(neighbour(i)));
+            let weight = sample_weight(offset + vec2f(neighbour(i)), moving);
             weighted += color * weight;
             weights += weight;
         }
@@ -90,7 +92,7 @@ fn fs_taa(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let now = select(weighted / max(weights, 1e-6), color_at(pixel), upscales == 0u);
     let shown = abs(ycocg_from_rgb(now) - mean);
     let extent = max(taa.clip * deviation, shown) + flicker + CLIP_MIN + taa.reach;
-    let before = history_at(position.xy - moved_texels(pixel + neighbour(nearest)));
+    let before = history_at(position.xy - moved);
     let history = rgb_from_ycocg(clipped(ycocg_from_rgb(before), mean, extent));
     let frame = select(weights, 1.0, upscales == 0u);
     let weight = min(frame / max(count, 1e-6), 1.0);
