@@ -62,9 +62,8 @@ pub struct Shown<'h> {
 
 /// What is interpolated of a frame counts, beside samples where they are, where the picture is larger than the frame.
 const FAR_WEIGHT: f32 = 0.03;
-/// The same where something moves, and how many more frames count there than without.
-const FAR_WEIGHT_MOVING: f32 = 0.5;
-const MOVING_GAIN: f32 = 1.6;
+/// The same where something moves: found by measuring (`cargo xtask bench --only antialiasing`).
+const FAR_WEIGHT_MOVING: f32 = 1.5;
 
 /// The format of what is known of surfaces where counts of frames are not whole.
 const FINE_SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -115,7 +114,6 @@ impl TaaUniform {
         let texels_per_sample = (shaded_per_texel[0] * shaded_per_texel[1]).recip();
         // Of a pixel as many samples as without.
         let most_still = settings.samples as f32 * texels_per_sample;
-        let moving_gain = if shaded == size { 1.0 } else { MOVING_GAIN };
         let output_size = before.map_or(size, |before| before.camera_step.output_size);
         let stands = before.is_some_and(|before| before.stands);
         let view_from_world = before.map(|before| before.camera_step.previous.world_from_view.inverse());
@@ -127,7 +125,7 @@ impl TaaUniform {
             exposure: frame.exposure,
             gain: before.map_or(0.0, |before| before.gain),
             most_still,
-            most_moving: moving_gain / (1.0 - settings.feedback.clamp(0.0, 0.98)),
+            most_moving: 1.0 / (1.0 - settings.feedback.clamp(0.0, 0.98)),
             clip: settings.clip,
             reach: if stands { 10.0 } else { 0.0 },
             most_sure: if stands { most_still } else { 1.0 },

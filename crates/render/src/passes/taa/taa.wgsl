@@ -42,12 +42,17 @@ fn history_at(position_px: vec2f) -> vec4f {
     let last = middle + 2.0;
     let weights = vec4f(w0.x * w12.y, w12.x * w0.y, w3.x * w12.y, w12.x * w3.y);
     let weight = w12.x * w12.y;
-    let sum = previous_at(near) * weight
-        + previous_at(vec2f(first.x, near.y)) * weights.x
-        + previous_at(vec2f(near.x, first.y)) * weights.y
-        + previous_at(vec2f(last.x, near.y)) * weights.z
-        + previous_at(vec2f(near.x, last.y)) * weights.w;
-    return max(sum / (weight + dot(weights, vec4f(1.0))), vec4f(0.0));
+    let here = previous_at(near);
+    let left = previous_at(vec2f(first.x, near.y));
+    let above = previous_at(vec2f(near.x, first.y));
+    let right = previous_at(vec2f(last.x, near.y));
+    let below = previous_at(vec2f(near.x, last.y));
+    let sum = here * weight + left * weights.x + above * weights.y + right * weights.z + below * weights.w;
+    // The filter goes beyond what it reads beside steep edges, and what is compressed has no room there: a rim of white
+    // within whatever is bright.
+    let least = min(min(min(left, right), min(above, below)), here);
+    let most = max(max(max(left, right), max(above, below)), here);
+    return clamp(sum / (weight + dot(weights, vec4f(1.0))), least, most);
 }
 
 // Towards the middle of a box until it is in it; coverage, which is none of the colour, by itself.
