@@ -43,8 +43,16 @@ pub(crate) fn test() -> Result<Tally> {
         let report = picture(case, "native").with_extension("json");
         let mut command = cargo(arguments);
         command.args(case.arguments());
-        command.args(["--samples", "1", "--quiet", "--report"]).arg(report).arg("-o").arg(picture(case, "native"));
-        check(&mut command)?;
+        command.args(["--samples", "1", "--quiet", "--report"]).arg(report).arg("-o");
+        if case.frames == 1 {
+            check(command.arg(picture(case, "native")))?;
+            continue;
+        }
+        let last = case.frames - 1;
+        let frames = picture(case, "native-{frame}");
+        check(command.arg(&frames).args(["--frames", &format!("0..{last}")]))?;
+        let shown = picture(case, &format!("native-{last}"));
+        std::fs::rename(&shown, picture(case, "native")).with_context(|| format!("renaming {}", shown.display()))?;
     }
     if found.iter().any(|(case, _)| case.has_variables) {
         variables::draw_natively()?;
@@ -55,7 +63,8 @@ pub(crate) fn test() -> Result<Tally> {
             let (options, effects) = case.page()?;
             let variables = case.has_variables.then(variables::page);
             Ok(json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
-                "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "overlay": case.overlay()?, "variables": variables }))
+                "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "overlay": case.overlay()?,
+                "variables": variables, "frames": case.frames }))
         })
         .collect::<Result<_>>()?;
     let browser = check(

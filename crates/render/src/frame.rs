@@ -13,10 +13,11 @@ use crate::passes::accumulate::Part;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::present::Target;
+use crate::passes::upscale::UpscaleMethod;
 use crate::passes::{
     accumulate, adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry,
-    gi, gouraud, ground, ids, indirect, linear_depth, meter, motion, occlusion, overlay, present, reflections, resolve,
-    scrub, shadows, taa, tile_depth, tone_map, transparency, volumes,
+    gi, gouraud, ground, ids, indirect, linear_depth, meter, motion, nearest, occlusion, overlay, present, reflections,
+    resolve, scrub, shadows, taa, tile_depth, tone_map, transparency, upscale, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -373,6 +374,31 @@ pub fn temporal_passes(
     Ok(ViewOutputs { radiance, ..outputs })
 }
 
+/// What effects may read of a frame, at the size of the picture that it is enlarged to; what none of them reads is culled.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn enlarged_passes(
+    r: &mut Recorder<'_, '_>,
+    output_size: (u32, u32),
+    outputs: ViewOutputs,
+) -> Result<ViewOutputs, ProgramError> {
+    let mut enlarged = |name, texture: &Handle| nearest::record(r, name, texture, output_size);
+    let gbuffer = match &outputs.gbuffer {
+        Some(gbuffer) => Some(Gbuffer {
+            base_color: enlarged("base_color", &gbuffer.base_color)?,
+            normal: enlarged("normal", &gbuffer.normal)?,
+            material: enlarged("material", &gbuffer.material)?,
+            linear_depth: enlarged("linear_depth", &gbuffer.linear_depth)?,
+        }),
+        None => None,
+    };
+    let occlusion = outputs.occlusion.as_ref().map(|occlusion| enlarged("occlusion", occlusion)).transpose()?;
+    let motion = outputs.motion.as_ref().map(|motion| enlarged("motion", motion)).transpose()?;
+    let ids = outputs.ids.as_ref().map(|ids| enlarged("ids", ids)).transpose()?;
+    Ok(ViewOutputs { gbuffer, occlusion, motion, ids, ..outputs })
+}
+
 /// The effects on radiance, each on that of the one before.
 ///
 /// # Errors
@@ -406,6 +432,24 @@ pub fn exposure_passes(
     radiance: &Handle,
 ) -> Result<Option<Handle>, ProgramError> {
     adapting.map(|adapting| meter::record_adapted(r, adapting, radiance)).transpose()
+}
+
+/// From the size at which the frame was shaded to that of its picture; none where it has that size, or where the passes that
+/// follow read linearly what lies between pixels.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn upscale_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    exposure: f32,
+    radiance: &Handle,
+    output_size: (u32, u32),
+) -> Result<Option<Handle>, ProgramError> {
+    match settings.upscale.method {
+        UpscaleMethod::Bilinear => Ok(None),
+        UpscaleMethod::Edges | UpscaleMethod::Temporal => upscale::record(r, exposure, radiance, output_size),
+    }
 }
 
 /// From radiance to the picture: accumulation over the samples of a still if there are several, the display transform,

@@ -83,6 +83,7 @@ pub use passes::occlusion::OcclusionMethod;
 pub use passes::present::Target;
 pub use passes::resolve::PixelSamples;
 pub use passes::tone_map::Tonemap;
+pub use passes::upscale::UpscaleMethod;
 pub use pose::Pose;
 pub use quality::Quality;
 pub use record::{LegendEntry, PreparedView, Recorder};

@@ -9,6 +9,7 @@ use crate::fisheye::FisheyeLens;
 use crate::gpu::GpuError;
 use crate::levels::LevelCount;
 use crate::overlay::OverlayError;
+use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
 use crate::record::LegendEntry;
 use crate::render_settings::Path;
@@ -150,7 +151,8 @@ impl FrameRequest {
         let (_, samples) = self.sample();
         let is_asked = samples > 1 && self.averaging != Averaging::Radiance && self.deals_lights();
         // A mean over a pixel of marks of what glows is none.
-        let is_whole = !self.changes_radiance() && !self.is_temporal() && !self.is_fisheye();
+        let is_whole =
+            !self.changes_radiance() && !self.is_temporal() && !self.is_fisheye() && !self.is_enlarged_along_edges();
         let is_marked = is_whole && self.settings.msaa.samples.count() == 1;
         is_asked && is_marked && !self.has_late_exposure()
     }
@@ -169,6 +171,12 @@ impl FrameRequest {
     /// Whether the picture is put together from views of all sides.
     pub(crate) fn is_fisheye(&self) -> bool {
         self.settings.camera.fisheye != Fisheye::None
+    }
+
+    /// Whether a pass makes the picture's size of that at which frames are shaded.
+    fn is_enlarged_along_edges(&self) -> bool {
+        let Settings { render, upscale, .. } = &self.settings;
+        render.scale < 1.0 && upscale.method != UpscaleMethod::Bilinear
     }
 
     /// Whether effects make new radiance of every sample's.
@@ -254,6 +262,7 @@ impl FrameRequest {
             self.settings.gi.enabled = false;
             self.settings.taa.enabled = false;
             self.settings.shadows.contact_m = 0.0;
+            self.settings.upscale.method = UpscaleMethod::Bilinear;
         }
         self
     }

@@ -8,6 +8,7 @@ pub use crate::setting::{
 use crate::camera_settings::Fisheye;
 use crate::diagnostic::Diagnostic;
 use crate::passes::debug::DebugView;
+use crate::passes::upscale::UpscaleMethod;
 use crate::render_settings::Path;
 use crate::setting::unknown_key;
 use serde::{Deserialize, Serialize};
@@ -62,6 +63,7 @@ compose! {
     reflections: crate::passes::reflections::ReflectionSettings,
     gi: crate::passes::gi::GiSettings,
     taa: crate::passes::taa::TaaSettings,
+    upscale: crate::passes::upscale::UpscaleSettings,
     adaptive: crate::passes::adaptive::AdaptiveSettings,
     transparency: crate::transparency::TransparencySettings,
     aov: crate::aov::AovSettings,
@@ -126,6 +128,16 @@ impl Settings {
         }
     }
 
+    /// Switches anti-aliasing over time off unless it is allowed, and what needs it.
+    pub(crate) fn allow_taa(&mut self, is_allowed: bool) {
+        if self.taa.enabled && !is_allowed {
+            self.taa.enabled = false;
+            if self.upscale.method == UpscaleMethod::Temporal {
+                self.upscale.method = UpscaleMethod::Edges;
+            }
+        }
+    }
+
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
@@ -154,6 +166,10 @@ impl Settings {
         if self.shadows.contact_m > 0.0 && path != Path::Deferred {
             let key = format!("shadows.contact_m={}", self.shadows.contact_m);
             return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
+        }
+        if self.upscale.method == UpscaleMethod::Temporal && !self.taa.enabled {
+            let key = format!("upscale.method={}", self.upscale.method.name());
+            return Err(SettingsError::Needs { key, needs: "taa.enabled=true", found: "false" });
         }
         if self.camera.fisheye != Fisheye::None {
             let key = format!("camera.fisheye={}", self.camera.fisheye.name());

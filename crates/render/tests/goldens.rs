@@ -7,7 +7,7 @@ mod common;
 #[path = "goldens/subjects.rs"]
 mod subjects;
 
-use manypass::Renderer;
+use manypass::{FrameRequest, Renderer};
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};
 use subjects::Subject;
@@ -33,7 +33,21 @@ fn write(path: &Path, picture: &Picture) {
     image::save_buffer(path, picture.pixels.as_flattened(), width, height, image::ColorType::Rgba8).unwrap();
 }
 
-/// Draws a subject: its strips below one another, four samples a pixel.
+/// How many frames those are that a golden of frames that follow each other shows the last of.
+const FRAMES: u32 = 10;
+
+/// The last of frames that follow each other, while the camera comes to where the request has it.
+fn draw_live(renderer: &mut Renderer, subject: &Subject, request: &FrameRequest) -> Vec<u8> {
+    renderer.cut();
+    for frame in 1..=FRAMES {
+        let mut request = FrameRequest { goes_on: true, ..request.clone() };
+        request.camera.world_from_view.w_axis.x += 0.02 * (FRAMES - frame) as f32;
+        renderer.render(&subject.scene, &request).unwrap();
+    }
+    renderer.read_display().unwrap()
+}
+
+/// Draws a subject: its strips below one another, four samples a pixel, or as many frames.
 fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     renderer.load(&subject.scene).unwrap();
     let mut pixels = Vec::new();
@@ -43,12 +57,16 @@ fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
         if let Some((name, settings)) = subject.effects.get(strip) {
             request.effects = vec![common::built_in_with(renderer, name, settings)];
         }
+        (width, height) = (request.width as usize, height + request.height as usize);
+        if request.settings.taa.enabled {
+            pixels.extend(draw_live(renderer, subject, &request));
+            continue;
+        }
         request.sample_count = 4;
         for sample_index in 0..request.sample_count {
             request.sample_index = sample_index;
             renderer.render(&subject.scene, &request).unwrap();
         }
-        (width, height) = (request.width as usize, height + request.height as usize);
         pixels.extend(renderer.read_display().unwrap());
     }
     Picture::from_rgba8(width, height, &pixels)

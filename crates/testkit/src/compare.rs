@@ -1,9 +1,11 @@
 //! Comparison of pictures.
 
 mod flip;
+mod quality;
 mod rmse;
 
 pub use flip::{assert_looks_same, flip};
+pub use quality::{psnr_db, ssim};
 pub use rmse::{Rmse, rmse_over_grey};
 
 /// A picture of 8-bit red, green, blue and alpha, rows from the top, tightly packed.

@@ -1,6 +1,7 @@
 //! What the frame costs, as ratios within one run: every row names its counters, and counts only if its picture is the
 //! one that brute force draws.
 
+mod antialiasing;
 mod baseline;
 mod effects;
 mod environment;
@@ -84,6 +85,7 @@ impl Bench<'_> {
             (TableName::Textures, _) => self.print_textures(),
             (TableName::Levels, _) => levels::print(self),
             (TableName::Effects, _) => effects::print(self),
+            (TableName::Antialiasing, _) => antialiasing::print(self),
             (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),

@@ -19,6 +19,8 @@ Tables:
   levels    10,000 small things with and without levels of detail of meshes and materials
   effects   built-in effects at 1920x1080 beside a plain copy, and a blur in two dimensions beside that in rows and columns
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
+  antialiasing  ways of anti-aliasing and of upscaling at 480x270 against stills of 64 samples, over a move of 60 frames through
+            the demo hall and around a skinned figure; every sixth frame is compared, or all with --all-frames
   baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
 
 A cell counts only if its picture is that of brute force, which visits every light for every pixel. Otherwise it says
@@ -29,6 +31,7 @@ Options:
   --lights NUMBERS    only fields of so many lights, with commas between them [default: 16,64,256,1024,4096,10000]
   --markdown FILE     write the tables to FILE, too, with machine, adapter and date
   --baseline PROGRAM  run the table baseline against another build of manypass; alone, unless --only names other tables, too
+  --all-frames        compare all frames of the moves of the table antialiasing, which takes six times as long
   --program PROGRAM   measure this build of manypass; otherwise the release build, which is made first
 
 All tables take about 14 minutes on two cores with a software adapter, and 4 more to build.
@@ -49,11 +52,12 @@ pub(crate) enum TableName {
     Levels,
     Effects,
     Environment,
+    Antialiasing,
     Baseline,
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 9] = [
+    const ALL: [(&str, Self); 10] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
@@ -62,6 +66,7 @@ impl TableName {
         ("levels", Self::Levels),
         ("effects", Self::Effects),
         ("environment", Self::Environment),
+        ("antialiasing", Self::Antialiasing),
         ("baseline", Self::Baseline),
     ];
 
@@ -82,6 +87,8 @@ pub(crate) struct Options {
     pub baseline: Option<PathBuf>,
     /// None for the release build, which is made first.
     pub program: Option<PathBuf>,
+    /// Whether all frames of moves are compared, not every sixth.
+    pub all_frames: bool,
 }
 
 impl Options {
@@ -92,8 +99,13 @@ impl Options {
     pub fn parse(words: &[&str]) -> Result<Self, String> {
         let (mut only, mut lights) = (None, LIGHTS.to_vec());
         let (mut markdown, mut baseline, mut program) = (None, None, None);
+        let mut all_frames = false;
         let mut words = words.iter();
         while let Some(&word) = words.next() {
+            if word == "--all-frames" {
+                all_frames = true;
+                continue;
+            }
             let (name, value) = match word.split_once('=') {
                 Some((name, value)) => (name, Some(value)),
                 None => (word, None),
@@ -111,16 +123,16 @@ impl Options {
                 _ => program = Some(PathBuf::from(value)),
             }
         }
-        use TableName::{Baseline, Effects, Environment, Fields, Graph, Levels, Shadows, Textures, Ways};
+        use TableName::{Antialiasing, Baseline, Effects, Environment, Fields, Graph, Levels, Shadows, Textures, Ways};
         let tables = match (only, &baseline) {
             (Some(only), _) => only,
             (None, Some(_)) => vec![Baseline],
-            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Effects, Environment],
+            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Effects, Environment, Antialiasing],
         };
         if tables.contains(&Baseline) != baseline.is_some() {
             return Err("the table baseline and --baseline PROGRAM need each other".into());
         }
-        Ok(Self { tables, lights, markdown, baseline, program })
+        Ok(Self { tables, lights, markdown, baseline, program, all_frames })
     }
 }
 
@@ -135,13 +147,15 @@ mod tests {
 
     #[test]
     fn options_are_read_in_both_forms() {
-        let words = ["--only", "ways,fields", "--lights=16,1024", "--markdown", "a.md", "--program=x/manypass"];
+        let words =
+            ["--only", "ways,fields", "--lights=16,1024", "--markdown", "a.md", "--all-frames", "--program=x/manypass"];
         let expected = Options {
             tables: vec![TableName::Ways, TableName::Fields],
             lights: vec![16, 1024],
             markdown: Some("a.md".into()),
             baseline: None,
             program: Some("x/manypass".into()),
+            all_frames: true,
         };
         assert_eq!(Options::parse(&words), Ok(expected));
     }
@@ -152,7 +166,7 @@ mod tests {
         assert_eq!(tables(&["--baseline", "old"]), Ok(vec![TableName::Baseline]));
         let both = tables(&["--baseline", "old", "--only", "baseline,ways"]);
         assert_eq!(both, Ok(vec![TableName::Baseline, TableName::Ways]));
-        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(8));
+        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(9));
     }
 
     #[test]

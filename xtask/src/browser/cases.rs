@@ -28,6 +28,8 @@ pub(super) struct Case {
     /// How far pictures of two rasterizers may differ. Where something is steep but shows no other side, what they
     /// round differently hangs together; twice what was seen is allowed.
     pub tolerance: Tolerance,
+    /// How many frames are drawn one after the other, of which the last one is compared; each goes on from those before it.
+    pub frames: u32,
     /// More settings.
     settings: &'static [(&'static str, &'static str)],
     /// Items drawn over the picture, as JSON: the page is given them, the command line a stage that has them.
@@ -62,6 +64,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         has_variables: false,
         is_dazzling: false,
         tolerance: Tolerance::RASTERIZERS,
+        frames: 1,
         settings: &[],
         overlay: None,
     }
@@ -87,7 +90,7 @@ const SPHERES: &str =
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 47] = [
+pub(super) const CASES: [Case; 49] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -112,6 +115,17 @@ pub(super) const CASES: [Case; 47] = [
         // Whether there is an edge is decided by colours that are rounded differently.
         tolerance: Tolerance { share_between: 0.9976, ..Tolerance::RASTERIZERS },
         ..case("hall-effects", variables::MODEL, WIDE)
+    },
+    // Frames that are anti-aliased by those before them; the same of half the size; and one enlarged along its edges.
+    Case { frames: 6, settings: &[("taa.enabled", "true")], ..case("hall-taa", variables::MODEL, WIDE) },
+    Case {
+        frames: 6,
+        settings: &[("taa.enabled", "true"), ("render.scale", "0.5"), ("upscale.method", "temporal")],
+        ..case("hall-temporal", variables::MODEL, WIDE)
+    },
+    Case {
+        settings: &[("render.scale", "0.5"), ("upscale.method", "edges")],
+        ..case("hall-edges", variables::MODEL, WIDE)
     },
     // What surfaces hide of the environment from each other, filtered as in a picture of one sample.
     Case { settings: &[("occlusion.enabled", "true")], ..case("hall-occlusion", variables::MODEL, WIDE) },

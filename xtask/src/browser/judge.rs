@@ -3,7 +3,7 @@
 use super::cases::Case;
 use super::{BACKENDS, picture, variables};
 use crate::step::{open_picture, root};
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use manypass_testkit::compare::{self, Difference, Picture, Tolerance};
 use std::path::PathBuf;
 
@@ -18,7 +18,12 @@ const EXPOSURE_TOLERANCE_STOPS: f64 = 0.02;
 
 /// What is wrong with the exposures that were metered, if anything.
 fn exposure_fault(case: &Case) -> Result<Option<String>> {
-    let read = |path: PathBuf| -> Result<serde_json::Value> { Ok(serde_json::from_slice(&std::fs::read(path)?)?) };
+    // Of several frames the last one has the last line.
+    let read = |path: PathBuf| -> Result<serde_json::Value> {
+        let bytes = std::fs::read(path)?;
+        let values = serde_json::Deserializer::from_slice(&bytes).into_iter();
+        Ok(values.last().context("there is no report")??)
+    };
     let native = read(picture(case, "native").with_extension("json"))?["exposure"]["stops"].as_f64();
     for backend in BACKENDS {
         let path = root().join(format!("target/browser/{}-{backend}-exposure.json", case.name));
@@ -48,8 +53,8 @@ pub(super) fn judge(case: &Case) -> Result<()> {
         }
         // A screenshot is composited by the browser, but without scaling and in sRGB.
         let shown = difference(&drawn, &open_picture(&picture(case, &format!("{backend}-canvas")))?)?;
-        // The echo grew with the frame in between.
-        if case.echo.is_none() && !shown.is_within(Tolerance::default()) {
+        // The echo grew with the frame in between, and so did a mean of frames.
+        if case.echo.is_none() && case.frames == 1 && !shown.is_within(Tolerance::default()) {
             refused.push(format!("the canvas does not show the picture on {backend}: {shown}"));
         }
     }

@@ -146,6 +146,14 @@ impl Asked {
         adaptive::Step::after(sample_index, sample_count)
     }
 
+    /// For how many samples textures are filtered where frames before add theirs: more for pixels of the picture that
+    /// are smaller than those of the frame.
+    fn temporal_samples(&self) -> u32 {
+        let area = |size: (u32, u32)| f64::from(size.0) * f64::from(size.1);
+        let pixels = self.upscaled_to().map_or(1.0, |size| area(size) / area(self.size));
+        (f64::from(TEMPORAL_SAMPLES) * pixels).round() as u32
+    }
+
     /// Which of the two sums holds the mean so far.
     pub fn previous_sum(&self, state: &ViewState) -> usize {
         if self.request.sample_index == 0 { 1 } else { state.latest_sum }
@@ -213,6 +221,8 @@ pub(super) struct Ready {
     pub variables: Variables,
     /// What effects on the picture read of the same.
     pub of_effects: Variables,
+    /// The view of effects on a picture that is larger than its frames.
+    pub enlarged_view: Option<PreparedView>,
     /// What anti-aliasing over time needs, if there is any.
     pub temporal: Option<TemporalFrame>,
     /// Whether tiles that are settled are left out once some are.
@@ -258,7 +268,7 @@ impl Renderer {
         let is_alone = asked.request.goes_on && sample_index == 0;
         let sample_count = if is_alone { 1 } else { sample_count };
         // Those before make up for what is too fine.
-        let sample_count = if asked.temporal.is_some() { TEMPORAL_SAMPLES } else { sample_count };
+        let sample_count = if asked.temporal.is_some() { asked.temporal_samples() } else { sample_count };
         TextureFiltering::new(sample_count, &self.gpu.capabilities)
     }
 
@@ -384,13 +394,18 @@ impl Renderer {
         let in_middle = (*output_size, Vec2::ZERO);
         let shown = (scene, self.shadows.scene_version);
         let variables_uniform = self.view_uniform(asked, (&seen, range), in_middle, filtering_of_variables);
+        let enlarged = asked.upscaled_to().map(|_| self.view_uniform(asked, (&seen, range), in_middle, filtering));
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         Ok(Ready {
             view: prepare(asked.name.clone(), *size, uniform, false),
             variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
+            enlarged_view: enlarged.map(|uniform| prepare(asked.name.clone(), *output_size, uniform, false)),
             variables: Variables { passes, ..of_effects },
             of_effects,
-            temporal: asked.temporal.as_ref().map(|temporal| temporal.frame(request, shown, camera_step)),
+            temporal: asked
+                .temporal
+                .as_ref()
+                .map(|temporal| temporal.frame(request, shown, camera_step, asked.upscaled_to())),
             is_adaptive,
             variables_uniform,
         })

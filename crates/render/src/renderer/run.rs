@@ -62,7 +62,7 @@ impl Renderer {
                 self.add_effects_to(&mut request);
             }
             // A fisheye is a still, whatever follows it.
-            request.settings.taa.enabled &= purpose.has_effects() && !request.is_fisheye();
+            request.settings.allow_taa(purpose.has_effects() && !request.is_fisheye());
             parts_of(name, request, capabilities.max_texture_size)
         });
         let mut asked: Vec<Asked> = parts
@@ -457,6 +457,13 @@ fn record_view<'f>(
         }
     };
     let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
+    let (mut r, outputs) = match &ready.enlarged_view {
+        Some(view) => {
+            let outputs = frame::enlarged_passes(&mut r, view.size, outputs)?;
+            (Recorder::new(graph, frame, view), outputs)
+        }
+        None => (r, outputs),
+    };
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let (mut export, mut adapted) = (None, None);
     let previous_sum = asked.previous_sum(state);
@@ -469,6 +476,9 @@ fn record_view<'f>(
         Some(output) => {
             let adapting = request.adapting(state.adapted.is_some());
             let stops = frame::exposure_passes(&mut r, adapting.as_ref(), &outputs.radiance)?;
+            let (settings, shaded) = (&request.settings, &outputs.radiance);
+            let enlarged =
+                frame::upscale_passes(&mut r, settings, request.display_exposure(), shaded, asked.output_size)?;
             let means = output.means(r.graph, asked.means_of, previous_sum);
             let picture = Picture {
                 display: output.display(r.graph),
@@ -482,7 +492,8 @@ fn record_view<'f>(
                 overlay: overlay.as_ref(),
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
-            frame::output_passes(&mut r, &request.settings, &outputs.radiance, means, picture, &request.effects)?;
+            let radiance = enlarged.as_ref().unwrap_or(shaded);
+            frame::output_passes(&mut r, settings, radiance, means, picture, &request.effects)?;
             adapted = stops.map(|stops| r.graph.export(stops));
         }
     }

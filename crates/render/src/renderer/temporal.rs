@@ -4,6 +4,7 @@ use super::Renderer;
 use super::output::ViewState;
 use super::prepare::Asked;
 use crate::passes::taa::{FramesBefore, TemporalFrame};
+use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
 use crate::request::FrameRequest;
 use crate::settings::Settings;
@@ -88,6 +89,7 @@ impl TemporalAsked {
         request: &FrameRequest,
         (scene, scene_version): (&Scene, u64),
         step: Option<CameraStep>,
+        upscaled_to: Option<(u32, u32)>,
     ) -> TemporalFrame {
         let shows = |last: &LastFrame| last.shown == Shown::new(request, scene, scene_version);
         let before = self.last.as_ref().zip(step).map(|(last, camera_step)| FramesBefore {
@@ -95,7 +97,7 @@ impl TemporalAsked {
             gain: request.pre_exposure() / last.pre_exposure,
             stands: last.pose == self.pose && shows(last),
         });
-        TemporalFrame { exposure: request.display_exposure(), before }
+        TemporalFrame { exposure: request.display_exposure(), before, upscaled_to }
     }
 
     /// What the next frame has to know of it.
@@ -106,6 +108,14 @@ impl TemporalAsked {
 }
 
 impl Asked {
+    /// The picture's size, if frames that follow each other bring it to that from the smaller one at which they are
+    /// shaded.
+    pub(super) fn upscaled_to(&self) -> Option<(u32, u32)> {
+        let is_asked = self.temporal.is_some() && self.request.settings.upscale.method == UpscaleMethod::Temporal;
+        let is_smaller = self.size.0 <= self.output_size.0 && self.size.1 <= self.output_size.1;
+        (is_asked && is_smaller && self.size != self.output_size).then_some(self.output_size)
+    }
+
     /// By how much the frame is moved for the sake of frames before and after it, in pixels.
     pub(super) fn temporal_jitter_px(&self) -> Vec2 {
         self.temporal.as_ref().map_or(Vec2::ZERO, TemporalAsked::jitter_px)

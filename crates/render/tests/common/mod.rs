@@ -3,6 +3,7 @@
 #![allow(dead_code, clippy::unwrap_used, reason = "each test file uses a part, and panics where it expects something")]
 
 pub mod files;
+pub mod flat;
 pub mod shadows;
 pub mod skies;
 

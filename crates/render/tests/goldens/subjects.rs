@@ -8,7 +8,7 @@ use manypass::scene::{
     Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive, Projection, Sampler, Scene, ShadingModel, Skin,
     Texture, TextureRef, TextureTransform, demo,
 };
-use manypass::{Background, EffectFile, Environment, FrameRequest, Pose, Tonemap, View};
+use manypass::{Background, EffectFile, Environment, FrameRequest, Pose, Tonemap, UpscaleMethod, View};
 use std::sync::Arc;
 
 /// One golden.
@@ -46,6 +46,7 @@ pub fn all() -> Vec<Subject> {
         outlines_of_objects(),
         contact_shadows(),
         light_between_surfaces(),
+        antialiasing(),
     ]
 }
 
@@ -492,5 +493,33 @@ fn light_between_surfaces() -> Subject {
     request.settings.environment.source = Environment::None;
     let enabled = [true, false];
     subject.strips = enabled.map(|enabled| request.with(|settings| settings.gi.enabled = enabled)).to_vec();
+    subject
+}
+
+/// Bars and a ring: frames that follow each other, half as large ones enlarged by those before, and one along its edges.
+fn antialiasing() -> Subject {
+    let mut scene = Scene::default();
+    for i in 0..7u8 {
+        let lean = 0.12 * (f32::from(i) - 3.0);
+        let bar = put(&mut scene, cube(Vec3::new(0.06, 1.3, 0.06)), matte([0.9, 0.85, 0.8]), Vec3::X * 4.0 * lean);
+        scene.node_mut(bar).rotation = Quat::from_rotation_z(lean);
+    }
+    let ring = put(&mut scene, torus(0.42, 0.1, 48, 16), matte([0.8, 0.2, 0.1]), Vec3::new(0.3, 0.0, 0.3));
+    scene.node_mut(ring).rotation = Quat::from_rotation_x(1.2);
+    let size = (128, 42);
+    let mut subject = subject("antialiasing", scene, size, Vec3::new(0.0, 0.2, 2.4), Vec3::ZERO);
+    let request = subject.strips[0].clone();
+    let over_time = |scale: f32, method: UpscaleMethod| {
+        request.with(|settings| {
+            settings.taa.enabled = method == UpscaleMethod::Temporal;
+            settings.render.scale = scale;
+            settings.upscale.method = method;
+        })
+    };
+    subject.strips = vec![
+        over_time(1.0, UpscaleMethod::Temporal),
+        over_time(0.5, UpscaleMethod::Temporal),
+        over_time(0.5, UpscaleMethod::Edges),
+    ];
     subject
 }

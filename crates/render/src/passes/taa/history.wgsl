@@ -1,8 +1,8 @@
 // What the passes of temporal anti-aliasing have in common: colours as they are averaged, and what the frames before
 // left.
 
-import package::constants::HALF_FLOAT_MAX;
-import package::shaders::scrub::scrubbed;
+import package::shaders::compressed::compressed;
+import package::view::view;
 
 struct Taa {
     // The distance from the last frame's camera of a point (x, y, z, 1) in world space.
@@ -11,6 +11,8 @@ struct Taa {
     inverse_size_px: vec2f,
     // Its texels for each pixel of the picture, in which motion is.
     texels_per_px: vec2f,
+    // The frame's texels for each of its.
+    shaded_per_texel: vec2f,
     // From pre-exposed radiance to what the tone curve takes.
     exposure: f32,
     // What the last frame's radiance is multiplied by; 0 without one.
@@ -25,8 +27,12 @@ struct Taa {
     reach: f32,
     // The least number of frames that are averaged at the most.
     most_sure: f32,
-    // Zero.
-    padding: f32,
+    // What a sample counts that lies in the texel, where the frame is smaller than what is written; in frames.
+    near_weight: f32,
+    // What a frame counts whose samples lie beside it.
+    far_weight: f32,
+    // The same where something moves.
+    far_weight_moving: f32,
 }
 
 @group(1) @binding(0) var<uniform> taa: Taa;
@@ -35,30 +41,14 @@ struct Taa {
 @group(1) @binding(3) var motion: texture_2d<f32>;
 @group(0) @binding(2) var linear_clamp: sampler;
 
+// 1 if the frame is smaller than what is written, which then has the picture's size.
+override upscales: u32 = 0u;
+
+// How far the sides of a texel are from sharp, in texels, so that weights do not jump.
+const SIDE: f32 = 0.1;
 // More than means are of where something moves, with the default settings. After twice as many frames it is known whether
 // what stands still flickers; until then more would keep what boxes took.
 const STILL_FRAMES: f32 = 12.0;
-// Where the curve of compression bends, as Khronos PBR Neutral does, and what is left from there to 1.
-const KNEE: f32 = 0.76;
-const ROOM: f32 = 0.24;
-// So that what is far brighter than the display has a way back.
-const ROOM_MIN: f32 = 4e-6;
-
-// Colours as they are averaged: radiance whose brightest channel ends below 1, with coverage.
-fn compressed(texel: vec4f, gain: f32) -> vec4f {
-    let color = min(scrubbed(texel).rgb * gain, vec3f(HALF_FLOAT_MAX));
-    let peak = max(color.r, max(color.g, color.b));
-    let over = max(peak - KNEE, 0.0);
-    let limited = min(peak, KNEE) + ROOM * over / (over + ROOM);
-    return vec4f(color * (limited / max(peak, 1e-20)), texel.a);
-}
-
-fn expanded(texel: vec4f, gain: f32) -> vec4f {
-    let peak = max(texel.r, max(texel.g, texel.b));
-    let over = max(peak - KNEE, 0.0);
-    let unlimited = min(peak, KNEE) + ROOM * over / max(ROOM - over, ROOM_MIN);
-    return scrubbed(vec4f(texel.rgb * (unlimited / max(peak, 1e-20)) / gain, texel.a));
-}
 
 fn luma(color: vec3f) -> f32 {
     return dot(color, vec3f(0.25, 0.5, 0.25));
@@ -74,6 +64,74 @@ fn flickers(rate: f32) -> f32 {
 fn color_at(texel: vec2i) -> vec4f {
     let last = vec2i(textureDimensions(radiance)) - 1;
     return compressed(textureLoad(radiance, clamp(texel, vec2i(0), last), 0), taa.exposure);
+}
+
+// The place in the frame of a place in what is written, in texels: samples lie in the middles of its texels, which jitter
+// moved.
+fn shaded_place(position_px: vec2f) -> vec2f {
+    if upscales == 0u {
+        return position_px;
+    }
+    return position_px * taa.shaded_per_texel + view.jitter_ndc * vec2f(0.5, -0.5) * view.size_px;
+}
+
+// What share of a texel of what is written, of which samples lie so far from the middle, is theirs: 1 within it, 0 beside.
+fn inside(offset_px: vec2f) -> f32 {
+    let share = clamp((0.5 + SIDE - abs(offset_px)) / (2.0 * SIDE), vec2f(0.0), vec2f(1.0));
+    return share.x * share.y;
+}
+
+// A sample's weight by its distance from a place, in texels of the frame: of samples within a texel of what is written its
+// full one (Karis 2014, "High Quality Temporal Supersampling"), of the four around a little, linearly, for texels that
+// had none yet.
+// Where something moves means are of few frames: there a sample counts less beside what is interpolated, or texels that
+// have one in this frame would stand out.
+fn sample_weight(offset: vec2f, moving: f32) -> f32 {
+    let linear = max(1.0 - abs(offset), vec2f(0.0));
+    let near = mix(taa.near_weight, sqrt(taa.near_weight), moving);
+    let far = mix(taa.far_weight, taa.far_weight_moving, moving);
+    return near * inside(offset / taa.shaded_per_texel) + far * linear.x * linear.y;
+}
+
+// How much something moves, by texels since the last frame: 0 to 1.
+fn motion_of(moved: vec2f) -> f32 {
+    return min(length(moved), 1.0);
+}
+
+// Where the nearest sample lies, from a place.
+fn nearest_offset(place: vec2f) -> vec2f {
+    return floor(place) + 0.5 - place;
+}
+
+// How much a frame counts at a place, in frames.
+fn frame_weight(place: vec2f, moving: f32) -> f32 {
+    if upscales == 0u {
+        return 1.0;
+    }
+    let first = nearest_offset(place);
+    var sum = 0.0;
+    for (var i = 0; i < 9; i++) {
+        sum += sample_weight(first + vec2f(neighbour(i)), moving);
+    }
+    return sum;
+}
+
+// How many frames a mean is of, and the number of the nearest neighbour, in one number.
+fn packed_count(count: f32, nearest: i32) -> f32 {
+    return f32(nearest) * counts() + count;
+}
+
+fn unpacked_count(both: f32) -> f32 {
+    return both - floor(both / counts()) * counts();
+}
+
+fn unpacked_nearest(both: f32) -> i32 {
+    return i32(floor(both / counts()));
+}
+
+// More than a count is: half floats have eleven bits, and what is larger than frames is known in more.
+fn counts() -> f32 {
+    return select(2048.0, 128.0, upscales == 0u);
 }
 
 // What the last frame left at a place, as it is averaged.

@@ -10,7 +10,11 @@
 //! display colours, as in stills.
 //!
 //! Reads: radiance, linear_depth, motion, and what the last frame left. Writes: radiance (`taa.next`), and what it knows
-//! of the surface of each pixel (`taa.surface.next`: rgba16float, see `surface.wgsl`).
+//! of the surface of each pixel (`taa.surface.next`: rgba16float, or rgba32float, see `surface.wgsl`).
+//!
+//! Where the picture is larger than its frames (`upscale.method=temporal`), what is written has its size: a frame's samples
+//! are weighted by their distance from the middle of the pixel, as in the first source, by a box as wide as a pixel, so
+//! that the mean is that of the still; what lies between samples counts little, and shows until one came.
 
 mod settings;
 
@@ -41,6 +45,8 @@ pub struct TemporalFrame {
     pub exposure: f32,
     /// None if it is the first.
     pub before: Option<FramesBefore>,
+    /// The picture's size, if what is written has that, and not the size at which the frame was shaded.
+    pub upscaled_to: Option<(u32, u32)>,
 }
 
 /// What the passes read of a frame.
@@ -54,6 +60,14 @@ pub struct Shown<'h> {
     pub motion: &'h Handle,
 }
 
+/// What is interpolated of a frame counts, beside samples where they are, where the picture is larger than the frame.
+const FAR_WEIGHT: f32 = 0.03;
+/// The same where something moves: found by measuring (`cargo xtask bench --only antialiasing`).
+const FAR_WEIGHT_MOVING: f32 = 1.5;
+
+/// The format of what is known of surfaces where counts of frames are not whole.
+const FINE_SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
 /// The uniform of `history.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -64,6 +78,8 @@ struct TaaUniform {
     inverse_size_px: [f32; 2],
     /// Its texels for each pixel of the picture, in which motion is.
     texels_per_px: [f32; 2],
+    /// The frame's texels for each of its.
+    shaded_per_texel: [f32; 2],
     exposure: f32,
     /// What the last frame's radiance is multiplied by; 0 without one.
     gain: f32,
@@ -77,13 +93,27 @@ struct TaaUniform {
     reach: f32,
     /// The least number of frames that are averaged at the most.
     most_sure: f32,
-    /// Zero.
-    padding: f32,
+    /// What a sample counts that lies in the texel, where the frame is smaller than what is written; in frames.
+    near_weight: f32,
+    /// What a frame counts whose samples lie beside it.
+    far_weight: f32,
+    /// The same where something moves.
+    far_weight_moving: f32,
 }
 
 impl TaaUniform {
-    fn new(settings: &TaaSettings, frame: &TemporalFrame, before: Option<&FramesBefore>, size: (u32, u32)) -> Self {
+    /// Of a frame that was shaded at one size, and is written at another one.
+    fn new(
+        settings: &TaaSettings,
+        frame: &TemporalFrame,
+        before: Option<&FramesBefore>,
+        [shaded, size]: [(u32, u32); 2],
+    ) -> Self {
         let size_px = [size.0 as f32, size.1 as f32];
+        let shaded_per_texel = [shaded.0 as f32 / size_px[0], shaded.1 as f32 / size_px[1]];
+        let texels_per_sample = (shaded_per_texel[0] * shaded_per_texel[1]).recip();
+        // Of a pixel as many samples as without.
+        let most_still = settings.samples as f32 * texels_per_sample;
         let output_size = before.map_or(size, |before| before.camera_step.output_size);
         let stands = before.is_some_and(|before| before.stands);
         let view_from_world = before.map(|before| before.camera_step.previous.world_from_view.inverse());
@@ -91,14 +121,18 @@ impl TaaUniform {
             previous_distance_row: view_from_world.map_or(Vec4::W, |matrix| -matrix.row(2)),
             inverse_size_px: size_px.map(f32::recip),
             texels_per_px: [size_px[0] / output_size.0 as f32, size_px[1] / output_size.1 as f32],
+            shaded_per_texel,
             exposure: frame.exposure,
             gain: before.map_or(0.0, |before| before.gain),
-            most_still: settings.samples as f32,
+            most_still,
             most_moving: 1.0 / (1.0 - settings.feedback.clamp(0.0, 0.98)),
             clip: settings.clip,
             reach: if stands { 10.0 } else { 0.0 },
-            most_sure: if stands { settings.samples as f32 } else { 1.0 },
-            padding: 0.0,
+            most_sure: if stands { most_still } else { 1.0 },
+            // A sample comes to lie in one frame of so many, so that each counts as one in the mean.
+            near_weight: texels_per_sample,
+            far_weight: FAR_WEIGHT,
+            far_weight_moving: FAR_WEIGHT_MOVING,
         }
     }
 }
@@ -114,15 +148,20 @@ pub fn record(
     shown: Shown<'_>,
 ) -> Result<Handle, ProgramError> {
     let TextureDesc { width, height, .. } = shown.radiance.desc();
-    let desc = TextureDesc::new_2d(width, height, RADIANCE);
-    let (colors, surfaces) = (r.history("taa", desc), r.history("taa.surface", desc));
+    let shaded = (width, height);
+    let size = frame.upscaled_to.unwrap_or(shaded);
+    let upscales = [("upscales", u32::from(size != shaded))];
+    let desc = |format| TextureDesc::new_2d(size.0, size.1, format);
+    let colors = r.history("taa", desc(RADIANCE));
+    let surfaces = r.history("taa.surface", desc(if size == shaded { RADIANCE } else { FINE_SURFACE }));
     let before = frame.before.as_ref().filter(|_| !colors.is_first && !surfaces.is_first);
-    let uniform = TaaUniform::new(settings, frame, before, (width, height));
+    let uniform = TaaUniform::new(settings, frame, before, [shaded, size]);
     // A first frame looks at nothing before it, but something has to be bound.
     let previous = if before.is_some() { &colors.previous } else { shown.radiance };
     let previous_surface = if before.is_some() { &surfaces.previous } else { shown.radiance };
     let surface = r
         .fullscreen("taa.surface", "taa_surface", &[])
+        .constants(&upscales)
         .uniform("taa", &uniform)
         .read("radiance", shown.radiance)
         .read("linear_depth", shown.linear_depth)
@@ -130,6 +169,7 @@ pub fn record(
         .read("previous_surface", previous_surface)
         .draw_into(surfaces.next, ColorLoad::Discard)?;
     r.fullscreen("taa", "taa", &[])
+        .constants(&upscales)
         .uniform("taa", &uniform)
         .read("radiance", shown.radiance)
         .read("previous", previous)
@@ -153,6 +193,7 @@ mod tests {
                 previous_distance_row,
                 inverse_size_px,
                 texels_per_px,
+                shaded_per_texel,
                 exposure,
                 gain,
                 most_still,
@@ -160,7 +201,9 @@ mod tests {
                 clip,
                 reach,
                 most_sure,
-                padding
+                near_weight,
+                far_weight,
+                far_weight_moving
             ]
         );
     }

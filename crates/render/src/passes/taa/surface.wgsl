@@ -1,13 +1,17 @@
 // taa.surface: whether the frames before showed the surface of a pixel, how many did, and how much it flickers.
-// Reads: radiance, linear_depth, motion, previous_surface. Writes: taa.surface (rgba16float): log2 of the farthest distance
-// of 3 × 3 pixels in metres; how many frames are averaged, whole, plus the number of the nearest of these pixels (0 to
-// 8) / 16; in how many frames of one the luma is on the other side of its mean than in the frame before, with the sign
+// Reads: radiance, linear_depth, motion, previous_surface. Writes: taa.surface (rgba16float, whose counts are whole; rgba32float
+// where the picture is larger than the frame): log2 of the farthest distance
+// of 3 × 3 pixels in metres; how many frames are averaged, plus 128 (2048) times the number of the nearest of these pixels
+// (0 to 8); in how many frames of one the luma is on the other side of its mean than in the frame before, with the sign
 // of the last side; and that mean, over few frames, as they were without those before them.
 // Program: taa_surface.
 
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::position_world_from_pixel;
-import package::passes::taa::history::{STILL_FRAMES, color_at, flickers, luma, moved_texels, neighbour, taa};
+import package::passes::taa::history::{
+    STILL_FRAMES, color_at, flickers, frame_weight, luma, motion_of, moved_texels, neighbour, packed_count, shaded_place, taa,
+    unpacked_count, upscales,
+};
 
 @group(1) @binding(4) var linear_depth: texture_2d<f32>;
 @group(1) @binding(5) var previous_surface: texture_2d<f32>;
@@ -31,7 +35,8 @@ fn distance_at(texel: vec2i) -> f32 {
 
 @fragment
 fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let pixel = vec2i(position.xy);
+    let place = shaded_place(position.xy);
+    let pixel = vec2i(floor(place));
     let distance_m = distance_at(pixel);
     var nearest_m = distance_m;
     var farthest_m = distance_m;
@@ -51,12 +56,12 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let left = textureLoad(previous_surface, vec2i(clamp(before, vec2f(0.0), size - 1.0)), 0);
 
     // As far away as it was from the last camera, if it did not move itself.
-    let position_world = vec4f(position_world_from_pixel(position.xy, distance_m), 1.0);
+    let position_world = vec4f(position_world_from_pixel(floor(place) + 0.5, distance_m), 1.0);
     let before_m = max(dot(taa.previous_distance_row, position_world), 1e-6);
     let expected_m = select(before_m, DISTANCE_BACKGROUND_M, distance_m >= DISTANCE_BACKGROUND_M);
     let was_seen = log2(expected_m) <= left.x + DISOCCLUSION;
     // Where nothing moved nothing came to light, though this frame may look through a gap that the last one missed.
-    let moving = min(length(moved), 1.0);
+    let moving = motion_of(moved);
     let stood_still = (moving < 0.5) & (abs(left.z) > 0.5 * RATE_STILL);
     // The first frame comes before none.
     let goes_on = is_inside & (was_seen | stood_still) & (taa.gain > 0.0);
@@ -71,10 +76,13 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let still = mix(min(taa.most_still, 2.0 * STILL_FRAMES), taa.most_still, was_flickering);
     let unsure = mix(still, min(taa.most_moving, taa.most_still), max(moving, changes));
     let most = max(unsure, taa.most_sure);
-    let count = max(select(1.0, floor(min(floor(left.y) + 1.0, most)), goes_on), 1.0);
+    let weight = frame_weight(place, moving);
+    let counted = min(unpacked_count(left.y) + weight, most);
+    let whole = select(counted, floor(counted), upscales == 0u);
+    let count = max(select(weight, whole, goes_on), weight);
     let share = max(1.0 / count, FRAME_SHARE);
     let rate = mix(abs(left.z), select(0.0, 1.0, turns), FRAME_SHARE) * (1.0 - moving);
     let rate_min = select(RATE_STILL, RATE_MOVING, moving >= 0.5);
     let flicker = side * max(select(0.0, rate, goes_on), rate_min);
-    return vec4f(log2(farthest_m), count + f32(nearest) / 16.0, flicker, select(light, mix(left.w, light, share), goes_on));
+    return vec4f(log2(farthest_m), packed_count(count, nearest), flicker, select(light, mix(left.w, light, share), goes_on));
 }

@@ -4,8 +4,10 @@
 // Program: taa.
 
 import package::passes::taa::history::{
-    STILL_FRAMES, color_at, expanded, flickers, moved_texels, neighbour, previous_at, taa,
+    STILL_FRAMES, color_at, flickers, motion_of, moved_texels, nearest_offset, neighbour, previous_at, sample_weight, shaded_place,
+    taa, unpacked_count, unpacked_nearest, upscales,
 };
+import package::shaders::compressed::expanded;
 
 @group(1) @binding(4) var surface: texture_2d<f32>;
 
@@ -40,12 +42,17 @@ fn history_at(position_px: vec2f) -> vec4f {
     let last = middle + 2.0;
     let weights = vec4f(w0.x * w12.y, w12.x * w0.y, w3.x * w12.y, w12.x * w3.y);
     let weight = w12.x * w12.y;
-    let sum = previous_at(near) * weight
-        + previous_at(vec2f(first.x, near.y)) * weights.x
-        + previous_at(vec2f(near.x, first.y)) * weights.y
-        + previous_at(vec2f(last.x, near.y)) * weights.z
-        + previous_at(vec2f(near.x, last.y)) * weights.w;
-    return max(sum / (weight + dot(weights, vec4f(1.0))), vec4f(0.0));
+    let here = previous_at(near);
+    let left = previous_at(vec2f(first.x, near.y));
+    let above = previous_at(vec2f(near.x, first.y));
+    let right = previous_at(vec2f(last.x, near.y));
+    let below = previous_at(vec2f(near.x, last.y));
+    let sum = here * weight + left * weights.x + above * weights.y + right * weights.z + below * weights.w;
+    // The filter goes beyond what it reads beside steep edges, and what is compressed has no room there: a rim of white
+    // within whatever is bright.
+    let least = min(min(min(left, right), min(above, below)), here);
+    let most = max(max(max(left, right), max(above, below)), here);
+    return clamp(sum / (weight + dot(weights, vec4f(1.0))), least, most);
 }
 
 // Towards the middle of a box until it is in it; coverage, which is none of the colour, by itself.
@@ -58,16 +65,28 @@ fn clipped(color: vec4f, middle: vec4f, extent: vec4f) -> vec4f {
 
 @fragment
 fn fs_taa(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let pixel = vec2i(position.xy);
-    let known = textureLoad(surface, pixel, 0);
-    let count = floor(known.y);
-    let nearest = i32(round((known.y - count) * 16.0));
+    let known = textureLoad(surface, vec2i(position.xy), 0);
+    let count = unpacked_count(known.y);
+    let nearest = unpacked_nearest(known.y);
+    let place = shaded_place(position.xy);
+    let pixel = vec2i(floor(place));
+    let offset = nearest_offset(place);
+    let moved = moved_texels(pixel + neighbour(nearest));
+    let moving = motion_of(moved);
     var sum = vec4f(0.0);
     var squares = vec4f(0.0);
+    var weighted = vec4f(0.0);
+    var weights = 0.0;
     for (var i = 0; i < 9; i++) {
-        let around = ycocg_from_rgb(color_at(pixel + neighbour(i)));
+        let color = color_at(pixel + neighbour(i));
+        let around = ycocg_from_rgb(color);
         sum += around;
         squares += around * around;
+        if upscales != 0u {
+            let weight = sample_weight(offset + vec2f(neighbour(i)), moving);
+            weighted += color * weight;
+            weights += weight;
+        }
     }
     let mean = sum / 9.0;
     let deviation = sqrt(max(squares / 9.0 - mean * mean, vec4f(0.0)));
@@ -75,13 +94,14 @@ fn fs_taa(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // behind it has its turns as well, and no mean.
     let is_still = smoothstep(STILL_FRAMES, 2.0 * STILL_FRAMES, count);
     let flicker = is_still * flickers(known.z) * FLICKER_REACH * abs(known.w - mean.x);
-    let now = color_at(pixel);
+    let now = select(weighted / max(weights, 1e-6), color_at(pixel), upscales == 0u);
     let shown = abs(ycocg_from_rgb(now) - mean);
     let extent = max(taa.clip * deviation, shown) + flicker + CLIP_MIN + taa.reach;
-    let before = history_at(position.xy - moved_texels(pixel + neighbour(nearest)));
+    let before = history_at(position.xy - moved);
     let history = rgb_from_ycocg(clipped(ycocg_from_rgb(before), mean, extent));
-    let weight = 1.0 / max(count, 1.0);
+    let frame = select(weights, 1.0, upscales == 0u);
+    let weight = min(frame / max(count, 1e-6), 1.0);
     // The first frame has no other that could be averaged.
-    let result = select(history * (1.0 - weight) + now * weight, now, count < 1.5);
+    let result = select(history * (1.0 - weight) + now * weight, now, weight > 0.99);
     return expanded(max(result, vec4f(0.0)), taa.exposure);
 }
