@@ -34,6 +34,7 @@ impl Quality {
                 ("shadows.filter", "hard"),
                 ("shadows.cascades", "2"),
                 ("shadows.atlas_px", "2048"),
+                ("shadows.min_px", "16"),
                 ("fog.steps", "8"),
                 ("lod.materials", "true"),
                 ("lod.error_px", "2"),

@@ -10,6 +10,7 @@ mod limit;
 mod machine;
 mod measure;
 mod options;
+mod quality;
 mod stage;
 mod way;
 mod ways;
@@ -84,6 +85,7 @@ impl Bench<'_> {
             (TableName::Textures, _) => self.print_textures(),
             (TableName::Levels, _) => levels::print(self),
             (TableName::Effects, _) => effects::print(self),
+            (TableName::Quality, _) => quality::print(self),
             (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),

@@ -18,6 +18,7 @@ Tables:
   textures  memory of the textures of a frame of 1920x1080
   levels    10,000 small things with and without levels of detail of meshes and materials
   effects   built-in effects at 1920x1080 beside a plain copy, and a blur in two dimensions beside that in rows and columns
+  quality   tiers of quality: milliseconds of a live frame, beside the next tier's, and FLIP to the best with many samples
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
 
@@ -31,7 +32,7 @@ Options:
   --baseline PROGRAM  run the table baseline against another build of manypass; alone, unless --only names other tables, too
   --program PROGRAM   measure this build of manypass; otherwise the release build, which is made first
 
-All tables take about 14 minutes on two cores with a software adapter, and 4 more to build.
+All tables take about 22 minutes on two cores with a software adapter, and 4 more to build.
 The fields of lights lie in MANYPASS_ASSETS, else beside the repository in shared/assets.
 ";
 
@@ -48,12 +49,13 @@ pub(crate) enum TableName {
     Textures,
     Levels,
     Effects,
+    Quality,
     Environment,
     Baseline,
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 9] = [
+    const ALL: [(&str, Self); 10] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
@@ -61,6 +63,7 @@ impl TableName {
         ("textures", Self::Textures),
         ("levels", Self::Levels),
         ("effects", Self::Effects),
+        ("quality", Self::Quality),
         ("environment", Self::Environment),
         ("baseline", Self::Baseline),
     ];
@@ -111,11 +114,11 @@ impl Options {
                 _ => program = Some(PathBuf::from(value)),
             }
         }
-        use TableName::{Baseline, Effects, Environment, Fields, Graph, Levels, Shadows, Textures, Ways};
+        use TableName::{Baseline, Effects, Environment, Fields, Graph, Levels, Quality, Shadows, Textures, Ways};
         let tables = match (only, &baseline) {
             (Some(only), _) => only,
             (None, Some(_)) => vec![Baseline],
-            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Effects, Environment],
+            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Effects, Quality, Environment],
         };
         if tables.contains(&Baseline) != baseline.is_some() {
             return Err("the table baseline and --baseline PROGRAM need each other".into());
@@ -152,7 +155,7 @@ mod tests {
         assert_eq!(tables(&["--baseline", "old"]), Ok(vec![TableName::Baseline]));
         let both = tables(&["--baseline", "old", "--only", "baseline,ways"]);
         assert_eq!(both, Ok(vec![TableName::Baseline, TableName::Ways]));
-        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(8));
+        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(9));
     }
 
     #[test]
