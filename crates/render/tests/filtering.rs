@@ -401,7 +401,7 @@ fn textures_are_halved_until_they_are_as_small_as_somebody_wants() {
     }
     // And where a frame brings another number; those after it, too.
     for (max_px, side) in [(16, 16), (0, 128)] {
-        let request = plain_request(&scene, (48, 48)).with(|settings| settings.textures.max_px = max_px);
+        let request = plain_request(&scene, (128, 128)).with(|settings| settings.textures.max_px = max_px);
         renderer.render(&scene, &request).unwrap();
         assert_eq!(whole_bytes - renderer.scene_bytes(), 4 * (texels(128) - texels(side)), "{max_px}");
         let red: Vec<f32> = renderer.read_radiance().unwrap().chunks_exact(4).map(|pixel| pixel[0]).collect();
