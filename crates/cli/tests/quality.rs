@@ -22,7 +22,9 @@ fn a_budget_chooses_settings_and_says_which() {
     assert_eq!((chosen["rung"].as_str(), chosen["changes"].as_u64()), (Some("low, 0.25"), Some(1)));
     assert_eq!(chosen["settings"]["render.scale"].as_f64(), Some(0.25));
     assert_eq!(tiny["info"]["settings"]["render"]["scale"].as_f64(), Some(0.25));
-    assert!(chosen["median_ms"].as_f64().is_some_and(|ms| ms > 0.0) && chosen["settled_after_frames"].as_u64() > Some(2));
+    assert!(
+        chosen["median_ms"].as_f64().is_some_and(|ms| ms > 0.0) && chosen["settled_after_frames"].as_u64() > Some(2)
+    );
     let huge = live(&folder, &["--count", "12", "--set", "quality.budget_ms=100000"]);
     assert_eq!(huge["info"]["quality"]["rung"].as_str(), Some("ultra"));
     assert_eq!(huge["info"]["quality"]["settings"]["occlusion.enabled"].as_bool(), Some(true));
@@ -33,7 +35,8 @@ fn a_budget_chooses_settings_and_says_which() {
     assert_eq!(high["info"]["settings"]["reflections"]["enabled"].as_bool(), Some(false));
     let none = live(&folder, &["--count", "1"]);
     assert_eq!(none["info"]["quality"], Value::Null);
-    let summary = ["bench", "demo:materials", "--live", "--size", "96x54", "--count", "9", "--set", "quality.budget_ms=0.001"];
+    let summary =
+        ["bench", "demo:materials", "--live", "--size", "96x54", "--count", "9", "--set", "quality.budget_ms=0.001"];
     let summary = run_in(&folder, &summary).expect(0).text();
     assert!(summary.contains("quality: `low, 0.25` for 0.001 ms a frame, after "), "{summary}");
     assert!(summary.contains("\n  render.scale = 0.25\n"), "{summary}");

@@ -119,8 +119,9 @@ pub(super) fn print(bench: &mut Bench) -> Result<()> {
 /// What is wrong with a tier that is too little faster than the next.
 fn failure(scene: &str, tier: &str, faster: f64) -> Option<String> {
     let is_fast = faster >= FASTER_MIN;
-    (!is_fast)
-        .then(|| format!("Quality: {tier} is {faster:.2} times as fast as the next in {scene}, and is to be {FASTER_MIN}"))
+    (!is_fast).then(|| {
+        format!("Quality: {tier} is {faster:.2} times as fast as the next in {scene}, and is to be {FASTER_MIN}")
+    })
 }
 
 #[cfg(test)]

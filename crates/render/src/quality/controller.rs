@@ -195,12 +195,12 @@ mod tests {
         of_rungs: [f64; 8],
         mut load: impl FnMut(usize) -> f64,
     ) -> Vec<usize> {
-        let mut is_new = 2;
+        let mut new_frames = 2_u32;
         (0..count)
             .map(|frame| {
                 let rung = controller.rung();
-                let ms = of_rungs[rung] * load(frame) * if is_new > 0 { 3.0 } else { 1.0 };
-                is_new = if controller.take(ms) { 2 } else { (is_new as u32).saturating_sub(1) as i32 };
+                let ms = of_rungs[rung] * load(frame) * if new_frames > 0 { 3.0 } else { 1.0 };
+                new_frames = if controller.take(ms) { 2 } else { new_frames.saturating_sub(1) };
                 rung
             })
             .collect()
