@@ -274,6 +274,10 @@ pub struct BenchArgs {
     /// Draw the first frame alone, for what takes minutes: neither passes are timed nor pairs counted.
     #[arg(long, conflicts_with_all = ["count", "budget_ms"])]
     pub first_frame: bool,
+    /// Draw frames as a page does: with the settings of `render`, each of one sample and over what effects keep of the one
+    /// before. Only so does --set quality.budget_ms choose settings by what frames take; the summary says which.
+    #[arg(long)]
+    pub live: bool,
     /// Write the last frame here.
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,

@@ -1,5 +1,7 @@
 //! `bench`: milliseconds per frame.
 
+mod live;
+
 use crate::args::BenchArgs;
 use crate::camera::{self, CameraSpec};
 use crate::chosen::Chosen;
@@ -13,6 +15,7 @@ use crate::request::{effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use crate::surroundings::Surroundings;
+use live::Live;
 use manypass::{Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Tonemap, View};
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
@@ -36,7 +39,8 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         return Err(Failure::usage("bench takes one file", "name one model"));
     };
     let chosen = Chosen::of_change(&args.change)?.meeting_stages(input.is_stage());
-    let (settings, effect_files) = chosen.settings(bare(), None)?;
+    let base = || if args.live { Settings::default() } else { bare() };
+    let (settings, effect_files) = chosen.settings(base(), None)?;
     if let Some(path) = &args.png {
         check_png(path)?;
         Places::of_input_and_effects(input, &effect_files).write(path)?;
@@ -47,14 +51,18 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let Opened { mut scene, mut warnings, stage } = input.load()?;
     let (settings, effect_files) = match &stage {
         None => (settings, effect_files),
-        stage => chosen.settings(bare(), stage.as_ref())?,
+        stage => chosen.settings(base(), stage.as_ref())?,
     };
     let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
-    job::check_settings(&settings)?;
+    let mut live = match args.live {
+        true => Live::new(&chosen, &settings, stage.as_ref())?,
+        false => job::check_settings(&settings).map(|()| Live::default())?,
+    };
     warnings.extend(Surroundings::new(session::cache(!args.cache.no_cache)).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();
+    renderer.limit_textures(settings.textures.max_px);
     renderer.load(&scene).map_err(failed)?;
     let upload_ms = ms_since(upload_started);
     let aspect = width as f32 / height as f32;
@@ -67,14 +75,18 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         settings: settings.clone(),
         effects: effects(&renderer, effect_files)?,
         overlay: scene.overlay.clone(),
+        goes_on: args.live,
         ..FrameRequest::new(width, height, View { world_from_view, projection })
     };
     renderer.expose(&scene, &mut request, exposure).map_err(failed)?;
-    let frame = |renderer: &mut Renderer| -> Result<f64, Failure> {
+    live.begin(&mut request);
+    let mut frame = |renderer: &mut Renderer| -> Result<f64, Failure> {
         let start = Instant::now();
         renderer.render(&scene, &request).map_err(failed)?;
         renderer.wait();
-        Ok(ms_since(start))
+        let frame_ms = ms_since(start);
+        live.take(frame_ms, &mut request);
+        Ok(frame_ms)
     };
     let first_frame_ms = frame(&mut renderer)?;
     let first_ms = ms_since(started);
@@ -106,7 +118,9 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "height": height,
         "path": path,
         "light_culling": light_culling,
-        "settings": settings,
+        "settings": live.settings().unwrap_or(&settings),
+        "quality": live.numbers(),
+        "scene_bytes": renderer.scene_bytes(),
         "effects": effect_values,
         "lights": stats.lights,
         "draws": stats.draws,
@@ -141,13 +155,14 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         let (median, min, max) = summary(shown_ms);
         print(&format!(
             "{} at {width}x{height} on {}\nframes: {}, median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
-             after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n",
+             after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n{}",
             input.name(),
             adapter.name,
             shown_ms.len(),
             stats.lights,
             stats.draws,
             stats.triangles,
+            live.summary(),
         ))?;
     }
     let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });

@@ -145,9 +145,23 @@ impl<'a> Chosen<'a> {
     /// or reads what is not.
     pub fn settings(&self, base: Settings, stage: Option<&Stage>) -> Result<(Settings, Vec<EffectFile>), Failure> {
         let mut settings = base;
-        if let Some(quality) = self.change.quality.as_deref().and_then(Quality::named) {
+        if let Some(quality) = self.quality() {
             settings.apply_quality(quality).map_err(|error| Failure::usage(error, "report this"))?;
         }
+        self.settings_over(settings, stage)
+    }
+
+    /// The tier that was chosen.
+    pub fn quality(&self) -> Option<Quality> {
+        self.change.quality.as_deref().and_then(Quality::named)
+    }
+
+    /// As [`Self::settings`], over what `tier` has in place of the tier that was chosen.
+    ///
+    /// # Errors
+    /// As [`Self::settings`].
+    pub fn settings_over(&self, tier: Settings, stage: Option<&Stage>) -> Result<(Settings, Vec<EffectFile>), Failure> {
+        let mut settings = tier;
         let lists = list_hint(&self.change.effects);
         let ReadChain { mut effects, mut absent, layer } = self.chain(stage)?;
         let drawn_count = effects.len();

@@ -64,6 +64,7 @@ fn plan(
     aovs: &[String],
 ) -> Result<Plan, Failure> {
     let (width, height) = job::size(&args.size)?;
+    renderer.limit_textures(settings.textures.max_px);
     renderer.load(scene).map_err(failed)?;
     let aspect = width as f32 / height as f32;
     let (world_from_view, projection) =

@@ -102,11 +102,24 @@ impl Job {
     }
 }
 
-/// Checks that settings go together, once those of a stage are among them.
+/// Checks that settings go together and are those of stills, once those of a stage are among them.
 ///
 /// # Errors
 /// Wrong usage.
 pub fn check_settings(settings: &Settings) -> Result<(), Failure> {
+    if settings.quality.budget_ms > 0.0 {
+        let message = format!("quality.budget_ms={} is for live drawing", settings.quality.budget_ms);
+        let hint = "the page and `manypass bench --live` take it; here leave it out, or --set quality.budget_ms=0";
+        return Err(Failure::usage(message, hint));
+    }
+    check_live_settings(settings)
+}
+
+/// Checks whether settings go together, where frames are drawn live.
+///
+/// # Errors
+/// Wrong usage.
+pub fn check_live_settings(settings: &Settings) -> Result<(), Failure> {
     settings.check().map_err(|error| match error {
         SettingsError::BadValue { .. } => Failure::usage(error, "correct it, or leave it out"),
         error => Failure::usage(error, "set both, or leave the first one out"),

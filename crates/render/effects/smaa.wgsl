@@ -1,5 +1,6 @@
 //! effect smaa
 //! reads: display
+//! fallback: fxaa
 //! passes: fs_edges -> edges, fs_around -> around, fs_weights -> weights, fs_smaa
 
 // Smooths edges of pictures of few samples by their shapes: edges between pixels are found, followed to both of their

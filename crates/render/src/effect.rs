@@ -6,6 +6,7 @@ mod checks;
 mod compiled;
 mod declarations;
 mod draw;
+mod fallback;
 mod file;
 mod fused;
 mod header;
@@ -25,6 +26,7 @@ pub use settings::EffectSettings;
 pub use wgsl::WgslEffect;
 
 pub(crate) use chain::{FrameTextures, is_read, record};
+pub(crate) use fallback::cheaper;
 
 use crate::gbuffer::Gbuffer;
 use crate::record::Recorder;

@@ -85,7 +85,7 @@ pub use passes::resolve::PixelSamples;
 pub use passes::tone_map::Tonemap;
 pub use passes::upscale::UpscaleMethod;
 pub use pose::Pose;
-pub use quality::Quality;
+pub use quality::{Quality, QualityBudget};
 pub use record::{LegendEntry, PreparedView, Recorder};
 pub use render_settings::Path;
 pub use renderer::{RenderedView, Renderer};

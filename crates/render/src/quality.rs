@@ -1,4 +1,11 @@
-//! Tiers of quality: tables of settings.
+//! Tiers of quality: tables of settings, and which of them keeps to a budget of time.
+
+mod budget;
+mod controller;
+mod settings;
+
+pub use budget::QualityBudget;
+pub use settings::QualitySettings;
 
 use crate::setting::{SettingsError, choices};
 use crate::settings::Settings;
@@ -11,9 +18,9 @@ choices! {
         /// What settings are without a tier.
         #[default]
         Medium = "medium",
-        /// Surfaces occlude and reflect each other, at half the size.
+        /// Surfaces occlude each other, and reflect each other at half the size.
         High = "high",
-        /// The same at the full size, soft shadows, and all samples of all pixels.
+        /// The same with more rays at the full size, soft shadows, and all samples of all pixels.
         Ultra = "ultra",
     }
 }
@@ -27,21 +34,24 @@ impl Quality {
                 ("shadows.filter", "hard"),
                 ("shadows.cascades", "2"),
                 ("shadows.atlas_px", "2048"),
+                ("shadows.min_px", "16"),
                 ("fog.steps", "8"),
                 ("lod.materials", "true"),
                 ("lod.error_px", "2"),
+                ("textures.max_px", "1024"),
+                ("effects.fallbacks", "true"),
             ],
             Self::Medium => &[],
             Self::High => &[
                 ("occlusion.enabled", "true"),
-                ("occlusion.resolution", "half"),
+                ("occlusion.resolution", "full"),
                 ("reflections.enabled", "true"),
                 ("reflections.resolution", "half"),
             ],
             Self::Ultra => &[
                 ("occlusion.enabled", "true"),
                 ("occlusion.resolution", "full"),
-                ("occlusion.slices", "2"),
+                ("occlusion.slices", "3"),
                 ("reflections.enabled", "true"),
                 ("reflections.resolution", "full"),
                 ("shadows.filter", "pcss"),

@@ -163,6 +163,12 @@ impl Renderer {
         Ok(self.gpu.check()?)
     }
 
+    /// Says of the setting `textures.max_px` before [`Self::load`], which knows no settings: what is larger is halved as it
+    /// is uploaded. Frames bring it along; where theirs is another one, all textures are uploaded again.
+    pub fn limit_textures(&mut self, max_px: u32) {
+        self.resources.limit_textures(max_px);
+    }
+
     /// As [`Self::load`], and says how many bytes were uploaded.
     fn follow(&mut self, scene: &Scene) -> u64 {
         let followed = self.resources.follow(&self.gpu, scene, self.computed.maps(), self.cache.as_deref());

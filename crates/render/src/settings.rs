@@ -46,6 +46,7 @@ macro_rules! compose {
 }
 
 compose! {
+    quality: crate::quality::QualitySettings,
     render: crate::render_settings::RenderSettings,
     camera: crate::camera_settings::CameraSettings,
     environment: crate::environment::EnvironmentSettings,
@@ -55,6 +56,7 @@ compose! {
     fog: crate::fog::FogSettings,
     lights: crate::lights::LightSettings,
     lod: crate::levels::LodSettings,
+    textures: crate::resources::TextureSettings,
     msaa: crate::passes::resolve::MultisamplingSettings,
     clusters: crate::lights::ClusterSettings,
     shading: crate::shading_settings::ShadingSettings,

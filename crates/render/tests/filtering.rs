@@ -261,7 +261,7 @@ fn compressed_plane() -> Scene {
 #[test]
 fn textures_that_stay_compressed_look_the_same_in_a_quarter_of_the_memory() {
     let scene = compressed_plane();
-    let of = |compressed: bool| {
+    let of = |compressed: bool, max_px: u32| {
         let mut gpu = Gpu::headless(None).unwrap();
         if gpu.adapter.device_type == "Software" {
             assert_eq!(gpu.capabilities.block_format, None, "a software adapter unpacks blocks for every texel");
@@ -272,12 +272,14 @@ fn textures_that_stay_compressed_look_the_same_in_a_quarter_of_the_memory() {
         }
         gpu.capabilities.block_format = blocks.filter(|_| compressed);
         let mut renderer = Renderer::new(gpu).unwrap();
+        renderer.limit_textures(max_px);
         renderer.load(&scene).unwrap();
+        let bytes = renderer.scene_bytes();
         let picture = picture(&mut renderer, &scene, (64, 64), 1);
-        Some((renderer.scene_bytes(), picture))
+        Some((bytes, picture))
     };
-    let plain = of(false).unwrap();
-    let Some(compressed) = of(true) else {
+    let plain = of(false, 0).unwrap();
+    let Some(compressed) = of(true, 0) else {
         manypass_testkit::needs::skip("the adapter has no compressed textures");
         return;
     };
@@ -286,6 +288,11 @@ fn textures_that_stay_compressed_look_the_same_in_a_quarter_of_the_memory() {
     let worst = compressed.1.iter().zip(&plain.1).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst < 0.01, "{worst}");
     assert!(plain.1.iter().any(|red| *red > 0.5) && plain.1.iter().any(|red| *red < 0.05));
+    // The levels that are wanted stay compressed as long as the largest of them is whole blocks.
+    for (max_px, bytes) in [(8, 7 * 16), (6, 3 * 16), (2, 5 * 4)] {
+        let smaller = of(true, max_px).unwrap();
+        assert_eq!(plain.0 - smaller.0, 341 * 4 - bytes, "{max_px}");
+    }
 }
 
 /// A plane with a clear coat whose weight and roughness come from textures of the same plane, by their indices.
@@ -367,5 +374,39 @@ fn images_larger_than_the_adapter_takes_are_halved_and_named() {
         let texels = |side: u64| (side * side * 4 - 1) / 3;
         assert_eq!(whole_bytes - bytes, 4 * (texels(128) - texels(side)));
         assert!(halved.iter().all(|red| (red - 0.5).abs() < 0.01), "{limit}");
+    }
+}
+
+#[test]
+fn textures_are_halved_until_they_are_as_small_as_somebody_wants() {
+    let unlit =
+        Material { shading_model: ShadingModel::Unlit, base_color_texture: first_texture(), ..Material::default() };
+    let mut scene = square(unlit);
+    // Columns of black and white, whose mean is grey in linear light: 188 of 255 in sRGB.
+    let texel = |x: u32, _| if x.is_multiple_of(2) { [0, 0, 0, 255] } else { [255; 4] };
+    scene.images.push(image(128, texel));
+    scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let whole_bytes = renderer.scene_bytes();
+    let whole = picture(&mut renderer, &scene, (128, 128), 1);
+    assert!(whole.iter().any(|red| *red > 0.9) && whole.iter().any(|red| *red < 0.1));
+    let texels = |side: u64| (side * side * 4 - 1) / 3;
+    // It holds where a model is loaded, and is no warning.
+    for (max_px, side) in [(64, 64), (127, 64), (63, 32), (1, 1), (128, 128), (65_536, 128), (0, 128)] {
+        renderer.limit_textures(max_px);
+        renderer.load(&scene).unwrap();
+        assert_eq!(whole_bytes - renderer.scene_bytes(), 4 * (texels(128) - texels(side)), "{max_px}");
+        assert_eq!(renderer.warnings(), [""; 0]);
+    }
+    // And where a frame brings another number; those after it, too.
+    for (max_px, side) in [(16, 16), (0, 128)] {
+        let request = plain_request(&scene, (128, 128)).with(|settings| settings.textures.max_px = max_px);
+        renderer.render(&scene, &request).unwrap();
+        assert_eq!(whole_bytes - renderer.scene_bytes(), 4 * (texels(128) - texels(side)), "{max_px}");
+        let red: Vec<f32> = renderer.read_radiance().unwrap().chunks_exact(4).map(|pixel| pixel[0]).collect();
+        assert_eq!(red.iter().all(|red| (red - 0.5).abs() < 0.01), side == 16, "{max_px}");
+        renderer.render(&scene, &request).unwrap();
+        assert!(renderer.stats().uploaded_bytes < 16_384, "no texture is uploaded twice");
     }
 }

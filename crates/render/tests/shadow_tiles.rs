@@ -65,6 +65,23 @@ fn a_frame_that_stands_for_itself_has_so_many_maps_and_a_still_has_all() {
 }
 
 #[test]
+fn lights_that_are_seen_too_small_have_no_maps() {
+    let scene = many_lights().finish();
+    let all = request(&scene);
+    let mut renderer = shared();
+    renderer.load(&scene).unwrap();
+    let shadowed = |renderer: &mut Renderer, min_px: f32| {
+        let stats = render(renderer, &scene, &all.with(|settings| settings.shadows.min_px = min_px));
+        // They are not counted among those for which there was no room.
+        assert_eq!(stats.lights_beyond_atlas, 0, "{min_px}");
+        stats.shadowed_lights
+    };
+    let counts = [0.0, 1.0, 16.0, 40.0, 60.0, 16384.0].map(|min_px| shadowed(&mut renderer, min_px));
+    assert_eq!((counts[0], counts[1], counts[5]), (64, 64, 0), "{counts:?}");
+    assert!(counts.is_sorted_by(|a, b| a >= b) && counts.iter().any(|count| (1..64).contains(count)), "{counts:?}");
+}
+
+#[test]
 fn a_turning_camera_draws_no_map_of_local_lights_again() {
     let scene = many_lights().finish();
     let request = request(&scene).with(|settings| settings.shadows.atlas_px = 4096);

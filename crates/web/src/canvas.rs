@@ -66,17 +66,18 @@ impl Canvas {
         width as f32 / height as f32
     }
 
-    /// The adapter in use, and the size of the picture.
-    pub fn info(&self) -> ViewerInfo {
+    /// The adapter in use, and the size of the picture, with what is to be said of quality.
+    pub fn info(&self, quality: JsValue) -> ViewerInfo {
         let adapter = self.adapter.get_info();
         let backend = if adapter.backend == wgpu::Backend::Gl { "webgl" } else { "webgpu" };
         let (width, height) = self.size();
-        let entries: [(&str, JsValue); 5] = [
+        let entries: [(&str, JsValue); 6] = [
             ("backend", backend.into()),
             ("adapter", adapter.name.as_str().into()),
             ("driver", adapter.driver.as_str().into()),
             ("width", width.into()),
             ("height", height.into()),
+            ("quality", quality),
         ];
         object(&entries).unchecked_into()
     }

@@ -2,13 +2,15 @@
 
 use manypass::scene::{Scene, Stage};
 use manypass::settings::Written;
-use manypass::{EffectFile, Exposure, Fisheye, FrameRequest, Settings, effect};
+use manypass::{EffectFile, Exposure, Fisheye, FrameRequest, Quality, QualityBudget, Settings, effect};
 use wasm_bindgen::prelude::*;
 
 /// How frames are drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     light_subset: Option<(u32, u32)>,
+    /// The tier whose settings come before all others, if one was chosen.
+    quality: Option<Quality>,
     /// What was chosen, by key, in its order.
     chosen: Vec<(String, Written)>,
     /// The stage that is shown.
@@ -38,6 +40,22 @@ impl Options {
     /// Whether meshes are given coarser levels.
     pub fn simplifies(&self) -> bool {
         self.settings.lod.simplify
+    }
+
+    /// The greatest width and height of textures of models; 0 for any.
+    pub fn textures_max_px(&self) -> u32 {
+        self.settings.textures.max_px
+    }
+
+    /// Whether frames have the same settings as with `other`.
+    pub fn has_settings_of(&self, other: &Self) -> bool {
+        self.settings == other.settings && self.quality == other.quality
+    }
+
+    /// What chooses settings by what frames take, if `quality.budget_ms` asks for it: tiers up to the chosen one.
+    pub fn budget(&self) -> Result<Option<QualityBudget>, JsError> {
+        let best = self.quality.unwrap_or(Quality::Ultra);
+        QualityBudget::new(best, |tier| self.over(tier).map(|(settings, _)| settings))
     }
 
     /// Whether surfaces get the same light as with `other`.
@@ -77,8 +95,16 @@ impl Options {
         &self.effects
     }
 
-    /// The settings and the chain anew, from the stage and what was chosen.
+    /// The settings and the chain anew, from the tier, the stage and what was chosen.
     fn settled(self) -> Result<Self, JsError> {
+        let mut tier = Settings::default();
+        tier.apply_quality(self.quality.unwrap_or_default())?;
+        let (settings, effects) = self.over(tier)?;
+        Ok(Self { settings, effects, ..self })
+    }
+
+    /// The settings and the chain of the stage and what was chosen, over those of `tier`.
+    fn over(&self, tier: Settings) -> Result<(Settings, Vec<EffectFile>), JsError> {
         let failed = |error: &dyn std::fmt::Display| JsError::new(&error.to_string());
         let of_chosen =
             |key: &str| self.chosen.iter().rev().find(|(known, _)| known == key).map(|(_, written)| written);
@@ -100,7 +126,7 @@ impl Options {
             Err(placed.map_or_else(|| JsError::new(&message), |placed| failed(&placed)))
         };
         let mut effects = EffectFile::chain(&names, self.given.clone(), unknown)?;
-        let mut settings = Settings::default();
+        let mut settings = tier;
         if let Some(stage) = &self.stage {
             settings.apply_stage(stage, &mut effects).map_err(|error| failed(&error))?;
         }
@@ -113,7 +139,7 @@ impl Options {
                 "camera.fisheye is for stills of the command line: the page's camera has perspective",
             ));
         }
-        Ok(Self { settings, effects, ..self })
+        Ok((settings, effects))
     }
 
     /// Changes a setting by choice.
@@ -122,9 +148,9 @@ impl Options {
         self.chosen.push((key.into(), written));
     }
 
-    /// A request for a frame of `scene` with the options.
-    pub fn applied(&self, request: FrameRequest, scene: &Scene) -> FrameRequest {
-        let (light_subset, settings) = (self.light_subset, self.settings.clone());
+    /// A request for a frame of `scene` with the options, or with the settings that a budget has in place of theirs.
+    pub fn applied(&self, request: FrameRequest, of_budget: Option<&Settings>, scene: &Scene) -> FrameRequest {
+        let (light_subset, settings) = (self.light_subset, of_budget.unwrap_or(&self.settings).clone());
         // What effects keep from frame to frame lasts while the page shows one scene.
         FrameRequest { light_subset, settings, goes_on: true, ..request }.resolved(scene)
     }
@@ -161,6 +187,12 @@ impl Options {
                 // It says what is wrong in words of its own.
                 let _: Exposure = scalar(value).parse()?;
                 self.give("exposure.stops", Written::Text(scalar(value)));
+            }
+            "quality" if value.is_null() => self.quality = None,
+            "quality" => {
+                let name = scalar(value);
+                let expected = || format!("quality is `{name}`: expected {}", Quality::NAMES.join(", "));
+                self.quality = Some(Quality::named(&name).ok_or_else(|| JsError::new(&expected()))?);
             }
             "lightSubset" => self.light_subset = light_subset(value)?,
             "settings" => {

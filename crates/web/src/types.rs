@@ -9,7 +9,19 @@ const TYPES: &str = r#"
 /** Which API draws. `auto` takes WebGPU where there is an adapter, else WebGL 2. */
 export type Backend = "auto" | "webgpu" | "webgl";
 /** The adapter in use, and the size of the picture in pixels. */
-export interface ViewerInfo { backend: "webgpu" | "webgl"; adapter: string; driver: string; width: number; height: number; }
+export interface ViewerInfo {
+  backend: "webgpu" | "webgl"; adapter: string; driver: string; width: number; height: number;
+  /** What the setting `quality.budget_ms` chose; null without it. */
+  quality: QualityInfo | null;
+}
+/**
+ * The rung of the ladder of docs/quality.md that frames are drawn with, the settings that it has in place of those without a
+ * budget, how often it changed, after how many frames it did last, and the median of the last frames in milliseconds: from the
+ * begin of `render()` until the device has drawn. Null before any frame counts.
+ */
+export interface QualityInfo {
+  budgetMs: number; rung: string; settings: RenderOptions["settings"]; changes: number; settledAfterFrames: number; medianMs: number | null;
+}
 /**
  * A camera that looks at `target` (metres) from `radius` metres away. Yaw 0 degrees looks along -Z and grows towards +X;
  * positive pitch looks down from above. What is missing is as in `startOrbit()`.
@@ -30,6 +42,8 @@ export interface RenderOptions {
   exposure?: number | string | null;
   /** Only the lights k, k + n, k + 2n, … of [k, n]; null takes all. */
   lightSubset?: [number, number] | null;
+  /** A table of settings that comes before all others (docs/quality.md); null for none. The best that `quality.budget_ms` takes. */
+  quality?: "low" | "medium" | "high" | "ultra" | null;
   /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32, "tone_map.curve": "agx" }`. */
   settings?: Record<string, number | boolean | string | (number | string)[]>;
 }

@@ -2,6 +2,7 @@
 
 mod frame_times;
 mod images;
+mod info;
 mod variables;
 
 use crate::camera;
@@ -9,16 +10,17 @@ use crate::canvas::Canvas;
 use crate::options::{self, Options};
 use crate::overlay;
 use crate::types::{
-    BackendName, EffectFiles, ExposureInfo, OrbitObject, OverlayItems, RenderOptions, Resources, ViewerInfo,
-    decode_uri, object, read_orbit, read_resources,
+    BackendName, EffectFiles, OrbitObject, OverlayItems, RenderOptions, Resources, decode_uri, object, read_orbit,
+    read_resources,
 };
 use frame_times::FrameTimes;
 use manypass::{
-    Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Renderer, View, WgslEffect,
+    Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, QualityBudget, Renderer, View, WgslEffect,
     scene::{Aabb, Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage},
 };
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
+use web_time::Instant;
 
 /// So many frames are averaged while nothing moves, as on the command line.
 const REFINED_SAMPLES: u32 = 16;
@@ -36,6 +38,8 @@ pub struct Viewer {
     warnings: Vec<String>,
     /// What the user chose: view, size and background come with each frame.
     options: Options,
+    /// What chooses settings by what frames take.
+    budget: Option<QualityBudget>,
     /// Passes of the user's own, in their order.
     effects: Vec<Arc<WgslEffect>>,
     /// The last frame that was drawn, for those that are added to it.
@@ -78,6 +82,7 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
         framing: Framing::of_bounds(&Aabb::EMPTY),
         warnings: Vec::new(),
         options: Options::default(),
+        budget: None,
         effects: Vec::new(),
         last: None,
         camera_before: None,
@@ -148,8 +153,10 @@ impl Viewer {
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
         self.late = LateImages::default();
+        self.budget = options.budget()?;
         (self.options, self.effects) = (options, effects);
         self.forget_frame();
+        self.renderer.limit_textures(self.options.textures_max_px());
         self.renderer.load(&scene)?;
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
@@ -305,6 +312,7 @@ impl Viewer {
     /// # Errors
     /// When no model is loaded, or the device fails.
     pub async fn render(&mut self, orbit: Option<OrbitObject>) -> Result<(), JsError> {
+        let started = Instant::now();
         let (width, height) = self.canvas.size();
         let aspect = self.canvas.aspect();
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
@@ -314,7 +322,7 @@ impl Viewer {
         let camera = View { world_from_view, projection };
         let overlay = scene.overlay.clone();
         let request = FrameRequest { ground_height_m, overlay, ..FrameRequest::new(width, height, camera) };
-        let mut request = self.options.applied(request, scene);
+        let mut request = self.options.applied(request, self.budget.as_ref().map(QualityBudget::settings), scene);
         request.sample_count = REFINED_SAMPLES;
         request.effects = self.effects.iter().map(|effect| effect.clone() as Arc<dyn Effect>).collect();
         request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
@@ -330,7 +338,8 @@ impl Viewer {
         request.adaptation = self.frame_times.begin();
         self.renderer.render_async(scene, &request).await?;
         self.last = Some(request);
-        self.show()
+        self.show()?;
+        self.take_time(started).await
     }
 
     /// Adds one more frame, moved by a part of a pixel, to the last one, and shows the mean: so edges become smooth
@@ -367,6 +376,9 @@ impl Viewer {
             self.metering = None;
         }
         self.effects = self.compiled(&options)?;
+        if !options.has_settings_of(&self.options) {
+            self.budget = options.budget()?;
+        }
         self.options = options;
         Ok(())
     }
@@ -434,18 +446,6 @@ impl Viewer {
         Ok(self.renderer.read_radiance_async().await?)
     }
 
-    /// The exposure of the last frame.
-    pub fn exposure(&self) -> Option<ExposureInfo> {
-        let (scene, last) = (self.scene.as_ref()?, self.last.as_ref()?);
-        let average = last.metering.and_then(|metering| metering.log_average_luminance);
-        let entries: [(&str, JsValue); 3] = [
-            ("mode", self.options.exposure(scene).mode().into()),
-            ("stops", last.exposure_stops().into()),
-            ("logAverageLuminance", average.map_or(JsValue::NULL, JsValue::from)),
-        ];
-        Some(object(&entries).unchecked_into())
-    }
-
     /// The orbit from which a user sets out: where the model's first camera stands, or else around the whole model.
     #[wasm_bindgen(js_name = startOrbit)]
     pub fn start_orbit(&self) -> Option<OrbitObject> {
@@ -471,11 +471,6 @@ impl Viewer {
     /// When nothing was rendered, or the device was lost.
     pub async fn pixels(&self) -> Result<Vec<u8>, JsError> {
         Ok(self.renderer.read_display_async().await?)
-    }
-
-    /// The adapter in use, and the size of the picture.
-    pub fn info(&self) -> ViewerInfo {
-        self.canvas.info()
     }
 
     /// Frees the GPU's memory and lets go of the canvas. The viewer cannot be used afterwards.

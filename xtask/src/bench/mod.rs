@@ -11,6 +11,7 @@ mod limit;
 mod machine;
 mod measure;
 mod options;
+mod quality;
 mod stage;
 mod way;
 mod ways;
@@ -86,6 +87,7 @@ impl Bench<'_> {
             (TableName::Levels, _) => levels::print(self),
             (TableName::Effects, _) => effects::print(self),
             (TableName::Antialiasing, _) => antialiasing::print(self),
+            (TableName::Quality, _) => quality::print(self),
             (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),

@@ -18,6 +18,7 @@ Tables:
   textures  memory of the textures of a frame of 1920x1080
   levels    10,000 small things with and without levels of detail of meshes and materials
   effects   built-in effects at 1920x1080 beside a plain copy, and a blur in two dimensions beside that in rows and columns
+  quality   tiers of quality: milliseconds of a live frame, beside the next tier's, and FLIP to the best with many samples
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   antialiasing  ways of anti-aliasing and of upscaling at 480x270 against stills of 64 samples, over a move of 60 frames through
             the demo hall and around a skinned figure; every sixth frame is compared, or all with --all-frames
@@ -34,7 +35,7 @@ Options:
   --all-frames        compare all frames of the moves of the table antialiasing, which takes six times as long
   --program PROGRAM   measure this build of manypass; otherwise the release build, which is made first
 
-All tables take about 14 minutes on two cores with a software adapter, and 4 more to build.
+All tables take about 22 minutes on two cores with a software adapter, and 4 more to build.
 The fields of lights lie in MANYPASS_ASSETS, else beside the repository in shared/assets.
 ";
 
@@ -51,13 +52,14 @@ pub(crate) enum TableName {
     Textures,
     Levels,
     Effects,
+    Quality,
     Environment,
     Antialiasing,
     Baseline,
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 10] = [
+    const ALL: [(&str, Self); 11] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
@@ -65,6 +67,7 @@ impl TableName {
         ("textures", Self::Textures),
         ("levels", Self::Levels),
         ("effects", Self::Effects),
+        ("quality", Self::Quality),
         ("environment", Self::Environment),
         ("antialiasing", Self::Antialiasing),
         ("baseline", Self::Baseline),
@@ -123,11 +126,15 @@ impl Options {
                 _ => program = Some(PathBuf::from(value)),
             }
         }
-        use TableName::{Antialiasing, Baseline, Effects, Environment, Fields, Graph, Levels, Shadows, Textures, Ways};
+        use TableName::{
+            Antialiasing, Baseline, Effects, Environment, Fields, Graph, Levels, Quality, Shadows, Textures, Ways,
+        };
         let tables = match (only, &baseline) {
             (Some(only), _) => only,
             (None, Some(_)) => vec![Baseline],
-            (None, None) => vec![Graph, Ways, Shadows, Fields, Textures, Levels, Effects, Environment, Antialiasing],
+            (None, None) => {
+                vec![Graph, Ways, Shadows, Fields, Textures, Levels, Effects, Quality, Environment, Antialiasing]
+            }
         };
         if tables.contains(&Baseline) != baseline.is_some() {
             return Err("the table baseline and --baseline PROGRAM need each other".into());

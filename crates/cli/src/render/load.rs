@@ -66,6 +66,7 @@ impl Batch<'_> {
         warnings.extend(framing.bounds_world().far_warning());
         phases.load = ms_since(start);
         let start = Instant::now();
+        self.renderer.limit_textures(self.settings.textures.max_px);
         self.renderer.load(&scene).map_err(failed)?;
         phases.decode = self.renderer.decode_ms();
         phases.upload = ms_since(start) - phases.decode;

@@ -5,6 +5,7 @@ use super::checks::{
     check_module, check_names, check_pixel, check_rounds, check_slots, check_textures, fault_of_bool, fault_of_names,
 };
 use super::declarations::{Borrowed, declarations, table_declarations};
+use super::fallback::{self, Fallback};
 use super::fused::entry_point;
 use super::header::{Header, Source};
 use super::lut::{self, Table};
@@ -39,6 +40,8 @@ pub struct EffectFile {
     pub(super) pixel: Option<String>,
     /// The table that it reads, if it is one of colours.
     pub(super) table: Option<Arc<Table>>,
+    /// What is drawn in its place where time is short, if its header says so.
+    pub(super) fallback: Option<Fallback>,
 }
 
 impl EffectFile {
@@ -99,6 +102,8 @@ impl EffectFile {
             let stem = std::path::Path::new(file).file_stem();
             stem.map_or(file.into(), |stem| stem.to_string_lossy().into_owned())
         });
+        let fallback = header.fallback.as_ref();
+        let fallback = fallback.map(|said| fallback::checked(source, &name, stage, said)).transpose()?;
         let uniforms = Uniforms::reflect(&name, source, &scan, &module, &names(OWN_GROUP as usize))?;
         for (step, _) in &steps {
             check_rounds(source, step, &name, &uniforms)?;
@@ -115,6 +120,7 @@ impl EffectFile {
             borrowed,
             pixel,
             table: table.map(Arc::new),
+            fallback,
         })
     }
 
@@ -169,6 +175,12 @@ impl EffectFile {
     /// Whether it is drawn and reads how far surfaces moved since the frame before.
     pub fn reads_motion(&self) -> bool {
         !self.uniforms.is_off && self.borrowed.iter().any(|borrowed| borrowed.key == "motion")
+    }
+
+    /// What is drawn in its place where time is short (`effects.fallbacks`), if its header says so: the name of a built-in
+    /// effect, or `none`.
+    pub fn fallback(&self) -> Option<&str> {
+        self.fallback.map(Fallback::name)
     }
 
     /// The file, as [`Self::parse`] was told.

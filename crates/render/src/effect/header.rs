@@ -7,7 +7,9 @@ use crate::diagnostic::Diagnostic;
 use std::ops::Range;
 
 /// The words that a header may hold.
-const WORDS: [&str; 4] = ["effect", "reads", "passes", "pixel"];
+const WORDS: [&str; 5] = ["effect", "reads", "passes", "pixel", "fallback"];
+/// What an effect names that is left out where time is short.
+pub(super) const NO_FALLBACK: &str = "none";
 /// What an effect may say that it reads of the frame, and the name of each in the shader.
 pub(super) const READS: [(&str, &str); 10] = [
     ("depth", "linear_depth"),
@@ -41,6 +43,8 @@ pub(super) struct Header {
     pub steps: Vec<Step>,
     /// The function that changes a pixel and knows that one alone, with its place.
     pub pixel: Option<(String, Range<usize>)>,
+    /// What is drawn in its place where time is short, with its place: a built-in effect, or [`NO_FALLBACK`].
+    pub fallback: Option<(String, Range<usize>)>,
 }
 
 /// A text of the user's, and how a fault in it is told.
@@ -138,6 +142,12 @@ impl Header {
                     return Err(Box::new(source.fault(place, "this is no name of a function").note(note)));
                 }
                 self.pixel = Some((name.into(), place));
+            }
+            "fallback" => {
+                again(self.fallback.is_some())?;
+                let name = list("fallback: NAME")?.trim();
+                let start = word_start + line.len() - name.len();
+                self.fallback = Some((name.into(), start..start + name.len()));
             }
             _ => {
                 let known = WORDS.join(", ");
@@ -278,7 +288,7 @@ mod tests {
     fn nothing_in_a_header_is_passed_over() {
         for (text, expected) in [
             ("//! author: me", "a.wgsl:1:5: error: `author: me` begins with no word"),
-            ("//! author: me", "those are: effect, reads, passes, pixel"),
+            ("//! author: me", "those are: effect, reads, passes, pixel, fallback"),
             ("//!", "begins with no word"),
             ("//! Effect lines", "begins with no word"),
             ("//! effect", "a.wgsl:1:11: error: this is no name"),
@@ -291,6 +301,8 @@ mod tests {
             ("//! reads: depth, colour", "a.wgsl:1:19: error: there is no `colour` to read; there is: depth, normal"),
             ("//! reads: depth,", "there is no `` to read"),
             ("//! passes:", "write `//! passes: FUNCTION"),
+            ("//! fallback", "write `//! fallback: NAME`"),
+            ("//! fallback: fxaa\n//! fallback: none", "a.wgsl:2:5: error: `fallback` stands twice"),
             ("struct S {}\n//! effect a", "a.wgsl:2:1: error: a line of the header stands below"),
             ("struct S {} //! effect a", "stands below"),
         ] {

@@ -21,6 +21,11 @@ const LIBRARY: [(&str, &str); 13] = [
     ("toon", include_str!("../../effects/toon.wgsl")),
 ];
 
+/// The name and the text of one of them.
+pub(super) fn text_of(name: &str) -> Option<(&'static str, &'static str)> {
+    LIBRARY.into_iter().find(|(known, _)| *known == name)
+}
+
 impl EffectFile {
     /// The names of the effects that come with the renderer; docs/effects.md says what each does.
     pub fn built_in_names() -> impl Iterator<Item = &'static str> {
@@ -45,7 +50,7 @@ impl EffectFile {
     /// # Errors
     /// As [`Self::parse`], which a test rules out.
     pub fn built_in(name: &str) -> Option<Result<Self, ProgramError>> {
-        let (name, text) = LIBRARY.iter().find(|(known, _)| *known == name)?;
+        let (name, text) = text_of(name)?;
         Some(Self::parse(name, text))
     }
 }

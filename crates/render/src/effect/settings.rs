@@ -11,5 +11,7 @@ settings! {
         /// Effects in the order in which they are drawn: names of built-in ones, of those given beside it, or files
         /// (`NAME.wgsl`). Those on radiance come before those on display colours.
         chain: Vec<String> = Vec::new(), needs "effects.enabled=true";
+        /// Whether effects whose file names a cheaper one (`//! fallback: NAME`) are drawn as that.
+        fallbacks: bool = false, needs "effects.enabled=true";
     }
 }

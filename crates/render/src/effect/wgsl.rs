@@ -1,6 +1,7 @@
 //! Effects of WGSL files on a device.
 
 use super::compiled::{Compiled, compiled_steps};
+use super::fallback::Fallback;
 use super::fused::{Fused, Pixel};
 use super::lut::Table;
 use super::steps::{Rounds, STEPS_MAX};
@@ -69,6 +70,17 @@ struct State {
     uniforms: Uniforms,
     /// The passes that it shares with effects that follow it, by the numbers of all of them; none where it cannot.
     fused: Vec<(Vec<u64>, Option<Arc<Fused>>)>,
+    /// What its text says that is drawn in its place where time is short.
+    fallback: Option<Fallback>,
+    /// The same on the device, once it was drawn.
+    compiled_fallback: Option<Arc<WgslEffect>>,
+}
+
+impl State {
+    /// Of a text that was compiled.
+    fn new(compiled: Compiled, uniforms: Uniforms, fallback: Option<Fallback>) -> Self {
+        Self { compiled: Arc::new(compiled), uniforms, fused: Vec::new(), fallback, compiled_fallback: None }
+    }
 }
 
 /// An effect keeps so many passes that it shares with others: as many as there are sets of those that are on.
@@ -90,8 +102,9 @@ impl WgslEffect {
     /// The device refuses what [`EffectFile::parse`] does not foresee.
     pub fn compile(gpu: &Gpu, effect: EffectFile) -> Result<Self, ProgramError> {
         let (file, name) = (effect.file.clone(), effect.name.clone());
+        let fallback = effect.fallback;
         let (compiled, uniforms) = compiled(gpu, effect)?;
-        let state = State { compiled: Arc::new(compiled), uniforms, fused: Vec::new() };
+        let state = State::new(compiled, uniforms, fallback);
         Ok(Self { gpu: gpu.clone(), file, name, state: Mutex::new(state) })
     }
 
@@ -102,8 +115,9 @@ impl WgslEffect {
     /// As [`Self::new`], another name, or a setting without a value; the effect stays as it is then.
     pub fn replace(&self, source: &str) -> Result<(), ProgramError> {
         let effect = EffectFile::parse_replacing((&self.file, &self.name), self.values(), source)?;
+        let fallback = effect.fallback;
         let (compiled, uniforms) = compiled(&self.gpu, effect)?;
-        *self.state() = State { compiled: Arc::new(compiled), uniforms, fused: Vec::new() };
+        *self.state() = State::new(compiled, uniforms, fallback);
         Ok(())
     }
 
@@ -195,6 +209,24 @@ impl WgslEffect {
         EffectFile::is_built_in(&self.file)
     }
 
+    /// What its text says that is drawn in its place where time is short.
+    pub(super) fn fallback(&self) -> Option<Fallback> {
+        self.state().fallback
+    }
+
+    pub(super) fn compiled_fallback(&self) -> Option<Arc<Self>> {
+        self.state().compiled_fallback.clone()
+    }
+
+    pub(super) fn keep_fallback(&self, compiled: Arc<Self>) {
+        self.state().compiled_fallback = Some(compiled);
+    }
+
+    /// The device that it was compiled for.
+    pub(super) fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
     /// How often each of its passes is drawn.
     pub(super) fn rounds(&self, compiled: &Compiled) -> Vec<u32> {
         let state = self.state();
@@ -254,8 +286,9 @@ impl Effect for WgslEffect {
 
 /// An effect on a device, and the values of its uniforms.
 fn compiled(gpu: &Gpu, effect: EffectFile) -> Result<(Compiled, Uniforms), ProgramError> {
-    let EffectFile { file, mut text, name, mut module, further, steps, stage, uniforms, borrowed, pixel, table } =
-        effect;
+    let EffectFile {
+        file, mut text, name, mut module, further, steps, stage, uniforms, borrowed, pixel, table, ..
+    } = effect;
     if !gpu.capabilities.uniforms_of_any_size {
         (text, module) = padding::filled_up((&file, &name), (text, &further), module, &uniforms)?;
     }

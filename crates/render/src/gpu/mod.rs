@@ -225,6 +225,17 @@ impl Gpu {
     }
 }
 
+impl Gpu {
+    /// Waits until the device has done all that was submitted, where waiting is not possible, and says when that was. WebGL
+    /// says it only when it is asked, which browsers do every few milliseconds.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub async fn done(&self) -> Result<web_time::Instant, GpuError> {
+        readback::done(self).await
+    }
+}
+
 #[cfg(not(target_arch = "wasm32"))]
 fn enumerate() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();

@@ -79,6 +79,30 @@ async fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<(), GpuError> {
     }
 }
 
+/// Waits until the device has done all that was submitted, in the way the platform allows, and says when that was. WebGL
+/// says it only when it is asked, which browsers do every few milliseconds.
+///
+/// # Errors
+/// The device was lost.
+pub async fn done(gpu: &Gpu) -> Result<web_time::Instant, GpuError> {
+    let state = std::sync::Arc::new(std::sync::Mutex::new(None));
+    let shared = state.clone();
+    gpu.queue.on_submitted_work_done(move || {
+        if let Ok(mut slot) = shared.lock() {
+            *slot = Some(web_time::Instant::now());
+        }
+    });
+    loop {
+        let blocking = cfg!(not(target_arch = "wasm32"));
+        let poll = if blocking { wgpu::PollType::wait_indefinitely() } else { wgpu::PollType::Poll };
+        gpu.device.poll(poll).map_err(|error| GpuError::Lost(error.to_string()))?;
+        match state.lock().ok().and_then(|mut slot| slot.take()) {
+            Some(at) => return Ok(at),
+            None => yield_now().await,
+        }
+    }
+}
+
 /// Gives the browser's event loop a turn; does nothing elsewhere.
 async fn yield_now() {
     #[cfg(target_arch = "wasm32")]

@@ -1,7 +1,7 @@
 //! Effects that are drawn in every picture, whatever its request lists.
 
 use super::Renderer;
-use crate::effect::{Effect, WgslEffect};
+use crate::effect::{Effect, WgslEffect, cheaper};
 use crate::request::FrameRequest;
 use crate::shader::program::ProgramError;
 use std::sync::Arc;
@@ -49,10 +49,19 @@ impl Renderer {
         })
     }
 
-    /// Puts the added effects behind those of a request.
-    pub(super) fn add_effects_to(&self, request: &mut FrameRequest) {
-        if request.settings.effects.enabled {
+    /// Puts the added effects behind those of a request, and cheaper ones in place of those that name some, where the
+    /// settings ask for that.
+    ///
+    /// # Errors
+    /// The device refuses a cheaper one.
+    pub(super) fn add_effects_to(&self, request: &mut FrameRequest) -> Result<(), ProgramError> {
+        let settings = &request.settings.effects;
+        if settings.enabled {
             request.effects.extend(self.added.iter().map(|effect| effect.clone() as Arc<dyn Effect>));
         }
+        if settings.enabled && settings.fallbacks {
+            request.effects = cheaper(&request.effects)?;
+        }
+        Ok(())
     }
 }

@@ -55,12 +55,12 @@ impl Renderer {
     ) -> Result<Plan, RenderError> {
         let capabilities = &self.gpu.capabilities;
         let defaults = LazyCell::new(|| SceneDefaults::of(scene));
-        let requests: Vec<FrameRequest> = views.iter().map(|(_, request)| request.resolved_by(&defaults)).collect();
+        let mut requests: Vec<FrameRequest> = views.iter().map(|(_, request)| request.resolved_by(&defaults)).collect();
+        if purpose.has_effects() {
+            requests.iter_mut().try_for_each(|request| self.add_effects_to(request))?;
+        }
         self.computed.follow(requests.iter().map(|request| &request.settings.environment));
         let parts = views.iter().zip(requests).flat_map(|((name, _), mut request)| {
-            if purpose.has_effects() {
-                self.add_effects_to(&mut request);
-            }
             // A fisheye is a still, whatever follows it.
             request.settings.allow_taa(purpose.has_effects() && !request.is_fisheye());
             parts_of(name, request, capabilities.max_texture_size)
@@ -297,6 +297,9 @@ impl Renderer {
     /// Brings the device up to date with the scene, once for all views. Also says whether it knows where everything was
     /// before.
     fn world<'s>(&mut self, scene: &'s Scene, asked: &[Asked], stats: &mut FrameStats) -> (World<'s>, bool) {
+        if let Some(asked) = asked.first() {
+            self.limit_textures(asked.request.settings.textures.max_px);
+        }
         stats.uploaded_bytes += self.follow(scene);
         if asked.iter().any(|asked| asked.request.settings.lod.reduces_materials()) {
             stats.uploaded_bytes += self.resources.reduce_materials(&self.gpu, scene);

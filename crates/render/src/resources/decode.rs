@@ -3,7 +3,8 @@
 use super::mips::{MipChain, half};
 use super::packing::{ImageSource, LayerImage, layer_images, layer_samplers_differ, layer_size};
 use super::{baked, heights};
-use manypass_scene::{BlockFormat, Heights, PixelFormat, Pixels, Scene};
+use manypass_scene::{BlockFormat, Blocks, Heights, PixelFormat, Pixels, Scene};
+use std::num::NonZeroU32;
 
 /// An image for the device, with what there is to say about it.
 pub(super) struct Decoded {
@@ -16,8 +17,17 @@ pub(super) struct Decoded {
 pub(super) struct Limits {
     /// The largest side in texels.
     pub side: u32,
+    /// The largest side that somebody wants.
+    pub wanted: Option<NonZeroU32>,
     /// Compressed blocks.
     pub blocks: Option<BlockFormat>,
+}
+
+impl Limits {
+    /// The largest side, for whatever reason.
+    fn side_max(self) -> u32 {
+        self.wanted.map_or(self.side, |wanted| self.side.min(wanted.get()))
+    }
 }
 
 /// An image by itself that stays compressed, if it and the device can.
@@ -25,8 +35,15 @@ fn transcode(scene: &Scene, source: ImageSource, limits: Limits) -> Option<MipCh
     let ImageSource::Image { image, .. } = source else { return None };
     let (image, format) = (scene.images.get(image)?, limits.blocks?);
     let (width, height) = image.dimensions().ok()?;
-    let levels = if width.max(height) <= limits.side { image.transcode(format) } else { None };
-    levels.map(|levels| MipChain::of_blocks(levels, format))
+    let mut levels = if width.max(height) <= limits.side { image.transcode(format) } else { None }?;
+    // What is too large for those who want less is left out: the file has the smaller levels. If it has none that are
+    // small enough, or the first of them would not be whole blocks, the image is unpacked.
+    let is_small = |level: &Blocks| level.width.max(level.height) <= limits.side_max();
+    let first = levels.iter().position(is_small)?;
+    levels.drain(..first);
+    let is_whole = |level: &Blocks| [level.width, level.height].iter().all(|side| side % BlockFormat::SIDE == 0);
+    let fits = first == 0 || levels.first().is_some_and(is_whole);
+    fits.then(|| MipChain::of_blocks(levels, format))
 }
 
 fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
@@ -37,7 +54,6 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
         }
         return Decoded { chain: Some(chain), warnings };
     }
-    let limit = limits.side;
     let (base, is_srgb) = match source {
         ImageSource::Layers { material: index, is_srgb } => {
             let material = scene.materials.get(index);
@@ -49,20 +65,20 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
             }
             let images = material.map(|material| layer_images(scene, material, is_srgb)).unwrap_or_default();
             let decode = |layer: &LayerImage| match layer.is_height {
-                true => decode_heights(scene, layer.image, limit, &mut warnings).map(Layer::Heights),
-                false => decode_base(scene, layer.image, is_srgb, limit, &mut warnings).map(Layer::Pixels),
+                true => decode_heights(scene, layer.image, limits, &mut warnings).map(Layer::Heights),
+                false => decode_base(scene, layer.image, is_srgb, limits, &mut warnings).map(Layer::Pixels),
             };
             let decoded: Vec<_> = images.iter().map(decode).collect();
             warnings.extend(shrinking_warning(scene, index, is_srgb, &images, &decoded));
             return Decoded { chain: layers(decoded, is_srgb), warnings };
         }
         ImageSource::Light { image } => {
-            let chain = decode_light(scene, image, limit, &mut warnings);
+            let chain = decode_light(scene, image, limits, &mut warnings);
             return Decoded { chain, warnings };
         }
-        ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limit, &mut warnings), is_srgb),
+        ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limits, &mut warnings), is_srgb),
         ImageSource::Packed { occlusion, metallic_roughness } => {
-            let mut decode = |image| decode_base(scene, image, false, limit, &mut warnings);
+            let mut decode = |image| decode_base(scene, image, false, limits, &mut warnings);
             let (occlusion, rough_metal) = (decode(occlusion), decode(metallic_roughness));
             (pack(occlusion, rough_metal), false)
         }
@@ -71,8 +87,14 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
     Decoded { chain, warnings }
 }
 
-/// An image no larger than `limit` texels; none, with a warning, if it cannot be decoded.
-fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings: &mut Vec<String>) -> Option<Pixels> {
+/// An image no larger than `limits` have it; none, with a warning, if it cannot be decoded.
+fn decode_base(
+    scene: &Scene,
+    image: usize,
+    is_srgb: bool,
+    limits: Limits,
+    warnings: &mut Vec<String>,
+) -> Option<Pixels> {
     let source = &scene.images[image];
     let name = &source.name;
     let mut pixels = match source.decode() {
@@ -83,8 +105,8 @@ fn decode_base(scene: &Scene, image: usize, is_srgb: bool, limit: u32, warnings:
         }
     };
     warnings.extend(color_warning(scene, image, is_srgb));
-    warnings.extend(halving_warning(image, name, (pixels.width, pixels.height), limit));
-    while pixels.width.max(pixels.height) > limit {
+    warnings.extend(halving_warning(image, name, (pixels.width, pixels.height), limits.side));
+    while pixels.width.max(pixels.height) > limits.side_max() {
         pixels = half(&pixels, is_srgb);
     }
     Some(pixels)
@@ -96,7 +118,7 @@ fn color_warning(scene: &Scene, image: usize, is_srgb: bool) -> Option<String> {
     source.color_warning(is_srgb).map(|warning| format!("image {image} `{}`: {warning}", source.name))
 }
 
-/// What is said of an image that is larger than `limit` texels a side, and so is halved until it is not.
+/// What is said of an image that is larger than the adapter's `limit` texels a side, and so is halved until it is not.
 fn halving_warning(image: usize, name: &str, (width, height): (u32, u32), limit: u32) -> Option<String> {
     let is_halved = width.max(height) > limit;
     is_halved.then(|| {
@@ -104,8 +126,8 @@ fn halving_warning(image: usize, name: &str, (width, height): (u32, u32), limit:
     })
 }
 
-/// Heights no larger than `limit` texels; none, with a warning, if they cannot be decoded.
-fn decode_heights(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<String>) -> Option<Heights> {
+/// Heights no larger than `limits` have it; none, with a warning, if they cannot be decoded.
+fn decode_heights(scene: &Scene, image: usize, limits: Limits, warnings: &mut Vec<String>) -> Option<Heights> {
     let source = &scene.images[image];
     let name = &source.name;
     let heights = match source.decode_heights() {
@@ -116,20 +138,23 @@ fn decode_heights(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<St
         }
     };
     let most = heights.width.max(heights.height);
+    let limit = limits.side_max();
     if most <= limit {
         return Some(heights);
     }
     let scaled = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(most)).max(1) as u32;
     let (width, height) = (scaled(heights.width), scaled(heights.height));
-    warnings.push(format!(
-        "image {image} `{name}`: {}x{} is larger than the adapter's {limit} texels a side; made smaller, {width}x{height}",
-        heights.width, heights.height
-    ));
+    if most > limits.side {
+        warnings.push(format!(
+            "image {image} `{name}`: {}x{} is larger than the adapter's {} texels a side; made smaller, {width}x{height}",
+            heights.width, heights.height, limits.side
+        ));
+    }
     Some(heights.resized(width, height))
 }
 
 /// Light that was baked; none, with a warning, if it cannot be decoded.
-fn decode_light(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<String>) -> Option<MipChain> {
+fn decode_light(scene: &Scene, image: usize, limits: Limits, warnings: &mut Vec<String>) -> Option<MipChain> {
     let source = scene.images.get(image)?;
     let name = &source.name;
     let light = match source.decode_light() {
@@ -145,8 +170,8 @@ fn decode_light(scene: &Scene, image: usize, limit: u32, warnings: &mut Vec<Stri
             "image {image} `{name}`: {count} values are no light, or too bright; what is no number is 0"
         ));
     }
-    warnings.extend(halving_warning(image, name, (light.width, light.height), limit));
-    Some(baked::mip_chain(light, limit))
+    warnings.extend(halving_warning(image, name, (light.width, light.height), limits.side));
+    Some(baked::mip_chain(light, limits.side_max()))
 }
 
 /// What becomes a layer of a texture.
@@ -305,7 +330,8 @@ mod tests {
             bytes[at] = value;
             let source = manypass_scene::ImageSource::Encoded(bytes.into());
             let scene = Scene { images: vec![Image { name: "a".into(), source }], ..Scene::default() };
-            let decoded = decode(&scene, ImageSource::Image { image: 0, is_srgb }, Limits { side: 64, blocks });
+            let decoded =
+                decode(&scene, ImageSource::Image { image: 0, is_srgb }, Limits { side: 64, wanted: None, blocks });
             assert!(decoded.chain.is_some());
             decoded.warnings
         };

@@ -15,6 +15,7 @@ mod mips;
 mod packing;
 mod pages;
 mod reduced;
+mod settings;
 mod textures;
 mod vertices;
 
@@ -22,6 +23,7 @@ pub(crate) use geometry::{Geometry, GpuPrimitive};
 pub(crate) use materials::{GpuMaterial, Materials, Sampled};
 pub(crate) use pages::Place;
 pub(crate) use reduced::{FactorsOf, ReducedMaterials};
+pub use settings::TextureSettings;
 pub(crate) use textures::Textures;
 use vertices::is_deformed;
 pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES};
@@ -124,6 +126,14 @@ impl SceneResources {
             are_nodes_too_many: false,
             layers_deform: gpu.capabilities.layers_deform,
             are_layers_left_out: false,
+        }
+    }
+
+    /// From now on textures of models are at most so many texels wide and high; 0 for what the adapter takes. Those that
+    /// are there already are made again.
+    pub fn limit_textures(&mut self, max_px: u32) {
+        if self.textures.limit(max_px) {
+            self.followed = None;
         }
     }
 

@@ -9,6 +9,7 @@ use crate::gpu::Gpu;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZeroU32;
 use std::sync::{Arc, Weak};
 
 /// An image's place in memory. As long as somebody holds on to it no other image takes the place.
@@ -65,6 +66,10 @@ pub(crate) struct Textures {
     /// The same as a texture of one layer.
     white_layer: wgpu::TextureView,
     uploaded: BTreeMap<Content, Uploaded>,
+    /// The greatest width and height that is wanted, if any is.
+    max_px: Option<NonZeroU32>,
+    /// Whether what is uploaded was made for another one.
+    is_stale: bool,
     /// Samplers by what the scene asks for and how they filter.
     samplers: RefCell<BTreeMap<(Sampler, Sampling), wgpu::Sampler>>,
     /// Milliseconds in which decoding, which runs beside the uploads, held them up, when textures were last uploaded.
@@ -81,9 +86,20 @@ impl Textures {
             white_layer: create(gpu, "white", &white, false, true),
             device: gpu.device.clone(),
             uploaded: BTreeMap::new(),
+            max_px: None,
+            is_stale: false,
             samplers: RefCell::default(),
             decode_ms: 0.0,
         }
+    }
+
+    /// Sets the greatest width and height, 0 for none; true if it was another one.
+    pub fn limit(&mut self, max_px: u32) -> bool {
+        let max_px = NonZeroU32::new(max_px);
+        let is_other = self.max_px != max_px;
+        self.is_stale |= is_other;
+        self.max_px = max_px;
+        is_other
     }
 
     /// Uploads every image that a material uses and that is not there yet, and gives back those that none uses any
@@ -94,12 +110,17 @@ impl Textures {
             wanted(scene).into_iter().filter_map(|source| Some((source, content_of(scene, source)?))).collect();
         let contents: BTreeSet<Content> = all.iter().map(|(_, content)| content.clone()).collect();
         let known = self.uploaded.len();
-        self.uploaded.retain(|content, _| contents.contains(content));
+        let is_stale = std::mem::take(&mut self.is_stale);
+        self.uploaded.retain(|content, _| !is_stale && contents.contains(content));
         let has_moved = self.uploaded.len() < known;
         let is_new = |(_, content): &&(ImageSource, Content)| !self.uploaded.contains_key(content);
         let new: BTreeMap<Content, ImageSource> =
             all.iter().filter(is_new).map(|(source, content)| (content.clone(), *source)).collect();
-        let limits = Limits { side: gpu.capabilities.max_texture_size, blocks: gpu.capabilities.block_format };
+        let limits = Limits {
+            side: gpu.capabilities.max_texture_size,
+            wanted: self.max_px,
+            blocks: gpu.capabilities.block_format,
+        };
         let (mut upload_ms, mut written_bytes) = (0.0, 0);
         let mut sources: Vec<ImageSource> = new.into_values().collect();
         sources.sort();

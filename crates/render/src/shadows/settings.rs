@@ -32,6 +32,9 @@ settings! {
         maps: u32 = 1024, in 0..=65536, needs "shadows.enabled=true";
         /// The number of shadow maps of a directional light, each for a part of the view's depth.
         cascades: u32 = 4, in 1..=4, needs "shadows.enabled=true";
+        /// A light at a place casts no shadow where a map as fine as the picture would have fewer texels a side than this: it
+        /// is seen too small. Below 16 a map is nothing but border.
+        min_px: f32 = 0.0, in 0.0..=16384.0, unit "px", needs "shadows.enabled=true";
         /// Whether in a still the lights for whose shadow maps there is no room at once take turns, so that every light
         /// casts its shadow. Otherwise, and always in `bench` and in the browser, they shine through everything, and
         /// are counted.

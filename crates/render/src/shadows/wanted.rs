@@ -192,7 +192,8 @@ impl Shadows {
                     Some(if is_wide(light) { 0.5 * side } else { side })
                 } else {
                     let most = if is_single(light) { side_max / 4 } else { side_max / 8 };
-                    demand(light, viewer).map(|side| side.min(most as f32))
+                    let side = demand(light, viewer).filter(|side| *side >= settings.min_px);
+                    side.map(|side| side.min(most as f32))
                 };
                 let Some(side) = side else { continue };
                 let key = LightKey::of(viewer, light);

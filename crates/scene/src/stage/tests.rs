@@ -212,8 +212,8 @@ fn an_overlay_reads_its_files_once() {
     let OverlayShape::Text(shown) = &text.shape else { panic!("{text:?}") };
     assert_eq!((shown.text.as_str(), shown.font.as_ref().map(|font| font.name())), ("a\nb", Some("f.ttf")));
     assert_eq!((&at_node.place.of, at_node.depth_test), (&PlaceOf::Node("Floor".into()), true));
-    let OverlayShape::Sprite(sprite) = &sized.shape else { panic!("{sized:?}") };
-    assert_eq!(sprite.drawn_size_px(), glam::Vec2::new(7.0, 7.0));
+    let OverlayShape::Sprite(drawn) = &sized.shape else { panic!("{sized:?}") };
+    assert_eq!(drawn.drawn_size_px(), glam::Vec2::new(7.0, 7.0));
     for (name, expected) in [("f.ttf", "4:8: error: `f.ttf` is no font"), ("a.png", "7:10: error: image \"a.png\"")] {
         let font = include_bytes!("../overlay/manypass_sans.ttf");
         let mut broken = |asked: &str| {

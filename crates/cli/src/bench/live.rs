@@ -1,0 +1,79 @@
+//! Frames as a page draws them, with settings that keep to a budget if there is one.
+
+use crate::chosen::Chosen;
+use crate::failure::Failure;
+use crate::job;
+use manypass::{FrameRequest, Quality, QualityBudget, Settings};
+use manypass_scene::Stage;
+use serde_json::{Value, json};
+
+/// The budget, if there is one.
+#[derive(Default)]
+pub(super) struct Live {
+    budget: Option<QualityBudget>,
+}
+
+impl Live {
+    /// The budget of `settings`, which are those of `chosen` and a stage. It chooses among tiers up to the one of
+    /// `--quality`.
+    ///
+    /// # Errors
+    /// Settings that do not go together.
+    pub fn new(chosen: &Chosen<'_>, settings: &Settings, stage: Option<&Stage>) -> Result<Self, Failure> {
+        job::check_live_settings(settings)?;
+        let best = chosen.quality().unwrap_or(Quality::Ultra);
+        let over = |tier| chosen.settings_over(tier, stage).map(|(settings, _)| settings);
+        Ok(Self { budget: QualityBudget::new(best, over)? })
+    }
+
+    /// Gives the first frame its settings.
+    pub fn begin(&self, request: &mut FrameRequest) {
+        let Some(budget) = &self.budget else { return };
+        // Exposure was found before.
+        let exposure = request.settings.exposure.clone();
+        request.settings = Settings { exposure, ..budget.settings().clone() };
+    }
+
+    /// Takes what a frame took, and gives the next one its settings.
+    pub fn take(&mut self, frame_ms: f64, request: &mut FrameRequest) {
+        if self.budget.as_mut().is_some_and(|budget| budget.take(frame_ms)) {
+            self.begin(request);
+        }
+    }
+
+    /// The settings that were chosen last, if there is a budget.
+    pub fn settings(&self) -> Option<&Settings> {
+        self.budget.as_ref().map(QualityBudget::settings)
+    }
+
+    /// What was chosen, as JSON; null without a budget.
+    pub fn numbers(&self) -> Value {
+        let Some(budget) = &self.budget else { return Value::Null };
+        json!({
+            "budget_ms": budget.budget_ms(),
+            "rung": budget.rung(),
+            "rungs": budget.rungs().collect::<Vec<_>>(),
+            "settings": budget.changed(),
+            "settled_after_frames": budget.settled_after(),
+            "changes": budget.changes(),
+            "median_ms": budget.median_ms(),
+        })
+    }
+
+    /// What was chosen, as lines; none without a budget.
+    pub fn summary(&self) -> String {
+        let Some(budget) = &self.budget else { return String::new() };
+        let median = budget.median_ms().map_or("no frame counts yet".into(), |ms| format!("median {ms:.2} ms"));
+        let mut text = format!(
+            "quality: `{}` for {} ms a frame, after {} frames and {} changes; {median}\n",
+            budget.rung(),
+            budget.budget_ms(),
+            budget.settled_after(),
+            budget.changes(),
+        );
+        for (key, value) in budget.changed() {
+            text.push_str(&format!("  {key} = {value}\n"));
+        }
+        text
+    }
+}
