@@ -68,3 +68,12 @@ fn elevation_of(center: Center, slice: Slice, tangent: vec3f, seen: vec3f) -> ve
 fn arc(angle: f32, tilt: f32) -> f32 {
     return 0.25 * (cos(tilt) - cos(2.0 * angle - tilt) + 2.0 * angle * sin(tilt));
 }
+
+// `arc` of the angle of a cosine, to the side of `along` if `side_sign` is 1 and to the other if it is -1, with the
+// cosine and the sine of the tilt: one inverse cosine in place of three functions of angles.
+fn arc_of_cosine(cosine: f32, side_sign: f32, tilt: vec2f) -> f32 {
+    let c = clamp(cosine, -1.0, 1.0);
+    let sine = side_sign * sqrt(1.0 - c * c);
+    let turned = (2.0 * c * c - 1.0) * tilt.x + 2.0 * c * sine * tilt.y;
+    return 0.25 * (tilt.x - turned + 2.0 * side_sign * acos(c) * tilt.y);
+}

@@ -14,7 +14,7 @@ import package::passes::gi::gathered::{gi, patterned, side};
 import package::shaders::brdf::PI;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::gbuffer_textures::normal_world_at;
-import package::shaders::horizons::{Slice, arc, elevation_of, place_along, slice_at};
+import package::shaders::horizons::{Slice, arc_of_cosine, elevation_of, place_along, slice_at};
 import package::shaders::screen_space::{Center, center_at, nearest_clamp, seen_from, slice_noise};
 
 @group(1) @binding(5) var scene_radiance: texture_2d<f32>;
@@ -39,7 +39,8 @@ fn radiance_towards(position_px: vec2f, seen: vec3f) -> vec3f {
 fn light_beside(center: Center, slice: Slice, side_sign: f32, noise: f32) -> vec4f {
     let tangent = side_sign * slice.tangent;
     let lowest = dot(tangent, center.to_eye);
-    let open = arc(side_sign * acos(clamp(lowest, -1.0, 1.0)), slice.tilt);
+    let tilt = vec2f(cos(slice.tilt), sin(slice.tilt));
+    let open = arc_of_cosine(lowest, side_sign, tilt);
     var horizon = lowest;
     var covered = 0.0;
     var taken = vec4f(0.0);
@@ -52,7 +53,7 @@ fn light_beside(center: Center, slice: Slice, side_sign: f32, noise: f32) -> vec
         let cosine = max(elevation.x, lowest);
         let rises = (share > 0.0) & (cosine > horizon);
         horizon = select(mix(horizon, cosine, gi.thinness * share), cosine, rises);
-        let below = max(open - arc(side_sign * acos(clamp(horizon, -1.0, 1.0)), slice.tilt), 0.0);
+        let below = max(open - arc_of_cosine(horizon, side_sign, tilt), 0.0);
         let more = vec4f(radiance_towards(position_px, seen.xyz), 1.0) * (share * max(below - covered, 0.0));
         let kept = min(below / max(covered, 1e-6), 1.0);
         taken = select(taken * kept, taken + more, rises);

@@ -125,7 +125,7 @@ mod tests {
         let auto = GiSettings::default();
         let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 0.0, 4.0) };
         let found = of(&auto, &bounds);
-        assert_eq!((found.radius_m, found.radiance_max), (1.25, 4.0));
+        assert_eq!((found.radius_m, found.radiance_max), (1.25, 1.0));
         assert_eq!(of(&GiSettings { radius_m: 2.0, ..auto.clone() }, &bounds).radius_m, 2.0);
         let far = Aabb { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) };
         let point = Aabb { min: Vec3::ONE, max: Vec3::ONE };
