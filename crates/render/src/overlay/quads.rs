@@ -171,12 +171,14 @@ impl Quads {
             let goes_on = !run.is_empty() && !is_before(pair[0]);
             if !goes_on {
                 self.add_parts(projector, item, line, &run, item.depth_test.then_some(&nearness[..]));
-                (run.clear(), nearness.clear());
+                run.clear();
+                nearness.clear();
                 put(a, &mut run, &mut nearness);
             }
             if !put(b, &mut run, &mut nearness) || is_before(pair[1]) {
                 self.add_parts(projector, item, line, &run, item.depth_test.then_some(&nearness[..]));
-                (run.clear(), nearness.clear());
+                run.clear();
+                nearness.clear();
             }
         }
         self.add_parts(projector, item, line, &run, item.depth_test.then_some(&nearness[..]));
