@@ -211,7 +211,7 @@ impl Batch<'_> {
         let count = || renderer.count_scrubbed(scene, &drawn.request).map_err(failed);
         let scrubbed_pixels = draws_effects.then(count).transpose()?;
         let warning = exposure::scrubbed_warning(scrubbed_pixels.unwrap_or(0));
-        if let Some(warning) = warning.iter().filter(|_| !self.args.quiet).next() {
+        if let Some(warning) = warning.as_ref().filter(|_| !self.args.quiet) {
             let name = item.input.name();
             self.bar.suspend(|| say(format_args!("warning: {name}: {warning}")));
         }
