@@ -18,9 +18,9 @@ choices! {
         /// What settings are without a tier.
         #[default]
         Medium = "medium",
-        /// Surfaces occlude each other, and reflect each other at half the size.
+        /// Surfaces occlude and reflect each other.
         High = "high",
-        /// The same with more rays at the full size, soft shadows, and all samples of all pixels.
+        /// The same with more of occlusion, soft shadows, glass behind glass, and all samples of all pixels.
         Ultra = "ultra",
     }
 }
@@ -45,13 +45,14 @@ impl Quality {
             Self::High => &[
                 ("occlusion.enabled", "true"),
                 ("occlusion.resolution", "full"),
+                ("occlusion.slices", "2"),
                 ("reflections.enabled", "true"),
-                ("reflections.resolution", "half"),
+                ("reflections.resolution", "full"),
             ],
             Self::Ultra => &[
                 ("occlusion.enabled", "true"),
                 ("occlusion.resolution", "full"),
-                ("occlusion.slices", "3"),
+                ("occlusion.slices", "4"),
                 ("reflections.enabled", "true"),
                 ("reflections.resolution", "full"),
                 ("shadows.filter", "pcss"),

@@ -149,12 +149,11 @@ impl Viewer {
         if options.simplifies() {
             warnings.extend(scene.simplify());
         }
-        let effects = self.compiled(&options)?;
+        let (effects, budget) = (self.compiled(&options)?, options.budget()?);
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
         self.late = LateImages::default();
-        self.budget = options.budget()?;
-        (self.options, self.effects) = (options, effects);
+        (self.options, self.effects, self.budget) = (options, effects, budget);
         self.forget_frame();
         self.renderer.limit_textures(self.options.textures_max_px());
         self.renderer.load(&scene)?;

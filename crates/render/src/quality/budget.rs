@@ -6,7 +6,7 @@ use crate::settings::Settings;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// Settings that are read when a model is loaded: a change of them would be a stall.
+/// Settings that are read when a model is loaded: a change of them would be a stall. They are those of the best tier.
 const OF_LOADING: [&str; 2] = ["textures.max_px", "lod.simplify"];
 
 /// A rung: a tier, the scale at which it is shaded if that is another one, and what a frame takes beside those of
@@ -74,7 +74,7 @@ impl QualityBudget {
         let mut rungs: Vec<Rung> = Vec::new();
         let mut start = 0;
         for (name, tier, scale, cost) in LADDER.into_iter().filter(|(_, tier, ..)| *tier as u8 <= best as u8) {
-            let settings = chosen(table(tier, scale))?;
+            let settings = chosen(table(tier, scale, best))?;
             let is_known = rungs.last().is_some_and(|rung| rung.settings == settings);
             if is_known || settings.check().is_err() {
                 continue;
@@ -145,11 +145,12 @@ impl QualityBudget {
     }
 }
 
-/// The settings of a rung alone, without those of loading.
-fn table(tier: Quality, scale: Option<&'static str>) -> Settings {
+/// The settings of a rung alone, with those of loading of the best tier.
+fn table(tier: Quality, scale: Option<&'static str>, best: Quality) -> Settings {
     let mut settings = Settings::default();
     let own = tier.table().iter().copied().filter(|(key, _)| !OF_LOADING.contains(key));
-    for (key, value) in own.chain(scale.map(|scale| ("render.scale", scale))) {
+    let of_loading = best.table().iter().copied().filter(|(key, _)| OF_LOADING.contains(key));
+    for (key, value) in own.chain(of_loading).chain(scale.map(|scale| ("render.scale", scale))) {
         // A test takes all of them.
         let _ = settings.set(key, value);
     }
@@ -195,9 +196,9 @@ mod tests {
         assert!(LADDER.windows(2).all(|pair| pair[0].3 > pair[1].3));
         for (name, tier, scale, _) in LADDER {
             for (key, value) in tier.table().iter().filter(|(key, _)| !OF_LOADING.contains(key)) {
-                let mut same = table(tier, scale);
+                let mut same = table(tier, scale, Quality::Ultra);
                 same.set(key, value).expect("a setting");
-                assert!(same == table(tier, scale) || *key == "render.scale", "{name}: {key}");
+                assert!(same == table(tier, scale, Quality::Ultra) || *key == "render.scale", "{name}: {key}");
             }
         }
         assert!(all.rungs.iter().all(|rung| OF_LOADING.iter().all(|key| !rung.changed.contains_key(*key))));
@@ -232,6 +233,8 @@ mod tests {
         assert_eq!(high.rungs().next(), Some("high"));
         let low = budget(Quality::Low, &[("quality.budget_ms", "1000")]).expect("a budget");
         assert_eq!((low.rung(), low.changed()["render.scale"].as_f64().map(|x| x as f32)), ("low", Some(0.67)));
+        let loaded = low.rungs.iter().map(|rung| rung.settings.textures.max_px);
+        assert!(loaded.eq([1024; 4]), "what is loaded is what the tier says, on all rungs");
     }
 
     #[test]
