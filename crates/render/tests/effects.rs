@@ -420,16 +420,16 @@ fn what_effects_leave_as_no_numbers_is_counted_once_and_changes_nothing() {
         FrameRequest { effects, ..plain.clone() }
     };
     for (effects, expected) in [
-        (&[][..], 0),
-        (&[bloom.clone()], 0),
-        (&[wrong.clone()], 12),
+        (vec![], 0),
+        (vec![bloom.clone()], 0),
+        (vec![wrong.clone()], 12),
         // Scrubbed before the second, which spreads none.
-        (&[wrong.clone(), bloom.clone()], 12),
-        (&[bloom, wrong.clone()], 12),
-        (&[late.clone()], 3),
-        (&[wrong, late], 15),
+        (vec![wrong.clone(), bloom.clone()], 12),
+        (vec![bloom, wrong.clone()], 12),
+        (vec![late.clone()], 3),
+        (vec![wrong, late], 15),
     ] {
-        let request = request(effects);
+        let request = request(&effects);
         renderer.render(&test.scene, &request).unwrap();
         let picture = renderer.read_display().unwrap();
         assert_eq!(renderer.count_scrubbed(&test.scene, &request).unwrap(), expected, "{effects:?}");
