@@ -197,14 +197,14 @@ fn an_overlay_reads_its_files_once() {
                 [[overlay]]\nsprite = \"a.png\"\nwidth_px = 7\n[[overlay]]\npoints = [[0, 0], [1, 2]]\n";
     let stage = Stage::parse("a.stage.toml", text).unwrap();
     assert_eq!(stage.images(), ["a.png", "f.ttf"]);
-    let mut sprite = Vec::new();
+    let mut png = Vec::new();
     let texel = ::image::RgbaImage::from_pixel(1, 1, ::image::Rgba([255; 4]));
-    texel.write_to(&mut std::io::Cursor::new(&mut sprite), ::image::ImageFormat::Png).unwrap();
+    texel.write_to(&mut std::io::Cursor::new(&mut png), ::image::ImageFormat::Png).unwrap();
     let (mut scene, mut asked) = (model(), Vec::new());
     let mut resolve = |name: &str| {
         asked.push(name.to_owned());
         let font = include_bytes!("../overlay/manypass_sans.ttf");
-        Ok(if name == "f.ttf" { font.to_vec() } else { sprite.clone() })
+        Ok(if name == "f.ttf" { font.to_vec() } else { png.clone() })
     };
     stage.apply_with(&mut scene, &mut resolve).unwrap();
     assert_eq!(asked, ["f.ttf", "a.png"]);
@@ -217,7 +217,7 @@ fn an_overlay_reads_its_files_once() {
     for (name, expected) in [("f.ttf", "4:8: error: `f.ttf` is no font"), ("a.png", "7:10: error: image \"a.png\"")] {
         let font = include_bytes!("../overlay/manypass_sans.ttf");
         let mut broken = |asked: &str| {
-            let whole = if asked == "f.ttf" { font.to_vec() } else { sprite.clone() };
+            let whole = if asked == "f.ttf" { font.to_vec() } else { png.clone() };
             Ok(if asked == name { b"broken".to_vec() } else { whole })
         };
         let error = stage.apply_with(&mut model(), &mut broken).unwrap_err().to_string();
