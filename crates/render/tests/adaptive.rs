@@ -108,8 +108,13 @@ fn pictures_that_look_beside_their_pixels_have_all_samples() {
         }
     });
     assert_eq!(still(&mut renderer, &scene, &lit_fog, 2.0).1, whole);
-    let occluded = request.with(|settings| settings.set("occlusion.enabled", "true").unwrap());
-    assert_eq!(still(&mut renderer, &scene, &occluded, 2.0).1, whole);
+    let bent = [("occlusion.enabled", "true"), ("occlusion.bent_normals", "true")];
+    let forward = [("occlusion.enabled", "true"), ("render.path", "forward")];
+    for occlusion in [bent, forward] {
+        let occluded =
+            request.with(|settings| occlusion.iter().for_each(|(key, value)| settings.set(key, value).unwrap()));
+        assert_eq!(still(&mut renderer, &scene, &occluded, 2.0).1, whole);
+    }
     let reflected = request.with(|settings| settings.set("reflections.enabled", "true").unwrap());
     assert_eq!(still(&mut renderer, &scene, &reflected, 2.0).1, whole);
     let few = FrameRequest { sample_count: 4, ..request.clone() };

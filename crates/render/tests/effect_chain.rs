@@ -218,7 +218,7 @@ fn what_cannot_be_read_is_said() {
         ),
         (
             format!("{main} {{ return textureLoad(occlusion, vec2i(0), 0); }}"),
-            "`//! reads: occlusion` (or `motion`) in the header declares it",
+            "`//! reads: occlusion` (or `motion`, or `ids`) in the header declares it",
         ),
     ] {
         let found = parse(&source);
