@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(tables(&["--baseline", "old"]), Ok(vec![TableName::Baseline]));
         let both = tables(&["--baseline", "old", "--only", "baseline,ways"]);
         assert_eq!(both, Ok(vec![TableName::Baseline, TableName::Ways]));
-        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(9));
+        assert_eq!(tables(&[]).map(|tables| tables.len()), Ok(10));
     }
 
     #[test]
