@@ -7,7 +7,9 @@ use crate::overlay::draw::OverlayDraw;
 use crate::passes::accumulate::Part;
 use crate::passes::present::Target;
 use crate::passes::upscale::UpscaleMethod;
-use crate::passes::{accumulate, adaptive, debug, meter, nearest, overlay, present, scrub, taa, tone_map, upscale};
+use crate::passes::{
+    accumulate, adaptive, debug, forward, meter, nearest, overlay, present, scrub, taa, tone_map, upscale,
+};
 use crate::record::Recorder;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
