@@ -16,7 +16,9 @@ use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use crate::surroundings::Surroundings;
 use live::Live;
-use manypass::{Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Tonemap, View};
+use manypass::{
+    Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Switch, Tonemap, View,
+};
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
 use serde_json::json;
@@ -190,7 +192,7 @@ fn frames_after_the_first(
     Ok(frames_ms)
 }
 
-/// What `bench` begins with: the scene's own lights alone, and radiance as it is.
+/// What `bench` begins with: the scene's own lights alone, nothing that is found in the picture, and radiance as it is.
 fn bare() -> Settings {
     let mut settings = Settings::default();
     settings.environment.source = Environment::None;
@@ -199,6 +201,8 @@ fn bare() -> Settings {
     settings.tone_map.curve = Tonemap::None;
     settings.tone_map.dither = 0.0;
     settings.shadows.enabled = false;
+    settings.occlusion.enabled = Switch::Off;
+    settings.reflections.enabled = Switch::Off;
     settings
 }
 

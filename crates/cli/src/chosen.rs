@@ -198,26 +198,11 @@ impl<'a> Chosen<'a> {
                 }
             }
         }
-        if let Some(failure) = effects.iter().find_map(missing).or_else(|| self.tier_failure(&settings)) {
+        if let Some(failure) = effects.iter().find_map(missing) {
             return Err(failure);
         }
         EffectFile::check_chain(effects).map_err(|error| layer.misplaced(&error, "correct the chain of effects"))?;
         Ok((settings, std::mem::take(effects)))
-    }
-}
-
-impl Chosen<'_> {
-    /// What a tier of quality asks for that a path has not.
-    fn tier_failure(&self, settings: &Settings) -> Option<Failure> {
-        let quality = self.change.quality.as_deref().and_then(Quality::named)?;
-        let SettingsError::Needs { key, needs, found } = settings.check().err()? else { return None };
-        let (name, _) = key.split_once('=')?;
-        let is_of_tier = quality.table().iter().any(|(known, _)| *known == name);
-        is_of_tier.then(|| {
-            let message =
-                format!("--quality {} asks for `{key}`, which needs `{needs}`, and that is `{found}`", quality.name());
-            Failure::usage(message, format!("write `{needs}`, or add --set {name}=false to have the rest of the tier"))
-        })
     }
 }
 

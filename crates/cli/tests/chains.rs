@@ -88,14 +88,16 @@ fn effects_that_do_not_go_together_are_wrong_usage() {
 }
 
 #[test]
-fn a_tier_that_a_path_cannot_have_says_what_it_asks_for() {
+fn every_path_has_every_tier() {
     let folder = folder("tiers-of-paths");
-    let run = graph(&folder, &["tri.glb", "--quality", "high", "--path", "forward"]).expect(2);
-    let message = "error: --quality high asks for `reflections.enabled=true`, which needs `render.path=deferred`, and that is `forward`";
-    assert!(run.stderr.starts_with(message), "{}", run.stderr);
-    assert!(run.stderr.contains("add --set reflections.enabled=false"), "{}", run.stderr);
-    let rest = ["tri.glb", "--quality", "high", "--path", "forward", "--set", "reflections.enabled=false"];
-    graph(&folder, &rest).expect(0);
+    for (path, has_occlusion) in [("forward", true), ("gouraud", false)] {
+        for tier in ["low", "medium", "high", "ultra"] {
+            let planned = graph(&folder, &["tri.glb", "--quality", tier, "--path", path]).expect(0).text();
+            assert_eq!(planned.contains("occlusion"), has_occlusion && tier != "low", "{tier} {path}: {planned}");
+        }
+    }
+    let run = graph(&folder, &["tri.glb", "--path", "gouraud", "--set", "reflections.enabled=true"]).expect(2);
+    assert!(run.stderr.contains("`reflections.enabled=true` needs `render.path=deferred`"), "{}", run.stderr);
 }
 
 #[test]
@@ -155,7 +157,10 @@ fn settings_print_what_comes_of_set() {
     assert_eq!(text(&set), "tone_map.curve = \"agx\"\nchain = [\"bloom\",\"film\"]\nrender.scale = 2\n");
     let tier = text(&["--quality", "high"]);
     let both = text(&["--quality", "high", "--set", "reflections.enabled=false", "--set", "bloom.strength=0.5"]);
-    assert!(tier.contains("reflections.enabled = true") && !both.contains("reflections.enabled = true"), "{both}");
+    assert!(
+        tier.contains("reflections.enabled = \"auto\"") && !both.contains("reflections.enabled = \"auto\""),
+        "{both}"
+    );
     assert!(
         both.starts_with("# The tier `high`.\n")
             && both.ends_with("reflections.enabled = false\nbloom.strength = 0.5\n"),

@@ -27,7 +27,7 @@ fn a_budget_chooses_settings_and_says_which() {
     );
     let huge = live(&folder, &["--count", "12", "--set", "quality.budget_ms=100000"]);
     assert_eq!(huge["info"]["quality"]["rung"].as_str(), Some("ultra"));
-    assert_eq!(huge["info"]["quality"]["settings"]["occlusion.enabled"].as_bool(), Some(true));
+    assert_eq!(huge["info"]["quality"]["settings"]["occlusion.resolution"].as_str(), Some("full"));
     // What is chosen by hand stays, and a tier is the best.
     let by_hand = ["--count", "12", "--quality", "high", "--set", "reflections.enabled=false"];
     let high = live(&folder, &[&by_hand[..], &["--set", "quality.budget_ms=100000"]].concat());

@@ -9,6 +9,7 @@ pub use picture::{
 use crate::aov::AovPasses;
 use crate::draws::Tile;
 use crate::fisheye::FisheyeLens;
+use crate::fog::{FogMode, FogSettings};
 use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
@@ -23,6 +24,7 @@ use crate::passes::{
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
 use crate::resources::environment::{EnvironmentTiles, Unfinished};
+use crate::screen_space::InPicture;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
@@ -80,8 +82,12 @@ pub fn view_passes(
 ) -> Result<ViewOutputs, ProgramError> {
     if settings.render.path != Path::Deferred {
         let (begun, before) = before_forward(r, settings, variables)?;
-        let (linear_depth, occlusion) = before.unzip();
-        let (radiance, depth) = forward_passes(r, settings, begun, occlusion.as_ref())?;
+        let Before { occlusion, reflects, linear_depth } = before;
+        let (radiance, depth) = match &reflects {
+            None => forward_passes(r, settings, &settings.fog, begun, occlusion.as_ref())?,
+            Some(gbuffer) => reflecting_forward_passes(r, settings, begun, gbuffer, occlusion.as_ref())?,
+        };
+        let linear_depth = reflects.map(|gbuffer| gbuffer.linear_depth).or(linear_depth);
         let radiance = coverage::record_masks(r, &depth, radiance)?;
         let radiance = background::record(r, &settings.background, &depth, radiance)?;
         let radiance = ground::record(r, &depth, radiance)?;
@@ -112,10 +118,13 @@ pub fn view_passes(
         occlusion.map(|occlusion| gi::without_bounces(&settings.gi, occlusion))
     };
     let hidden = occlusion.as_ref();
-    let (radiance, depth) = light_passes(r, settings, &gbuffer, hidden, outputs.depth, outputs.radiance)?;
+    let kept = reflections::Kept::new(r, &settings.reflections);
+    let found = InPicture { occlusion: hidden, reflections: kept.found() };
+    let (radiance, depth) = light_passes(r, settings, &gbuffer, found, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
     let radiance = gi::record(r, &settings.gi, &gbuffer, hidden.is_some(), &depth, radiance)?;
-    let radiance = reflections::record(r, &settings.reflections, &gbuffer, hidden, &depth, radiance)?;
+    let seen = reflections::Seen { gbuffer: &gbuffer, occlusion: hidden, depth: &depth, radiance: None };
+    let radiance = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = ground::record(r, &depth, radiance)?;
@@ -126,42 +135,80 @@ pub fn view_passes(
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
 }
 
-/// Where surfaces are shaded where they are drawn, and what they occlude in the picture is needed: their linear depth,
-/// and that. First gives the depth that they are shaded with.
+/// What is known of surfaces before they are shaded where they are drawn.
+#[derive(Debug, Default)]
+struct Before {
+    /// What they occlude in the picture, if that is needed.
+    occlusion: Option<Occlusion>,
+    /// All of the G-buffer, if they reflect the picture.
+    reflects: Option<Gbuffer>,
+    /// Their linear depth, if it is there and no part of the G-buffer.
+    linear_depth: Option<Handle>,
+}
+
+/// Where surfaces are shaded where they are drawn: what effects in the picture need of them. First gives the depth that
+/// they are shaded with.
 fn before_forward(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     variables: &Variables,
-) -> Result<(OpaqueDepth, Option<(Handle, Occlusion)>), ProgramError> {
+) -> Result<(OpaqueDepth, Before), ProgramError> {
     let (depth, load) = adaptive::begin_depth(r)?;
     let begun = OpaqueDepth { depth, load, is_drawn: false };
-    if !occlusion::is_needed(r, &settings.occlusion, variables.reads_occlusion) {
-        return Ok((begun, None));
+    let reflects = reflections::is_needed(r, &settings.reflections);
+    if !(reflects || occlusion::is_needed(r, &settings.occlusion, variables.reads_occlusion)) {
+        return Ok((begun, Before::default()));
     }
     // Of several samples a pixel the depth of the middle is not that of all.
     let (of_samples, of_middles) = if r.view.pixel_samples > 1 { (Some(begun), None) } else { (None, Some(begun)) };
-    let (normal, depth) = geometry::record_normals(r, of_middles.map(|begun| (begun.depth, begun.load)))?;
+    let begun = of_middles.map(|begun| (begun.depth, begun.load));
+    let geometry::Unshaded { base_color, normal, material, depth } = geometry::record_unshaded(r, begun, reflects)?;
     let linear_depth = linear_depth::record(r, "linear_depth", &depth)?;
     let seen = occlusion::Seen { normal: &normal, linear_depth: &linear_depth, depth: &depth };
     let occlusion = occlusion::record(r, &settings.occlusion, variables.reads_occlusion, seen)?;
     let drawn = || OpaqueDepth { depth, load: DepthLoad::Keep, is_drawn: true };
-    Ok((of_samples.unwrap_or_else(drawn), occlusion.map(|occlusion| (linear_depth, occlusion))))
+    let before = match material {
+        Some(material) => {
+            let gbuffer = Gbuffer { base_color, normal, material, linear_depth };
+            Before { occlusion, reflects: Some(gbuffer), linear_depth: None }
+        }
+        None => Before { occlusion, reflects: None, linear_depth: Some(linear_depth) },
+    };
+    Ok((of_samples.unwrap_or_else(drawn), before))
+}
+
+/// As [`forward_passes`], of surfaces that reflect the picture: before fog, which comes afterwards.
+fn reflecting_forward_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    begun: OpaqueDepth,
+    gbuffer: &Gbuffer,
+    occlusion: Option<&Occlusion>,
+) -> Result<(Handle, Handle), ProgramError> {
+    let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
+    let (radiance, depth) = forward_passes(r, settings, &no_fog, begun, occlusion)?;
+    let (radiance, mean) = resolve::record_between(r, "reflections.resolve", radiance);
+    let seen = reflections::Seen { gbuffer, occlusion, depth: &depth, radiance: mean.as_ref() };
+    let kept = reflections::Kept::new(r, &settings.reflections);
+    let radiance = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
+    Ok((fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?, depth))
 }
 
 /// Opaque surfaces that are shaded where they are drawn: radiance and depth.
 fn forward_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
+    fog: &FogSettings,
     begun: OpaqueDepth,
     occlusion: Option<&Occlusion>,
 ) -> Result<(Handle, Handle), ProgramError> {
     match settings.render.path {
-        Path::Deferred | Path::Forward => forward::record_opaque(r, &settings.fog, begun, occlusion),
-        Path::ForwardBatched => forward::record_batched(r, &settings.fog, begun, occlusion),
+        Path::Deferred | Path::Forward => forward::record_opaque(r, fog, begun, occlusion),
+        Path::ForwardBatched => forward::record_batched(r, fog, begun, occlusion),
         Path::Gouraud => {
             let begun = (begun.depth, begun.load);
-            let fog = if r.view.counts_pairs() { None } else { Some(&settings.fog) };
-            let (radiance, depth) = gouraud::record_opaque(r, &settings.fog, begun)?;
+            let (radiance, depth) = gouraud::record_opaque(r, fog, begun)?;
+            let fog = if r.view.counts_pairs() { None } else { Some(fog) };
             forward::record_layered(r, fog, radiance, LayeredDepth::Missing(depth))
         }
     }
@@ -257,20 +304,20 @@ fn light_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     gbuffer: &Gbuffer,
-    occlusion: Option<&Occlusion>,
+    found: InPicture<'_>,
     depth: Handle,
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
     match settings.lights.culling {
         LightCulling::Clustered | LightCulling::None => {
-            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, occlusion, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, found, &depth, radiance)?, depth))
         }
         LightCulling::Tiled => {
             let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
-            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, occlusion, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, found, &depth, radiance)?, depth))
         }
         LightCulling::Volumes | LightCulling::VolumesStencil => {
-            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, occlusion, &depth, radiance)?;
+            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, found, &depth, radiance)?;
             volumes::record(r, gbuffer, depth, radiance)
         }
     }
@@ -282,13 +329,13 @@ fn surface_light_passes(
     r: &mut Recorder<'_, '_>,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
-    occlusion: Option<&Occlusion>,
+    found: InPicture<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     let is_apart = !lights.adds_ambient(r) && !r.view.counts_pairs();
-    let radiance = if is_apart { indirect::record(r, gbuffer, occlusion, depth, radiance)? } else { radiance };
-    direct::record(r, lights, gbuffer, occlusion, depth, radiance)
+    let radiance = if is_apart { indirect::record(r, gbuffer, found, depth, radiance)? } else { radiance };
+    direct::record(r, lights, gbuffer, found, depth, radiance)
 }
 
 /// The picture of a fisheye, of those of all sides; it has no G-buffer, and nothing looks at its depth.
@@ -317,12 +364,12 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
         Path::Deferred => {
             let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, &Variables::default())?;
             let pairs = LightTarget::new(r).cleared(r.graph);
-            let (pairs, depth) = light_passes(r, settings, &gbuffer, None, depth, pairs)?;
+            let (pairs, depth) = light_passes(r, settings, &gbuffer, InPicture::default(), depth, pairs)?;
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
         }
         _ => {
             let (begun, _) = before_forward(r, settings, &Variables::default())?;
-            forward_passes(r, settings, begun, None)?
+            forward_passes(r, settings, &settings.fog, begun, None)?
         }
     };
     Ok(translucent_passes(r, settings, pairs, depth)?.0)

@@ -49,6 +49,7 @@ mod renderer;
 mod request;
 mod resolution;
 mod resources;
+mod screen_space;
 mod setting;
 pub mod settings;
 pub mod shader;
@@ -93,7 +94,7 @@ pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, 
 pub use resolution::Resolution;
 pub use resources::estimate::upload_bytes;
 pub use resources::layers::{ShadedIn, layer_names};
-pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsFile};
+pub use settings::{SettingInfo, SettingValue, Settings, SettingsError, SettingsFile, Switch};
 pub use shading_settings::ReflectanceModel;
 pub use shadows::ShadowFilter;
 pub use stage::stage_schema;

@@ -7,9 +7,30 @@ use manypass_graph::Handle;
 /// The texture in shaders.
 const NAME: &str = "screen_occlusion";
 
+/// The uniform of `shaders/coarse_occlusion.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+struct CoarseOcclusion {
+    reach_m: f32,
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
+}
+
+/// What an earlier sample of a still found for all.
+#[derive(Clone, Copy, Debug)]
+pub struct FoundBefore {
+    /// Pixels along a texel's side.
+    pub side_px: u32,
+    /// How far from the tangent plane another surface begins.
+    pub reach_m: f32,
+}
+
 /// What a pass found of it.
 #[derive(Debug)]
 pub struct Occlusion {
+    /// If an earlier sample found it: its texels are of squares of pixels, and say how far away surfaces were.
+    pub found_before: Option<FoundBefore>,
     /// Of each pixel the share of diffuse light that reaches it, and in the other channels its mean direction, if it is
     /// bent.
     pub texture: Handle,
@@ -22,13 +43,17 @@ pub struct Occlusion {
 impl Occlusion {
     /// Declares that `step` reads it, if there is any, under the names of `shaders/occlusion.wgsl`.
     pub fn read_by<'r, 'f>(found: Option<&Self>, step: Fullscreen<'r, 'f>) -> Fullscreen<'r, 'f> {
+        let before = found.and_then(|found| found.found_before);
+        let uniform = CoarseOcclusion { reach_m: before.map_or(1.0, |before| before.reach_m), ..Default::default() };
+        let step = step.uniform("coarse_occlusion", &uniform);
+        let step = step.constant("occlusion_side", before.map_or(0, |before| before.side_px));
         match found {
             None => step.stand_in(NAME),
             Some(found) => step.constants(&found.constants()).read(NAME, &found.texture),
         }
     }
 
-    /// The same of a pass that draws surfaces.
+    /// The same of a pass that draws surfaces, of what the sample found itself.
     pub fn bind(found: Option<&Self>, pass: &mut SurfacePass<'_, '_>) {
         let Some(found) = found else { return pass.stand_in(NAME) };
         found.constants().into_iter().for_each(|(name, value)| pass.constant(name, value));
@@ -38,5 +63,16 @@ impl Occlusion {
     fn constants(&self) -> [Constant; 3] {
         let Self { is_multi_bounce, is_bent, .. } = self;
         [("occluded", 1), ("multi_bounce", u32::from(*is_multi_bounce)), ("bent_normals", u32::from(*is_bent))]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::layout::assert_same_layout;
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("direct", "CoarseOcclusion", CoarseOcclusion, [reach_m, padding_0, padding_1, padding_2]);
     }
 }

@@ -13,12 +13,13 @@ use crate::settings::Settings;
 choices! {
     /// How much time a frame is worth.
     pub enum Quality {
-        /// Fewer pixels are shaded, shadows have hard edges, and what is seen small is drawn with less.
+        /// Fewer pixels are shaded, surfaces neither occlude nor reflect each other, shadows have hard edges, and what is
+        /// seen small is drawn with less.
         Low = "low",
         /// What settings are without a tier.
         #[default]
         Medium = "medium",
-        /// Surfaces occlude and reflect each other.
+        /// Surfaces occlude and reflect each other by what is found of each pixel, not of four.
         High = "high",
         /// The same with more of occlusion, soft shadows, glass behind glass, and all samples of all pixels.
         Ultra = "ultra",
@@ -26,11 +27,14 @@ choices! {
 }
 
 impl Quality {
-    /// The settings of the tier that are not as they are without one: keys and values.
+    /// The settings of the tier: keys and values. Those that it shares with what there is without one are in it where
+    /// `bench` begins with others.
     pub fn table(self) -> &'static [(&'static str, &'static str)] {
         match self {
             Self::Low => &[
                 ("render.scale", "0.67"),
+                ("occlusion.enabled", "false"),
+                ("reflections.enabled", "false"),
                 ("shadows.filter", "hard"),
                 ("shadows.cascades", "2"),
                 ("shadows.atlas_px", "2048"),
@@ -41,19 +45,19 @@ impl Quality {
                 ("textures.max_px", "1024"),
                 ("effects.fallbacks", "true"),
             ],
-            Self::Medium => &[],
+            Self::Medium => &[("occlusion.enabled", "auto"), ("reflections.enabled", "auto")],
             Self::High => &[
-                ("occlusion.enabled", "true"),
+                ("occlusion.enabled", "auto"),
                 ("occlusion.resolution", "full"),
                 ("occlusion.slices", "2"),
-                ("reflections.enabled", "true"),
+                ("reflections.enabled", "auto"),
                 ("reflections.resolution", "full"),
             ],
             Self::Ultra => &[
-                ("occlusion.enabled", "true"),
+                ("occlusion.enabled", "auto"),
                 ("occlusion.resolution", "full"),
                 ("occlusion.slices", "4"),
-                ("reflections.enabled", "true"),
+                ("reflections.enabled", "auto"),
                 ("reflections.resolution", "full"),
                 ("shadows.filter", "pcss"),
                 ("transparency.refractive_layers", "2"),

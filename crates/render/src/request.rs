@@ -13,7 +13,7 @@ use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
 use crate::record::LegendEntry;
 use crate::render_settings::Path;
-use crate::settings::{Settings, SettingsError};
+use crate::settings::{Settings, SettingsError, Switch};
 use crate::shader::program::ProgramError;
 use crate::shadows::Dealing;
 use crate::transparency::TransparencyMode;
@@ -139,8 +139,9 @@ impl FrameRequest {
         let is_of_pixels =
             render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
         let is_found_before = !occlusion.bent_normals && render.path == Path::Deferred;
-        let is_of_pixels = is_of_pixels && (!occlusion.enabled || is_found_before) && !self.is_fisheye();
-        let is_of_pixels = is_of_pixels && !reflections.enabled && !gi.enabled && !shadows.has_contact();
+        let is_of_pixels = is_of_pixels && (!occlusion.enabled.is_on() || is_found_before) && !self.is_fisheye();
+        let is_of_pixels = is_of_pixels && (!reflections.enabled.is_on() || is_found_before);
+        let is_of_pixels = is_of_pixels && !gi.enabled && !shadows.has_contact();
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 
@@ -230,16 +231,23 @@ impl FrameRequest {
         let ground_height_m = framing.lowest_m();
         let camera = View { world_from_view, projection };
         let overlay = scene.overlay.clone();
-        Self { ground_height_m, overlay, ..Self::new(width, height, camera) }.resolved(scene)
+        Self { ground_height_m, overlay, ..Self::new(width, height, camera) }
+            .with_scene_defaults(&LazyCell::new(|| SceneDefaults::of(scene)))
     }
 
-    /// The same with settings that are left to the scene as they are for `scene`.
+    /// The same with settings that are left to the scene as they are for `scene`, and those that are left to others as
+    /// these allow.
     pub fn resolved(&self, scene: &Scene) -> Self {
         self.resolved_by(&LazyCell::new(|| SceneDefaults::of(scene)))
     }
 
     /// As [`Self::resolved`], of several requests for one scene.
     pub(crate) fn resolved_by(&self, defaults: &LazyCell<SceneDefaults, impl FnOnce() -> SceneDefaults>) -> Self {
+        self.with_scene_defaults(defaults).without_effects_that_are_off().with_switches_resolved()
+    }
+
+    /// The same with what the scene says of light and exposure.
+    fn with_scene_defaults(&self, defaults: &LazyCell<SceneDefaults, impl FnOnce() -> SceneDefaults>) -> Self {
         self.with(|settings| {
             if settings.environment.source == Environment::Auto {
                 settings.environment.source = defaults.environment;
@@ -250,20 +258,29 @@ impl FrameRequest {
                 settings.exposure.stops = if settings.exposure.adapt { Exposure::AUTO } else { of_scene };
             }
         })
-        .without_effects_that_are_off()
     }
 
     /// The same without what [`crate::effect::EffectSettings::enabled`] switches off.
     fn without_effects_that_are_off(mut self) -> Self {
         if !self.settings.effects.enabled {
             self.effects.clear();
-            self.settings.occlusion.enabled = false;
-            self.settings.reflections.enabled = false;
+            self.settings.occlusion.enabled = Switch::Off;
+            self.settings.reflections.enabled = Switch::Off;
             self.settings.gi.enabled = false;
             self.settings.taa.enabled = false;
             self.settings.shadows.contact_m = 0.0;
             self.settings.upscale.method = UpscaleMethod::Bilinear;
         }
+        self
+    }
+
+    /// The same with what the settings leave open, as they allow it.
+    fn with_switches_resolved(mut self) -> Self {
+        let is_of_one_view = !self.is_fisheye();
+        let Settings { render, occlusion, reflections, .. } = &mut self.settings;
+        let is_possible = is_of_one_view && render.path != Path::Gouraud;
+        occlusion.enabled = occlusion.enabled.resolved(is_possible);
+        reflections.enabled = reflections.enabled.resolved(is_possible);
         self
     }
 

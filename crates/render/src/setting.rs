@@ -8,6 +8,7 @@ mod field;
 mod file;
 mod info;
 mod schema;
+mod switch;
 mod typed;
 
 pub use color::LinearColor;
@@ -18,6 +19,7 @@ pub use file::SettingsFile;
 pub use info::{NumberType, Scalar, SettingInfo, SettingType, SettingValue};
 pub(crate) use schema::color_schema;
 pub use schema::schema;
+pub use switch::Switch;
 
 use crate::diagnostic::Diagnostic;
 use manypass_scene::spelling::edit_distance;

@@ -2,7 +2,7 @@
 
 pub use crate::setting::{
     Group, LinearColor, NumberType, Scalar, SettingField, SettingInfo, SettingType, SettingValue, SettingsError,
-    SettingsFile, Written, schema,
+    SettingsFile, Switch, Written, schema,
 };
 
 use crate::camera_settings::Fisheye;
@@ -155,8 +155,8 @@ impl Settings {
         }
         let is_per_pixel = path != Path::Gouraud;
         for (group, enabled, has_it) in [
-            ("occlusion", self.occlusion.enabled, is_per_pixel),
-            ("reflections", self.reflections.enabled, path == Path::Deferred),
+            ("occlusion", self.occlusion.enabled.is_on(), is_per_pixel),
+            ("reflections", self.reflections.enabled.is_on(), is_per_pixel),
             ("gi", self.gi.enabled, path == Path::Deferred),
             ("taa", self.taa.enabled, path == Path::Deferred),
         ] {
@@ -177,8 +177,8 @@ impl Settings {
             let key = format!("camera.fisheye={}", self.camera.fisheye.name());
             let view = self.debug.view;
             let refused = [
-                (self.occlusion.enabled, "occlusion.enabled=false", "true"),
-                (self.reflections.enabled, "reflections.enabled=false", "true"),
+                (self.occlusion.enabled.is_on(), "occlusion.enabled=false", "true"),
+                (self.reflections.enabled.is_on(), "reflections.enabled=false", "true"),
                 (self.gi.enabled, "gi.enabled=false", "true"),
                 (self.shadows.contact_m > 0.0, "shadows.contact_m=0", "above 0"),
                 (self.camera.f_stop > 0.0, "camera.f_stop=0", "above 0"),

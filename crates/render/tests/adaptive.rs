@@ -110,13 +110,12 @@ fn pictures_that_look_beside_their_pixels_have_all_samples() {
     assert_eq!(still(&mut renderer, &scene, &lit_fog, 2.0).1, whole);
     let bent = [("occlusion.enabled", "true"), ("occlusion.bent_normals", "true")];
     let forward = [("occlusion.enabled", "true"), ("render.path", "forward")];
-    for occlusion in [bent, forward] {
-        let occluded =
-            request.with(|settings| occlusion.iter().for_each(|(key, value)| settings.set(key, value).unwrap()));
-        assert_eq!(still(&mut renderer, &scene, &occluded, 2.0).1, whole);
+    let reflected = [("reflections.enabled", "true"), ("render.path", "forward")];
+    let bounced = [("gi.enabled", "true"), ("gi.steps", "2")];
+    for found in [bent, forward, reflected, bounced] {
+        let request = request.with(|settings| found.iter().for_each(|(key, value)| settings.set(key, value).unwrap()));
+        assert_eq!(still(&mut renderer, &scene, &request, 2.0).1, whole);
     }
-    let reflected = request.with(|settings| settings.set("reflections.enabled", "true").unwrap());
-    assert_eq!(still(&mut renderer, &scene, &reflected, 2.0).1, whole);
     let few = FrameRequest { sample_count: 4, ..request.clone() };
     assert_eq!(still(&mut renderer, &scene, &few, 2.0).1, 4.0);
 }

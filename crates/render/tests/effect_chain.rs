@@ -248,7 +248,7 @@ fn effects_read_occlusion_and_motion_where_the_frame_has_them() {
     request.effects = effects(&renderer, &[&reads("occlusion")]);
     let missing = renderer.render(&scene, &request).unwrap_err().to_string();
     assert!(missing.contains("it needs occlusion.enabled=true"), "{missing}");
-    request.settings.occlusion.enabled = true;
+    request.settings.occlusion.enabled = true.into();
     let found = radiance(&mut renderer, &scene, &request);
     let of = |found: &[f32]| {
         found.iter().step_by(4).fold((f32::MAX, f32::MIN), |(low, high), x| (low.min(*x), high.max(*x)))
@@ -273,8 +273,8 @@ fn no_effects_are_drawn_where_all_are_off() {
     let (mut renderer, scene, mut request) = drawn();
     let before = radiance(&mut renderer, &scene, &request);
     request.effects = effects(&renderer, &[&linear("plus", 1.0, 0.25)]);
-    request.settings.occlusion.enabled = true;
-    request.settings.reflections.enabled = true;
+    request.settings.occlusion.enabled = true.into();
+    request.settings.reflections.enabled = true.into();
     assert_ne!(radiance(&mut renderer, &scene, &request), before);
     request.settings.effects.enabled = false;
     assert_eq!(radiance(&mut renderer, &scene, &request), before);

@@ -140,7 +140,7 @@ fn what_is_found_takes_the_place_of_the_environment() {
     let open = radiance(&mut renderer, &scene, &without(&even), 1);
     let places = places(&mut renderer, &scene, &without(&even));
     let with_occlusion = even.with(|settings| {
-        settings.occlusion.enabled = true;
+        settings.occlusion.enabled = true.into();
         settings.occlusion.radius_m = 1.0;
         settings.occlusion.falloff = 0.25;
         settings.occlusion.slices = 2;

@@ -45,6 +45,7 @@ fn shoot(renderer: &mut Renderer, scene: &Scene, rotation: Quat) -> Shot {
     let view = View { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection };
     let mut request = FrameRequest::new(SIDE_PX as u32, SIDE_PX as u32, view);
     request.settings.environment.source = Environment::Studio;
+    request.settings.effects.enabled = false;
     request.settings.background.source = Background::Color([0.0; 3]);
     request.settings.tone_map.curve = Tonemap::None;
     request.settings.tone_map.dither = 0.0;

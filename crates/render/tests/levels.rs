@@ -63,6 +63,7 @@ fn request(distance_m: f32) -> FrameRequest {
     let camera = View { world_from_view: Mat4::from_translation(Vec3::Z * distance_m), projection };
     FrameRequest::new(SIDE, SIDE, camera).with(|settings| {
         settings.environment.source = Environment::Studio;
+        settings.effects.enabled = false;
         settings.background.source = Background::Color([0.2; 3]);
         settings.tone_map.dither = 0.0;
         settings.lod.fade = 0.0;

@@ -58,7 +58,7 @@ fn corner(eye: Vec3, target: Vec3, has_third: bool) -> Scene {
 fn request(scene: &Scene, method: OcclusionMethod) -> FrameRequest {
     plain_request(scene, SIZE).with(|settings| {
         settings.environment.source = Environment::Color([1.0; 3]);
-        settings.occlusion.enabled = true;
+        settings.occlusion.enabled = true.into();
         settings.occlusion.method = method;
         settings.occlusion.resolution = Resolution::Full;
         settings.occlusion.radius_m = RADIUS_M as f32;
@@ -70,7 +70,7 @@ fn request(scene: &Scene, method: OcclusionMethod) -> FrameRequest {
 fn visibility(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, samples: u32) -> Vec<f64> {
     renderer.unload();
     renderer.load(scene).unwrap();
-    let open = radiance(renderer, scene, &request.with(|settings| settings.occlusion.enabled = false), samples);
+    let open = radiance(renderer, scene, &request.with(|settings| settings.occlusion.enabled = false.into()), samples);
     let found = radiance(renderer, scene, request, samples);
     found.iter().zip(&open).map(|(found, open)| f64::from(found[1]) / f64::from(open[1])).collect()
 }
@@ -372,7 +372,7 @@ fn bent_normals_look_away_from_walls() {
         renderer.unload();
         renderer.load(&scene).unwrap();
         let request = FrameRequest { camera: request(&scene, OcclusionMethod::Gtao).camera, ..base.clone() };
-        let request = request.with(|settings| settings.occlusion.enabled = false);
+        let request = request.with(|settings| settings.occlusion.enabled = false.into());
         f64::from(radiance(&mut renderer, &scene, &request, 1)[(SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) as usize][1])
     };
     let towards = |angle: f64| DVec3::new(0.0, angle.cos(), angle.sin());
@@ -421,9 +421,9 @@ fn direct_light_stays_what_it_is() {
     lamps(&mut lit);
     let lit = lit.finish();
     let gtao = request(&lit, OcclusionMethod::Gtao);
-    let mut draw = |scene: &Scene, enabled, environment| {
+    let mut draw = |scene: &Scene, enabled: bool, environment| {
         let request = gtao.with(|settings| {
-            settings.occlusion.enabled = enabled;
+            settings.occlusion.enabled = enabled.into();
             settings.environment.source = environment;
         });
         renderer.unload();
@@ -455,7 +455,7 @@ fn passes_are_there_as_they_are_needed() {
         names.filter(|name| name.starts_with("occlusion")).collect::<Vec<_>>()
     };
     let gtao = request(&scene, OcclusionMethod::Gtao);
-    assert_eq!(passes(&gtao.with(|settings| settings.occlusion.enabled = false)), [""; 0]);
+    assert_eq!(passes(&gtao.with(|settings| settings.occlusion.enabled = false.into())), [""; 0]);
     assert_eq!(passes(&gtao), ["occlusion", "occlusion.blur"]);
     let half = gtao.with(|settings| settings.occlusion.resolution = Resolution::Half);
     assert_eq!(passes(&half), ["occlusion", "occlusion.blur", "occlusion.upsample"]);
@@ -521,7 +521,7 @@ fn forward_paths_are_occluded_as_the_deferred_one_is() {
             (settings.occlusion.multi_bounce, settings.occlusion.bent_normals) = (is_full, is_full);
         });
         let truth = shown(&request, Path::Deferred);
-        let open = shown(&request.with(|settings| settings.occlusion.enabled = false), Path::Forward);
+        let open = shown(&request.with(|settings| settings.occlusion.enabled = false.into()), Path::Forward);
         assert!(!difference(&truth, &open, 2).is_within(same), "{method:?}: nothing is occluded");
         for path in [Path::Forward, Path::ForwardBatched] {
             let found = shown(&request, path);
@@ -529,9 +529,9 @@ fn forward_paths_are_occluded_as_the_deferred_one_is() {
             assert_same(&truth, &found, same);
         }
         // Of four samples a pixel those at edges take the occlusion of the middle.
-        let mut of_four = |enabled| {
+        let mut of_four = |enabled: bool| {
             let request = request.with(|settings| {
-                settings.occlusion.enabled = enabled;
+                settings.occlusion.enabled = enabled.into();
                 settings.msaa.samples = PixelSamples::Four;
             });
             shown(&request, Path::Forward)
@@ -556,7 +556,7 @@ fn what_is_drawn_again_lies_where_it_was_drawn_before() {
         let [before, alone] = [true, false].map(|enabled| {
             let request = request.with(|settings| {
                 settings.render.path = path;
-                settings.occlusion.enabled = enabled;
+                settings.occlusion.enabled = enabled.into();
             });
             renderer.render(&scene, &request).unwrap();
             Picture::from_rgba8(SIZE.0 as usize, SIZE.1 as usize, &renderer.read_display().unwrap())

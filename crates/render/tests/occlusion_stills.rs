@@ -20,7 +20,7 @@ fn request(scene: &Scene, samples: u32) -> FrameRequest {
     request.with(|settings| {
         settings.environment.source = Environment::Color([0.6; 3]);
         settings.background.source = Background::Transparent;
-        settings.occlusion.enabled = true;
+        settings.occlusion.enabled = true.into();
         // Wide enough that spheres occlude each other.
         settings.occlusion.radius_m = 1.0;
     })
@@ -57,7 +57,7 @@ fn later_samples_have_the_occlusion_that_the_first_found() {
         let (of_every, all) = still(&mut renderer, &scene, &every);
         assert_eq!(all, f64::from(samples));
         let (of_first, mean) = still(&mut renderer, &scene, &adaptive);
-        let open = every.with(|settings| settings.occlusion.enabled = false);
+        let open = every.with(|settings| settings.occlusion.enabled = false.into());
         let (of_none, _) = still(&mut renderer, &scene, &open);
         let (apart, lost) = (rms(&of_every, &of_first), rms(&of_every, &of_none));
         println!("{samples} samples: {mean:.2} drawn, {apart:.3}/255 from each its own, {lost:.3} from no occlusion");

@@ -8,9 +8,10 @@ mod common;
 use common::shadows::{perspective, radiance, shared};
 use common::{floats, plain_request};
 use glam::{Mat4, Quat, Vec3};
-use manypass::{Aov, Background, Environment, FrameRequest, Renderer, Resolution, View};
+use manypass::{Aov, Background, Environment, FogMode, FrameRequest, Path, PixelSamples, Renderer, Resolution, View};
 use manypass_scene::{Material, Node, Projection, Scene, ShadingModel, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
+use manypass_testkit::compare::{Picture, Tolerance, assert_same, difference};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 const SIZE: (u32, u32) = (192, 124);
@@ -50,7 +51,7 @@ fn bodies(has_mirror: bool) -> Scene {
 fn request(scene: &Scene, environment: f32) -> FrameRequest {
     plain_request(scene, SIZE).with(|settings| {
         settings.environment.source = Environment::Color([environment; 3]);
-        settings.reflections.enabled = true;
+        settings.reflections.enabled = true.into();
         settings.reflections.resolution = Resolution::Full;
         settings.reflections.roughness_max = 1.0;
         settings.reflections.steps = 512;
@@ -59,7 +60,7 @@ fn request(scene: &Scene, environment: f32) -> FrameRequest {
 
 /// As it is without reflections.
 fn without(request: &FrameRequest) -> FrameRequest {
-    request.with(|settings| settings.reflections.enabled = false)
+    request.with(|settings| settings.reflections.enabled = false.into())
 }
 
 fn load(renderer: &mut Renderer, scene: &Scene) {
@@ -301,20 +302,59 @@ fn passes_are_there_as_they_are_needed() {
     let mut passes = |request: &FrameRequest| {
         let plan = renderer.plan(&scene, request).unwrap();
         let names = plan.passes.iter().map(|pass| pass.name.to_string());
-        let of_reflections = names.filter(|name| name.starts_with("reflections") && !name.contains("pyramid"));
+        let of_reflections = names.filter(|name| name.starts_with("reflections") && name.matches('.').count() < 2);
         of_reflections.collect::<Vec<_>>()
     };
     let few = request(&scene, 1.0);
     assert_eq!(passes(&few), ["reflections", "reflections.filter", "reflections.compose"]);
-    let still = FrameRequest { sample_count: 16, ..few.clone() };
+    let still = FrameRequest { sample_count: 64, ..few.clone() };
     assert_eq!(passes(&still), ["reflections", "reflections.compose"]);
     assert_eq!(passes(&FrameRequest { goes_on: true, ..still }).len(), 3);
     assert_eq!(passes(&without(&few)), [""; 0]);
     assert_eq!(passes(&few.with(|settings| settings.reflections.roughness_max = 0.0)), [""; 0]);
-    for path in ["forward", "forward-batched", "gouraud"] {
-        let request = few.with(|settings| settings.set("render.path", path).unwrap());
-        let error = renderer.render(&scene, &request).unwrap_err().to_string();
-        assert!(error.contains("`reflections.enabled=true` needs `render.path=deferred`"), "{error}");
+    let request = few.with(|settings| settings.render.path = Path::Gouraud);
+    let error = renderer.render(&scene, &request).unwrap_err().to_string();
+    assert!(error.contains("`reflections.enabled=true` needs `render.path=deferred`"), "{error}");
+}
+
+#[test]
+fn forward_paths_reflect_as_the_deferred_one_does() {
+    let mut renderer = shared();
+    let scene = bodies(true);
+    load(&mut renderer, &scene);
+    let mut shown = |request: &FrameRequest, path| {
+        let request = request.with(|settings| settings.render.path = path);
+        renderer.render(&scene, &request).unwrap();
+        Picture::from_rgba8(SIZE.0 as usize, SIZE.1 as usize, &renderer.read_display().unwrap())
+    };
+    // Base colour has eight bits on the deferred path.
+    let same = Tolerance { mean: 0.75, ..Tolerance::default() };
+    for resolution in [Resolution::Full, Resolution::Half] {
+        for occlusion in [false, true] {
+            let request = request(&scene, 0.3).with(|settings| {
+                settings.reflections.resolution = resolution;
+                settings.occlusion.enabled = occlusion.into();
+                settings.fog.mode = FogMode::Exponential;
+                settings.fog.density_per_m = 0.05;
+            });
+            let truth = shown(&request, Path::Deferred);
+            let open = shown(&without(&request), Path::Forward);
+            assert!(!difference(&truth, &open, 2).is_within(same), "nothing is reflected");
+            for path in [Path::Forward, Path::ForwardBatched] {
+                let found = shown(&request, path);
+                println!("{resolution:?}, {}: {}", path.name(), difference(&truth, &found, 2));
+                assert_same(&truth, &found, same);
+            }
+            // Of four samples a pixel those at edges take what was found for the middle.
+            let of_four = request.with(|settings| settings.msaa.samples = PixelSamples::Four);
+            let inside =
+                Tolerance { share: 0.93, share_between: 0.97, mean: 2.0, area_px: 120, area_between_px: 60, ..same };
+            let found = shown(&of_four, Path::Forward);
+            println!("{resolution:?}, four samples: {}", difference(&truth, &found, 2));
+            assert_same(&truth, &found, inside);
+            let open = shown(&without(&of_four), Path::Forward);
+            assert!(!difference(&truth, &open, 2).is_within(inside), "nothing is reflected");
+        }
     }
 }
 

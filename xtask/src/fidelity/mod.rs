@@ -20,8 +20,9 @@ use std::process::Command;
 struct Fidelity<'a> {
     options: &'a Options,
     program: PathBuf,
-    /// Whether the program has a floor below models, which published pictures have not.
-    has_ground: bool,
+    /// What leaves out what published pictures do not have, as far as the program knows it: a floor below models, and
+    /// what surfaces hide and reflect of each other in the picture.
+    left_out: Vec<&'static str>,
     folder: PathBuf,
     report: Report,
     failures: Vec<String>,
@@ -43,8 +44,15 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let folder = options.out.clone().unwrap_or_else(|| root().join("target/fidelity"));
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let help = output_of(Command::new(&program).args(["render", "--help"])).unwrap_or_default();
-    let has_ground = help.contains("--ground");
-    let mut run = Fidelity { options, program, has_ground, folder, report: Report::default(), failures: Vec::new() };
+    let settings = output_of(Command::new(&program).arg("settings")).unwrap_or_default();
+    let mut left_out = Vec::new();
+    if help.contains("--ground") {
+        left_out.extend(["--ground", "none"]);
+    }
+    if settings.contains("effects.enabled") {
+        left_out.extend(["--set", "effects.enabled=false"]);
+    }
+    let mut run = Fidelity { options, program, left_out, folder, report: Report::default(), failures: Vec::new() };
     for table in &options.tables {
         let printed = match table {
             Table::Published => published::print(&mut run),

@@ -71,9 +71,7 @@ impl Fidelity<'_> {
         command.args(["--fov-y", &scenario.fov_y_deg.to_string()]);
         command.args(["--background", if scenario.shows_environment { "environment" } else { "transparent" }]);
         command.args(["--tonemap", "aces", "--exposure", "0", "--set", "shadows.enabled=false"]);
-        if self.has_ground {
-            command.args(["--ground", "none"]);
-        }
+        command.args(&self.left_out);
         let output = command.env("RUST_LOG", "off").output().with_context(|| format!("starting {command:?}"))?;
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         ensure!(output.status.success(), "{command:?} ended with {}: {}", output.status, said.trim());

@@ -183,9 +183,7 @@ impl Fidelity<'_> {
         command.arg("-o").arg(&ours).arg("--report").arg(&report);
         command.args(["--size", &format!("{}x{}", size.0, size.1), "--samples", OUR_SAMPLES]);
         command.args(["--background", "transparent", "--quiet"]);
-        if self.has_ground {
-            command.args(["--ground", "none"]);
-        }
+        command.args(&self.left_out);
         check(command.env("RUST_LOG", "off"))?;
         let text = std::fs::read_to_string(&report).with_context(|| format!("reading {}", report.display()))?;
         let said: Value = serde_json::from_str(&text).with_context(|| format!("reading {}", report.display()))?;

@@ -80,6 +80,7 @@ impl Shot {
         request.settings.tone_map.curve = Tonemap::None;
         request.settings.tone_map.dither = 0.0;
         request.settings.shadows.enabled = false;
+        request.settings.effects.enabled = false;
         renderer.load(&content.scene)?;
         let frame_ms = Self::timed_ms(|| {
             renderer.render(&content.scene, &request)?;

@@ -6,6 +6,7 @@ use crate::environment::{Background, Environment};
 use crate::exposure::{Exposure, ExposureSettings, Metering};
 use crate::ground::Ground;
 use crate::request::{FrameRequest, RenderError};
+use crate::settings::Switch;
 use crate::transparency::TransparencyMode;
 use manypass_scene::Scene;
 
@@ -223,7 +224,8 @@ fn metered(request: &FrameRequest) -> FrameRequest {
     settings.exposure.adapt = false;
     settings.render.scale = 1.0;
     settings.msaa = Default::default();
-    settings.reflections.enabled = false;
+    settings.occlusion.enabled = Switch::Off;
+    settings.reflections.enabled = Switch::Off;
     settings.gi.enabled = false;
     small
 }

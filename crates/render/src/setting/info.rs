@@ -57,6 +57,8 @@ pub enum SettingType {
     Number(NumberType),
     /// `true` or `false`.
     Boolean,
+    /// `true`, `false`, or `auto` for wherever the rest of the settings allow it.
+    Switch,
     /// One of the words of [`SettingInfo::choices`].
     Choice,
     /// `rrggbb` in sRGB, `#` optional, or three numbers in linear Rec. 709.
@@ -111,6 +113,7 @@ impl Display for SettingType {
         match self {
             Self::Number(numbers) => numbers.fmt(f),
             Self::Boolean => f.write_str("bool"),
+            Self::Switch => f.write_str("switch"),
             Self::Choice => f.write_str("choice"),
             Self::Color => f.write_str("color"),
             Self::ChoiceOrColor => f.write_str("choice or color"),
@@ -318,6 +321,7 @@ impl SettingInfo {
             SettingType::Number(NumberType { count: 1, .. }) => self.with_range(kind, ""),
             SettingType::Number(NumberType { count, .. }) => format!("{count} {}", self.with_range(kind, ", each")),
             SettingType::Boolean => "true or false".into(),
+            SettingType::Switch => "true, false or auto".into(),
             SettingType::Choice => words(),
             SettingType::Color => "a colour such as ff8800, or 3 numbers of at least 0 in linear light".into(),
             SettingType::ChoiceOrColor => {
@@ -364,6 +368,7 @@ impl SettingInfo {
             (SettingType::ChoiceOrColors, ..) => format!("{words} rrggbb r,g,b rrggbb,rrggbb"),
             (SettingType::Exposure, ..) => format!("{words} auto+N auto-N -64 to 64"),
             (SettingType::Boolean, ..) => "true false".into(),
+            (SettingType::Switch, ..) => "auto true false".into(),
             (SettingType::Color, ..) => "rrggbb r,g,b".into(),
             _ if !words.is_empty() => words,
             (_, None, None) => "any".into(),

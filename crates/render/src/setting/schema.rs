@@ -1,7 +1,7 @@
 //! A JSON Schema of files of settings, by which editors complete and check them.
 
 use super::info::F32_MAX;
-use super::{LinearColor, NumberType, Scalar, SettingInfo, SettingType};
+use super::{LinearColor, NumberType, Scalar, SettingInfo, SettingType, Switch};
 use serde_json::{Map, Value, json};
 
 /// `auto` with at most 64 stops.
@@ -93,6 +93,7 @@ fn typed(info: &SettingInfo, kind: &SettingType) -> Value {
             json!({ "type": "array", "items": number, "minItems": count, "maxItems": count })
         }
         SettingType::Boolean => json!({ "type": "boolean" }),
+        SettingType::Switch => json!({ "enum": [Switch::AUTO, true, false] }),
         SettingType::Choice => words(),
         SettingType::Color => color_schema(),
         SettingType::ChoiceOrColor => {

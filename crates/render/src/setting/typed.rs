@@ -1,6 +1,6 @@
 //! Values of files, whose types count: which a setting takes, and what is to be done where it does not.
 
-use super::{NumberType, SettingType, SettingValue};
+use super::{NumberType, SettingType, SettingValue, Switch};
 
 impl SettingValue {
     /// The entries of a list or vector; none of what is neither.
@@ -30,6 +30,10 @@ impl SettingType {
             Self::Number(NumberType { count: 1, .. }) => value.is_number(),
             Self::Number(NumberType { count, .. }) => are_numbers((*count).into()),
             Self::Boolean => matches!(value, SettingValue::Boolean(_)),
+            Self::Switch => match value {
+                SettingValue::Text(text) => text == Switch::AUTO,
+                value => matches!(value, SettingValue::Boolean(_)),
+            },
             Self::Choice | Self::Text | Self::Path => is_text,
             // Three numbers in one text are for the command line.
             Self::Color | Self::ChoiceOrColor => {
@@ -52,7 +56,9 @@ impl SettingType {
         let is_text = matches!(value, SettingValue::Text(_));
         let is_number = |text: &str| text.parse::<f64>().is_ok();
         match self {
-            Self::Number(NumberType { count: 1, .. }) | Self::Boolean if is_text => "; write it without quotes",
+            Self::Number(NumberType { count: 1, .. }) | Self::Boolean | Self::Switch if is_text => {
+                "; write it without quotes"
+            }
             Self::Exposure if matches!(value, SettingValue::Text(text) if is_number(text)) => {
                 "; write it without quotes"
             }
@@ -63,7 +69,12 @@ impl SettingType {
             {
                 "; write it in quotes"
             }
-            Self::Number(NumberType { count: 1, .. }) | Self::Boolean | Self::Choice | Self::Text | Self::Path
+            Self::Number(NumberType { count: 1, .. })
+            | Self::Boolean
+            | Self::Switch
+            | Self::Choice
+            | Self::Text
+            | Self::Path
                 if value.entries().is_some() =>
             {
                 "; write it without brackets"

@@ -79,15 +79,16 @@ fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {
 }
 
 // What nothing in the picture hides: the shares of diffuse and of specular light, and the direction around which
-// diffuse light comes.
+// diffuse light comes. And what the picture shows of mirrored light in the environment's place, with the share of it.
 struct Seen {
     diffuse: vec3f,
     specular: f32,
     direction: vec3f,
+    reflected: vec4f,
 }
 
 fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
-    return ambient_radiance_seen(surface, shading, Seen(vec3f(1.0), 1.0, shading.normal));
+    return ambient_radiance_seen(surface, shading, Seen(vec3f(1.0), 1.0, shading.normal, vec4f(0.0)));
 }
 
 // What a surface mirrors of the environment: the radiance of its lobe, and the share of it that is reflected.
@@ -111,10 +112,11 @@ fn mirrored_environment(shading: Shading) -> MirroredLight {
 
 fn ambient_radiance_seen(surface: Surface, shading: Shading, seen: Seen) -> vec3f {
     let mirrored = mirrored_environment(shading);
-    let specular = mirrored.radiance * mirrored.albedo;
+    let specular = mirrored.radiance * mirrored.albedo * (seen.specular * (1.0 - seen.reflected.a))
+        + seen.reflected.rgb * mirrored.albedo;
     let diffuse = environment_irradiance(seen.direction) * (1.0 / PI) * shading.albedo * (1.0 - mirrored.albedo);
     let diffuse_share = diffuse_environment_share(surface);
-    var radiance = diffuse * diffuse_share * seen.diffuse + specular * seen.specular;
+    var radiance = diffuse * diffuse_share * seen.diffuse + specular;
     if sun_count > 0u {
         radiance += suns_radiance(shading, diffuse_share) * seen.diffuse;
     }

@@ -3,7 +3,8 @@
 
 import package::view::view;
 import package::shaders::coarse::turn_in_square;
-import package::shaders::screen_space::{TangentPlane, likeness_to, nearest_clamp};
+import package::shaders::samplers::nearest_clamp;
+import package::shaders::screen_space::{TangentPlane, likeness_of_distance, likeness_to};
 
 // Where all of the texels lie on other surfaces, something must count.
 const LIKENESS_MIN: f32 = 1e-4;
@@ -52,6 +53,64 @@ fn upsampled(
         }
     }
     return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
+}
+
+// As `upsampled`, of a smaller picture that an earlier sample left, of the first pixel of each texel's square. How far
+// away surfaces were there then says the first channel of `distances`, or the second one of the picture itself.
+fn upsampled_by_distances(
+    coarse: texture_2d<f32>,
+    distances: texture_2d<f32>,
+    is_in_picture: bool,
+    position_px: vec2f,
+    side: u32,
+    shift: f32,
+    plane: TangentPlane,
+    reach_m: f32,
+) -> Upsampled {
+    let place = (position_px - 0.5) / f32(max(side, 1u)) + shift;
+    let first = floor(place);
+    let between = place - first;
+    let size = vec2f(textureDimensions(coarse));
+    let texel_size = 1.0 / size;
+    var sum = vec4f(0.0);
+    var weights = 0.0;
+    var trust = 0.0;
+    for (var y = 0; y < 2; y++) {
+        for (var x = 0; x < 2; x++) {
+            let step = vec2f(vec2i(x, y));
+            let texel = clamp(first + step, vec2f(0.0), size - 1.0);
+            let near = mix(1.0 - between, between, step);
+            let uv = (texel + 0.5) * texel_size;
+            let value = textureSampleLevel(coarse, nearest_clamp, uv, 0.0);
+            var distance_m = value.g;
+            if !is_in_picture {
+                distance_m = textureSampleLevel(distances, nearest_clamp, uv, 0.0).r;
+            }
+            let middle_px = min(texel * f32(side) + 0.5, view.size_px - 0.5);
+            let likeness = likeness_of_distance(plane, middle_px, distance_m, reach_m);
+            let weight = (near.x * near.y + LIKENESS_MIN) * (likeness + LIKENESS_MIN);
+            sum += value * weight;
+            weights += weight;
+            trust += near.x * near.y * likeness;
+        }
+    }
+    return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
+}
+
+// The largest alpha of the four texels of a smaller picture around a place of the picture; the first of them is of the
+// pixel whose middle is `first_middle`.
+fn largest_alpha_around(coarse: texture_2d<f32>, position_px: vec2f, side: u32, first_middle: vec2f) -> f32 {
+    let size = vec2f(textureDimensions(coarse));
+    let texel_size = 1.0 / size;
+    let first = floor((position_px - first_middle) / f32(max(side, 1u)));
+    var largest = 0.0;
+    for (var y = 0; y < 2; y++) {
+        for (var x = 0; x < 2; x++) {
+            let texel = clamp(first + vec2f(vec2i(x, y)), vec2f(0.0), size - 1.0);
+            largest = max(largest, textureSampleLevel(coarse, nearest_clamp, (texel + 0.5) * texel_size, 0.0).a);
+        }
+    }
+    return largest;
 }
 
 // The mean over 4 × 4 texels, from 2 before a texel's middle to 1 after, of those that lie on the same surface (Tomasi

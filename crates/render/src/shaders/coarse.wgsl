@@ -3,16 +3,13 @@
 
 import package::view::view;
 
-// 0 if the first pixel of each square has all turns.
-override takes_turns: u32 = 1u;
-
 fn turn_of_four(turn: i32) -> vec2i {
     return vec2i((turn + (turn >> 1u)) & 1, turn & 1);
 }
 
 // `side` is that of the square: 1, 2 or 4.
 fn turn_in_square(side: i32) -> vec2i {
-    let index = i32((view.sample_index & 15u) * takes_turns);
+    let index = i32(view.sample_index & 15u);
     return turn_of_four(index & 3) * (side / 2) + turn_of_four(index >> 2u) * (side / 4);
 }
 

@@ -10,7 +10,8 @@
 import package::view::{view, pixel_from_position_view, position_view_from_pixel};
 import package::shaders::gbuffer_textures::{linear_depth, normal_world_at};
 import package::shaders::hash::gradient_noise;
-import package::shaders::light_table::{LIGHT_SHADOW, cluster_grid, light_part, nearest_clamp};
+import package::shaders::light_table::{LIGHT_SHADOW, cluster_grid, light_part};
+import package::shaders::samplers::nearest_clamp;
 import package::shaders::screen_space::{FARTHEST_M, distance_from_nearness, nearness_from_distance};
 
 // Steps of a ray; 0 where there are none.

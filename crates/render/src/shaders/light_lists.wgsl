@@ -4,10 +4,11 @@
 import package::constants::{CASTING_POINTS, CASTING_SPOTS, DATA_WIDTH, LIGHTS_PER_ROW, QUIET_POINTS, QUIET_SPOTS};
 import package::shaders::brdf::Shading;
 import package::shaders::light_table::{
-    ClusterList, TableRows, cluster_at, cluster_grid, cluster_light_bytes, light_place, nearest_clamp, place_of_bytes,
+    ClusterList, TableRows, cluster_at, cluster_grid, cluster_light_bytes, light_place, place_of_bytes,
     table_rows,
 };
 import package::shaders::lights::{LightSums, add_global_lights, add_light, global_light_sums, light_classes};
+import package::shaders::samplers::nearest_clamp;
 import package::shaders::shadows::shadowed;
 
 // What `LightReaches` holds: see `lights/reaches.rs`.

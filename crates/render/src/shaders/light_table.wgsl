@@ -3,6 +3,7 @@
 // so that another storage can take their place here.
 
 import package::constants::{LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
+import package::shaders::samplers::nearest_clamp;
 
 struct ClusterGrid {
     // Tiles across, tiles down, slices along the view axis, side of a tile in pixels.
@@ -35,7 +36,6 @@ const LIGHT_SHADOW: f32 = 3.0;
 @group(0) @binding(4) var lights: texture_2d<f32>;
 // An index in two bytes, each as a share of 255.
 @group(0) @binding(5) var cluster_lights: texture_2d<f32>;
-@group(0) @binding(7) var nearest_clamp: sampler;
 
 // What loops over lights read is sampled, not loaded, because software adapters find the mip of every lane of a load.
 // What depends on the numbers of rows is read once, not for every light.

@@ -18,28 +18,33 @@ override bent_normals: u32 = 0u;
 // What is left of what the material's own occlusion leaves. The lesser of the two is left in all, because both may know
 // of the same crevice.
 fn seen_at(pixel: vec2i, surface: Surface, shading: Shading) -> Seen {
-    var seen = Seen(vec3f(1.0), 1.0, shading.normal);
-    if occluded != 0u {
-        let texel = textureLoad(screen_occlusion, pixel, 0);
-        // A sample of few directions may lie beyond the range, while the mean of them does not.
-        let visibility = clamp(texel.r, 0.0, 1.0);
-        var diffuse = vec3f(visibility);
-        if multi_bounce != 0u {
-            let a = 2.0404 * shading.albedo - 0.3324;
-            let b = -4.7951 * shading.albedo + 0.6417;
-            let c = 2.7552 * shading.albedo + 0.6903;
-            diffuse = max(diffuse, ((visibility * a + b) * visibility + c) * visibility);
-        }
-        let exponent = exp2(-16.0 * shading.roughness_alpha - 1.0);
-        let specular = clamp(pow(shading.n_dot_v + visibility, exponent) - 1.0 + visibility, 0.0, 1.0);
-        let own = max(surface.occlusion, 1e-3);
-        seen.diffuse = min(diffuse / own, vec3f(1.0));
-        seen.specular = min(specular / own, 1.0);
-        if bent_normals != 0u {
-            // Hardly anything is left where the mean of directions has no length.
-            let bent = texel.gba + 1e-3 * shading.normal;
-            seen.direction = bent * inverseSqrt(max(dot(bent, bent), 1e-12));
-        }
+    if occluded == 0u {
+        return Seen(vec3f(1.0), 1.0, shading.normal, vec4f(0.0));
+    }
+    return seen_of(textureLoad(screen_occlusion, pixel, 0), surface, shading);
+}
+
+// The same of what a texel of `screen_occlusion` says.
+fn seen_of(texel: vec4f, surface: Surface, shading: Shading) -> Seen {
+    var seen = Seen(vec3f(1.0), 1.0, shading.normal, vec4f(0.0));
+    // A sample of few directions may lie beyond the range, while the mean of them does not.
+    let visibility = clamp(texel.r, 0.0, 1.0);
+    var diffuse = vec3f(visibility);
+    if multi_bounce != 0u {
+        let a = 2.0404 * shading.albedo - 0.3324;
+        let b = -4.7951 * shading.albedo + 0.6417;
+        let c = 2.7552 * shading.albedo + 0.6903;
+        diffuse = max(diffuse, ((visibility * a + b) * visibility + c) * visibility);
+    }
+    let exponent = exp2(-16.0 * shading.roughness_alpha - 1.0);
+    let specular = clamp(pow(shading.n_dot_v + visibility, exponent) - 1.0 + visibility, 0.0, 1.0);
+    let own = max(surface.occlusion, 1e-3);
+    seen.diffuse = min(diffuse / own, vec3f(1.0));
+    seen.specular = min(specular / own, 1.0);
+    if bent_normals != 0u {
+        // Hardly anything is left where the mean of directions has no length.
+        let bent = texel.gba + 1e-3 * shading.normal;
+        seen.direction = bent * inverseSqrt(max(dot(bent, bent), 1e-12));
     }
     return seen;
 }

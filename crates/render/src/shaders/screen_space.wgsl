@@ -4,8 +4,8 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, affine_of_direction_view, position_view_from_pixel};
 import package::shaders::hash::{seed_of_pixel, stratified};
 import package::shaders::gbuffer_textures::{distance_at, linear_depth, normal_world_at};
+import package::shaders::samplers::nearest_clamp;
 
-@group(0) @binding(7) var nearest_clamp: sampler;
 // The least cosine between normal and direction of the eye: maps turn normals away from it.
 const FACING_MIN: f32 = 1e-3;
 // Beyond this squares of lengths are no numbers of 32 bits.
@@ -83,11 +83,16 @@ fn distance_sampled(middle_px: vec2f) -> f32 {
 }
 
 fn tangent_plane_at(pixel: vec2i, distance_m: f32) -> TangentPlane {
-    let normal = (view.view_from_world * vec4f(normal_world_at(pixel), 0.0)).xyz;
+    return tangent_plane_of(normal_world_at(pixel), vec2f(pixel) + 0.5, distance_m);
+}
+
+// Of the surface that the middle of a pixel shows.
+fn tangent_plane_of(normal_world: vec3f, middle_px: vec2f, distance_m: f32) -> TangentPlane {
+    let normal = (view.view_from_world * vec4f(normal_world, 0.0)).xyz;
     var plane: TangentPlane;
     plane.affine = affine_of_direction_view(normal);
     plane.normal_z = normal.z;
-    plane.height = height_of(plane, vec2f(pixel) + 0.5, distance_m);
+    plane.height = height_of(plane, middle_px, distance_m);
     return plane;
 }
 
@@ -99,7 +104,11 @@ fn height_of(plane: TangentPlane, position_px: vec2f, distance_m: f32) -> f32 {
 // From 0 to 1, how near to a tangent plane the surface lies that a pixel's middle shows: 0 from `reach_m` on, and where
 // there is none.
 fn likeness_to(plane: TangentPlane, middle_px: vec2f, reach_m: f32) -> f32 {
-    let distance_m = distance_sampled(middle_px);
+    return likeness_of_distance(plane, middle_px, distance_sampled(middle_px), reach_m);
+}
+
+// The same of a surface so far away there.
+fn likeness_of_distance(plane: TangentPlane, middle_px: vec2f, distance_m: f32, reach_m: f32) -> f32 {
     let off_plane = abs(height_of(plane, middle_px, distance_m) - plane.height) / reach_m;
     return select(0.0, clamp(1.0 - off_plane, 0.0, 1.0), distance_m < DISTANCE_BACKGROUND_M);
 }

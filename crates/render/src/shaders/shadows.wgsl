@@ -7,8 +7,9 @@
 import package::view::view;
 import package::shaders::hash::gradient_noise;
 import package::shaders::light_table::{
-    LIGHT_SHADOW, cluster_grid, light_part, light_place, nearest_clamp, table_rows,
+    LIGHT_SHADOW, cluster_grid, light_part, light_place, table_rows,
 };
+import package::shaders::samplers::nearest_clamp;
 
 @group(0) @binding(8) var shadow_atlas: texture_depth_2d;
 @group(0) @binding(9) var shadow_compare: sampler_comparison;

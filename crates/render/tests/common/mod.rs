@@ -8,7 +8,7 @@ pub mod shadows;
 pub mod skies;
 
 use glam::{Mat4, Quat, Vec3};
-use manypass::{AovPixels, Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Tonemap, View};
+use manypass::{AovPixels, Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Switch, Tonemap, View};
 use manypass_scene::{Aabb, Projection, Scene};
 use std::path::PathBuf;
 
@@ -27,7 +27,8 @@ pub fn software_renderer() -> Renderer {
     Renderer::new(Gpu::headless(software.as_ref().map(|adapter| adapter.name.as_str())).unwrap()).unwrap()
 }
 
-/// The scene's first camera, no environment, no shadows, black behind, no tone curve, no dither; radiance can be read.
+/// The scene's first camera, no environment, no shadows, nothing that is found in the picture, black behind, no tone
+/// curve, no dither; radiance can be read.
 pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest {
     let node = scene.nodes.iter().find(|node| node.camera.is_some()).unwrap();
     let projection = scene.cameras[node.camera.unwrap()].projection;
@@ -37,6 +38,8 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     request.settings.tone_map.curve = Tonemap::None;
     request.settings.tone_map.dither = 0.0;
     request.settings.shadows.enabled = false;
+    request.settings.occlusion.enabled = Switch::Off;
+    request.settings.reflections.enabled = Switch::Off;
     request.averaging = Averaging::Both;
     request
 }

@@ -8,7 +8,7 @@ use manypass::scene::{
     Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive, Projection, Sampler, Scene, ShadingModel, Skin,
     Texture, TextureRef, TextureTransform, demo,
 };
-use manypass::{Background, EffectFile, Environment, FrameRequest, Pose, Tonemap, UpscaleMethod, View};
+use manypass::{Background, EffectFile, Environment, FrameRequest, Pose, Switch, Tonemap, UpscaleMethod, View};
 use std::sync::Arc;
 
 /// One golden.
@@ -56,6 +56,8 @@ fn subject(name: &'static str, mut scene: Scene, size: (u32, u32), eye: Vec3, ta
     request.camera = looking(eye, target);
     request.settings.background.source = Background::Color([0.02, 0.02, 0.03]);
     request.settings.tone_map.dither = 0.0;
+    request.settings.occlusion.enabled = Switch::Off;
+    request.settings.reflections.enabled = Switch::Off;
     Subject { name, scene, strips: vec![request], effects: Vec::new(), known_failure: None }
 }
 
@@ -430,7 +432,8 @@ fn occlusion() -> Subject {
     let request = &mut subject.strips[0];
     request.settings.environment.source = Environment::Color([0.8; 3]);
     let enabled = [true, false];
-    subject.strips = enabled.map(|enabled| request.with(|settings| settings.occlusion.enabled = enabled)).to_vec();
+    subject.strips =
+        enabled.map(|enabled| request.with(|settings| settings.occlusion.enabled = enabled.into())).to_vec();
     subject
 }
 
@@ -449,7 +452,8 @@ fn reflections() -> Subject {
     let request = &mut subject.strips[0];
     request.settings.environment.source = Environment::Color([0.6, 0.7, 0.8]);
     let enabled = [true, false];
-    subject.strips = enabled.map(|enabled| request.with(|settings| settings.reflections.enabled = enabled)).to_vec();
+    subject.strips =
+        enabled.map(|enabled| request.with(|settings| settings.reflections.enabled = enabled.into())).to_vec();
     subject
 }
 

@@ -2,7 +2,7 @@
 // Source: clustered shading (Olsson et al. 2012) with lists in data textures; with `tiled` the lists are those of
 // tiles, and what lies before or behind all of the tile's surfaces is passed over; with `without_lists` only lights
 // that are in none. Reads: G-buffer, linear_depth, the tables of lights and clusters, of tiles their bounds, occlusion,
-// and the environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
+// reflections that an earlier sample of a still found, and the environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: direct. Features: contact. Axes: tiled.
 
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
@@ -11,7 +11,8 @@ import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::ambient::ambient_radiance_seen;
-import package::shaders::occlusion::seen_at;
+import package::shaders::coarse_occlusion::seen_by_sample;
+import package::shaders::coarse_reflections::reflected_at;
 import package::shaders::contact::contact_origin;
 import package::shaders::light_lists::light_sums;
 import package::shaders::lights::{counts_pairs, pair_counts};
@@ -41,7 +42,8 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     var radiance = sums.radiance;
     if adds_ambient != 0u {
-        let seen = seen_at(pixel, surface, shading);
+        var seen = seen_by_sample(position.xy, distance_m, surface, shading);
+        seen.reflected = reflected_at(position.xy, distance_m, surface.normal_world);
         radiance += ambient_radiance_seen(surface, shading, seen);
     }
     return vec4f(half_float_clamped(radiance), 0.0);

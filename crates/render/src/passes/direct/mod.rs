@@ -7,8 +7,8 @@
 
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;
-use crate::occlusion::Occlusion;
 use crate::record::{ADD, PicturePart, Recorder};
+use crate::screen_space::InPicture;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
-    occlusion: Option<&Occlusion>,
+    found: InPicture<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
@@ -66,7 +66,7 @@ pub fn record(
         Lights::Global => &["without_lists"],
     };
     let step = gbuffer.read_by(r.fullscreen("direct", "direct", &[r.view.light_axes(), axis].concat()));
-    let step = Occlusion::read_by(occlusion, step);
+    let step = found.read_by(step);
     let step = match lights {
         Lights::Tiles(tile_depth) => step.read("tile_depth", tile_depth).table("light_reaches", &reaches),
         Lights::Clusters | Lights::Global => step,

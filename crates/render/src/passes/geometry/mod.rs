@@ -43,16 +43,29 @@ fn record_depth(
     Ok((depth, DepthLoad::Keep))
 }
 
+/// What [`record_unshaded`] leaves behind.
+#[derive(Debug)]
+pub struct Unshaded {
+    /// Base colour; occlusion of the material.
+    pub base_color: Handle,
+    /// World normal.
+    pub normal: Handle,
+    /// Metallic, roughness, reflectance, shading model, if it is wanted.
+    pub material: Option<Handle>,
+    /// Depth, with one sample a pixel.
+    pub depth: Handle,
+}
+
 /// Draws opaque and masked surfaces for what is found in the picture of them before they are shaded where they are
-/// drawn: normals, whose shader writes base colour before them, and depth, with one sample a pixel. `begun` is as for
-/// [`record`], or depth of its own.
+/// drawn, with one sample a pixel. `begun` is as for [`record`], or depth of its own.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_normals(
+pub fn record_unshaded(
     r: &mut Recorder<'_, '_>,
     begun: Option<(Handle, DepthLoad)>,
-) -> Result<(Handle, Handle), ProgramError> {
+    wants_material: bool,
+) -> Result<Unshaded, ProgramError> {
     let begun = begun.unwrap_or_else(|| {
         let depth = r.texture("geometry.middles", r.frame.gpu.capabilities.depth_format);
         (depth, DepthLoad::Clear { depth: 0.0, stencil: 0 })
@@ -60,13 +73,17 @@ pub fn record_normals(
     let (depth, depth_load) = record_depth(r, begun)?;
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);
+    let material = wants_material.then(|| r.texture("geometry.material", MATERIAL));
     let mut pass = r.surfaces("geometry", "geometry");
     let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
-    pass.color(base_color, clear);
-    let normal = pass.color(normal, clear);
-    let depth = pass.depth(depth, depth_load);
+    let outputs = Unshaded {
+        base_color: pass.color(base_color, clear),
+        normal: pass.color(normal, clear),
+        material: material.map(|material| pass.color(material, clear)),
+        depth: pass.depth(depth, depth_load),
+    };
     pass.draw_opaque(Which::All)?;
-    Ok((normal, depth))
+    Ok(outputs)
 }
 
 /// Records the passes; `begun` is depth, and how it is loaded.

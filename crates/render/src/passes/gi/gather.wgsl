@@ -15,7 +15,8 @@ import package::shaders::brdf::PI;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::gbuffer_textures::normal_world_at;
 import package::shaders::horizons::{Slice, arc_of_cosine, elevation_of, place_along, slice_at};
-import package::shaders::screen_space::{Center, center_at, nearest_clamp, seen_from, slice_noise};
+import package::shaders::samplers::nearest_clamp;
+import package::shaders::screen_space::{Center, center_at, seen_from, slice_noise};
 
 @group(1) @binding(5) var scene_radiance: texture_2d<f32>;
 

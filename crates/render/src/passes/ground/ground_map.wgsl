@@ -5,7 +5,7 @@
 // Program: ground_map.
 
 import package::constants::GROUND_MAP_SIDE;
-import package::shaders::light_table::nearest_clamp;
+import package::shaders::samplers::nearest_clamp;
 
 struct GroundMap {
     // X and z of the map's middle, half its width and depth.

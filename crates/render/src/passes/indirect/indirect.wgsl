@@ -8,7 +8,8 @@ import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::ambient::ambient_radiance_seen;
-import package::shaders::occlusion::seen_at;
+import package::shaders::coarse_occlusion::seen_by_sample;
+import package::shaders::coarse_reflections::reflected_at;
 import package::shaders::colour::half_float_clamped;
 
 @fragment
@@ -21,6 +22,7 @@ fn fs_indirect(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);
     let shading = shading_from_surface(surface, direction_to_eye_world(position_world));
-    let seen = seen_at(pixel, surface, shading);
+    var seen = seen_by_sample(position.xy, distance_m, surface, shading);
+    seen.reflected = reflected_at(position.xy, distance_m, surface.normal_world);
     return vec4f(half_float_clamped(ambient_radiance_seen(surface, shading, seen)), 0.0);
 }

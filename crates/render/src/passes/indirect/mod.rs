@@ -1,10 +1,11 @@
 //! indirect: light from the environment, added to `radiance`.
 //!
-//! Source: split sum (Karis 2013) of the environment. Reads: G-buffer, depth, occlusion. Writes: radiance.
+//! Source: split sum (Karis 2013) of the environment. Reads: G-buffer, depth, occlusion, reflections that an
+//! earlier sample of a still found. Writes: radiance.
 
 use crate::gbuffer::Gbuffer;
-use crate::occlusion::Occlusion;
 use crate::record::{ADD, PicturePart, Recorder};
+use crate::screen_space::InPicture;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 
@@ -15,13 +16,13 @@ use manypass_graph::{ColorLoad, Handle};
 pub fn record(
     r: &mut Recorder<'_, '_>,
     gbuffer: &Gbuffer,
-    occlusion: Option<&Occlusion>,
+    found: InPicture<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     if r.view.is_environment_dark {
         return Ok(radiance);
     }
-    let step = Occlusion::read_by(occlusion, gbuffer.read_by(r.fullscreen("indirect", "indirect", &[])));
+    let step = found.read_by(gbuffer.read_by(r.fullscreen("indirect", "indirect", &[])));
     step.over(PicturePart::Lit, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }

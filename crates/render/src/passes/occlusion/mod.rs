@@ -11,7 +11,7 @@ mod settings;
 
 pub use settings::{OcclusionMethod, OcclusionSettings};
 
-use crate::occlusion::Occlusion;
+use crate::occlusion::{FoundBefore, Occlusion};
 use crate::record::{Fullscreen, PicturePart, Recorder, UNFILTERED_SAMPLES};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
@@ -26,8 +26,11 @@ const BENT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// The mean of what samples of a still found of a pixel, and of how many it is.
 const MEAN: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
-/// Of few samples that find it, how many go by what one of them found, whose noise was filtered.
-const SAMPLES_A_LOOK: u32 = 4;
+/// What one sample of few found for all, whose noise was filtered, and how far away surfaces were.
+const LOOK: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+
+/// Of the radius: so far from the tangent plane another surface begins; as `taps.wgsl` has it.
+const THICKNESS: f32 = 0.1;
 
 /// Where there is no surface.
 const OPEN: ColorLoad = ColorLoad::Clear(wgpu::Color { r: 1.0, g: 0.0, b: 0.0, a: 0.0 });
@@ -70,7 +73,7 @@ pub struct Seen<'h> {
 
 /// Whether the settings ask for it and there is light to be hidden, or whether it `is_read` by an effect.
 pub fn is_needed(r: &Recorder<'_, '_>, settings: &OcclusionSettings, is_read: bool) -> bool {
-    settings.enabled && (is_read || !r.view.is_environment_dark) && !r.view.counts_pairs()
+    settings.enabled.is_on() && (is_read || !r.view.is_environment_dark) && !r.view.counts_pairs()
 }
 
 /// Records the passes, if the settings ask for them and there is light to be hidden, or if it `is_read` by an effect.
@@ -86,17 +89,20 @@ pub fn record(
     if !is_needed(r, settings, is_read) {
         return Ok(None);
     }
-    let made =
-        |texture| Some(Occlusion { texture, is_multi_bounce: settings.multi_bounce, is_bent: settings.bent_normals });
-    let Some(whole_samples) = r.view.whole_samples else {
-        let found = record_found(r, settings, seen)?;
-        return Ok(made(found));
+    let (texture, found_before) = match r.view.whole_samples {
+        None => (record_found(r, settings, seen)?, None),
+        Some(whole) if whole < UNFILTERED_SAMPLES => {
+            let (look, before) = record_look(r, settings, seen)?;
+            (look, Some(before))
+        }
+        Some(whole) => {
+            let mean = r.history("occlusion.mean", r.view.desc(MEAN));
+            let is_there = r.view.uniform.sample_index >= whole && !mean.is_first;
+            (if is_there { mean.previous } else { record_mean(r, settings, seen, mean)? }, None)
+        }
     };
-    let mean = r.history("occlusion.mean", r.view.desc(MEAN));
-    if r.view.uniform.sample_index >= whole_samples && !mean.is_first {
-        return Ok(made(mean.previous));
-    }
-    Ok(made(record_mean(r, settings, seen, (mean, whole_samples < UNFILTERED_SAMPLES))?))
+    let (is_multi_bounce, is_bent) = (settings.multi_bounce, settings.bent_normals);
+    Ok(Some(Occlusion { texture, found_before, is_multi_bounce, is_bent }))
 }
 
 /// What a sample finds by itself.
@@ -116,28 +122,32 @@ fn record_found(
     step.over(PicturePart::Surfaces, seen.depth).draw_into(target, OPEN)
 }
 
+/// Of a still of few samples whose later ones leave tiles out: its first one looks around, takes the pattern of its
+/// noise out, and keeps what it found for all. Where they shade a surface, they take what lies on it, so that occlusion
+/// is as smooth along edges as the picture.
+fn record_look(
+    r: &mut Recorder<'_, '_>,
+    settings: &OcclusionSettings,
+    seen: Seen<'_>,
+) -> Result<(Handle, FoundBefore), ProgramError> {
+    let finding = Finding { keeps_distance: 1, ..Finding::new(r, settings, true) };
+    let look = r.history("occlusion.look", TextureDesc { format: LOOK, ..finding.desc });
+    let looks = look.is_first || r.view.uniform.sample_index == 0;
+    let texture = if looks { finding.record(r, seen, look.next)? } else { look.previous };
+    Ok((texture, FoundBefore { side_px: finding.side_px, reach_m: THICKNESS * finding.uniform.radius_m }))
+}
+
 /// Of a still whose later samples leave tiles out: the `mean` of what its first samples find, who draw all that
-/// occludes, `is_of_few` of them or as many as take the noise out. Of few, one of four looks around, and takes the
-/// pattern of its noise out; in the others surfaces have what lies on them, so that the mean is as smooth along edges as
-/// the picture.
+/// occludes, and are as many as take the noise out.
 fn record_mean(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
     seen: Seen<'_>,
-    (mean, is_of_few): (History, bool),
+    mean: History,
 ) -> Result<Handle, ProgramError> {
-    let finding = Finding {
-        takes_turns: u32::from(!is_of_few),
-        ..Finding::new(r, settings, is_of_few || r.view.shows_few_samples())
-    };
-    let found = if is_of_few {
-        let coarse = r.history("occlusion.coarse", finding.desc);
-        let looks = coarse.is_first || r.view.uniform.sample_index.is_multiple_of(SAMPLES_A_LOOK);
-        if looks { finding.record(r, seen, coarse.next)? } else { coarse.previous }
-    } else {
-        let target = r.texture_of("occlusion", finding.desc);
-        finding.record(r, seen, target)?
-    };
+    let finding = Finding::new(r, settings, r.view.shows_few_samples());
+    let target = r.texture_of(finding.last_name(), finding.desc);
+    let found = finding.record(r, seen, target)?;
     let step = finding.upsample(r, seen, &found);
     let step = if mean.is_first {
         step.constant("keeps_mean", 1).stand_in("previous_occlusion")
@@ -155,8 +165,8 @@ struct Finding<'s> {
     side_px: u32,
     /// Whether its noise is a pattern, which is taken out.
     is_filtered: bool,
-    /// Whether each pixel of a texel's square is looked from in turn.
-    takes_turns: u32,
+    /// 1 if samples that follow read it, and how far away surfaces are beside it.
+    keeps_distance: u32,
 }
 
 impl<'s> Finding<'s> {
@@ -167,7 +177,7 @@ impl<'s> Finding<'s> {
             desc: settings.resolution.desc(r.view, if settings.bent_normals { BENT } else { VISIBILITY }),
             side_px: settings.resolution.side_px(),
             is_filtered,
-            takes_turns: 1,
+            keeps_distance: 0,
         }
     }
 
@@ -178,7 +188,7 @@ impl<'s> Finding<'s> {
 
     /// What all steps have in common.
     fn step<'r, 'f>(&self, step: Fullscreen<'r, 'f>, seen: Seen<'_>) -> Fullscreen<'r, 'f> {
-        let step = step.constants(&[("side", self.side_px), ("takes_turns", self.takes_turns)]);
+        let step = step.constant("side", self.side_px);
         step.uniform("occlusion", &self.uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
     }
 
@@ -204,7 +214,8 @@ impl<'s> Finding<'s> {
         let found = of_surfaces(step, noisy, seen.depth)?;
         let Some(target) = blurred else { return Ok(found) };
         let step = self.step(r.fullscreen("occlusion.blur", "occlusion_blur", &[]), seen);
-        of_surfaces(step.read("noisy_occlusion", &found), target, seen.depth)
+        let step = step.constant("keeps_distance", self.keeps_distance).read("noisy_occlusion", &found);
+        of_surfaces(step, target, seen.depth)
     }
 
     /// The step that brings what was `found` to the full size.

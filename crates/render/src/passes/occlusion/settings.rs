@@ -1,7 +1,7 @@
 //! Settings of ambient occlusion.
 
 use crate::resolution::Resolution;
-use crate::setting::{choices, settings};
+use crate::setting::{Switch, choices, settings};
 
 choices! {
     /// How what opaque surfaces hide of the environment from each other is found.
@@ -20,7 +20,7 @@ settings! {
         /// Whether opaque surfaces hide the environment's light from each other, as far as the picture shows them.
         /// Direct light, glass and materials with layers stay what they are; on the forward paths, and with
         /// `occlusion.bent_normals`, stills draw all samples of all pixels. Not with `render.path=gouraud`.
-        enabled: bool = false;
+        enabled: Switch = Switch::Auto;
         /// How it is found: by horizons (`gtao`) or by points in a hemisphere (`ssao`).
         method: OcclusionMethod = OcclusionMethod::Gtao, needs "occlusion.enabled=true";
         /// How far surfaces occlude each other; 0 for a twentieth of the diagonal of all that is drawn.

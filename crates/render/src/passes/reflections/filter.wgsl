@@ -1,22 +1,34 @@
 // reflections.filter: takes the pattern of noise of 4 × 4 texels out of a picture of few samples, by the mean over five
 // by five texels, of which the outer ones count half, so that each of the sixteen counts as much; of what lies on the
-// same surface (Tomasi & Manduchi 1998, by the distance from the tangent plane). Mirrors have no noise and stay sharp.
+// same surface (Tomasi & Manduchi 1998, by the distance from the tangent plane). Of several samples each has another
+// square of four by four around a texel, whose mean is a tent without the edges of squares. Mirrors have no noise and
+// stay sharp, but for dots that nothing beside them agrees with.
 // Reads: noisy_reflections, G-buffer, linear_depth. Writes: reflections.
 // Program: reflections_filter.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::reflections::rays::{LIKENESS_REACH, reflections, side};
+import package::passes::reflections::rays::{reflections, side};
 import package::shaders::bilateral::middle_of_texel;
-import package::shaders::coarse::pixel_of_texel;
+import package::shaders::coarse::{pixel_of_texel, turn_in_square};
+import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{distance_at, surface_at};
-import package::shaders::screen_space::{likeness_to, nearest_clamp, tangent_plane_at};
+import package::shaders::samplers::nearest_clamp;
+import package::shaders::screen_space::{likeness_to, tangent_plane_at};
 
 @group(1) @binding(5) var noisy_reflections: texture_2d<f32>;
+
+// 1 if the picture shows the mean of several samples.
+override of_several: u32 = 0u;
 
 // Surfaces of this roughness are filtered whole, and smoother ones less.
 const FILTERED_ROUGHNESS: f32 = 0.1;
 // How much less texels count that are as bright as `radiance_max` (Karis 2013, "Tone Mapping").
 const BRIGHT_WEIGHT: f32 = 0.25;
+
+// What mirrors show of the picture where the share of texels beside a hit that hit as well is below the first is dots,
+// of rays that graze what they meet; from the second on it is the edge of something.
+const LONELY: f32 = 0.25;
+const AGREED: f32 = 0.5;
 
 @fragment
 fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec4f {
@@ -24,30 +36,40 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     let distance_m = distance_at(pixel);
     let size = vec2f(textureDimensions(noisy_reflections));
     let texel_size = 1.0 / size;
-    let rough = smoothstep(0.0, FILTERED_ROUGHNESS, surface_at(pixel).roughness_perceptual);
-    if distance_m >= DISTANCE_BACKGROUND_M || rough <= 0.0 {
-        return textureSampleLevel(noisy_reflections, nearest_clamp, position.xy * texel_size, 0.0);
+    let own = textureSampleLevel(noisy_reflections, nearest_clamp, position.xy * texel_size, 0.0);
+    if distance_m >= DISTANCE_BACKGROUND_M {
+        return own;
     }
+    let rough = smoothstep(0.0, FILTERED_ROUGHNESS, surface_at(pixel).roughness_perceptual);
     let plane = tangent_plane_at(pixel, distance_m);
     var sum = vec4f(0.0);
     var weights = 0.0;
-    for (var y = -2; y < 3; y++) {
-        for (var x = -2; x < 3; x++) {
-            let step = vec2f(vec2i(x, y));
+    var hits_beside = 0.0;
+    var beside = 0.0;
+    let first = select(vec2i(-2), -turn_in_square(4), of_several != 0u);
+    let width = select(5, 4, of_several != 0u);
+    for (var y = 0; y < width; y++) {
+        for (var x = 0; x < width; x++) {
+            let step = vec2f(first + vec2i(x, y));
             let middle = position.xy + step;
             let is_inside = all(middle > vec2f(0.0)) && all(middle < size);
             let middle_px = middle_of_texel(max(middle - 0.5, vec2f(0.0)), side);
             let likeness = likeness_to(plane, middle_px, LIKENESS_REACH * distance_m);
-            let halves = select(vec2f(1.0), vec2f(0.5), abs(step) > vec2f(1.5));
-            let is_own = x == 0 && y == 0;
-            let others = select(0.0, likeness * halves.x * halves.y * rough, is_inside);
-            let whole = select(others, 1.0, is_own);
+            let is_outer = (abs(step) > vec2f(1.5)) & vec2<bool>(of_several == 0u);
+            let halves = select(vec2f(1.0), vec2f(0.5), is_outer);
+            let is_own = all(step == vec2f(0.0));
+            let others = select(0.0, likeness, is_inside);
+            let whole = select(others * halves.x * halves.y * rough, 1.0, is_own);
             let texel = textureSampleLevel(noisy_reflections, nearest_clamp, middle * texel_size, 0.0);
             let brightest = max(texel.r, max(texel.g, texel.b));
             let weight = whole / (1.0 + BRIGHT_WEIGHT * brightest / reflections.radiance_max);
             sum += texel * weight;
             weights += weight;
+            let is_beside = all(abs(step) < vec2f(1.5));
+            hits_beside += select(0.0, others * texel.a, is_beside);
+            beside += select(0.0, others, is_beside);
         }
     }
-    return sum / weights;
+    let agreed = smoothstep(LONELY, AGREED, hits_beside / max(beside * own.a, 1e-6));
+    return mix(agreed, 1.0, rough) * sum / weights;
 }

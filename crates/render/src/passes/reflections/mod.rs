@@ -14,11 +14,13 @@ pub use settings::ReflectionSettings;
 use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, PicturePart, Recorder};
-use crate::resolution::Resolution;
+use crate::record::{ADD, Fullscreen, PicturePart, Recorder, UNFILTERED_SAMPLES};
+use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
-use manypass_graph::{ColorLoad, Handle, TextureDesc};
+use glam::Vec2;
+use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
 use manypass_scene::Aabb;
+use std::iter::successors;
 
 /// Where nothing is reflected.
 const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
@@ -28,6 +30,15 @@ const THICKNESS_SHARE: f32 = 0.004;
 
 /// The share of the distance over which reflections fade out.
 const FADE_SHARE: f32 = 0.25;
+
+/// The noise of so many rays averages out by itself, where they meet small lamps, too.
+const UNFILTERED_RAYS: u32 = 64;
+
+/// The rays of a square whose mean the filter takes.
+const FILTERED_RAYS: u32 = 16;
+
+/// Levels of the picture's light, the first of half its size.
+const COARSE_LEVELS: u32 = 5;
 
 /// The uniform of `rays.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -40,14 +51,23 @@ struct ReflectionsUniform {
     roughness_max: f32,
     /// Pre-exposed; rays of a roughness have this divided by its square.
     radiance_max: f32,
+    /// 1 / the number of rays of which a pixel shows the mean.
+    share_of_ray: f32,
     padding_0: f32,
     padding_1: f32,
-    padding_2: f32,
+}
+
+/// The uniform of `halve.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+struct CoarseLevelUniform {
+    inverse_size: Vec2,
+    inverse_finer_size: Vec2,
 }
 
 impl ReflectionsUniform {
-    /// `exposure` is from pre-exposed radiance to what the tone curve takes.
-    fn new(settings: &ReflectionSettings, bounds_world: &Aabb, exposure: f32) -> Self {
+    /// `exposure` is from pre-exposed radiance to what the tone curve takes; of `rays` a pixel shows the mean.
+    fn new(settings: &ReflectionSettings, bounds_world: &Aabb, exposure: f32, rays: u32) -> Self {
         let diagonal_m = if bounds_world.is_empty() { 1.0 } else { bounds_world.min.distance(bounds_world.max) };
         let diagonal_m = if diagonal_m.is_finite() { diagonal_m.clamp(1e-6, 1e6) } else { 1e6 };
         let of = |given_m: f32, auto_m: f32| if given_m > 0.0 { given_m.max(1e-6) } else { auto_m };
@@ -57,59 +77,231 @@ impl ReflectionsUniform {
         let radiance_max = settings.brightness_max / exposure.max(1e-6);
         let radiance_max = if radiance_max > 0.0 { radiance_max.min(RADIANCE_MAX) } else { RADIANCE_MAX };
         let roughness_max = settings.roughness_max;
+        let share_of_ray = 1.0 / rays.max(1) as f32;
         Self {
             distance_m,
             fade_per_m,
             thickness_m,
             roughness_max,
             radiance_max,
+            share_of_ray,
             padding_0: 0.0,
             padding_1: 0.0,
-            padding_2: 0.0,
         }
     }
 }
 
-/// Records the passes, if the settings ask for them.
+/// The picture so far.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'h> {
+    /// What is known of its surfaces.
+    pub gbuffer: &'h Gbuffer,
+    /// What they hide from each other of the environment, which radiance has less of.
+    pub occlusion: Option<&'h Occlusion>,
+    /// Depth, with as many samples a pixel as the radiance that is added to.
+    pub depth: &'h Handle,
+    /// What rays meet, with one sample a pixel; none if that is what is added to.
+    pub radiance: Option<&'h Handle>,
+}
+
+/// Whether the settings ask for it.
+pub fn is_needed(r: &Recorder<'_, '_>, settings: &ReflectionSettings) -> bool {
+    settings.enabled.is_on() && settings.roughness_max > 0.0 && !r.view.counts_pairs()
+}
+
+/// What samples of a still that leaves tiles out have of earlier ones.
+pub struct Kept<'s> {
+    kept: Keeping<'s>,
+    is_dark: bool,
+}
+
+enum Keeping<'s> {
+    /// Each sample looks for itself.
+    Nothing,
+    /// There is no earlier one.
+    Look(Look<'s>),
+    /// This one is among the first, which are so many.
+    Mean(History, u32),
+    /// It is there.
+    Found(Reflections),
+}
+
+impl<'s> Kept<'s> {
+    /// What there is of earlier samples.
+    pub fn new(r: &mut Recorder<'_, '_>, settings: &'s ReflectionSettings) -> Self {
+        let kept = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
+            None => Keeping::Nothing,
+            Some(whole) if whole < UNFILTERED_SAMPLES => match Look::new(r, settings).found() {
+                Ok(found) => Keeping::Found(found),
+                Err(look) => Keeping::Look(look),
+            },
+            Some(whole) => {
+                let mean = r.history("reflections.mean", r.view.desc(RADIANCE));
+                if !mean.is_first && r.view.uniform.sample_index >= whole {
+                    Keeping::Found(Reflections { texture: mean.previous, side_px: 1, distances: None })
+                } else {
+                    Keeping::Mean(mean, whole)
+                }
+            }
+        };
+        Self { kept, is_dark: r.view.is_environment_dark }
+    }
+
+    /// What light of the environment is taken with: then there is nothing to [`record`]. In the dark no pass takes any.
+    pub fn found(&self) -> Option<&Reflections> {
+        match &self.kept {
+            Keeping::Found(found) if !self.is_dark => Some(found),
+            _ => None,
+        }
+    }
+}
+
+/// Records the passes, if the settings ask for them. `radiance` is what is added to.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &ReflectionSettings,
-    gbuffer: &Gbuffer,
-    occlusion: Option<&Occlusion>,
-    depth: &Handle,
+    (seen, kept): (Seen<'_>, Kept<'_>),
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    if !settings.enabled || settings.roughness_max <= 0.0 || r.view.counts_pairs() {
+    if !is_needed(r, settings) || kept.found().is_some() {
         return Ok(radiance);
     }
-    let is_filtered = r.view.shows_few_samples();
-    let of_few = settings.resolution != Resolution::Full;
-    let side = ("side", settings.resolution.side_px());
-    let uniform = ReflectionsUniform::new(settings, &r.frame.world.bounds_world, r.view.display_exposure);
-    let desc = settings.resolution.desc(r.view, RADIANCE);
-    let pyramid = record_pyramid(r, &gbuffer.linear_depth)?;
+    let met = seen.radiance.unwrap_or(&radiance);
+    let found = match kept.kept {
+        Keeping::Nothing => Tracing::new(r, settings, r.view.sample_count).found(r, seen, met)?,
+        Keeping::Look(look) => look.record(r, seen, met)?,
+        Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
+        Keeping::Found(found) => found,
+    };
+    let step = seen.gbuffer.read_by(r.fullscreen("reflections.compose", "reflections_compose", &[]));
+    let step = Occlusion::read_by(seen.occlusion, Reflections::read_by(Some(&found), step));
+    step.over(PicturePart::Lit, seen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
+}
 
-    let target = r.texture_of("reflections", desc);
-    let step = gbuffer.read_by(r.fullscreen("reflections", "reflections_trace", &[])).constant(side.0, side.1);
-    let step = step.constants(&[("patterned", u32::from(is_filtered)), ("steps", settings.steps)]);
-    let step = step.uniform("reflections", &uniform).read("nearest_distances", &pyramid);
-    let step = step.read("scene_radiance", &radiance);
-    let step = if of_few { step } else { step.over(PicturePart::Lit, depth) };
-    let mut found = step.draw_into(target, NOTHING)?;
-    if is_filtered {
-        let target = r.texture_of("reflections.filter", desc);
-        let step = gbuffer.read_by(r.fullscreen("reflections.filter", "reflections_filter", &[]));
-        let step = step.constant(side.0, side.1).uniform("reflections", &uniform).read("noisy_reflections", &found);
-        let step = if of_few { step } else { step.over(PicturePart::Lit, depth) };
-        found = step.draw_into(target, NOTHING)?;
+/// Of a still of few samples whose later ones leave tiles out: what its first sample finds for all, with its noise
+/// filtered, and how far away surfaces were.
+struct Look<'s> {
+    tracing: Tracing<'s>,
+    reflections: History,
+    distances: History,
+    is_there: bool,
+}
+
+impl<'s> Look<'s> {
+    fn new(r: &mut Recorder<'_, '_>, settings: &'s ReflectionSettings) -> Self {
+        let tracing = Tracing::new(r, settings, 1);
+        let reflections = r.history("reflections.look", tracing.desc);
+        let distances = r.history("reflections.distances", TextureDesc { format: LINEAR_DEPTH, ..tracing.desc });
+        let is_there = !reflections.is_first && r.view.uniform.sample_index > 0;
+        Self { tracing, reflections, distances, is_there }
     }
-    let step = gbuffer.read_by(r.fullscreen("reflections.compose", "reflections_compose", &[]));
-    let step = Occlusion::read_by(occlusion, step).constant(side.0, side.1).uniform("reflections", &uniform);
-    let step = step.read("found_reflections", &found).over(PicturePart::Lit, depth);
-    step.blend(ADD).draw_into(radiance, ColorLoad::Keep)
+
+    /// What is there of an earlier sample; else itself.
+    fn found(self) -> Result<Reflections, Self> {
+        if !self.is_there {
+            return Err(self);
+        }
+        let (texture, distances) = (self.reflections.previous, Some(self.distances.previous));
+        Ok(Reflections { texture, side_px: self.tracing.side_px, distances })
+    }
+
+    fn record(self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
+        let side_px = self.tracing.side_px;
+        let texture = self.tracing.record(r, seen, met, self.reflections.next)?;
+        let step = seen.gbuffer.read_by(r.fullscreen("reflections.distances", "reflections_keep", &[]));
+        let step = Reflections::read_by(None, step).constant("reflections_side", side_px);
+        let step = step.stand_in("previous_reflections");
+        step.draw_into(self.distances.next, ColorLoad::Discard)?;
+        Ok(Reflections { texture, side_px, distances: None })
+    }
+}
+
+/// Of a still whose later samples leave tiles out: the mean of what each of its first `whole` samples finds, which draw
+/// all that is reflected, and are as many as take the noise out.
+fn record_mean(
+    r: &mut Recorder<'_, '_>,
+    settings: &ReflectionSettings,
+    (seen, met): (Seen<'_>, &Handle),
+    (mean, whole): (History, u32),
+) -> Result<Reflections, ProgramError> {
+    let found = Tracing::new(r, settings, whole).found(r, seen, met)?;
+    let step = seen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
+    let step = Reflections::read_by(Some(&found), step).constant("averages", 1);
+    step.read("previous_reflections", &mean.previous).draw_into(mean.next, ColorLoad::Discard)?;
+    Ok(found)
+}
+
+/// How rays are followed, and into what.
+struct Tracing<'s> {
+    settings: &'s ReflectionSettings,
+    uniform: ReflectionsUniform,
+    desc: TextureDesc,
+    side_px: u32,
+    /// Whether its noise is a pattern, which is taken out.
+    is_filtered: bool,
+    /// Of how many samples the picture shows the mean.
+    samples: u32,
+}
+
+impl<'s> Tracing<'s> {
+    /// Of so many samples of which the picture shows the mean.
+    fn new(r: &Recorder<'_, '_>, settings: &'s ReflectionSettings, samples: u32) -> Self {
+        let is_filtered = samples < UNFILTERED_RAYS || r.view.shows_few_samples();
+        let samples = if r.view.shows_few_samples() { 1 } else { samples };
+        let rays = if is_filtered { samples.saturating_mul(FILTERED_RAYS) } else { samples };
+        Self {
+            settings,
+            uniform: ReflectionsUniform::new(settings, &r.frame.world.bounds_world, r.view.display_exposure, rays),
+            desc: settings.resolution.desc(r.view, RADIANCE),
+            side_px: settings.resolution.side_px(),
+            is_filtered,
+            samples,
+        }
+    }
+
+    /// The name of the texture that holds what is found.
+    fn last_name(&self) -> &'static str {
+        if self.is_filtered { "reflections.filter" } else { "reflections" }
+    }
+
+    /// What a sample finds by itself.
+    fn found(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
+        let target = r.texture_of(self.last_name(), self.desc);
+        Ok(Reflections { texture: self.record(r, seen, met, target)?, side_px: self.side_px, distances: None })
+    }
+
+    /// Follows rays, and draws what they bring into `target`.
+    fn record(
+        &self,
+        r: &mut Recorder<'_, '_>,
+        seen: Seen<'_>,
+        met: &Handle,
+        target: Handle,
+    ) -> Result<Handle, ProgramError> {
+        let Self { settings, desc, side_px, is_filtered, .. } = *self;
+        let pyramid = record_pyramid(r, &seen.gbuffer.linear_depth)?;
+        let coarse_radiance = record_coarse_radiance(r, met)?;
+        let is_of_pixels = side_px == 1 && seen.depth.desc().samples == 1;
+        let of_lit = |step: Fullscreen<'_, '_>, target| {
+            let step = step.constant("side", side_px).uniform("reflections", &self.uniform);
+            let step = if is_of_pixels { step.over(PicturePart::Lit, seen.depth) } else { step };
+            step.draw_into(target, NOTHING)
+        };
+        let (noisy, filtered) =
+            if is_filtered { (r.texture_of("reflections", desc), Some(target)) } else { (target, None) };
+        let step = seen.gbuffer.read_by(r.fullscreen("reflections", "reflections_trace", &[]));
+        let step = step.constants(&[("patterned", u32::from(is_filtered)), ("steps", settings.steps)]);
+        let step = step.read("nearest_distances", &pyramid).read("scene_radiance", met);
+        let step = step.read("coarse_radiance", &coarse_radiance);
+        let found = of_lit(step, noisy)?;
+        let Some(target) = filtered else { return Ok(found) };
+        let step = seen.gbuffer.read_by(r.fullscreen("reflections.filter", "reflections_filter", &[]));
+        let step = step.constant("of_several", u32::from(self.samples > 1));
+        of_lit(step.read("noisy_reflections", &found), target)
+    }
 }
 
 /// The least distances of pixels, and of squares of 2 × 2, 4 × 4, … of them.
@@ -128,6 +320,33 @@ fn record_pyramid(r: &mut Recorder<'_, '_>, linear_depth: &Handle) -> Result<Han
     Ok(pyramid)
 }
 
+/// The light of the picture at half its size, and at halves of that.
+fn record_coarse_radiance(r: &mut Recorder<'_, '_>, radiance: &Handle) -> Result<Handle, ProgramError> {
+    let sizes: Vec<(u32, u32)> = successors(Some(r.view.size), |(width, height)| {
+        ((*width).max(*height) > 1).then_some(((width / 2).max(1), (height / 2).max(1)))
+    })
+    .skip(1)
+    .take(COARSE_LEVELS as usize)
+    .collect();
+    let (width, height) = sizes.first().copied().unwrap_or((1, 1));
+    let mips = sizes.len().max(1) as u32;
+    let coarse =
+        r.texture_of("reflections.radiance", TextureDesc { mips, ..TextureDesc::new_2d(width, height, RADIANCE) });
+    let inverse = |(width, height): (u32, u32)| Vec2::new(width as f32, height as f32).recip();
+    for level in 0..mips {
+        let target = r.graph.subview(&coarse, level, 0);
+        let finer = (level > 0).then(|| r.graph.subview(&coarse, level - 1, 0));
+        let size_of = |level: u32| sizes.get(level as usize).copied().unwrap_or((1, 1));
+        let finer_size = level.checked_sub(1).map_or(r.view.size, size_of);
+        let uniform =
+            CoarseLevelUniform { inverse_size: inverse(size_of(level)), inverse_finer_size: inverse(finer_size) };
+        let name = format!("reflections.radiance.{level}");
+        let step = r.fullscreen(name, "reflections_halve", &[]).uniform("coarse_level", &uniform);
+        step.read("finer", finer.as_ref().unwrap_or(radiance)).draw_into(target, ColorLoad::Discard)?;
+    }
+    Ok(coarse)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -140,13 +359,14 @@ mod tests {
             "reflections_trace",
             "Reflections",
             ReflectionsUniform,
-            [distance_m, fade_per_m, thickness_m, roughness_max, radiance_max, padding_0, padding_1, padding_2]
+            [distance_m, fade_per_m, thickness_m, roughness_max, radiance_max, share_of_ray, padding_0, padding_1]
         );
+        assert_same_layout!("reflections_halve", "CoarseLevel", CoarseLevelUniform, [inverse_size, inverse_finer_size]);
     }
 
     #[test]
     fn lengths_are_those_of_the_settings_or_of_the_scene() {
-        let of = |settings: &ReflectionSettings, bounds: &Aabb| ReflectionsUniform::new(settings, bounds, 2.0);
+        let of = |settings: &ReflectionSettings, bounds: &Aabb| ReflectionsUniform::new(settings, bounds, 2.0, 16);
         let auto = ReflectionSettings::default();
         let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 0.0, 4.0) };
         let found = of(&auto, &bounds);

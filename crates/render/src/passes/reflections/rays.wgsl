@@ -8,9 +8,10 @@ struct Reflections {
     roughness_max: f32,
     // Pre-exposed; rays of a roughness have this divided by its square.
     radiance_max: f32,
+    // 1 / the number of rays of which a pixel shows the mean.
+    share_of_ray: f32,
     padding_0: f32,
     padding_1: f32,
-    padding_2: f32,
 }
 
 @group(1) @binding(4) var<uniform> reflections: Reflections;
@@ -23,8 +24,6 @@ override patterned: u32 = 0u;
 
 // Of the greatest roughness: over so much of it reflections fade out.
 const ROUGHNESS_FADE: f32 = 0.2;
-// Of the distance: so far from the tangent plane another surface begins.
-const LIKENESS_REACH: f32 = 0.01;
 
 // How much a surface reflects the picture, by its perceptual roughness.
 fn share_of_roughness(roughness: f32) -> f32 {

@@ -1,19 +1,19 @@
 //! Settings of reflections of the picture.
 
 use crate::resolution::Resolution;
-use crate::setting::settings;
+use crate::setting::{Switch, settings};
 
 settings! {
     /// Settings of reflections of the picture.
     pub struct ReflectionSettings {
         /// Whether opaque surfaces reflect each other, as far as the picture shows them, in place of the environment
         /// behind. Materials with layers and glass do not; stills draw all samples of all pixels.
-        enabled: bool = false, needs "render.path=deferred";
+        enabled: Switch = Switch::Auto;
         /// The roughest surfaces that reflect the picture; over the last fifth below it that fades out.
         roughness_max: f32 = 0.5, in 0.0..=1.0, unit "perceptual roughness", needs "reflections.enabled=true";
         /// The size at which rays are followed; what they find is brought to the picture's by what lies on the same
         /// surface.
-        resolution: Resolution = Resolution::Full, needs "reflections.enabled=true";
+        resolution: Resolution = Resolution::Half, needs "reflections.enabled=true";
         /// How far rays go; what lies in the last quarter fades out. 0 for as far as anything is drawn, without
         /// fading.
         distance_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";

@@ -4,18 +4,21 @@
 // Reflections"); one ray a texel and sample to a visible normal of GGX (Heitz 2018, by the caps of Dupuy & Benyoub 2023,
 // "Sampling Visible GGX Normals with Spherical Caps"). Differs from them:
 // - what does not rise over the plane of the triangle that the ray leaves is passed over, so that no plane meets itself;
-// - light is read where the ray meets the plane of what it hits, not in the middle of its pixel;
+// - light is read where the ray meets the plane of what it hits, not in the middle of its pixel; and of as much of the
+// picture as the ray stands for, so that few rays find small lamps (Colbert & Křivánek 2007, "GPU-Based Importance
+// Sampling");
 // - rays below the horizon are turned up, since their light is in the energy compensation.
-// Reads: G-buffer, linear_depth, reflections.pyramid, radiance. Writes: radiance of the hit times how much it is to be
+// Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance. Writes: radiance of the hit times how much it is to be
 // trusted, and that share.
 // Program: reflections_trace.
 
 import package::view::{view, pixel_from_position_view, position_view_from_pixel};
 import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 import package::gbuffer::is_lit_deferred;
-import package::passes::reflections::rays::{LIKENESS_REACH, patterned, reflections, share_of_roughness, side};
+import package::passes::reflections::rays::{patterned, reflections, share_of_roughness, side};
 import package::shaders::brdf::PI;
 import package::shaders::coarse::pixel_of_texel;
+import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{facet_normal_at, normal_world_at, surface_at};
 import package::shaders::hash::{seed_of_pixel, stratified};
 import package::shaders::screen_space::{
@@ -26,6 +29,8 @@ import package::shaders::shading::linear_clamp;
 
 @group(1) @binding(5) var nearest_distances: texture_2d<f32>;
 @group(1) @binding(6) var scene_radiance: texture_2d<f32>;
+// The same at half the size, and levels of it.
+@group(1) @binding(7) var coarse_radiance: texture_2d<f32>;
 
 override steps: u32 = 96u;
 
@@ -72,8 +77,14 @@ fn noise_at(position_px: vec2f) -> vec2f {
     );
 }
 
-// The direction in which a rough mirror reflects the line of sight, in view space.
-fn reflected_direction(center: Center, alpha: f32, noise: vec2f) -> vec3f {
+// A direction in view space, and how likely it is by solid angle.
+struct Ray {
+    direction: vec3f,
+    likelihood: f32,
+}
+
+// One of the directions in which a rough mirror reflects the line of sight.
+fn reflected_ray(center: Center, alpha: f32, noise: vec2f) -> Ray {
     let tangents = tangents_of(center.normal);
     let to_eye = vec3f(center.to_eye * tangents, dot(center.to_eye, center.normal));
     let stretched = normalize(vec3f(alpha * to_eye.xy, to_eye.z));
@@ -84,7 +95,11 @@ fn reflected_direction(center: Center, alpha: f32, noise: vec2f) -> vec3f {
     let local = normalize(vec3f(alpha * cap.xy, max(cap.z, 1e-6)));
     let visible = tangents * local.xy + center.normal * local.z;
     let reflected = reflect(-center.to_eye, visible);
-    return reflected + center.normal * (2.0 * max(-dot(reflected, center.normal), 0.0));
+    let direction = reflected + center.normal * (2.0 * max(-dot(reflected, center.normal), 0.0));
+    let a2 = max(alpha * alpha, 1e-12);
+    let lobe = local.z * local.z * (a2 - 1.0) + 1.0;
+    let masking = to_eye.z + sqrt(a2 + (1.0 - a2) * to_eye.z * to_eye.z);
+    return Ray(direction, a2 / (2.0 * PI * max(lobe * lobe * masking, 1e-20)));
 }
 
 fn normal_view_at(middle_px: vec2f) -> vec3f {
@@ -178,7 +193,8 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
         return vec4f(0.0);
     }
     let alpha = surface.roughness_perceptual * surface.roughness_perceptual;
-    let direction = reflected_direction(center, alpha, noise_at(position.xy));
+    let ray = reflected_ray(center, alpha, noise_at(position.xy));
+    let direction = ray.direction;
     let facet_world = facet_normal_at(pixel, -center.position.z, surface.normal_world);
     let facet_normal = (view.view_from_world * vec4f(facet_world, 0.0)).xyz;
     let hit = follow(center, direction, facet_normal);
@@ -189,6 +205,10 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let length_m = max(dot(hit.position - center.position, hit.normal) / min(-facing, -1e-3), 0.0);
     let met_px = pixel_from_position_view(center.position + direction * length_m);
     let uv = (hit.middle_px + refinement(hit, met_px - hit.middle_px)) * view.inverse_size_px;
+    // How wide in the picture is what the ray stands for.
+    let solid_angle = reflections.share_of_ray / ray.likelihood;
+    let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
+    let level = log2(max(length_m * sqrt(solid_angle) / pixel_m, 1e-3));
     let from_edge = min(uv, 1.0 - uv) / EDGE_FADE;
     share *= smoothstep(0.0, 1.0, min(from_edge.x, from_edge.y)) * smoothstep(0.0, 1.0, facing / FACING_FADE);
     share *= 1.0 - hit.behind * hit.behind;
@@ -197,7 +217,10 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     // Nothing of the background, which is not drawn yet. In GLSL a texture has one sampler.
     let smooth_texel = textureSampleLevel(scene_radiance, linear_clamp, uv, 0.0);
     let hit_texel = textureSampleLevel(scene_radiance, linear_clamp, hit.middle_px * view.inverse_size_px, 0.0);
-    let radiance = select(hit_texel.rgb, smooth_texel.rgb, smooth_texel.a > 0.999);
+    let fine = select(hit_texel.rgb, smooth_texel.rgb, smooth_texel.a > 0.999);
+    let coarse_texel = textureSampleLevel(coarse_radiance, linear_clamp, uv, max(level - 1.0, 0.0));
+    let coarse = coarse_texel.rgb / max(coarse_texel.a, 1e-3);
+    let radiance = mix(fine, coarse, clamp(level, 0.0, 1.0));
     let brightest = max(max(radiance.r, radiance.g), max(radiance.b, 1e-6));
     let brightness_max = min(reflections.radiance_max / max(alpha, 1e-6), RADIANCE_MAX);
     return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / brightest, 1.0) * share), share);
