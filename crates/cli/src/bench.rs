@@ -125,6 +125,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "scene_bytes": renderer.scene_bytes(),
         "effects": effect_values,
         "lights": stats.lights,
+        "lights_too_small": stats.lights_too_small,
         "draws": stats.draws,
         "light_draws": stats.light_draws,
         "written_bytes": stats.written_bytes,

@@ -237,7 +237,7 @@ impl Layer<'_> {
         }
         let message = EffectFile::unknown_name(name, given.iter().map(EffectFile::name));
         let brackets = if name.contains(['[', ']', '"']) {
-            "; --set takes names with commas between them, and nothing else"
+            "; --set takes bloom,film or '[\"bloom\", \"film\"]', the quotes around it for the shell"
         } else {
             ""
         };

@@ -4,7 +4,7 @@
 
 use crate::failure::{Failure, Kind};
 use crate::job::Job;
-use manypass::{AdapterSummary, FrameRequest, RenderError};
+use manypass::{AdapterSummary, FrameRequest, OverlayError, RenderError};
 use manypass_offline::memory;
 use manypass_offline::still::StillError;
 use std::path::{Path, PathBuf};
@@ -243,6 +243,7 @@ pub struct Budget {
 }
 
 const PICTURE_HINT: &str = "raise the limit, or choose a smaller --size, fewer --aov or a smaller render.scale";
+const OVERLAY_HINT: &str = "raise the limit, or make sprites and letters of the overlay smaller";
 
 fn named(job: &Job) -> String {
     let aovs = if job.aovs.is_empty() { String::new() } else { format!(" with {} AOVs", job.aovs.len()) };
@@ -284,10 +285,17 @@ impl Need {
 }
 
 impl Budget {
-    /// The picture's failure, if the renderer refused its textures.
+    /// The picture's failure, if the renderer refused its textures, or that of what is drawn over it.
     pub fn failure(&self, job: &Job, error: &StillError) -> Option<Failure> {
-        let StillError::Render(RenderError::Memory { needed_bytes, .. }) = error else { return None };
-        Some(refusal(&named(job), self.host_bytes.saturating_add(*needed_bytes), &self.limit, PICTURE_HINT))
+        let (needed_bytes, what, hint) = match error {
+            StillError::Render(RenderError::Memory { needed_bytes, .. }) => (needed_bytes, named(job), PICTURE_HINT),
+            StillError::Render(RenderError::Overlay(OverlayError::Memory { side, needed_bytes, .. })) => {
+                let atlas = format!("{} whose overlay fills a texture of {side}x{side}", named(job));
+                (needed_bytes, atlas, OVERLAY_HINT)
+            }
+            _ => return None,
+        };
+        Some(refusal(&what, self.host_bytes.saturating_add(*needed_bytes), &self.limit, hint))
     }
 }
 

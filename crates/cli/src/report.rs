@@ -208,6 +208,7 @@ impl Report {
             "triangles": stats.triangles,
             "levels": stats.levels,
             "lights": stats.lights,
+            "lights_too_small": stats.lights_too_small,
             "list_entries": stats.list_entries,
             "light_lists_made": stats.light_lists_made,
             "shadows": entry.shadows,

@@ -52,7 +52,9 @@ fn chains_are_refused_with_their_place_and_one_exit_code_for_one_mistake() {
         (&["tri.glb", "--settings", "absent.toml"], 1, "absent.toml:2:18: error: ", "none.wgsl: "),
         (&["tri.glb", "--set", "chain=none.wgsl"], 1, "error: none.wgsl: ", "built-in effect"),
         (&["tri.glb", "--effect", "none.wgsl"], 1, "error: none.wgsl: ", "built-in effect"),
-        (&["tri.glb", "--set", "chain=[\"bloom\"]"], 2, "error: ", "names with commas between them"),
+        // Shells take quotes away.
+        (&["tri.glb", "--set", "chain=[bloom]"], 2, "error: ", "bloom,film or '[\"bloom\", \"film\"]'"),
+        (&["tri.glb", "--set", "chain=[\"film\", \"blom\"]"], 2, "error: ", nearest),
     ];
     for (words, code, beginning, part) in cases {
         let run = graph(&folder, words).expect(*code);
@@ -155,6 +157,8 @@ fn settings_print_what_comes_of_set() {
         "render.scale=2",
     ];
     assert_eq!(text(&set), "tone_map.curve = \"agx\"\nchain = [\"bloom\",\"film\"]\nrender.scale = 2\n");
+    let array = set.map(|word| if word.starts_with("chain") { "effects.chain=[\"bloom\", 'film']" } else { word });
+    assert_eq!(text(&array), text(&set).replace("chain", "effects.chain"), "an array is the same list");
     let tier = text(&["--quality", "high"]);
     let both = text(&["--quality", "high", "--set", "reflections.enabled=false", "--set", "bloom.strength=0.5"]);
     assert!(

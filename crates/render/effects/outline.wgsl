@@ -1,5 +1,5 @@
 //! effect outline
-//! reads: radiance, depth, normal, base_color, material, ids
+//! reads: radiance, depth, normal, base_color, material, ids if object or material
 //! passes: fs_edges -> edges, fs_rows -> rows, fs_outline
 
 // Lines where one thing ends in front of another, where a surface has a crease, where its colour changes, or where another

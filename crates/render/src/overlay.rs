@@ -60,6 +60,20 @@ pub enum OverlayError {
         /// The largest side.
         side: u32,
     },
+    /// With them the textures of the frame would take more memory than [`crate::Renderer::set_memory_budget`] allows.
+    #[error(
+        "the letters and images of the overlay take a texture of {side} × {side} texels; with it the textures of the frame \
+         take at least {needed_bytes} bytes more, but {budget_bytes} are allowed"
+    )]
+    Memory {
+        /// The side of their texture.
+        side: u32,
+        /// What is known to be needed beyond what the renderer holds already: the other textures of the frame are not
+        /// all known yet.
+        needed_bytes: u64,
+        /// What is allowed.
+        budget_bytes: u64,
+    },
     /// The built-in font is missing from the program.
     #[error("the built-in font cannot be read; give texts a font of their own")]
     NoFont,
@@ -69,6 +83,39 @@ pub enum OverlayError {
         /// Its index.
         item: usize,
     },
+}
+
+/// What a frame may allocate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room {
+    /// What is allowed, if there is a limit.
+    pub budget_bytes: Option<u64>,
+    /// What other textures of the frame are known to need.
+    pub needed_bytes: u64,
+}
+
+impl Room {
+    /// Fails if there is none for a texture of so many bytes.
+    fn check(self, side: u32, bytes: u64) -> Result<(), OverlayError> {
+        let needed_bytes = self.needed_bytes.saturating_add(bytes);
+        match self.budget_bytes {
+            Some(budget_bytes) if needed_bytes > budget_bytes => {
+                Err(OverlayError::Memory { side, needed_bytes, budget_bytes })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// An overlay made ready.
+#[derive(Debug, Default)]
+pub(crate) struct Prepared {
+    /// What draws it; none where nothing of it lies in the picture.
+    pub draw: Option<OverlayDraw>,
+    /// Bytes that were uploaded.
+    pub uploaded_bytes: u64,
+    /// Bytes of the texture of letters and images, if that was made anew.
+    pub texture_bytes: u64,
 }
 
 /// What a view keeps of its overlay from picture to picture.
@@ -88,41 +135,41 @@ struct ReadyOverlay {
 }
 
 impl OverlayState {
-    /// Makes the overlay of `request` ready. None where nothing of it lies in the picture. Also says how many bytes were
-    /// uploaded.
+    /// Makes the overlay of `request` ready.
     ///
     /// # Errors
-    /// An item cannot be drawn, or all of them are too many.
+    /// An item cannot be drawn, all of them are too many, or there is no `room` for them.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
         scene: &Scene,
         request: &FrameRequest,
-    ) -> Result<(Option<OverlayDraw>, u64), OverlayError> {
+        room: Room,
+    ) -> Result<Prepared, OverlayError> {
         if request.overlay.items.is_empty() {
             *self = Self::default();
-            return Ok((None, 0));
+            return Ok(Prepared::default());
         }
-        let mut uploaded_bytes = 0;
+        let mut texture_bytes = 0;
         let is_known = |ready: &&ReadyOverlay| Arc::ptr_eq(&ready.overlay, &request.overlay);
         let ready = match self.ready.take().filter(|ready| is_known(&ready)) {
             Some(ready) => self.ready.insert(ready),
             None => {
-                let (ready, bytes) = ReadyOverlay::new(gpu, &request.overlay)?;
-                uploaded_bytes += bytes;
+                let (ready, bytes) = ReadyOverlay::new(gpu, &request.overlay, room)?;
+                texture_bytes += bytes;
                 self.ready.insert(ready)
             }
         };
         let quads = ready.quads(scene, request)?;
         if quads.texels.is_empty() {
-            return Ok((None, uploaded_bytes));
+            return Ok(Prepared { draw: None, uploaded_bytes: texture_bytes, texture_bytes });
         }
         let new = || {
             let format = wgpu::TextureFormat::Rgba32Float;
             DataTexture::new(&gpu.device, "overlay.quads", format, QUADS_A_ROW * QUAD_TEXELS as u32)
         };
         let table = self.table.get_or_insert_with(new);
-        uploaded_bytes += table.write(&gpu.device, &gpu.queue, &quads.texels).ok_or(OverlayError::TooMany)?;
+        let table_bytes = table.write(&gpu.device, &gpu.queue, &quads.texels).ok_or(OverlayError::TooMany)?;
         let draw = OverlayDraw {
             quads: table.view().clone(),
             atlas: ready.atlas.clone(),
@@ -130,12 +177,13 @@ impl OverlayState {
             quad_count: quads.count() as u32,
             tests_depth: quads.tests_depth,
         };
-        Ok((Some(draw), uploaded_bytes))
+        Ok(Prepared { draw: Some(draw), uploaded_bytes: texture_bytes + table_bytes, texture_bytes })
     }
 }
 
 impl ReadyOverlay {
-    fn new(gpu: &Gpu, overlay: &Arc<Overlay>) -> Result<(Self, u64), OverlayError> {
+    /// Also says how many bytes its texture takes.
+    fn new(gpu: &Gpu, overlay: &Arc<Overlay>, room: Room) -> Result<(Self, u64), OverlayError> {
         let mut atlas = Atlas::default();
         let mut shapes = Vec::with_capacity(overlay.items.len());
         let mut pieces = 0;
@@ -149,11 +197,13 @@ impl ReadyOverlay {
             shapes.push(shape);
         }
         let side_max = gpu.capabilities.max_texture_size.min(atlas::SIDE_MAX);
-        let packed = atlas.pack(side_max).ok_or(OverlayError::Atlas { side: side_max })?;
+        let arrangement = atlas.arrange(side_max).ok_or(OverlayError::Atlas { side: side_max })?;
+        let bytes = arrangement.bytes();
+        room.check(arrangement.side, bytes)?;
+        let packed = atlas.pack(arrangement);
         for shape in &mut shapes {
             shape.place(&packed.places);
         }
-        let bytes = packed.texels.len() as u64;
         let atlas = packed.upload(gpu);
         Ok((Self { overlay: overlay.clone(), shapes, atlas, atlas_side: packed.side }, bytes))
     }

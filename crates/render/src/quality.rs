@@ -39,6 +39,7 @@ impl Quality {
                 ("shadows.cascades", "2"),
                 ("shadows.atlas_px", "2048"),
                 ("shadows.min_px", "16"),
+                ("lights.min_px", "4"),
                 ("fog.steps", "8"),
                 ("lod.materials", "true"),
                 ("lod.error_px", "2"),

@@ -409,6 +409,9 @@ pub struct FrameStats {
     pub levels: Vec<LevelCount>,
     /// Lights of the scene; that of an environment is none of them.
     pub lights: u32,
+    /// Those of them that are left out because what they reach is seen too small (`lights.min_px`), of several views in
+    /// the one that leaves out the most.
+    pub lights_too_small: u32,
     /// Entries of all lists of lights.
     pub list_entries: u64,
     /// Views whose lists of lights were made for the frame, because something changed that they are made of.

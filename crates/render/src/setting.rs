@@ -66,8 +66,8 @@ pub enum SettingsError {
     File(#[from] Box<Diagnostic>),
 }
 
-/// A value as somebody wrote it: on the command line, where commas stand between the parts of a vector or list, or in a
-/// file, whose values have types.
+/// A value as somebody wrote it: on the command line, where commas stand between the parts of a vector or list unless it
+/// is an array as in a file, or in a file, whose values have types.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(from = "SettingValue")]
 pub enum Written {
@@ -92,14 +92,23 @@ impl Written {
 
     /// The parts of a list, or of a text with commas between them; an empty text has none.
     pub fn parts(&self) -> Vec<Cow<'_, str>> {
+        if let Some(entries) = self.entries() {
+            return entries.iter().map(|entry| entry.to_string().into()).collect();
+        }
         match self {
             Self::Text(text) if text.trim().is_empty() => Vec::new(),
             Self::Text(text) => text.split(',').map(|part| part.trim().into()).collect(),
             Self::List(parts) => parts.iter().map(|part| part.trim().into()).collect(),
-            Self::Typed(value) => match value.entries() {
-                Some(entries) => entries.iter().map(|entry| entry.to_string().into()).collect(),
-                None => vec![value.to_string().into()],
-            },
+            Self::Typed(value) => vec![value.to_string().into()],
+        }
+    }
+
+    /// The entries of an array, be it of a file or a text in the form of one, which may hold commas.
+    fn entries(&self) -> Option<Vec<SettingValue>> {
+        match self {
+            Self::Text(text) => file::array(text)?.entries(),
+            Self::List(_) => None,
+            Self::Typed(value) => value.entries(),
         }
     }
 }

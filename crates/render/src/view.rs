@@ -147,6 +147,13 @@ impl View {
         self.projection.half_extent(aspect)
     }
 
+    /// How many pixels wide a metre is at a distance from the eye, in a picture of `size_px`, near its middle.
+    pub(crate) fn pixels_per_m(&self, (width, height): (u32, u32), distance_m: f32) -> f32 {
+        let (width, height) = (width as f32, height as f32);
+        let half_extent = self.half_extent(width / height.max(1.0));
+        0.5 * height / (half_extent.y * if self.is_orthographic() { 1.0 } else { distance_m })
+    }
+
     /// Whether the rays are parallel.
     pub fn is_orthographic(&self) -> bool {
         matches!(self.projection, Projection::Orthographic { .. })

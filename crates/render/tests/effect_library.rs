@@ -204,6 +204,14 @@ fn outlines_tell_objects_apart_where_nothing_else_does() {
     assert_eq!(lines(&[]), [] as [usize; 0], "depth and normals tell nothing");
     assert_eq!(lines(&["object=1"]), [15, 16, 47, 48]);
     assert_eq!(lines(&["material=1"]), [15, 16]);
+    // Surfaces are drawn once more for ids only where a setting wants them.
+    for (settings, expected) in
+        [(&[][..], false), (&["object=1"], true), (&["material=0.3"], true), (&["object=0"], false)]
+    {
+        request.effects = vec![with(&renderer, "outline", settings)];
+        let plan = renderer.plan(&scene, &request).unwrap();
+        assert_eq!(plan.passes.iter().any(|pass| pass.name == "ids"), expected, "{settings:?}");
+    }
     // Forward paths have no ids, and say so.
     request.settings.render.path = manypass::Path::Forward;
     let error = renderer.render(&scene, &request).unwrap_err().to_string();

@@ -11,7 +11,9 @@ use manypass::scene::overlay::{
 };
 use manypass::scene::primitives::cube;
 use manypass::scene::{PixelFormat, Pixels, Projection, Scene};
-use manypass::{Background, Environment, Fisheye, FrameRequest, Path, PixelSamples, RenderError, Renderer};
+use manypass::{
+    Background, Environment, Fisheye, FrameRequest, OverlayError, Path, PixelSamples, RenderError, Renderer,
+};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use std::sync::Arc;
 
@@ -474,4 +476,35 @@ fn a_view_shows_what_its_request_says() {
     renderer.render_views(&scene, &[("a", &plain), ("b", &labelled)]).unwrap();
     let read = |name: &str| pollster::block_on(renderer.rendered(name).unwrap().read_display_async()).unwrap();
     assert!(read("a") != read("b"));
+}
+
+#[test]
+fn letters_and_images_count_for_the_memory_budget_while_they_are_not_there() {
+    let scene = wall();
+    let mut renderer = common::renderer();
+    renderer.load(&scene).unwrap();
+    // So large that it has a texture of 2,048 texels a side, 16 MiB.
+    let sprite = |side: u32| {
+        let data = vec![255; (4 * side * side) as usize];
+        let pixels = Pixels { width: side, height: side, format: PixelFormat::Rgba8, data };
+        request(&scene, vec![OverlayItem::sprite(Arc::new(pixels), px(0.0, 0.0))])
+    };
+    let (large, small) = (sprite(1500), sprite(20));
+    // Whatever else the frame has is there already.
+    renderer.render(&scene, &small).unwrap();
+    renderer.set_memory_budget(Some((16 << 20) - 1));
+    let error = renderer.render(&scene, &large).unwrap_err();
+    let Some(RenderError::Overlay(OverlayError::Memory { side, needed_bytes, budget_bytes })) = Some(&error) else {
+        panic!("{error}")
+    };
+    assert_eq!((*side, *needed_bytes, *budget_bytes), (2048, 16 << 20, (16 << 20) - 1));
+    assert!(error.to_string().contains("a texture of 2048 × 2048 texels"), "{error}");
+    // Nothing is left of it, and what is smaller is drawn.
+    renderer.render(&scene, &sprite(21)).unwrap();
+    renderer.set_memory_budget(Some(16 << 20));
+    renderer.render(&scene, &large).unwrap();
+    // It is there, and takes nothing more.
+    renderer.set_memory_budget(Some(0));
+    renderer.render(&scene, &large).unwrap();
+    assert!(matches!(renderer.render(&scene, &small), Err(RenderError::Overlay(OverlayError::Memory { .. }))));
 }

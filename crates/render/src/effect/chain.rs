@@ -65,7 +65,8 @@ pub(crate) fn record<'f>(
         };
         let together = together(r, rest)?;
         if let Some((name, pass)) = fused_of(effect, &together) {
-            let drawn = draw::record_fused(r, &name, &pass.compiled, of_frame, &left, &color)?;
+            let effects: Vec<&WgslEffect> = together.iter().map(|(effect, _)| *effect).collect();
+            let drawn = draw::record_fused(r, &name, (&effects, &pass.compiled), of_frame, &left, &color)?;
             color = drawn.unwrap_or(color);
             rest = rest.get(together.len()..).unwrap_or_default();
             continue;
@@ -109,9 +110,12 @@ fn fused_of(first: &WgslEffect, together: &[(&WgslEffect, Arc<Compiled>)]) -> Op
     Some((name, pass))
 }
 
-/// Whether an effect that is on reads `texture` of the frame, which only the header of its file declares.
+/// Whether an effect that is on reads `texture` of the frame, which only the header of its file declares, and its settings
+/// let it look at that.
 pub(crate) fn is_read(effects: &[Arc<dyn Effect>], texture: &str) -> bool {
-    let reads = |effect: &WgslEffect| effect.needs().borrowed.iter().any(|borrowed| borrowed.key == texture);
+    let reads = |effect: &WgslEffect| {
+        effect.needs().borrowed.iter().any(|borrowed| borrowed.key == texture && effect.wants(borrowed))
+    };
     effects.iter().any(|effect| effect.is_on() && effect.wgsl().is_some_and(reads))
 }
 

@@ -117,7 +117,7 @@ pub(super) fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> R
             || header.steps.iter().any(|step| step.texture.as_deref() == Some(name))
     };
     if let Some(borrowed) = header.borrowed().into_iter().find(|borrowed| is_own(&borrowed.variable)) {
-        let Borrowed { key, variable } = borrowed;
+        let Borrowed { key, variable, .. } = borrowed;
         let message = format!("`{key}` is called `{variable}` in the shader, which is declared already");
         return Err(source.fault(header.place_of_reads(), message));
     }

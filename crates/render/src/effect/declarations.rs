@@ -16,12 +16,14 @@ pub(super) struct Borrowed {
     pub key: String,
     /// What the shader calls it.
     pub variable: String,
+    /// The settings of which one has to be other than 0 for the shader to look at it; none where it always may.
+    pub settings: Vec<String>,
 }
 
 impl Borrowed {
     /// What `key` stands for.
     pub fn new(key: &str) -> Self {
-        Self { key: key.into(), variable: key.replace(['.', '-'], "_") }
+        Self { key: key.into(), variable: key.replace(['.', '-'], "_"), settings: Vec::new() }
     }
 
     /// The effect and its texture, if it is one of an effect's.

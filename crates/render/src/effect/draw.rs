@@ -6,7 +6,7 @@ use super::header::{DISPLAY, IDS};
 use super::{EffectStage, WgslEffect};
 use crate::gbuffer::RADIANCE;
 use crate::record::Recorder;
-use crate::shader::program::ProgramError;
+use crate::shader::program::{ProgramError, Slot};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use std::collections::HashMap;
 
@@ -55,7 +55,8 @@ pub(super) fn record(
     let mut own: HashMap<String, Handle> = HashMap::new();
     // How often each function was drawn, because no two passes of a frame have one name.
     let mut drawn: HashMap<&str, u32> = HashMap::new();
-    let shown = Shown { of_frame, color: &color, previous: previous.as_ref(), stage: compiled.stage };
+    let unread = unread(&[effect]);
+    let shown = Shown { of_frame, color: &color, previous: previous.as_ref(), stage: compiled.stage, unread: &unread };
     for (pass, rounds) in others.iter().zip(rounds) {
         // All but the last pass write a texture.
         let texture = pass.step.texture.as_deref().unwrap_or_default();
@@ -76,6 +77,19 @@ pub(super) fn record(
     Ok(drawn)
 }
 
+/// What passes of `effects` declare and none of them looks at as its settings are, by the names in the shader.
+fn unread(effects: &[&WgslEffect]) -> Vec<String> {
+    let (mut read, mut unread) = (Vec::new(), Vec::new());
+    for effect in effects {
+        for borrowed in &effect.needs().borrowed {
+            let list = if effect.wants(borrowed) { &mut read } else { &mut unread };
+            list.push(borrowed.variable.clone());
+        }
+    }
+    unread.retain(|variable| !read.contains(variable));
+    unread
+}
+
 /// Records one pass that changes `color`, of several effects at once; `name` is theirs.
 ///
 /// # Errors
@@ -83,7 +97,7 @@ pub(super) fn record(
 pub(super) fn record_fused(
     r: &mut Recorder<'_, '_>,
     name: &str,
-    fused: &Compiled,
+    (effects, fused): (&[&WgslEffect], &Compiled),
     of_frame: &FrameTextures<'_>,
     left: &HashMap<String, Handle>,
     color: &Handle,
@@ -92,7 +106,8 @@ pub(super) fn record_fused(
     let TextureDesc { width, height, .. } = color.desc();
     let desc = TextureDesc::new_2d(width, height, RADIANCE);
     let result = r.texture_of(format!("{name}.{}", word(fused.stage)), desc);
-    let shown = Shown { of_frame, color, previous: None, stage: fused.stage };
+    let unread = unread(effects);
+    let shown = Shown { of_frame, color, previous: None, stage: fused.stage, unread: &unread };
     let offered = Offered { shown: &shown, own: &HashMap::new(), compiled: fused, left };
     draw(r, name, pass, &offered, (1, 0, 1), result).map(Some)
 }
@@ -117,6 +132,7 @@ fn draw(
     let size_px = [width as f32, height as f32];
     let inverse_size_px = size_px.map(f32::recip);
     let drawn = DrawnUniform { size_px, inverse_size_px, round, rounds, padding: [0.0; 2] };
+    let (white, no_ids) = (r.frame.resources.textures.white(), &r.frame.tables.no_ids);
     let mut step = r.own_fullscreen(name, pipeline.clone(), own_group.clone());
     for slot in pipeline.program.slots(1) {
         match offered.get(&slot.name) {
@@ -125,6 +141,10 @@ fn draw(
             None if slot.name.ends_with("_clamp") => {}
             None => match offered.table(&slot.name) {
                 Some(table) => step = step.table(slot.name.clone(), table),
+                None if offered.shown.unread.contains(&slot.name) => {
+                    let stand_in = if is_of_ids(slot) { no_ids } else { white };
+                    step = step.table(slot.name.clone(), stand_in);
+                }
                 None => return Err(offered.missing(effect, &slot.name)),
             },
         }
@@ -139,6 +159,13 @@ struct Shown<'h> {
     /// What it made in the frame before; without it `color` stands for that.
     previous: Option<&'h Handle>,
     stage: EffectStage,
+    /// What the frame need not have, because nobody looks at it.
+    unread: &'h [String],
+}
+
+/// Whether the texels of a texture are whole numbers, as ids are.
+fn is_of_ids(slot: &Slot) -> bool {
+    matches!(slot.entry.ty, wgpu::BindingType::Texture { sample_type: wgpu::TextureSampleType::Uint, .. })
 }
 
 impl<'h> Shown<'h> {

@@ -97,14 +97,15 @@ impl EffectFile {
         header.check(source, &names(1))?;
         check_textures(source, &scan, &steps)?;
         let borrowed = header.borrowed();
-        let pixel = header.pixel.map(|(function, _)| function);
-        let name = header.name.unwrap_or_else(|| {
+        let pixel = header.pixel.as_ref().map(|(function, _)| function.clone());
+        let name = header.name.clone().unwrap_or_else(|| {
             let stem = std::path::Path::new(file).file_stem();
             stem.map_or(file.into(), |stem| stem.to_string_lossy().into_owned())
         });
         let fallback = header.fallback.as_ref();
         let fallback = fallback.map(|said| fallback::checked(source, &name, stage, said)).transpose()?;
         let uniforms = Uniforms::reflect(&name, source, &scan, &module, &names(OWN_GROUP as usize))?;
+        header.check_conditions(source, |setting| uniforms.number(&name, &format!("{name}.{setting}")).is_some())?;
         for (step, _) in &steps {
             check_rounds(source, step, &name, &uniforms)?;
         }
@@ -174,7 +175,8 @@ impl EffectFile {
 
     /// Whether it is drawn and reads how far surfaces moved since the frame before.
     pub fn reads_motion(&self) -> bool {
-        !self.uniforms.is_off && self.borrowed.iter().any(|borrowed| borrowed.key == "motion")
+        let looks = |borrowed: &Borrowed| borrowed.key == "motion" && self.uniforms.wants(&self.name, borrowed);
+        !self.uniforms.is_off && self.borrowed.iter().any(looks)
     }
 
     /// What is drawn in its place where time is short (`effects.fallbacks`), if its header says so: the name of a built-in

@@ -3,7 +3,7 @@
 
 use super::EffectStage;
 use super::compiled::{Compiled, compiled_steps};
-use super::declarations::{declarations, table_declarations};
+use super::declarations::{Borrowed, declarations, table_declarations};
 use super::rename::renamed;
 use super::scan::scan;
 use super::steps::Step;
@@ -68,7 +68,9 @@ pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Optio
         functions.push(format!("{prefix}{}", pixel.function));
         uniforms.extend(effect.uniforms.iter().map(|(name, buffer)| (format!("{prefix}{name}"), buffer.clone())));
         tables.extend(effect.tables.iter().cloned());
-        borrowed.extend(effect.borrowed.iter().filter(|one| !borrowed.contains(*one)).cloned().collect::<Vec<_>>());
+        // What several read is declared once, whichever settings it is for.
+        let is_new = |one: &&Borrowed| borrowed.iter().all(|known: &Borrowed| known.key != one.key);
+        borrowed.extend(effect.borrowed.iter().filter(is_new).cloned().collect::<Vec<_>>());
     }
     let finds_drawn = effects.iter().filter_map(|effect| effect.pixel.as_ref()).any(|pixel| pixel.finds_drawn);
     let mut further = declarations(stage == EffectStage::Display, finds_drawn, &[], &borrowed);

@@ -25,6 +25,9 @@ pub(super) const READS: [(&str, &str); 10] = [
 ];
 /// Those of them that the header alone declares, because files had these names before.
 const BORROWED: [&str; 3] = ["occlusion", "motion", IDS];
+/// What stands between such a texture and the settings that it is for, and between these.
+const IF: &str = " if ";
+const OR: &str = " or ";
 /// The texture of the ids of nodes and materials, whose texels are whole numbers.
 pub(super) const IDS: &str = "ids";
 /// What an effect reads that stands after the tone curve.
@@ -39,6 +42,8 @@ pub(super) struct Header {
     pub name: Option<String>,
     /// What it reads, with the place of the list.
     reads: Option<(Vec<String>, Range<usize>)>,
+    /// What of it is for some settings alone: the texture, and the settings with their places.
+    conditions: Vec<(String, Vec<(String, Range<usize>)>)>,
     /// Its passes; none where it says nothing of them.
     pub steps: Vec<Step>,
     /// The function that changes a pixel and knows that one alone, with its place.
@@ -120,9 +125,18 @@ impl Header {
             "reads" => {
                 again(self.reads.is_some())?;
                 let rest = list("reads: NAME, NAME, …")?;
-                let reads =
-                    entries(rest, word_start + line.len() - rest.len()).map(|(name, place)| read(source, name, place));
-                self.reads = Some((reads.collect::<Result<Vec<_>, _>>()?, word_start..word_start + line.len()));
+                let mut reads = Vec::new();
+                for (entry, place) in entries(rest, word_start + line.len() - rest.len()) {
+                    let (name, list) = entry.split_once(IF).map_or((entry, None), |(name, list)| (name, Some(list)));
+                    let here = place.start..place.start + name.len().max(1);
+                    let read = read(source, name.trim_end(), here.clone())?;
+                    if let Some(list) = list {
+                        let settings = settings(source, &read, here, (list, place.end - list.len()))?;
+                        self.conditions.push((read.clone(), settings));
+                    }
+                    reads.push(read);
+                }
+                self.reads = Some((reads, word_start..word_start + line.len()));
             }
             "passes" => {
                 again(!self.steps.is_empty())?;
@@ -172,7 +186,33 @@ impl Header {
             reads.filter(|read| read.contains('.') || BORROWED.contains(&read.as_str())).collect();
         keys.sort_unstable();
         keys.dedup();
-        keys.into_iter().map(|key| Borrowed::new(key)).collect()
+        keys.into_iter().map(|key| Borrowed { settings: self.settings_of(key), ..Borrowed::new(key) }).collect()
+    }
+
+    /// The settings that a texture is for.
+    fn settings_of(&self, key: &str) -> Vec<String> {
+        let settings = self.conditions.iter().filter(|(texture, _)| texture == key).flat_map(|(_, settings)| settings);
+        settings.map(|(setting, _)| setting.clone()).collect()
+    }
+
+    /// Whether the settings that textures are for are there, by what `is_setting` says.
+    ///
+    /// # Errors
+    /// One is not.
+    pub fn check_conditions(
+        &self,
+        source: Source<'_>,
+        is_setting: impl Fn(&str) -> bool,
+    ) -> Result<(), Box<Diagnostic>> {
+        let settings = self.conditions.iter().flat_map(|(_, settings)| settings);
+        match settings.into_iter().find(|(setting, _)| !is_setting(setting)) {
+            Some((setting, place)) => {
+                let message = format!("`{setting}` is no setting of the effect that is one number");
+                let note = "it is a member of a uniform, or `UNIFORM.MEMBER` where two have a member of that name";
+                Err(Box::new(source.fault(place.clone(), message).note(note)))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The place of the line that says what it reads.
@@ -243,6 +283,28 @@ fn entries(list: &str, start: usize) -> impl Iterator<Item = (&str, Range<usize>
     })
 }
 
+/// The settings that a texture is for, each with its place: those of a `list` with `or` between, which begins at a byte.
+fn settings(
+    source: Source<'_>,
+    texture: &str,
+    place: Range<usize>,
+    (list, start): (&str, usize),
+) -> Result<Vec<(String, Range<usize>)>, Box<Diagnostic>> {
+    if !BORROWED.contains(&texture) {
+        let message = format!("`{texture}` is there whether it is read or not, so that an `if` spares nothing");
+        let note = format!("what the frame has only where an effect reads it is: {}", BORROWED.join(", "));
+        return Err(Box::new(source.fault(place, message).note(note)));
+    }
+    let mut at = start;
+    let settings = list.split(OR).map(|part| {
+        let begin = at + part.len() - part.trim_start().len();
+        at += part.len() + OR.len();
+        let setting = part.trim();
+        (setting.to_owned(), begin..begin + setting.len().max(1))
+    });
+    Ok(settings.collect())
+}
+
 fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<String, Box<Diagnostic>> {
     let of_effect = name.split_once('.');
     let is_known = READS.iter().any(|(known, _)| *known == name)
@@ -300,6 +362,9 @@ mod tests {
             ("//! reads:", "write `//! reads: NAME"),
             ("//! reads: depth, colour", "a.wgsl:1:19: error: there is no `colour` to read; there is: depth, normal"),
             ("//! reads: depth,", "there is no `` to read"),
+            ("//! reads: depth if lines", "a.wgsl:1:12: error: `depth` is there whether it is read or not"),
+            ("//! reads: colours if lines", "a.wgsl:1:12: error: there is no `colours` to read"),
+            ("//! reads: ids if", "there is no `ids if` to read"),
             ("//! passes:", "write `//! passes: FUNCTION"),
             ("//! fallback", "write `//! fallback: NAME`"),
             ("//! fallback: fxaa\n//! fallback: none", "a.wgsl:2:5: error: `fallback` stands twice"),

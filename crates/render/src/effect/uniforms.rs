@@ -1,5 +1,6 @@
 //! The uniforms of an effect as settings: found by reflection, with defaults and ranges from the comments above them.
 
+use super::declarations::Borrowed;
 use super::header::Source;
 use super::scan::{Declared, Scan};
 use crate::diagnostic::Diagnostic;
@@ -144,6 +145,19 @@ impl Uniforms {
         let info = self.settings.get(setting)?;
         let is_count = matches!(info.kind, SettingType::Number(NumberType { scalar: Scalar::U32, count: 1 }));
         info.min.zip(info.max).filter(|_| is_count)
+    }
+
+    /// The present value of the setting of a key, if that is one number.
+    pub fn number(&self, effect: &str, key: &str) -> Option<f64> {
+        let field = self.fields.get(self.field(effect, key)?)?;
+        let (_, kind) = field.setting.filter(|(_, kind)| kind.count == 1)?;
+        read(&self.blocks.get(field.block)?.bytes, field.offset, kind).first().copied()
+    }
+
+    /// Whether the settings let the shader look at what it borrows.
+    pub fn wants(&self, effect: &str, borrowed: &Borrowed) -> bool {
+        let is_on = |setting: &String| self.number(effect, &format!("{effect}.{setting}")) != Some(0.0);
+        borrowed.settings.is_empty() || borrowed.settings.iter().any(is_on)
     }
 
     /// The present value of the number that a key sets.

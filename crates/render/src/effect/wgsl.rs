@@ -1,6 +1,7 @@
 //! Effects of WGSL files on a device.
 
 use super::compiled::{Compiled, compiled_steps};
+use super::declarations::Borrowed;
 use super::fallback::Fallback;
 use super::fused::{Fused, Pixel};
 use super::lut::Table;
@@ -197,6 +198,11 @@ impl WgslEffect {
             return Err(Box::new(missing.clone()).into());
         }
         Ok(state.compiled.clone())
+    }
+
+    /// Whether its settings let it look at what it borrows.
+    pub(super) fn wants(&self, borrowed: &Borrowed) -> bool {
+        self.state().uniforms.wants(&self.name, borrowed)
     }
 
     /// What it knows of others in the chain.

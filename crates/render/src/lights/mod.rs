@@ -17,6 +17,7 @@ mod reach;
 mod reaches;
 mod record;
 mod settings;
+mod small;
 mod volumes;
 
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
@@ -28,6 +29,7 @@ pub use reach::Reach;
 pub use reaches::LightReaches;
 pub use record::ListRecord;
 pub use settings::{ClusterSettings, LightCulling, LightSettings};
+pub use small::LeastLights;
 #[cfg(test)]
 pub use volumes::BALL_CORNER;
 pub use volumes::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep, without_shadows};
@@ -58,6 +60,8 @@ pub struct TableOf {
     /// The light of the environment, as it is turned and scaled; it is in every subset, as the rest of the environment
     /// is.
     pub environment: Option<EnvironmentLight>,
+    /// How large lights have to be seen to keep their range; none if all do.
+    pub least: Option<LeastLights>,
 }
 
 /// What one light of a table is made of.
@@ -68,12 +72,38 @@ struct Source {
     kind: LightKind,
     color_linear: Vec3,
     intensity: f32,
+    /// The range, if it has one that ends anywhere.
     range_m: Option<f32>,
+    /// What is left of it, as a share, where the light is seen small; nothing of one that is left out.
+    range_share: f32,
     radius_m: f32,
     casts_shadows: bool,
     /// The last two axes of the node's matrix: −direction, of any length, and place.
     z_axis: Vec3,
     position: Vec3,
+}
+
+impl Source {
+    /// Whither it shines, of length 1.
+    fn direction(&self) -> Vec3 {
+        (-self.z_axis).normalize_or(Vec3::NEG_Z)
+    }
+
+    /// The same with as much of its range as `least` leaves.
+    fn limited(self, least: &LeastLights) -> Self {
+        match (self.kind, self.range_m) {
+            (LightKind::Directional, _) | (_, None) => self,
+            (kind, Some(range_m)) => {
+                let range_share = least.share(kind, self.position, self.direction(), range_m);
+                Self { range_share, ..self }
+            }
+        }
+    }
+
+    /// How far it reaches, in metres; none of one that is in no list.
+    fn reach_m(&self) -> Option<f32> {
+        self.range_m.map(|range_m| range_m * self.range_share)
+    }
 }
 
 impl From<EnvironmentLight> for Source {
@@ -84,6 +114,7 @@ impl From<EnvironmentLight> for Source {
             color_linear: light.irradiance,
             intensity: 1.0,
             range_m: None,
+            range_share: 1.0,
             radius_m: light.half_angle_tan,
             casts_shadows: true,
             z_axis: light.direction,
@@ -103,7 +134,8 @@ fn sources(scene: &Scene, nodes: &[NodeId], of: &TableOf) -> impl Iterator<Item 
             kind: light.kind,
             color_linear: light.color_linear,
             intensity: light.intensity,
-            range_m: light.range_m,
+            range_m: light.range_m.filter(|range| *range > 0.0 && range.is_finite()),
+            range_share: 1.0,
             radius_m: light.radius_m,
             casts_shadows: light.casts_shadows,
             z_axis,
@@ -112,7 +144,9 @@ fn sources(scene: &Scene, nodes: &[NodeId], of: &TableOf) -> impl Iterator<Item 
     };
     let (k, n) = of.subset.map_or((0, 1), |(k, n)| (k, n.max(1)));
     let numbered = (0..LIGHTS_MAX).zip(nodes.iter().filter_map(of_node));
-    let of_scene = numbered.filter(move |(number, _)| number % n == k).map(|(_, source)| source);
+    let least = of.least;
+    let limited = move |source: Source| least.map_or(source, |least| source.limited(&least));
+    let of_scene = numbered.filter(move |(number, _)| number % n == k).map(move |(_, source)| limited(source));
     of.environment.map(Source::from).into_iter().chain(of_scene)
 }
 
@@ -127,7 +161,7 @@ pub struct TableLight {
     pub position: Vec3,
     /// Whither it shines, of length 1.
     pub direction: Vec3,
-    /// How far it reaches, in metres.
+    /// How far it reaches, in metres, however small it is seen: its shadow map is that of all views.
     pub range_m: Option<f32>,
     /// Its radius in metres; of directional light the tangent of half the angle it takes in the sky.
     pub radius_m: f32,
@@ -150,6 +184,10 @@ pub struct LightTable {
     pub class_ends: [u32; 6],
     /// The lights, in the order of their texels.
     pub lights: Vec<TableLight>,
+    /// Lights that are left out because they are seen too small.
+    pub left_out: u32,
+    /// Their classes, as bits.
+    left_out_classes: u32,
 }
 
 impl LightTable {
@@ -158,9 +196,9 @@ impl LightTable {
         let mut classes: [Vec<([[f32; 4]; 4], TableLight)>; 6] = Default::default();
         let mut reaches: [Vec<Reach>; 4] = Default::default();
         let sources: Vec<Source> = sources(scene, nodes, &of).collect();
+        let mut left_out_classes = 0;
         for light in &sources {
-            let position = light.position;
-            let direction = (-light.z_axis).normalize_or(Vec3::NEG_Z);
+            let (position, direction) = (light.position, light.direction());
             let intensity = (light.color_linear * of.pre_exposure).map(|color| finite_product(color, light.intensity));
             // cos·scale + offset goes from 0 at the outer cone to 1 at the inner one (glTF, KHR_lights_punctual).
             let (scale, offset) = match light.kind {
@@ -173,7 +211,7 @@ impl LightTable {
             // Highlights of a source that takes an angle are wider by half of it, as half vectors turn by half of what
             // light does.
             let scale = if light.kind == LightKind::Directional { 0.5 * light.radius_m } else { scale };
-            let range = light.range_m.filter(|range| *range > 0.0 && range.is_finite());
+            let range = light.reach_m();
             let texels = [
                 position.extend(range.map_or(0.0, |range| 1.0 / (range * range))).to_array(),
                 intensity.extend(scale).to_array(),
@@ -188,12 +226,16 @@ impl LightTable {
                         (false, casts) => usize::from(casts),
                         (true, casts) => 3 - usize::from(casts),
                     };
+                    if light.range_share <= 0.0 {
+                        left_out_classes |= 1 << (2 + listed);
+                        continue;
+                    }
                     reaches[listed].push(Reach::of_light(light.kind, position, direction, range));
                     2 + listed
                 }
             };
-            let Source { node, kind, radius_m, casts_shadows, .. } = *light;
-            let light = TableLight { node, kind, position, direction, range_m: range, radius_m, casts_shadows };
+            let Source { node, kind, range_m, radius_m, casts_shadows, .. } = *light;
+            let light = TableLight { node, kind, position, direction, range_m, radius_m, casts_shadows };
             classes[class].push((texels, light));
         }
         let mut end = 0;
@@ -202,9 +244,12 @@ impl LightTable {
             end
         });
         let (texels, lights): (Vec<_>, Vec<_>) = classes.into_iter().flatten().unzip();
+        let left_out = sources.len() as u32 - lights.len() as u32;
         Self {
             sources,
             of,
+            left_out,
+            left_out_classes,
             texels: texels.into_iter().flatten().collect(),
             reaches: reaches.concat(),
             class_ends,
@@ -214,12 +259,13 @@ impl LightTable {
 
     /// Whether [`Self::new`] would make the same again.
     pub fn is_of(&self, scene: &Scene, nodes: &[NodeId], of: &TableOf) -> bool {
-        self.of == *of && self.sources.iter().copied().eq(sources(scene, nodes, of))
+        // How small lights are seen counts only as far as it changes any of them.
+        TableOf { least: of.least, ..self.of } == *of && self.sources.iter().copied().eq(sources(scene, nodes, of))
     }
 
-    /// The number of lights that the scene has; that of the environment is none of them.
+    /// The number of lights that the scene has, be they too small or not; that of the environment is none of them.
     pub fn scene_lights(&self) -> u32 {
-        self.len() - u32::from(self.of.environment.is_some())
+        self.len() + self.left_out - u32::from(self.of.environment.is_some())
     }
 
     /// Whether lists of both are the same: the lights may differ, but not in number and in what they reach.
@@ -227,7 +273,8 @@ impl LightTable {
         self.class_ends == other.class_ends && self.reaches == other.reaches
     }
 
-    /// Which classes of lights there are, a bit for each, as `constants.rs` has them.
+    /// Which classes of lights there are, a bit for each, as `constants.rs` has them; those of lights that are left out,
+    /// too, so that a moving camera asks for no other pipelines.
     pub fn classes(&self) -> u32 {
         let mut begin = 0;
         let bits = self
@@ -235,7 +282,7 @@ impl LightTable {
             .into_iter()
             .enumerate()
             .map(|(class, end)| u32::from(std::mem::replace(&mut begin, end) < end) << class);
-        bits.sum()
+        bits.sum::<u32>() | self.left_out_classes
     }
 
     /// The class of the light with a number, as a bit.

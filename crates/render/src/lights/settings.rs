@@ -26,6 +26,9 @@ settings! {
     pub struct LightSettings {
         /// How lights are kept from pixels that they do not reach.
         culling: LightCulling = LightCulling::Clustered;
+        /// A light with a range is left out, with its shadow map, where what it reaches is fewer pixels wide than this;
+        /// from twice as many on down its range shrinks. Its light is lost.
+        min_px: f32 = 0.0, in 0.0..=64.0, unit "px";
     }
 }
 

@@ -112,9 +112,9 @@ impl Atlas {
         image
     }
 
-    /// Puts all images into one square, as small a one as they fit into, in rows of images of like height. None where
+    /// Where all images lie in one square, as small a one as they fit into, in rows of images of like height. None where
     /// they do not fit.
-    pub fn pack(self, side_max: u32) -> Option<Packed> {
+    pub fn arrange(&self, side_max: u32) -> Option<Arrangement> {
         let mut order: Vec<usize> = (0..self.images.len()).collect();
         // White comes first, so that everybody knows where it is.
         order.sort_by_key(|index| {
@@ -122,7 +122,11 @@ impl Atlas {
             (*index != WHITE, std::cmp::Reverse((height, width)))
         });
         let sides = (0..).map(|doublings| SIDE_MIN << doublings).take_while(|side| *side <= side_max);
-        let (side, corners) = sides.into_iter().find_map(|side| Some((side, self.corners(&order, side)?)))?;
+        sides.into_iter().find_map(|side| Some(Arrangement { side, corners: self.corners(&order, side)? }))
+    }
+
+    /// Puts all images where they lie.
+    pub fn pack(self, Arrangement { side, corners }: Arrangement) -> Packed {
         let mut texels = vec![0; (side * side * 4) as usize];
         for (image, [x, y]) in self.images.iter().zip(&corners) {
             let row_bytes = image.width as usize * 4;
@@ -139,7 +143,7 @@ impl Atlas {
         if let Some(white) = places.get_mut(WHITE) {
             *white = WHITE_TEXEL;
         }
-        Some(Packed { side, texels, places })
+        Packed { side, texels, places }
     }
 
     /// The corners of images in rows, those of `order` one after the other.
@@ -158,6 +162,21 @@ impl Atlas {
             (x, row_height) = (x + width + GAP, row_height.max(height));
         }
         Some(corners)
+    }
+}
+
+/// Where images lie in a square.
+#[derive(Debug)]
+pub(super) struct Arrangement {
+    pub side: u32,
+    /// The upper left corner of each.
+    corners: Vec<[u32; 2]>,
+}
+
+impl Arrangement {
+    /// Bytes of the texture.
+    pub fn bytes(&self) -> u64 {
+        4 * u64::from(self.side) * u64::from(self.side)
     }
 }
 
@@ -208,7 +227,10 @@ mod tests {
                 data: vec![side as u8; (side * (61 - side) * 4) as usize],
             });
         }
-        let packed = atlas.pack(SIDE_MAX).unwrap();
+        let arrangement = atlas.arrange(SIDE_MAX).unwrap();
+        let bytes = arrangement.bytes();
+        let packed = atlas.pack(arrangement);
+        assert_eq!(packed.texels.len() as u64, bytes);
         let texel = |x: f32, y: f32| packed.texels[((y as u32 * packed.side + x as u32) * 4) as usize];
         for (number, [x, y, width, height]) in packed.places.iter().enumerate().skip(1) {
             for (dx, dy) in [(0.0, 0.0), (width - 1.0, 0.0), (0.0, height - 1.0), (width - 1.0, height - 1.0)] {
@@ -217,7 +239,7 @@ mod tests {
         }
         let mut atlas = Atlas::default();
         atlas.add(Image { width: 129, height: 1, data: vec![0; 516] });
-        assert!(atlas.pack(128).is_none());
+        assert!(atlas.arrange(128).is_none());
     }
 
     #[test]

@@ -54,6 +54,8 @@ pub(crate) struct FrameTables {
     pub shadow_compare: wgpu::Sampler,
     /// Of a depth texture of one texel, where there are no shadows.
     pub no_shadows: wgpu::TextureView,
+    /// A texel that is of no node and no material, where nobody looks at ids.
+    pub no_ids: wgpu::TextureView,
     /// A texture without light, where the environment is no picture.
     pub no_environment: wgpu::TextureView,
     studio: OnceCell<EnvironmentTiles>,
@@ -87,6 +89,7 @@ impl FrameTables {
                 ..Default::default()
             }),
             no_shadows: depth_texture(gpu, "no_shadows", 1).create_view(&Default::default()),
+            no_ids: no_ids(gpu),
             no_environment: no_tiles(gpu),
             studio: OnceCell::new(),
         }
@@ -145,6 +148,20 @@ pub(crate) fn depth_texture(gpu: &Gpu, label: &str, side: u32) -> wgpu::Texture 
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     })
+}
+
+fn no_ids(gpu: &Gpu) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("no_ids"),
+        size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rg32Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
 }
 
 /// The table of `build.rs` as half floats, which every backend can filter.

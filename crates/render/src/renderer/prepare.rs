@@ -16,7 +16,8 @@ use crate::ground::ViewGround;
 use crate::lens::SampleView;
 use crate::levels::{Chooser, LevelCount};
 use crate::lights::{
-    self, ClusterLists, ClusterUniform, KeptLists, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
+    self, ClusterLists, ClusterUniform, KeptLists, LeastLights, LightCulling, LightReaches, LightTable, ListsOf,
+    TableOf,
 };
 use crate::passes::adaptive;
 use crate::passes::debug::DebugView;
@@ -505,6 +506,8 @@ impl Renderer {
             pre_exposure: request.pre_exposure(),
             subset: request.light_subset,
             environment: asked.environment_light,
+            // Of the camera, not of a sample's place in its lens: all samples have the same lights.
+            least: LeastLights::new(&request.camera, *size, settings.lights.min_px),
         };
         let table = world.light_table(of_table, known);
         let (lists, made) = match kept.and_then(|lists| lists.with(&table, &of)) {
@@ -519,6 +522,7 @@ impl Renderer {
             }
         };
         stats.lights = stats.lights.max(lists.table.scene_lights());
+        stats.lights_too_small = stats.lights_too_small.max(lists.table.left_out);
         stats.list_entries += lists.entries;
         stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
         (lists, made)

@@ -15,6 +15,7 @@ use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
 use crate::lights::LightCulling;
+use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
@@ -183,6 +184,7 @@ impl Renderer {
                 self.ready((scene, asked), lit, (of_view, ground.as_ref()), has_previous, &mut stats)
             })
             .collect::<Result<_, _>>()?;
+        let mut room = Room { budget_bytes: self.memory_budget_bytes, needed_bytes: output_bytes };
         let overlays: Vec<Option<OverlayDraw>> = asked
             .iter()
             .zip(states.iter_mut())
@@ -190,9 +192,10 @@ impl Renderer {
                 if asked.part.is_face() || !purpose.shows_picture() {
                     return Ok(None);
                 }
-                let (overlay, bytes) = state.overlay.prepare(&self.gpu, scene, &asked.request)?;
-                stats.uploaded_bytes += bytes;
-                Ok(overlay)
+                let overlay = state.overlay.prepare(&self.gpu, scene, &asked.request, room)?;
+                stats.uploaded_bytes += overlay.uploaded_bytes;
+                room.needed_bytes += overlay.texture_bytes;
+                Ok(overlay.draw)
             })
             .collect::<Result<_, RenderError>>()?;
         // A plan leaves environments as they are.
@@ -259,7 +262,7 @@ impl Renderer {
             leaves_histories: !purpose.is_picture(),
         };
         let missing_bytes = self.executor.missing_bytes(&plan, &options);
-        check_budget(self.memory_budget_bytes, output_bytes + missing_bytes)?;
+        check_budget(self.memory_budget_bytes, room.needed_bytes + missing_bytes)?;
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         // Done before the frame, but recorded after it, so that frames with it and without it put their uniforms alike.
         let mut first = self.gpu.device.create_command_encoder(&Default::default());

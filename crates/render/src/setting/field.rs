@@ -119,7 +119,7 @@ impl SettingField for PathBuf {
     }
 }
 
-/// On the command line commas stand between the entries, so that an entry with a comma can stand in a file alone.
+/// On the command line commas stand between the entries, or it is an array as in a file, whose entries may hold commas.
 impl<T: SettingField> SettingField for Vec<T> {
     fn kind() -> SettingType {
         SettingType::List(Box::new(T::kind()))
@@ -130,8 +130,11 @@ impl<T: SettingField> SettingField for Vec<T> {
     }
 
     fn read(written: &Written) -> Option<Self> {
-        if let Written::Typed(value) = written {
-            return value.entries()?.into_iter().map(|entry| T::read(&entry.into())).collect();
+        if let Some(entries) = written.entries() {
+            return entries.into_iter().map(|entry| T::read(&entry.into())).collect();
+        }
+        if matches!(written, Written::Typed(_)) {
+            return None;
         }
         written.parts().into_iter().map(|part| T::read(&Written::from(&*part))).collect()
     }

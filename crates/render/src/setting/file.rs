@@ -119,6 +119,19 @@ fn collect(table: &DeTable<'_>, prefix: &str, entries: &mut Vec<Entry>) {
     }
 }
 
+/// What a text is that is an array of TOML, as files have it; none of another text.
+pub(super) fn array(text: &str) -> Option<SettingValue> {
+    if !text.trim_start().starts_with('[') {
+        return None;
+    }
+    let document = format!("value = {text}");
+    let document = DeTable::parse(&document).ok()?;
+    // A text of several lines may go on behind the array.
+    let values = document.get_ref();
+    let value = values.get("value").filter(|_| values.len() == 1)?.get_ref();
+    matches!(value, DeValue::Array(_)).then(|| typed(value))
+}
+
 /// A value with its type. What no setting takes becomes a text that none takes.
 fn typed(value: &DeValue<'_>) -> SettingValue {
     match value {

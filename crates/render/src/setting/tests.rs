@@ -120,6 +120,42 @@ fn every_type_takes_text() {
 }
 
 #[test]
+fn the_command_line_takes_the_arrays_of_files_too() {
+    let mut group = Everything::default();
+    for (key, text) in [
+        ("levels", "[0, 0.25,1]"),
+        ("shapes", " [\"round\", 'square',] "),
+        ("direction", "[-1, 0.5, 1]"),
+        ("size_px", "[1, 0x10]"),
+        ("color", "[0.25, 2, 0]"),
+        // What takes a text takes it as it is.
+        ("text", "[\"x\"]"),
+        ("file", "[1]"),
+    ] {
+        set(&mut group, key, text).unwrap();
+    }
+    assert_eq!((&group.levels[..], &group.shapes[..]), (&[0.0, 0.25, 1.0][..], &[Shape::Round, Shape::Square][..]));
+    assert_eq!((group.direction, group.size_px), ([-1.0, 0.5, 1.0], [1, 16]));
+    assert_eq!((&*group.text, group.color), ("[\"x\"]", LinearColor([0.25, 2.0, 0.0])));
+    assert_eq!(group.file.to_str(), Some("[1]"));
+    set(&mut group, "levels", "[]").unwrap();
+    assert!(group.levels.is_empty());
+    for (key, text) in [
+        ("levels", "[0, 2]"),
+        ("levels", "[0, [1]]"),
+        ("levels", "[0, 1"),
+        ("levels", "[0]\nother = [1]"),
+        ("shapes", "[round]"),
+        ("shapes", "[\"oval\"]"),
+        ("direction", "[0, 1]"),
+        ("number_m", "[1]"),
+    ] {
+        let error = set(&mut group, key, text).unwrap_err();
+        assert!(error.contains(&format!("`{text}` is no value of `everything.{key}`")), "{key}={text}: {error}");
+    }
+}
+
+#[test]
 fn what_is_no_value_is_refused_with_type_and_range() {
     let mut group = Everything::default();
     for (key, text, expected) in [

@@ -164,8 +164,7 @@ pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
     };
     // In whichever direction it lies, so that a turning camera changes nothing.
     let eye_m = (center.length() - 0.5 * range_m).max(0.25 * range_m);
-    let pixels_per_m = 0.5 * height / (half_extent.y * if view.is_orthographic() { 1.0 } else { eye_m });
-    Some(tangent * range_m * pixels_per_m)
+    Some(tangent * range_m * view.pixels_per_m(viewer.size, eye_m))
 }
 
 impl Shadows {
