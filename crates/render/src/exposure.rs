@@ -68,13 +68,14 @@ impl Exposure {
         }
     }
 
-    /// The stops that it comes to; one that was not resolved with its scene comes to 0.
+    /// The stops that it comes to; one that was not resolved with its scene, or is no number, comes to 0.
     pub fn stops(self, metering: Option<&Metering>) -> f32 {
-        match self {
+        let stops = match self {
             Self::Scene => 0.0,
             Self::Stops(stops) => stops,
             Self::Auto { compensation_stops } => metering.map_or(0.0, |metering| metering.stops) + compensation_stops,
-        }
+        };
+        if stops.is_nan() { 0.0 } else { stops }
     }
 
     /// `auto` or `stops`; `scene` if it was not resolved.

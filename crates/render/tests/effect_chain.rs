@@ -210,6 +210,14 @@ fn what_cannot_be_read_is_said() {
             ),
             "mine.wgsl:1:21: error: this loop never ends",
         ),
+        (format!("{main} {{\n  while true {{ }}\n return p; }}"), "mine.wgsl:2:3: error: this loop never ends"),
+        (format!("{main} {{ for (var i = 0; 1 < 2; i++) {{ }} return p; }}"), "error: this loop never ends"),
+        (format!("const GO_ON = true;\n{main} {{ while GO_ON {{ }} return p; }}"), "error: this loop never ends"),
+        (format!("{main} {{ loop {{ if false {{ break; }} }} return p; }}"), "error: this loop never ends"),
+        (
+            format!("{main} {{ var i = 0; loop {{ i++; continuing {{ break if false; }} }} return p; }}"),
+            "error: this loop never ends",
+        ),
         (format!("//! reads: glow.\n{main} {{ return vec4f(1.0); }}"), "there is no `glow.` to read"),
         (format!("//! reads: glow.wide\n{main} {{ return vec4f(1.0); }}"), "the shader does not read glow.wide"),
         (
@@ -228,6 +236,11 @@ fn what_cannot_be_read_is_said() {
         "loop { if p.x > 1.0 { break; } }",
         "for (;;) { switch i32(p.x) { default { return p; } } }",
         "while p.x > 2.0 { }",
+        "while true { if p.x > 1.0 { break; } }",
+        "while true { return p; }",
+        "for (var i = 0; true; i++) { if i > 4 { break; } }",
+        "while false { }",
+        "var i = 0; loop { i++; continuing { break if i > 4; } }",
     ] {
         EffectFile::parse("mine.wgsl", &format!("{main} {{ {body} return p; }}"))
             .unwrap_or_else(|error| panic!("{error}"));

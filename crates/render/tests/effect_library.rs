@@ -507,7 +507,7 @@ fn effects_take_pictures_of_any_size_and_refuse_what_is_no_setting() {
     let mut renderer = renderer();
     let mut scene = Scene::default();
     put(&mut scene, cube(Vec3::ONE), Vec3::splat(0.5), Vec3::ZERO);
-    for size in [(1, 1), (1, 2048), (33, 2)] {
+    for size in [(1, 1), (1, 4096), (33, 2)] {
         let mut request = request(&mut scene, size, Vec3::new(0.0, 0.0, 2.0), Vec3::ZERO, perspective(45.0));
         renderer.load(&scene).unwrap();
         for name in manypass::EffectFile::built_in_names() {

@@ -69,8 +69,19 @@ fn a_blur_keeps_energy_and_is_the_same_in_every_direction() {
         let [most, least] = [f64::max, f64::min].map(|of| around.into_iter().reduce(of).unwrap());
         assert!(most / least < 1.01, "{distance}: {around:?}");
     }
-    // Along the diagonal, too: 9 and 12 are a triangle's sides of 15.
-    assert!((at(41, 44) / at(47, 32) - 1.0).abs() < 0.02, "{} {}", at(41, 44), at(47, 32));
+    // In between, too: 9 and 12 are a triangle's sides of 15, 6 and 8 of 10, 3 and 4 of 5. And along the diagonal, at the
+    // distance of √2 · d, between those along the axis.
+    for (across, down, distance) in [(9, 12, 15), (12, 9, 15), (6, 8, 10), (3, 4, 5)] {
+        let [between, along] = [at(32 + across, 32 + down), at(32 + distance, 32)];
+        println!("{distance} px away: {between:.4} between the axes, {along:.4} along one");
+        assert!((between / along - 1.0).abs() < 0.01, "{distance}: {between} {along}");
+    }
+    for distance in 1..=10 {
+        let expected = peak * (-(distance as f64 / 5.0).powi(2)).exp();
+        let found = at(32 + distance, 32 + distance);
+        println!("{distance}, {distance}: {:.4} of the bell curve", found / expected);
+        assert!((found / expected - 1.0).abs() < 0.03, "{distance}: {found} instead of {expected}");
+    }
 }
 
 #[test]

@@ -408,3 +408,38 @@ fn an_auto_exposure_is_compensated_and_a_number_is_a_number() {
     let plain = FrameRequest { metering: None::<Metering>, ..request };
     assert_eq!(picture(&mut renderer, &test.scene, &plain, 1), metered);
 }
+
+#[test]
+fn stops_beyond_all_measure_are_refused_and_in_code_leave_numbers() {
+    let mut settings = manypass::Settings::default();
+    for value in ["nan", "inf", "-inf", "1e30", "-1e30", "65", "auto+1e30", "auto+nan", "auto-inf", ""] {
+        let error = settings.set("exposure.stops", value).unwrap_err().to_string();
+        assert!(error.contains("exposure.stops") && error.contains("-64 to 64"), "{value}: {error}");
+    }
+    for value in ["0", "-64", "64", "auto+64"] {
+        settings.set("exposure.stops", value).unwrap();
+    }
+    let test = scenes::one_light_on_one_plane();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    for (stops, expected) in [
+        (1e30, Some(255)),
+        (f32::INFINITY, Some(255)),
+        (-1e30, Some(0)),
+        (f32::NEG_INFINITY, Some(0)),
+        (f32::NAN, None),
+    ] {
+        for exposure in [Exposure::Stops(stops), Exposure::Auto { compensation_stops: stops }] {
+            for source in [Environment::None, Environment::Studio, Environment::Sky] {
+                let mut request = plain_request(&test.scene, (16, 16));
+                request.settings.environment.source = source;
+                renderer.expose(&test.scene, &mut request, exposure).unwrap();
+                let pixels = picture(&mut renderer, &test.scene, &request, 2);
+                let radiance = renderer.read_radiance().unwrap();
+                assert!(radiance.iter().all(|value| value.is_finite()), "{exposure:?} {source:?}");
+                let found = pixels[8 * 16 + 8][1];
+                assert!(expected.is_none_or(|expected| expected == found), "{exposure:?} {source:?}: {found}");
+            }
+        }
+    }
+}

@@ -227,7 +227,9 @@ fn samples_smooth_edges_and_the_same_is_drawn_again() {
 fn any_size_and_angle_is_drawn_and_nothing_outside_of_the_circle() {
     let (scene, mut renderer) = (room(), renderer());
     renderer.load(&scene).unwrap();
-    for (size, fov_deg) in [((1, 1), 180.0), ((1, 1), 1.0), ((1, 37), 220.0), ((57, 23), 220.0), ((40, 41), 1.0)] {
+    for (size, fov_deg) in
+        [((1, 1), 180.0), ((1, 1), 1.0), ((1, 37), 220.0), ((1, 4096), 220.0), ((57, 23), 220.0), ((40, 41), 1.0)]
+    {
         for map in MAPS {
             let of_fisheye = request(&scene, size, map, fov_deg);
             let (pixels, display) = still(&mut renderer, &scene, &of_fisheye);

@@ -7,9 +7,10 @@ mod common;
 #[path = "goldens/subjects.rs"]
 mod subjects;
 
-use manypass::{FrameRequest, Renderer};
+use manypass::{Adaptation, FrameRequest, Renderer, WgslEffect};
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use subjects::Subject;
 
 /// Software adapters differ by two to three levels from host to host (they use other vector units), and at edges, where
@@ -35,19 +36,31 @@ fn write(path: &Path, picture: &Picture) {
 
 /// How many frames those are that a golden of frames that follow each other shows the last of.
 const FRAMES: u32 = 10;
+/// From each to the next.
+const FRAME_SECS: f32 = 0.05;
 
 /// The last of frames that follow each other, while the camera comes to where the request has it.
 fn draw_live(renderer: &mut Renderer, subject: &Subject, request: &FrameRequest) -> Vec<u8> {
     renderer.cut();
     for frame in 1..=FRAMES {
-        let mut request = FrameRequest { goes_on: true, ..request.clone() };
+        let adaptation = if frame == 1 { Adaptation::Begins } else { Adaptation::After { secs: FRAME_SECS } };
+        let mut request = FrameRequest { goes_on: true, adaptation, ..request.clone() };
         request.camera.world_from_view.w_axis.x += 0.02 * (FRAMES - frame) as f32;
         renderer.render(&subject.scene, &request).unwrap();
     }
     renderer.read_display().unwrap()
 }
 
-/// Draws a subject: its strips below one another, four samples a pixel, or as many frames.
+/// A still, four samples a pixel unless it asks for more.
+fn draw_still(renderer: &mut Renderer, subject: &Subject, request: &FrameRequest) -> Vec<u8> {
+    let sample_count = request.sample_count.max(4);
+    for sample_index in 0..sample_count {
+        renderer.render(&subject.scene, &FrameRequest { sample_count, sample_index, ..request.clone() }).unwrap();
+    }
+    renderer.read_display().unwrap()
+}
+
+/// Draws a subject: its strips below one another, stills or the last of frames that follow each other.
 fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     renderer.load(&subject.scene).unwrap();
     let mut pixels = Vec::new();
@@ -57,17 +70,13 @@ fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
         if let Some((name, settings)) = subject.effects.get(strip) {
             request.effects = vec![common::built_in_with(renderer, name, settings)];
         }
+        if let Some((file, text)) = subject.tables.get(strip) {
+            request.effects = vec![Arc::new(WgslEffect::new(renderer.gpu(), file, text).unwrap())];
+        }
         (width, height) = (request.width as usize, height + request.height as usize);
-        if request.settings.taa.enabled {
-            pixels.extend(draw_live(renderer, subject, &request));
-            continue;
-        }
-        request.sample_count = 4;
-        for sample_index in 0..request.sample_count {
-            request.sample_index = sample_index;
-            renderer.render(&subject.scene, &request).unwrap();
-        }
-        pixels.extend(renderer.read_display().unwrap());
+        let is_live = request.settings.taa.enabled || request.settings.exposure.adapt;
+        let draw = if is_live { draw_live } else { draw_still };
+        pixels.extend(draw(renderer, subject, &request));
     }
     Picture::from_rgba8(width, height, &pixels)
 }

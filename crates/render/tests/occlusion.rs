@@ -212,6 +212,37 @@ fn corners_are_as_dark_as_their_closed_form() {
     }
 }
 
+/// Points lie at 0.1 to 1 of the radius, the denser the nearer (0.1 + 0.9 · u²), and hide what is behind them: the mean of
+/// closed forms for these radii.
+#[test]
+fn corners_by_points_are_as_dark_as_the_mean_over_their_distances() {
+    let mut renderer = shared();
+    let of_points = |distances: [f64; 2]| {
+        let radius_m = |i: u32| RADIUS_M * (0.1 + 0.9 * ((f64::from(i) + 0.5) / 256.0).powi(2));
+        (0..256).map(|i| closed_form(distances, radius_m(i))).sum::<f64>() / 256.0
+    };
+    for (eye, target, has_third) in [
+        (Vec3::new(0.0, 2.5, 4.5), Vec3::new(0.0, 0.4, 0.4), false),
+        (Vec3::new(2.6, 2.0, 4.5), Vec3::new(0.0, 0.4, 0.4), false),
+        (Vec3::new(3.0, 3.0, 3.0), Vec3::new(0.3, 0.3, 0.3), true),
+    ] {
+        let scene = corner(eye, target, has_third);
+        let request = request(&scene, OcclusionMethod::Ssao);
+        let distances = distances(&request.camera, has_third);
+        let found = visibility(&mut renderer, &scene, &request, 64);
+        for from_m in [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85] {
+            let near = distances.iter().zip(&found).filter_map(|(distances, share)| {
+                let distances = distances.filter(|distances| (distances[0] - from_m).abs() < 0.03)?;
+                Some([share / of_points(distances), share / closed_form(distances, RADIUS_M)])
+            });
+            let ratios: Vec<[f64; 2]> = near.collect();
+            let mean = |which: usize| ratios.iter().map(|ratio| ratio[which]).sum::<f64>() / ratios.len() as f64;
+            println!("{eye}, {from_m} m: {:.4} of its own closed form, {:.4} of the radius'", mean(0), mean(1));
+            assert!(ratios.len() > 20 && (mean(0) - 1.0).abs() < 0.05, "{eye} {from_m} m: {}", mean(0));
+        }
+    }
+}
+
 /// Boxes and a ball on a floor before a wall.
 fn room() -> Scene {
     let eye = Vec3::new(2.2, 2.2, 4.5);

@@ -364,7 +364,7 @@ fn extreme_settings_and_sizes_leave_numbers() {
     let scene = bodies(true);
     load(&mut renderer, &scene);
     let numbers = [(0.0, 0.0, 1), (1e6, 1e6, 1024), (1e-6, 1e-6, 7), (0.5, 1e6, 64)];
-    for (i, (width, height)) in [(1, 1), (1, 2048), (64, 3), (48, 32)].into_iter().enumerate() {
+    for (i, (width, height)) in [(1, 1), (1, 4096), (64, 3), (48, 32)].into_iter().enumerate() {
         for (j, resolution) in [Resolution::Full, Resolution::Half, Resolution::Quarter].into_iter().enumerate() {
             let (distance_m, thickness_m, steps) = numbers[(i + j) % numbers.len()];
             let request = FrameRequest { width, height, ..request(&scene, 0.3) }.with(|settings| {

@@ -192,7 +192,7 @@ fn any_size_goes() {
     let scene = fence();
     let mut renderer = shared();
     begin(&mut renderer, &scene);
-    for (width, height) in [(1, 1), (1, 2048), (300, 2)] {
+    for (width, height) in [(1, 1), (1, 4096), (300, 2)] {
         for scale in [1.0, 0.5] {
             let mut request = FrameRequest { width, height, ..live(&scene) };
             request.settings.render.scale = scale;

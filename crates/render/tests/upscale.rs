@@ -148,7 +148,7 @@ fn any_size_is_enlarged() {
     let scene = slanted();
     let mut renderer = shared();
     begin(&mut renderer, &scene);
-    for (width, height) in [(1, 1), (1, 2048), (2048, 1), (97, 73)] {
+    for (width, height) in [(1, 1), (1, 4096), (4096, 1), (97, 73)] {
         for scale in [0.25, 0.5, 0.99] {
             let request = FrameRequest { width, height, ..scaled(&scene, scale, UpscaleMethod::Edges) };
             let shown = radiance(&mut renderer, &scene, &request);

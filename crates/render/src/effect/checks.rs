@@ -3,7 +3,7 @@
 use super::declarations::{Borrowed, FIRST_TEXTURE, declarations, texture_declaration};
 use super::fused::PIXEL_ENTRY;
 use super::header::{Header, READS, Source};
-use super::loops::endless_loop;
+use super::loops::Loops;
 use super::scan::Scan;
 use super::steps::{self, Rounds, STEPS_MAX, Step};
 use super::uniforms::{OWN_GROUP, Uniforms};
@@ -208,10 +208,12 @@ pub(super) fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Modul
     }
     let functions = module.functions.iter().map(|(_, function)| function);
     for function in functions.chain(module.entry_points.iter().map(|entry| &entry.function)) {
-        if let Some(span) = endless_loop(&function.body) {
-            let place = span.to_range().filter(|range| range.start < source.text.len()).unwrap_or(0..0);
-            let message = "this loop never ends: it has neither a `break` nor a `return`";
-            return Err(source.fault(place.start..(place.start + 4).min(source.text.len()), message));
+        if let Some(span) = (Loops { module, function }).endless() {
+            let start = span.to_range().map_or(0, |range| range.start);
+            // `loop`, `while` or `for`.
+            let word = source.text.get(start..).and_then(|rest| rest.find(|letter: char| !letter.is_alphabetic()));
+            let message = "this loop never ends: it has no `break` or `return` that is ever met";
+            return Err(source.fault(start..start + word.unwrap_or(0), message));
         }
     }
     if let Some((handle, _)) = module.overrides.iter().find(|(_, constant)| constant.init.is_none()) {

@@ -87,8 +87,8 @@ impl FrameRequest {
     /// frame finds by itself.
     pub(crate) fn known_exposure(&self) -> f32 {
         match self.settings.exposure.stops {
-            Exposure::Auto { compensation_stops } if self.adapts() => {
-                (compensation_stops - self.pre_exposure().log2()).clamp(-120.0, 120.0).exp2()
+            compensation @ Exposure::Auto { .. } if self.adapts() => {
+                (compensation.stops(None) - self.pre_exposure().log2()).clamp(-120.0, 120.0).exp2()
             }
             _ => self.display_exposure(),
         }

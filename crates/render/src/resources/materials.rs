@@ -144,6 +144,7 @@ pub(crate) struct Materials {
     pages: Pages,
     layer_pages: Pages,
     materials: Vec<GpuMaterial>,
+    warnings: Vec<String>,
 }
 
 impl Materials {
@@ -156,7 +157,13 @@ impl Materials {
             pages: pages("material_factors", size_of::<MaterialFactors>()),
             layer_pages: pages("layer_factors", size_of::<LayerFactors>()),
             materials: Vec::new(),
+            warnings: Vec::new(),
         }
+    }
+
+    /// What was wrong with the materials.
+    pub fn warnings(&self) -> impl Iterator<Item = &String> {
+        self.warnings.iter()
     }
 
     /// Brings all materials up to date, whose textures are there already, and says how many bytes that wrote. False if
@@ -168,8 +175,14 @@ impl Materials {
             self.pages.give_back(&dropped.place);
             dropped.placed_layers.iter().for_each(|(place, _)| self.layer_pages.give_back(place));
         }
+        self.warnings.clear();
         for (index, material) in scene.materials.iter().chain([&default]).enumerate() {
-            let described = Described::of(scene, material, index, textures);
+            let mut described = Described::of(scene, material, index, textures);
+            if described.make_numbers() {
+                let name = &material.name;
+                self.warnings
+                    .push(format!("material {index} `{name}` has factors that are no numbers, which count as 0"));
+            }
             match self.materials.get_mut(index) {
                 Some(known) => {
                     if bytemuck::bytes_of(&known.described.factors) != bytemuck::bytes_of(&described.factors) {
@@ -254,7 +267,30 @@ pub(super) fn binding<'p>(pages: &'p Pages, place: &Place, bytes: usize) -> Opti
     }))
 }
 
+/// The farthest from 0 that a factor may be, so that what shaders multiply it with stays a number.
+const FACTOR_MAX: f32 = 1e30;
+
+/// Makes 0 of what is no number and [`FACTOR_MAX`] of what is infinite, in factors that are floats, or indices whose bits
+/// are those of tiny ones. Says whether anything was no number.
+fn made_numbers<T: Pod>(factors: &mut T) -> bool {
+    let mut is_wrong = false;
+    for factor in bytemuck::cast_slice_mut::<_, f32>(std::slice::from_mut(factors)) {
+        is_wrong |= factor.is_nan();
+        *factor = if factor.is_nan() { 0.0 } else { factor.clamp(-FACTOR_MAX, FACTOR_MAX) };
+    }
+    is_wrong
+}
+
 impl Described {
+    /// Leaves nothing among the factors that would spread through a picture; says whether there was anything. Files
+    /// have none, but scenes that code makes may.
+    fn make_numbers(&mut self) -> bool {
+        let of_layers = self.layers.as_mut().is_some_and(|layers| made_numbers(&mut layers.factors));
+        let of_all = made_numbers(&mut self.factors);
+        self.emits = self.factors.emissive.max_element() > 0.0;
+        of_layers || of_all
+    }
+
     fn of(scene: &Scene, material: &Material, index: usize, textures: &Textures) -> Self {
         let layers = Layers::of(scene, (index, material), textures).map(Box::new);
         let sampled = |reference: Option<TextureRef>, is_srgb: bool| {

@@ -209,7 +209,8 @@ impl SceneResources {
         ];
         let of_tables = tables.into_iter().filter(|(is_so, _)| *is_so).map(|(_, warning)| warning.to_owned());
         let of_environments = self.environments.iter().filter_map(EnvironmentTiles::warning);
-        let of_scene = self.textures.warnings().chain(self.geometry.warnings()).chain(of_environments).cloned();
+        let of_surfaces = self.textures.warnings().chain(self.materials.warnings()).chain(self.geometry.warnings());
+        let of_scene = of_surfaces.chain(of_environments).cloned();
         // An image that is colour in one place and data in another is decoded twice, and says the same.
         let mut said = std::collections::BTreeSet::new();
         of_scene.chain(of_tables).filter(|warning| said.insert(warning.clone())).collect()

@@ -8,7 +8,10 @@ use manypass::scene::{
     Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels, Primitive, Projection, Sampler, Scene, ShadingModel, Skin,
     Texture, TextureRef, TextureTransform, demo,
 };
-use manypass::{Background, EffectFile, Environment, FrameRequest, Pose, Switch, Tonemap, UpscaleMethod, View};
+use manypass::{
+    Background, EffectFile, Environment, Exposure, Fisheye, FisheyeFrame, FrameRequest, MeteringPattern,
+    OcclusionMethod, Pose, Resolution, Settings, Switch, Tonemap, UpscaleMethod, View,
+};
 use std::sync::Arc;
 
 /// One golden.
@@ -21,6 +24,8 @@ pub struct Subject {
     pub strips: Vec<FrameRequest>,
     /// The built-in effect of each strip and its settings, where there are any.
     pub effects: Vec<(&'static str, &'static [&'static str])>,
+    /// The table of colours of each strip, its file and that one's text, where there are any.
+    pub tables: Vec<(&'static str, String)>,
     /// Why the picture is known to be wrong, if it is.
     pub known_failure: Option<&'static str>,
 }
@@ -47,6 +52,11 @@ pub fn all() -> Vec<Subject> {
         contact_shadows(),
         light_between_surfaces(),
         antialiasing(),
+        occlusion_by_points_and_bent_normals(),
+        tables_of_colours(),
+        fisheye(),
+        lens(),
+        exposure_that_adapts(),
     ]
 }
 
@@ -58,7 +68,7 @@ fn subject(name: &'static str, mut scene: Scene, size: (u32, u32), eye: Vec3, ta
     request.settings.tone_map.dither = 0.0;
     request.settings.occlusion.enabled = Switch::Off;
     request.settings.reflections.enabled = Switch::Off;
-    Subject { name, scene, strips: vec![request], effects: Vec::new(), known_failure: None }
+    Subject { name, scene, strips: vec![request], effects: Vec::new(), tables: Vec::new(), known_failure: None }
 }
 
 fn looking(eye: Vec3, target: Vec3) -> View {
@@ -309,7 +319,7 @@ fn hall() -> Subject {
     request.settings.tone_map.dither = 0.0;
     // As in a still, all of its lights have their maps.
     request.settings.shadows.maps = 65536;
-    Subject { name: "hall", scene, strips: vec![request], effects: Vec::new(), known_failure: None }
+    Subject { name: "hall", scene, strips: vec![request], effects: Vec::new(), tables: Vec::new(), known_failure: None }
 }
 
 /// Built-in effects, each in a strip, over boxes of colours and boxes that glow.
@@ -500,7 +510,8 @@ fn light_between_surfaces() -> Subject {
     subject
 }
 
-/// Bars and a ring: frames that follow each other, half as large ones enlarged by those before, and one along its edges.
+/// Bars and a ring: frames that follow each other, half as large ones enlarged by those before, along their edges, and
+/// evenly.
 fn antialiasing() -> Subject {
     let mut scene = Scene::default();
     for i in 0..7u8 {
@@ -510,7 +521,7 @@ fn antialiasing() -> Subject {
     }
     let ring = put(&mut scene, torus(0.42, 0.1, 48, 16), matte([0.8, 0.2, 0.1]), Vec3::new(0.3, 0.0, 0.3));
     scene.node_mut(ring).rotation = Quat::from_rotation_x(1.2);
-    let size = (128, 42);
+    let size = (128, 31);
     let mut subject = subject("antialiasing", scene, size, Vec3::new(0.0, 0.2, 2.4), Vec3::ZERO);
     let request = subject.strips[0].clone();
     let over_time = |scale: f32, method: UpscaleMethod| {
@@ -524,6 +535,109 @@ fn antialiasing() -> Subject {
         over_time(1.0, UpscaleMethod::Temporal),
         over_time(0.5, UpscaleMethod::Temporal),
         over_time(0.5, UpscaleMethod::Edges),
+        over_time(0.5, UpscaleMethod::Bilinear),
     ];
+    subject
+}
+
+/// Nothing that is found in the picture.
+fn bare(settings: &mut Settings) {
+    settings.set("occlusion.enabled", "false").unwrap();
+    settings.set("reflections.enabled", "false").unwrap();
+}
+
+/// What `occlusion` shows: by points in a hemisphere; and at full size under the studio, whose light comes from where
+/// nothing is in its way.
+fn occlusion_by_points_and_bent_normals() -> Subject {
+    let mut subject = occlusion();
+    let with = subject.strips[0].with(|settings| {
+        bare(settings);
+        settings.set("occlusion.enabled", "true").unwrap();
+    });
+    subject.name = "occlusion_by_points_and_bent_normals";
+    subject.strips = vec![
+        with.with(|settings| settings.occlusion.method = OcclusionMethod::Ssao),
+        with.with(|settings| {
+            settings.environment.source = Environment::Studio;
+            (settings.occlusion.resolution, settings.occlusion.bent_normals) = (Resolution::Full, true);
+        }),
+    ];
+    subject
+}
+
+/// Boxes of colours through a table that makes light warm and shadows blue, and through a curve that turns all over.
+fn tables_of_colours() -> Subject {
+    let mut subject = tone_curves();
+    let mut request = subject.strips[1].with(bare);
+    request.height = 21;
+    request.camera.projection = Projection::Orthographic { height_m: 2.1, near_m: 0.1, far_m: 10.0 };
+    subject.name = "tables_of_colours";
+    subject.strips = vec![request; 2];
+    let table = |head: &str, count: usize, color: &dyn Fn(usize) -> [f32; 3]| {
+        let lines = (0..count).map(color).map(|[r, g, b]| format!("{r:.4} {g:.4} {b:.4}\n"));
+        format!("{head} {}\n{}", if head.contains("3D") { 9 } else { count }, lines.collect::<String>())
+    };
+    let toned = |index: usize| {
+        let [r, g, b] = [index % 9, index / 9 % 9, index / 81].map(|at| at as f32 / 8.0);
+        let light = 0.3 * r + 0.6 * g + 0.1 * b;
+        [0.25 * light + 0.75 * r * r, 0.9 * g, 0.7 * b + 0.3 * (1.0 - light)]
+    };
+    subject.tables = vec![
+        ("toned.cube", table("LUT_3D_SIZE", 729, &toned)),
+        ("negative.cube", table("LUT_1D_SIZE", 17, &|index| [1.0 - index as f32 / 16.0; 3])),
+    ];
+    subject
+}
+
+/// The room of `light_between_surfaces` from within: a circle of more than a half space, and a frame that is full.
+fn fisheye() -> Subject {
+    let mut subject = light_between_surfaces();
+    let mut request = subject.strips[1].with(bare);
+    request.camera = looking(Vec3::new(0.1, 1.1, 0.8), Vec3::new(0.0, 0.9, -1.0));
+    let maps =
+        [(Fisheye::Equidistant, FisheyeFrame::Circular, 220.0), (Fisheye::Stereographic, FisheyeFrame::Full, 200.0)];
+    subject.name = "fisheye";
+    subject.strips = maps
+        .map(|(map, frame, fov_deg)| {
+            request.with(|settings| {
+                let camera = &mut settings.camera;
+                (camera.fisheye, camera.fisheye_frame, camera.fisheye_fov_deg) = (map, frame, fov_deg);
+            })
+        })
+        .to_vec();
+    subject
+}
+
+/// Balls at several distances, and a bar, through a lens.
+fn lens() -> Subject {
+    let mut scene = Scene::default();
+    for (i, color) in (0u8..).zip([[0.8, 0.2, 0.1], [0.9, 0.7, 0.2], [0.2, 0.6, 0.3], [0.2, 0.4, 0.8], [0.8; 3]]) {
+        let along = f32::from(i) - 2.0;
+        put(&mut scene, uv_sphere(0.3, 32, 16), matte(color), Vec3::new(0.75 * along, 0.0, -1.1 * along));
+    }
+    put(&mut scene, cube(Vec3::new(0.5, 0.12, 0.12)), matte([0.9; 3]), Vec3::new(-1.3, 0.0, 0.0));
+    let mut subject = subject("lens", scene, (128, 48), Vec3::new(0.0, 0.3, 4.6), Vec3::ZERO);
+    let request = FrameRequest { sample_count: 32, ..subject.strips[0].with(bare) };
+    let through = request.with(|settings| (settings.camera.f_stop, settings.camera.focus_m) = (0.12, 4.6));
+    subject.strips = vec![through];
+    subject
+}
+
+/// The frame half a second after the middle of the picture became brighter by more than four stops: where exposure is
+/// quick, and where it is on its way.
+fn exposure_that_adapts() -> Subject {
+    let mut subject = tone_curves();
+    let mut request = subject.strips[1].with(|settings| {
+        bare(settings);
+        settings.exposure.stops = Exposure::AUTO;
+        (settings.exposure.adapt, settings.exposure.metering) = (true, MeteringPattern::Spot);
+    });
+    request.height = 24;
+    // From a box of radiance 1 to the one of 16 beside it.
+    request.camera = looking(Vec3::new(2.92, 0.0, 5.0), Vec3::new(2.92, 0.0, 0.0));
+    request.camera.projection = Projection::Orthographic { height_m: 0.6, near_m: 0.1, far_m: 10.0 };
+    subject.name = "exposure_that_adapts";
+    subject.strips =
+        [0.02, 0.4].map(|secs| request.with(|settings| settings.exposure.adapt_to_light_s = secs)).to_vec();
     subject
 }
