@@ -90,6 +90,32 @@ export const asUser = (browser, origin) => test("page", async (faults) => {
   await page.close();
 });
 
+/** A budget of time, far too small and then as large as can be, leads to the last rung and to the first one. */
+export const withBudget = (browser, origin, backend) => test(`budget on ${backend}`, async (faults) => {
+  // A picture of few pixels, of lights by the thousand: no machine draws it in a tenth of a millisecond.
+  const page = await open(browser, origin, { backend, size: "96x54", model: "demo:hall" }, { width: 96, height: 54 }, faults);
+  const found = await page.evaluate(async () => {
+    if (window.manypass.error) throw new Error(window.manypass.error);
+    const viewer = window.manypass.viewer;
+    const after = async (budgetMs) => {
+      viewer.configure({ settings: { "quality.budget_ms": budgetMs } });
+      // Two frames say nothing, three change the rung, and the next is drawn with that.
+      for (let frame = 0; frame < 6; frame++) await window.manypass.draw();
+      return { quality: viewer.info().quality, pixels: Array.from(await viewer.pixels()) };
+    };
+    return { before: viewer.info().quality, tiny: await after(0.1), huge: await after(100000), none: (viewer.configure({ settings: { "quality.budget_ms": 0 } }), viewer.info().quality) };
+  });
+  for (const [budgetMs, rung, scale, { quality }] of [[0.1, "low, 0.25", 0.25, found.tiny], [100000, "ultra", undefined, found.huge]]) {
+    const is = Math.abs(quality?.budgetMs - budgetMs) < 1e-6 * budgetMs && quality.rung === rung && quality.settings["render.scale"] === scale && quality.changes === 1 && quality.settledAfterFrames === 5;
+    if (!is) faults.push(`for ${budgetMs} ms a frame there is ${JSON.stringify(quality)}`);
+  }
+  if (!(found.tiny.quality?.medianMs === null && found.huge.quality?.medianMs === null)) faults.push("frames before a change count after it");
+  const differing = found.tiny.pixels.filter((value, index) => Math.abs(value - found.huge.pixels[index]) > 8).length;
+  if (differing < 0.05 * found.tiny.pixels.length) faults.push(`the rungs draw the same: ${differing} values differ`);
+  if (found.before !== null || found.none !== null) faults.push("there is a rung without a budget");
+  await page.close();
+});
+
 /** Without either API the page says so. */
 export const withoutApi = (browser, origin) => test("no API", async () => {
   const page = await open(browser, origin, {}, { width: 640, height: 360 }, []);

@@ -1,13 +1,14 @@
 // run.mjs CASES: opens the page with every model on each backend, fails on errors of page or driver, and saves into
 // target/browser what the viewer reads back (NAME-BACKEND.png), what the canvas shows (NAME-BACKEND-canvas.png), the exposure
 // (NAME-BACKEND-exposure.json), and variables (NAME-BACKEND-VARIABLE.bin: four bytes a value).
-// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups, variant, options, effects, overlay, variables, frames }]; with `groups`
+// CASES is JSON: [{ name, model: "demo:NAME" or a file, width, height, groups, variant, options, effects, overlay, variables, frames, orbits }]; with `groups`
 // eighths of the lights must add up to all of them; `variant` is the name of one or null; `options`, `effects` and `overlay` are what the viewer is given; `variables` are
-// { orbits, names }: two views, one after the other, and the variables of the second; `frames` are drawn one after the other, and the last one is read.
+// { orbits, names }: two views, one after the other, and the variables of the second; `frames` are drawn one after the other, each seen from its own of
+// `orbits` if there are any, and the last one is read.
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { failures, launchWithBoth, launchWithNeither, open, out, serve, test } from "./harness.mjs";
-import { asUser, withoutApi } from "./page.mjs";
+import { asUser, withBudget, withoutApi } from "./page.mjs";
 import { read } from "./variables.mjs";
 
 const cases = JSON.parse(process.argv[2]);
@@ -17,16 +18,22 @@ const pictures = cases.filter(pictureOf).map((one) => [`/models/${one.name}.hdr`
 const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures, ["/models/compass.png", "docs/examples/compass.png"]]));
 let browser = await launchWithBoth();
 
-for (const { name, model, width, height, groups, variant, options, effects, overlay, variables, frames } of cases) {
+for (const { name, model, width, height, groups, variant, options, effects, overlay, variables, frames, orbits } of cases) {
   for (const backend of ["webgpu", "webgl"]) {
     await test(`${name} on ${backend}`, async (faults) => {
       const query = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : address({ name, model }) };
       const page = await open(browser, origin, query, { width, height }, faults);
       try {
-        const result = await page.evaluate(async ({ name, groups, variant, options, effects, overlay, frames }) => {
+        const result = await page.evaluate(async ({ name, groups, variant, options, effects, overlay, frames, orbits }) => {
           let groupRatio, offPixels;
           if (window.manypass.error) throw new Error(window.manypass.error);
           const viewer = window.manypass.viewer;
+          const draw = async (frame) => {
+            if (!orbits) return window.manypass.draw();
+            // More than a tenth of a second counts as that.
+            await new Promise((done) => setTimeout(done, 110));
+            await viewer.render(orbits[frame]);
+          };
           if (options.settings?.["environment.file"]) {
             const picture = await fetch(`models/${name}.hdr`);
             viewer.loadEnvironment(new Uint8Array(await picture.arrayBuffer()));
@@ -37,11 +44,12 @@ for (const { name, model, width, height, groups, variant, options, effects, over
           }
           const isChanged = variant || Object.keys(options).length + effects.length > 0;
           if (isChanged) {
-            viewer.configure(options);
+            // The chain among the options names effects.
             viewer.setEffects(effects);
+            viewer.configure(options);
             for (const { file, source } of effects.filter(({ source }) => source)) {
               // A broken text is refused with its place, and leaves the effect as it is; a good one takes its place.
-              const name = /^\/\/! effect (\S+)/m.exec(source)?.[1] ?? file.replace(/^.*\/|\.wgsl$/g, "");
+              const name = /^\/\/! effect (\S+)/m.exec(source)?.[1] ?? file.replace(/^.*\/|\.(wgsl|cube)$/g, "");
               let refusal = "";
               try {
                 viewer.replaceEffect(name, `${source}\nfn broken( {`);
@@ -51,7 +59,7 @@ for (const { name, model, width, height, groups, variant, options, effects, over
               if (!refusal.startsWith(`${file}:`)) throw new Error(`a broken effect is no error: ${refusal}`);
               viewer.replaceEffect(name, source);
             }
-            await window.manypass.draw();
+            await draw(0);
           }
           if (overlay) {
             // What is wrong is refused with its key, and nothing is drawn of it.
@@ -65,12 +73,12 @@ for (const { name, model, width, height, groups, variant, options, effects, over
             viewer.setOverlay(overlay);
             await window.manypass.draw();
           }
-          for (let frame = 1; frame < frames; frame++) await window.manypass.draw();
+          for (let frame = 1; frame < frames; frame++) await draw(frame);
           let pixels = await viewer.pixels();
           // The pixels are there, so the frame is finished; the clock began with the navigation.
           const first = performance.now();
           // The page must show the same frame again when nothing changed.
-          await window.manypass.draw();
+          await draw(frames - 1);
           const again = await viewer.pixels();
           const second = performance.now() - first;
           // An effect that keeps what it made makes more of it, and so does a mean of frames.
@@ -99,7 +107,7 @@ for (const { name, model, width, height, groups, variant, options, effects, over
           [canvas.width, canvas.height] = [info.width, info.height];
           canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
           return { info, exposure: viewer.exposure(), first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
-        }, { name, groups, variant, options, effects, overlay, frames });
+        }, { name, groups, variant, options, effects, overlay, frames, orbits });
         await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
         await writeFile(join(out, `${name}-${backend}-exposure.json`), JSON.stringify(result.exposure));
         await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });
@@ -117,6 +125,7 @@ for (const { name, model, width, height, groups, variant, options, effects, over
 }
 
 await asUser(browser, origin);
+for (const backend of ["webgpu", "webgl"]) await withBudget(browser, origin, backend);
 await browser.close();
 browser = await launchWithNeither();
 await withoutApi(browser, origin);

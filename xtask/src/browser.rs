@@ -3,6 +3,7 @@
 mod cases;
 mod judge;
 mod made;
+mod turn;
 mod variables;
 
 use crate::{
@@ -37,22 +38,10 @@ pub(crate) fn test() -> Result<Tally> {
     ensure!(!found.is_empty(), "no model to draw");
 
     for (case, input) in &found {
-        let size = format!("{}x{}", case.size.0, case.size.1);
-        let input = case.native_input(input)?;
-        let arguments = ["run", "--quiet", "-p", "manypass-cli", "--", "render", &input, "--size", &size];
-        let report = picture(case, "native").with_extension("json");
-        let mut command = cargo(arguments);
-        command.args(case.arguments());
-        command.args(["--samples", "1", "--quiet", "--report"]).arg(report).arg("-o");
-        if case.frames == 1 {
-            check(command.arg(picture(case, "native")))?;
-            continue;
+        draw_natively(case, input, "native", &[])?;
+        for (index, settings) in case.without.iter().enumerate() {
+            draw_natively(case, input, &without(index), settings)?;
         }
-        let last = case.frames - 1;
-        let frames = picture(case, "native-{frame}");
-        check(command.arg(&frames).args(["--frames", &format!("0..{last}")]))?;
-        let shown = picture(case, &format!("native-{last}"));
-        std::fs::rename(&shown, picture(case, "native")).with_context(|| format!("renaming {}", shown.display()))?;
     }
     if found.iter().any(|(case, _)| case.has_variables) {
         variables::draw_natively()?;
@@ -64,7 +53,7 @@ pub(crate) fn test() -> Result<Tally> {
             let variables = case.has_variables.then(variables::page);
             Ok(json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
                 "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "overlay": case.overlay()?,
-                "variables": variables, "frames": case.frames }))
+                "variables": variables, "frames": case.frames, "orbits": case.orbits() }))
         })
         .collect::<Result<_>>()?;
     let browser = check(
@@ -83,6 +72,30 @@ pub(crate) fn test() -> Result<Tally> {
     ensure!(failures.is_empty(), "{}", failures.join("\n       "));
     browser?;
     Ok(Tally::step_without(missing as i64))
+}
+
+/// What a picture without what its case is for is called, and its report.
+fn without(index: usize) -> String {
+    format!("without-{index}")
+}
+
+/// Draws a case with the program, `settings` after its own.
+fn draw_natively(case: &Case, input: &str, what: &str, settings: &[(&str, &str)]) -> Result<()> {
+    let size = format!("{}x{}", case.size.0, case.size.1);
+    let input = case.native_input(input)?;
+    let mut command = cargo(["run", "--quiet", "-p", "manypass-cli", "--", "render", &input, "--size", &size]);
+    command.args(case.arguments());
+    command.args(settings.iter().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
+    let report = picture(case, what).with_extension("json");
+    command.args(["--samples", "1", "--quiet", "--report"]).arg(report).arg("-o");
+    if case.frames == 1 {
+        return check(command.arg(picture(case, what)));
+    }
+    let last = case.frames - 1;
+    let frames = picture(case, &format!("{what}-{{frame}}"));
+    check(command.arg(&frames).args(["--frames", &format!("0..{last}")]))?;
+    let shown = picture(case, &format!("{what}-{last}"));
+    std::fs::rename(&shown, picture(case, what)).with_context(|| format!("renaming {}", shown.display()))
 }
 
 fn picture(case: &Case, what: &str) -> PathBuf {

@@ -15,7 +15,7 @@ use crate::types::{
 };
 use frame_times::FrameTimes;
 use manypass::{
-    Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, QualityBudget, Renderer, View, WgslEffect,
+    Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Pose, QualityBudget, Renderer, View, WgslEffect,
     scene::{Aabb, Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage},
 };
 use std::sync::Arc;
@@ -327,6 +327,10 @@ impl Viewer {
         request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
         self.camera_before = self.last.take().map(|last| last.camera);
         self.drawn.clear();
+        // Nothing but the view moves in the page.
+        let reads_motion = self.options.effects().iter().any(EffectFile::reads_motion);
+        let moved_from = self.camera_before.filter(|before| reads_motion && *before != camera);
+        request.previous = moved_from.map(|before| Arc::new(Pose::capture(scene, before)));
         let exposure = self.options.exposure(scene);
         if self.metering.is_none() && request.needs_metering(exposure) {
             let (world_from_view, projection) = camera::resolve(None, scene, &self.framing, aspect);
@@ -357,7 +361,9 @@ impl Viewer {
         if is_complete || self.canvas.size() != (request.width, request.height) {
             return Ok(false);
         }
-        request.sample_index += 1;
+        // What moved stands now, and a mean with what is smeared would stay smeared: it begins anew.
+        let has_moved = request.previous.take().is_some();
+        request.sample_index = if has_moved { 0 } else { request.sample_index + 1 };
         request.adaptation = self.frame_times.go_on();
         self.renderer.render_async(scene, request).await?;
         let is_more_left = request.sample_index + 1 < request.sample_count || is_adapting;

@@ -1,6 +1,6 @@
 //! What is drawn, and in which ways.
 
-use super::{made, variables};
+use super::{made, turn, variables};
 use crate::step::root;
 use anyhow::Result;
 use manypass_testkit::compare::Tolerance;
@@ -19,7 +19,7 @@ pub(super) struct Case {
     pub variant: Option<&'static str>,
     /// With the effect [`ECHO`], and its settings.
     pub echo: Option<Echo>,
-    /// Built-in effects by their names, as they are.
+    /// Built-in effects by their names, as they are, and others by files of this repository.
     effects: &'static [&'static str],
     /// Whether the variables of a frame are read too; of [`variables::MODEL`].
     pub has_variables: bool,
@@ -30,8 +30,13 @@ pub(super) struct Case {
     pub tolerance: Tolerance,
     /// How many frames are drawn one after the other, of which the last one is compared; each goes on from those before it.
     pub frames: u32,
+    /// How many frames a full turn of the view takes, of [`turn::MODEL`]; 0 if it stands. A frame is then a tenth of a
+    /// second.
+    turntable: u32,
     /// More settings.
     settings: &'static [(&'static str, &'static str)],
+    /// Settings that, after its own, take away what a case is for: the comparison has to refuse each such picture.
+    pub without: &'static [&'static [(&'static str, &'static str)]],
     /// Items drawn over the picture, as JSON: the page is given them, the command line a stage that has them.
     overlay: Option<&'static str>,
 }
@@ -65,7 +70,9 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         is_dazzling: false,
         tolerance: Tolerance::RASTERIZERS,
         frames: 1,
+        turntable: 0,
         settings: &[],
+        without: &[],
         overlay: None,
     }
 }
@@ -90,7 +97,7 @@ const SPHERES: &str =
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 50] = [
+pub(super) const CASES: [Case; 55] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -138,6 +145,77 @@ pub(super) const CASES: [Case; 50] = [
         // A ray that just meets a lamp, or passes it, is filtered over a square.
         tolerance: Tolerance { share: 0.94, share_between: 0.989, mean: 0.5, ..together(266, 72) },
         ..case("hall-reflections", variables::MODEL, WIDE)
+    },
+    // Boxes send each other and the floor light, beside occlusion by points in a hemisphere.
+    Case {
+        settings: &[
+            ("gi.enabled", "true"),
+            ("occlusion.enabled", "true"),
+            ("occlusion.method", "ssao"),
+            ("environment.source", "studio"),
+            ("reflections.enabled", "false"),
+        ],
+        without: &[&[("gi.enabled", "false")], &[("occlusion.method", "gtao")]],
+        ..case("boxes-gi", turn::MODEL, SQUARE)
+    },
+    // Shadow maps as coarse, and as far from what casts, as they can be, and what the search of the picture makes of it.
+    Case {
+        settings: &[
+            ("shadows.contact_m", "0.2"),
+            ("shadows.atlas_px", "256"),
+            ("shadows.bias_texels", "16"),
+            ("occlusion.enabled", "false"),
+            ("reflections.enabled", "false"),
+        ],
+        without: &[&[("shadows.contact_m", "0")]],
+        ..case("boxes-contact", turn::MODEL, SQUARE)
+    },
+    // The exposure goes on from frame to frame while the view turns from light to shade: neither at once nor not at all.
+    Case {
+        frames: 4,
+        turntable: 18,
+        settings: &[
+            ("exposure.adapt", "true"),
+            ("exposure.adapt_to_dark_s", "0.3"),
+            ("occlusion.enabled", "false"),
+            ("reflections.enabled", "false"),
+        ],
+        without: &[&[("exposure.adapt_to_dark_s", "0.01")], &[("exposure.adapt_to_dark_s", "3600")]],
+        ..case("boxes-adapting", turn::MODEL, SQUARE)
+    },
+    // Effects that look around, each in passes of its own, while the view turns. Of them all, `fxaa` changes least.
+    Case {
+        frames: 2,
+        turntable: 120,
+        settings: &[
+            ("chain", "toon,outline,dof,motion_blur,blur,lens,fxaa,sharpen"),
+            ("dof.f_stop", "0.2"),
+            ("motion_blur.shutter", "1"),
+            ("blur.sigma_px", "1"),
+            ("lens.k1", "-0.15"),
+            // What is blurred has few edges left.
+            ("fxaa.threshold", "0.03"),
+            ("fxaa.threshold_dark", "0"),
+            ("fxaa.subpixel", "1"),
+            ("occlusion.enabled", "false"),
+            ("reflections.enabled", "false"),
+        ],
+        without: &[&[("fxaa.enabled", "false")]],
+        ..case("boxes-chain", turn::MODEL, SQUARE)
+    },
+    // Functions of a pixel, two in a pass before the tone curve and two in one after it. Of them all, `look` changes least.
+    Case {
+        effects: &["xtask/browser/haze.wgsl", "xtask/browser/look.cube"],
+        settings: &[
+            ("chain", "haze,grade,look,film"),
+            ("haze.density_per_m", "0.3"),
+            ("grade.temperature_k", "4500"),
+            ("look.strength", "0.6"),
+            ("occlusion.enabled", "false"),
+            ("reflections.enabled", "false"),
+        ],
+        without: &[&[("look.enabled", "false")]],
+        ..case("boxes-pixels", turn::MODEL, SQUARE)
     },
     // A picture of the environment, with a sun; the page is given its bytes.
     Case { settings: &[("environment.file", "docs/examples/dusk.hdr")], ..case("dusk", SPHERES, WIDE) },
@@ -241,6 +319,9 @@ impl Case {
         if self.is_forward {
             arguments.extend(["--path", "forward"].map(String::from));
         }
+        if self.turntable > 0 {
+            arguments.extend(turn::arguments(self.turntable));
+        }
         arguments.extend(self.variant.iter().flat_map(|name| ["--variant", name]).map(String::from));
         if self.is_dazzling {
             let flags = ["--environment", "studio", "--environment-intensity", "1000000", "--exposure", "0"];
@@ -257,6 +338,11 @@ impl Case {
             ]);
         }
         arguments
+    }
+
+    /// The views of the frames that the page draws, if they turn.
+    pub fn orbits(&self) -> Option<Value> {
+        (self.turntable > 0).then(|| turn::page(self.turntable, self.frames))
     }
 
     /// What the page is told: options of `configure`, and effects.
@@ -278,7 +364,13 @@ impl Case {
         if !settings.is_empty() {
             options["settings"] = settings.into();
         }
-        let mut effects: Vec<Value> = self.effects.iter().map(|name| json!({ "name": name })).collect();
+        let effect = |name: &&str| -> Result<Value> {
+            if !name.contains('/') {
+                return Ok(json!({ "name": name }));
+            }
+            Ok(json!({ "file": name, "source": std::fs::read_to_string(root().join(name))? }))
+        };
+        let mut effects: Vec<Value> = self.effects.iter().map(effect).collect::<Result<_>>()?;
         if let Some(Echo { share, gain }) = self.echo {
             let settings = json!({ "echo.share": share, "echo.gain": gain });
             effects.push(

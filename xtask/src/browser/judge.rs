@@ -1,7 +1,7 @@
 //! Judges the pictures of the browser against the native ones.
 
 use super::cases::Case;
-use super::{BACKENDS, picture, variables};
+use super::{BACKENDS, picture, variables, without};
 use crate::step::{open_picture, root};
 use anyhow::{Context, Result, ensure};
 use manypass_testkit::compare::{self, Difference, Picture, Tolerance};
@@ -42,6 +42,11 @@ pub(super) fn judge(case: &Case) -> Result<()> {
     for (name, spoilt) in compare::mutations(&native) {
         let found = difference(&native, &spoilt)?;
         ensure!(!found.is_within(case.tolerance), "the comparison would accept the picture {name}: {found}");
+    }
+    for (index, settings) in case.without.iter().enumerate() {
+        let found = difference(&native, &open_picture(&picture(case, &without(index)))?)?;
+        println!("    {:24} native with {settings:?}: {found}", case.name);
+        ensure!(!found.is_within(case.tolerance), "the comparison would accept the picture with {settings:?}: {found}");
     }
     let mut refused = Vec::new();
     for backend in BACKENDS {
