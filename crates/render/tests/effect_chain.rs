@@ -551,7 +551,7 @@ fn another_text_has_another_fallback() {
 fn conditional(name: &str) -> String {
     format!(
         "//! effect {name}
-        //! reads: ids if by_object or numbers.more, motion if moves
+        //! reads: radiance, ids if by_object or numbers.more, motion if moves
         //! pixel: changed
         struct Numbers {{
             // = 0 in 0..1
@@ -618,7 +618,7 @@ fn settings_for_which_something_is_read_are_those_of_the_effect() {
     let text = conditional("mine").replace("ids if by_object", "ids if by_objects");
     let error = EffectFile::parse("mine.wgsl", &text).unwrap_err().to_string();
     assert!(
-        error.contains("mine.wgsl:2:30: error: `by_objects` is no setting of the effect that is one number"),
+        error.contains("mine.wgsl:2:37: error: `by_objects` is no setting of the effect that is one number"),
         "{error}"
     );
     let vector =

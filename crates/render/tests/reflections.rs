@@ -210,9 +210,9 @@ fn a_rough_surface_converges_to_its_lobe() {
         let [few, many] = [8, 64].map(&mut errors);
         assert!(many.0 < 0.01 && many.1 < tolerance, "{roughness}: {many:?}");
         assert!(many.1 < 0.6 * few.1, "{roughness}: {few:?} {many:?}");
-        // One sample, filtered, has the same mean but for what is blurred over edges.
+        // One sample, filtered, has the same mean but for what is blurred over edges, by the filter and by what its few rays stand for.
         let one = errors(1);
-        assert!(one.0 < 0.03, "{roughness}: {one:?}");
+        assert!(one.0 < 0.04, "{roughness}: {one:?}");
     }
 }
 
@@ -345,10 +345,10 @@ fn forward_paths_reflect_as_the_deferred_one_does() {
                 println!("{resolution:?}, {}: {}", path.name(), difference(&truth, &found, 2));
                 assert_same(&truth, &found, same);
             }
-            // Of four samples a pixel those at edges take what was found for the middle.
+            // Of four samples a pixel those at edges take what was found for the middle, and mirrors show edges of bodies.
             let of_four = request.with(|settings| settings.msaa.samples = PixelSamples::Four);
             let inside =
-                Tolerance { share: 0.93, share_between: 0.97, mean: 2.0, area_px: 120, area_between_px: 60, ..same };
+                Tolerance { share: 0.93, share_between: 0.97, mean: 2.0, area_px: 480, area_between_px: 240, ..same };
             let found = shown(&of_four, Path::Forward);
             println!("{resolution:?}, four samples: {}", difference(&truth, &found, 2));
             assert_same(&truth, &found, inside);

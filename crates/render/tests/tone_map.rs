@@ -56,7 +56,7 @@ fn more_light_is_never_darker() {
                 // Half floats round the channels of a colour one by one, so that its hue trembles by less than a byte.
                 let rounded = u8::from(row > 0);
                 let most_before = bytes.iter().scan(0, |most, byte| Some(std::mem::replace(most, *byte.max(most))));
-                let fall = most_before.zip(&bytes).position(|(most, byte)| byte + rounded < most);
+                let fall = most_before.zip(&bytes).position(|(most, byte)| byte.saturating_add(rounded) < most);
                 assert_eq!(fall, None, "{curve:?} of {color}, channel {channel}: the column of {bytes:?}");
                 // It is the ramp that is looked at.
                 let is_strongest = row == 0 || channel == row - 1;

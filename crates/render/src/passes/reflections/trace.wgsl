@@ -205,10 +205,10 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let length_m = max(dot(hit.position - center.position, hit.normal) / min(-facing, -1e-3), 0.0);
     let met_px = pixel_from_position_view(center.position + direction * length_m);
     let uv = (hit.middle_px + refinement(hit, met_px - hit.middle_px)) * view.inverse_size_px;
-    // How wide in the picture is what the ray stands for.
+    // How wide in the picture is half of what the ray stands for: its neighbours bring the same.
     let solid_angle = reflections.share_of_ray / ray.likelihood;
     let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
-    let level = log2(max(length_m * sqrt(solid_angle) / pixel_m, 1e-3));
+    let level = log2(max(0.5 * length_m * sqrt(solid_angle) / pixel_m, 1e-3));
     let from_edge = min(uv, 1.0 - uv) / EDGE_FADE;
     share *= smoothstep(0.0, 1.0, min(from_edge.x, from_edge.y)) * smoothstep(0.0, 1.0, facing / FACING_FADE);
     share *= 1.0 - hit.behind * hit.behind;
