@@ -7,9 +7,10 @@ mod common;
 #[path = "goldens/subjects.rs"]
 mod subjects;
 
-use manypass::{FrameRequest, Renderer};
+use manypass::{Effect, EffectFile, FrameRequest, Renderer};
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use subjects::Subject;
 
 /// Software adapters differ by two to three levels from host to host (they use other vector units), and at edges, where
@@ -47,6 +48,19 @@ fn draw_live(renderer: &mut Renderer, subject: &Subject, request: &FrameRequest)
     renderer.read_display().unwrap()
 }
 
+/// Effects with `+` between their names, built in or of docs/samples.md, the last one with settings.
+fn chain(renderer: &Renderer, names: &str, settings: &[&str]) -> Vec<Arc<dyn Effect>> {
+    let last = names.rsplit('+').next();
+    let compile = |name| -> Arc<dyn Effect> {
+        let settings = if Some(name) == last { settings } else { &[] };
+        match EffectFile::is_built_in(name) {
+            true => common::built_in_with(renderer, name, settings),
+            false => common::sample_with(renderer, name, settings),
+        }
+    };
+    names.split('+').map(compile).collect()
+}
+
 /// Draws a subject: its strips below one another, four samples a pixel, or as many frames.
 fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     renderer.load(&subject.scene).unwrap();
@@ -55,10 +69,10 @@ fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     for (strip, request) in subject.strips.iter().enumerate() {
         let mut request = request.clone();
         if let Some((name, settings)) = subject.effects.get(strip) {
-            request.effects = vec![common::built_in_with(renderer, name, settings)];
+            request.effects = chain(renderer, name, settings);
         }
         (width, height) = (request.width as usize, height + request.height as usize);
-        if request.settings.taa.enabled {
+        if request.settings.taa.enabled || request.goes_on {
             pixels.extend(draw_live(renderer, subject, &request));
             continue;
         }
