@@ -16,17 +16,21 @@ use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use crate::surroundings::Surroundings;
 use live::Live;
+use manypass::graph::{PassBytes, PassTime};
 use manypass::{
-    Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Switch, Tonemap, View,
+    Adaptation, Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Switch, Tonemap, View,
 };
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
 /// The frames between the first and the counted ones.
 const WARM_UP_FRAMES: u32 = 3;
+/// What exposure takes to have passed between frames of `--live`, whatever they take: a picture that does not depend on
+/// how fast it is drawn.
+const FRAME_SECS: f32 = 1.0 / 60.0;
 
 /// Runs `bench`; `started` is when the process started.
 ///
@@ -78,6 +82,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         effects: effects(&renderer, effect_files)?,
         overlay: scene.overlay.clone(),
         goes_on: args.live,
+        adaptation: if args.live { Adaptation::After { secs: FRAME_SECS } } else { Adaptation::Still },
         ..FrameRequest::new(width, height, View { world_from_view, projection })
     };
     renderer.expose(&scene, &mut request, exposure).map_err(failed)?;
@@ -102,11 +107,13 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
         atomic::write_file(path, &bytes).map_err(write_failure)?;
     }
-    let (pass_times, pairs) = if args.first_frame {
+    let plan = renderer.plan(&scene, &request).map_err(failed)?;
+    let (passes, pairs) = if args.first_frame {
         (Vec::new(), None)
     } else {
-        let pass_times = renderer.pass_times(&scene, &request).map_err(failed)?;
-        (pass_times, Some(renderer.count_pairs(&scene, &request).map_err(failed)?))
+        let times = renderer.pass_times(&scene, &request).map_err(failed)?;
+        let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
+        (measured_passes(&times, &plan.pass_bytes()), Some(pairs))
     };
     let over = pairs
         .filter(|pairs| pairs.pairs_in_range > 0)
@@ -148,7 +155,8 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "visited_over_in_range": over,
         "texture_bytes": stats.texture_bytes,
         "texture_bytes_unaliased": stats.texture_bytes_unaliased,
-        "passes": pass_times,
+        "texture_bytes_imported": plan.bytes().imported,
+        "passes": passes,
         "first_frame_ms": first_frame_ms,
         "load_ms": load_ms,
         "upload_ms": upload_ms,
@@ -191,6 +199,21 @@ fn frames_after_the_first(
         frames_ms.push(frame()?);
     }
     Ok(frames_ms)
+}
+
+/// What each pass took, and what it moves.
+fn measured_passes(times: &[PassTime], bytes: &[PassBytes]) -> Vec<Value> {
+    let measured = |time: &PassTime| {
+        let moved = bytes.iter().find(|moved| moved.name == time.name);
+        json!({
+            "name": time.name,
+            "cpu_ms": time.cpu_ms,
+            "gpu_ms": time.gpu_ms,
+            "read_bytes": moved.map(|moved| moved.read),
+            "written_bytes": moved.map(|moved| moved.written),
+        })
+    };
+    times.iter().map(measured).collect()
 }
 
 /// What `bench` begins with: the scene's own lights alone, nothing that is found in the picture, and radiance as it is.

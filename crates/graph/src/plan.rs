@@ -149,22 +149,61 @@ impl Plan {
     }
 }
 
+/// What a pass moves.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PassBytes {
+    /// Name of the pass.
+    pub name: Cow<'static, str>,
+    /// Bytes of what it samples, each texture or view once.
+    pub read: u64,
+    /// Bytes of what it draws to, each target once.
+    pub written: u64,
+}
+
 impl Plan {
     /// Bytes that the passes write if each covers its targets once, as full-screen passes do and as surfaces do without
     /// overdraw.
     pub fn written_bytes(&self) -> u64 {
-        let of_pass = |pass: &PlannedPass| {
-            let written = pass.attachments.iter().filter(|attachment| attachment.target != Target::DepthReadOnly);
-            let bytes = written.filter_map(|attachment| {
-                let desc = self.textures.get(attachment.texture as usize)?.desc;
-                Some(
-                    TextureDesc { samples: desc.samples, ..TextureDesc::new_2d(pass.size.0, pass.size.1, desc.format) }
-                        .bytes(),
-                )
-            });
-            bytes.sum::<u64>()
+        self.passes.iter().map(|pass| self.written_by(pass)).sum()
+    }
+
+    /// Bytes that the passes read if each looks at all that it samples once: caches give it what it looks at again, and
+    /// what it leaves out is counted all the same. Attachments that are tested or blended with are not counted.
+    pub fn read_bytes(&self) -> u64 {
+        self.passes.iter().map(|pass| self.read_by(pass)).sum()
+    }
+
+    /// What each pass moves, in their order: the parts of [`Self::read_bytes`] and [`Self::written_bytes`].
+    pub fn pass_bytes(&self) -> Vec<PassBytes> {
+        let of_pass = |pass: &PlannedPass| PassBytes {
+            name: pass.name.clone(),
+            read: self.read_by(pass),
+            written: self.written_by(pass),
         };
-        self.passes.iter().map(of_pass).sum()
+        self.passes.iter().map(of_pass).collect()
+    }
+
+    fn written_by(&self, pass: &PlannedPass) -> u64 {
+        let written = pass.attachments.iter().filter(|attachment| attachment.target != Target::DepthReadOnly);
+        let bytes = written.filter_map(|attachment| {
+            let desc = self.textures.get(attachment.texture as usize)?.desc;
+            Some(
+                TextureDesc { samples: desc.samples, ..TextureDesc::new_2d(pass.size.0, pass.size.1, desc.format) }
+                    .bytes(),
+            )
+        });
+        bytes.sum()
+    }
+
+    fn read_by(&self, pass: &PlannedPass) -> u64 {
+        let bytes = pass.reads.iter().enumerate().filter_map(|(at, read)| {
+            // A pass that samples one view twice, by two samplers, finds it in the caches.
+            let is_again =
+                pass.reads[..at].iter().any(|earlier| (earlier.texture, earlier.view) == (read.texture, read.view));
+            let desc = self.textures.get(read.texture as usize).filter(|_| !is_again)?.desc;
+            Some(read.view.map_or(desc, |view| view.desc(&desc)).bytes())
+        });
+        bytes.sum()
     }
 }
 

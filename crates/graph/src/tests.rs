@@ -202,6 +202,14 @@ bytes: 3840 aliased of 3840, 0 imported
     );
     // Four samples of 8 bytes and of depth, the same again with the mean, and 4 bytes.
     assert_eq!(plan.written_bytes(), 64 * (4 * (8 + 4) + (4 * 8 + 8) + 4));
+    // Only the mean is sampled.
+    assert_eq!(plan.read_bytes(), 64 * 8);
+    let moved: Vec<_> = plan.pass_bytes().into_iter().map(|pass| (pass.name, pass.read, pass.written)).collect();
+    let opaque = 64 * 4 * (8 + 4);
+    assert_eq!(
+        moved,
+        [("opaque".into(), 0, opaque), ("resolve".into(), 0, 64 * (4 * 8 + 8)), ("shown".into(), 64 * 8, 64 * 4)]
+    );
     let error = resolving(four, one, true).expect_err("WebGL 2 reads no samples");
     assert!(matches!(error, PlanError::SampledSamples { samples: 4, .. }), "{error}");
     for (color, mean) in [(one, one), (four, four), (four, desc(8, F::Rgba8Unorm))] {

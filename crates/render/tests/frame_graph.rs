@@ -4,7 +4,9 @@ mod common;
 
 use manypass::gpu::Floor;
 use manypass::graph::{ColorLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing};
-use manypass::{Aov, DebugView, FogMode, FrameRequest, Gpu, Path, PixelSamples, Renderer, TransparencyMode};
+use manypass::{
+    Aov, DebugView, Environment, FogMode, FrameRequest, Gpu, Path, PixelSamples, Renderer, TransparencyMode, scene,
+};
 use std::collections::BTreeSet;
 use wgpu::TextureFormat as F;
 
@@ -265,5 +267,36 @@ fn passes_of_a_frame_have_names_of_their_own() {
         "fog.light",
     ] {
         assert!(names.contains(name), "{name} is none of {names:?}");
+    }
+}
+
+/// Occlusion and reflections at half the size beside the same frame without effects. At full size reflections hold two
+/// textures of radiance of their own, which are alive beside each other.
+#[test]
+fn effects_of_half_the_size_hold_less_than_two_and_a_half_textures_of_radiance() {
+    let (width, height) = (1920, 1080);
+    for (name, mut scene) in [("hall", scene::demo::hall()), ("materials", scene::demo::materials())] {
+        scene.update_transforms();
+        let mut renderer = Renderer::new(Gpu::without_adapter(Floor::WebGl2).expect("a floor")).expect("a renderer");
+        renderer.load(&scene).expect("loads");
+        let mut request = FrameRequest::of_scene(&scene, width, height);
+        request.settings.environment.source = Environment::Studio;
+        let half = [("occlusion.resolution", "half"), ("reflections.resolution", "half")];
+        for (key, value) in [("occlusion.enabled", "true"), ("reflections.enabled", "true")].into_iter().chain(half) {
+            request.settings.set(key, value).expect("a setting");
+        }
+        let plan = renderer.plan(&scene, &request).expect("plans");
+        for pass in ["occlusion", "reflections"] {
+            assert!(plan.passes.iter().any(|found| found.name == pass), "{name}: {}", plan.to_text());
+        }
+        request.settings.effects.enabled = false;
+        let bare = renderer.plan(&scene, &request).expect("plans");
+        assert!(bare.passes.len() < plan.passes.len());
+        let (with, without) = (plan.bytes(), bare.bytes());
+        let more = (with.aliased + with.imported) - (without.aliased + without.imported);
+        let texture = TextureDesc::new_2d(width, height, F::Rgba16Float).bytes();
+        let share = more as f64 / texture as f64;
+        println!("{name}: {more} bytes, {share:.2} textures of radiance");
+        assert!(share > 0.0 && share < 2.5, "{name}: {share:.2} textures of radiance");
     }
 }

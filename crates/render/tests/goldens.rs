@@ -7,7 +7,7 @@ mod common;
 #[path = "goldens/subjects.rs"]
 mod subjects;
 
-use manypass::{Adaptation, FrameRequest, Renderer, WgslEffect};
+use manypass::{Adaptation, Effect, EffectFile, FrameRequest, Renderer, WgslEffect};
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -60,6 +60,19 @@ fn draw_still(renderer: &mut Renderer, subject: &Subject, request: &FrameRequest
     renderer.read_display().unwrap()
 }
 
+/// Effects with `+` between their names, built in or of docs/samples.md, the last one with settings.
+fn chain(renderer: &Renderer, names: &str, settings: &[&str]) -> Vec<Arc<dyn Effect>> {
+    let last = names.rsplit('+').next();
+    let compile = |name| -> Arc<dyn Effect> {
+        let settings = if Some(name) == last { settings } else { &[] };
+        match EffectFile::is_built_in(name) {
+            true => common::built_in_with(renderer, name, settings),
+            false => common::sample_with(renderer, name, settings),
+        }
+    };
+    names.split('+').map(compile).collect()
+}
+
 /// Draws a subject: its strips below one another, stills or the last of frames that follow each other.
 fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     renderer.load(&subject.scene).unwrap();
@@ -68,13 +81,13 @@ fn draw(renderer: &mut Renderer, subject: &Subject) -> Picture {
     for (strip, request) in subject.strips.iter().enumerate() {
         let mut request = request.clone();
         if let Some((name, settings)) = subject.effects.get(strip) {
-            request.effects = vec![common::built_in_with(renderer, name, settings)];
+            request.effects = chain(renderer, name, settings);
         }
         if let Some((file, text)) = subject.tables.get(strip) {
             request.effects = vec![Arc::new(WgslEffect::new(renderer.gpu(), file, text).unwrap())];
         }
         (width, height) = (request.width as usize, height + request.height as usize);
-        let is_live = request.settings.taa.enabled || request.settings.exposure.adapt;
+        let is_live = request.settings.taa.enabled || request.settings.exposure.adapt || request.goes_on;
         let draw = if is_live { draw_live } else { draw_still };
         pixels.extend(draw(renderer, subject, &request));
     }

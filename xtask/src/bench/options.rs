@@ -17,7 +17,8 @@ Tables:
             measured in the same run (`cargo bench -p manypass --bench limit`), and the frame against forward and brute force
   textures  memory of the textures of a frame of 1920x1080
   levels    10,000 small things with and without levels of detail of meshes and materials
-  effects   built-in effects at 1920x1080 beside a plain copy, and a blur in two dimensions beside that in rows and columns
+  effects   effects at 1920x1080 beside a plain copy, with the bytes that they read, write and hold; the blur and occlusion
+            beside their textbook versions
   quality   tiers of quality: milliseconds of a live frame, beside the next tier's, and FLIP to the best with many samples
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   antialiasing  ways of anti-aliasing and of upscaling at 480x270 against stills of 64 samples, over a move of 60 frames through
@@ -33,6 +34,7 @@ Options:
   --markdown FILE     write the tables to FILE, too, with machine, adapter and date
   --baseline PROGRAM  run the table baseline against another build of manypass; alone, unless --only names other tables, too
   --all-frames        compare all frames of the moves of the table antialiasing, which takes six times as long
+  --quick             measure the table effects once and small: whether it can be measured, not what it says
   --program PROGRAM   measure this build of manypass; otherwise the release build, which is made first
 
 All tables take about 22 minutes on two cores with a software adapter, and 4 more to build.
@@ -92,6 +94,8 @@ pub(crate) struct Options {
     pub program: Option<PathBuf>,
     /// Whether all frames of moves are compared, not every sixth.
     pub all_frames: bool,
+    /// Whether the table of effects is measured small and once.
+    pub is_quick: bool,
 }
 
 impl Options {
@@ -102,11 +106,15 @@ impl Options {
     pub fn parse(words: &[&str]) -> Result<Self, String> {
         let (mut only, mut lights) = (None, LIGHTS.to_vec());
         let (mut markdown, mut baseline, mut program) = (None, None, None);
-        let mut all_frames = false;
+        let (mut all_frames, mut is_quick) = (false, false);
         let mut words = words.iter();
         while let Some(&word) = words.next() {
-            if word == "--all-frames" {
-                all_frames = true;
+            match word {
+                "--all-frames" => all_frames = true,
+                "--quick" => is_quick = true,
+                _ => (),
+            }
+            if ["--all-frames", "--quick"].contains(&word) {
                 continue;
             }
             let (name, value) = match word.split_once('=') {
@@ -139,7 +147,7 @@ impl Options {
         if tables.contains(&Baseline) != baseline.is_some() {
             return Err("the table baseline and --baseline PROGRAM need each other".into());
         }
-        Ok(Self { tables, lights, markdown, baseline, program, all_frames })
+        Ok(Self { tables, lights, markdown, baseline, program, all_frames, is_quick })
     }
 }
 
@@ -154,8 +162,16 @@ mod tests {
 
     #[test]
     fn options_are_read_in_both_forms() {
-        let words =
-            ["--only", "ways,fields", "--lights=16,1024", "--markdown", "a.md", "--all-frames", "--program=x/manypass"];
+        let words = [
+            "--only",
+            "ways,fields",
+            "--lights=16,1024",
+            "--markdown",
+            "a.md",
+            "--all-frames",
+            "--quick",
+            "--program=x/manypass",
+        ];
         let expected = Options {
             tables: vec![TableName::Ways, TableName::Fields],
             lights: vec![16, 1024],
@@ -163,6 +179,7 @@ mod tests {
             baseline: None,
             program: Some("x/manypass".into()),
             all_frames: true,
+            is_quick: true,
         };
         assert_eq!(Options::parse(&words), Ok(expected));
     }

@@ -60,24 +60,45 @@ mod tests {
     use super::*;
     use naga::back::glsl;
 
-    #[test]
-    fn built_in_effects_become_shaders_of_webgl2() {
+    /// Translates every entry point of an effect.
+    fn assert_webgl2_takes(effect: &EffectFile) {
         let version = glsl::Version::Embedded { version: 300, is_webgl: true };
         let options = glsl::Options { version, ..Default::default() };
+        let (name, module) = (effect.name(), &effect.module);
+        let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
+        let info = validator.validate(module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+        assert!(!module.entry_points.is_empty(), "{name}");
+        for entry in &module.entry_points {
+            let entry_point = entry.name.clone();
+            let pipeline = glsl::PipelineOptions { shader_stage: entry.stage, entry_point, multiview: None };
+            let mut text = String::new();
+            let written = glsl::Writer::new(&mut text, module, &info, &options, &pipeline, Default::default())
+                .and_then(|mut writer| writer.write());
+            let textures = written.unwrap_or_else(|error| panic!("{name}.{}: {error}", entry.name)).texture_mapping;
+            assert!(textures.len() <= 16, "{name}.{}", entry.name);
+        }
+    }
+
+    #[test]
+    fn built_in_effects_become_shaders_of_webgl2() {
         for name in EffectFile::built_in_names() {
-            let effect = EffectFile::built_in(name).expect("a name of the library").expect("a valid text");
-            let module = &effect.module;
-            let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
-            let info = validator.validate(module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
-            for entry in &module.entry_points {
-                let entry_point = entry.name.clone();
-                let pipeline = glsl::PipelineOptions { shader_stage: entry.stage, entry_point, multiview: None };
-                let mut text = String::new();
-                let written = glsl::Writer::new(&mut text, module, &info, &options, &pipeline, Default::default())
-                    .and_then(|mut writer| writer.write());
-                let textures = written.unwrap_or_else(|error| panic!("{name}.{}: {error}", entry.name)).texture_mapping;
-                assert!(textures.len() <= 16, "{name}.{}", entry.name);
+            assert_webgl2_takes(&EffectFile::built_in(name).expect("a name of the library").expect("a valid text"));
+        }
+    }
+
+    #[test]
+    fn the_effects_of_the_documents_become_shaders_of_webgl2() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/examples/effects");
+        let mut count = 0;
+        for entry in std::fs::read_dir(folder).expect("the documents") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_some_and(|ending| ending == "wgsl") {
+                let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
+                let text = std::fs::read_to_string(&path).expect("a text");
+                assert_webgl2_takes(&EffectFile::parse(name, &text).unwrap_or_else(|error| panic!("{error}")));
+                count += 1;
             }
         }
+        assert!(count >= 12, "{count} effects");
     }
 }

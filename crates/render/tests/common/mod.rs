@@ -101,6 +101,35 @@ pub fn ids(aov: AovPixels) -> Vec<u32> {
     }
 }
 
+/// The folder of the effects that docs/samples.md shows.
+pub fn samples() -> PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/examples/effects")
+}
+
+/// The names of those effects, in their order.
+pub fn sample_names() -> Vec<String> {
+    let files = std::fs::read_dir(samples()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = files.filter_map(|file| file.strip_suffix(".wgsl").map(str::to_owned)).collect();
+    names.sort_unstable();
+    names
+}
+
+/// The text of one of them, parsed.
+pub fn sample(name: &str) -> manypass::EffectFile {
+    let text = std::fs::read_to_string(samples().join(format!("{name}.wgsl"))).unwrap();
+    manypass::EffectFile::parse(name, &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// As [`built_in_with`], of one of them.
+pub fn sample_with(renderer: &Renderer, name: &str, settings: &[&str]) -> std::sync::Arc<manypass::WgslEffect> {
+    let effect = manypass::WgslEffect::compile(renderer.gpu(), sample(name)).unwrap();
+    for setting in settings {
+        let (key, value) = setting.split_once('=').expect("KEY=VALUE");
+        effect.set(&format!("{name}.{key}"), value).unwrap();
+    }
+    effect.into()
+}
+
 /// A built-in effect on the renderer's device, with settings `KEY=VALUE` without the effect's name.
 pub fn built_in_with(renderer: &Renderer, name: &str, settings: &[&str]) -> std::sync::Arc<manypass::WgslEffect> {
     let effect = built_in(renderer, name);

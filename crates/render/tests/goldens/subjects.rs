@@ -22,7 +22,8 @@ pub struct Subject {
     pub scene: Scene,
     /// Requests of one width, drawn below one another.
     pub strips: Vec<FrameRequest>,
-    /// The built-in effect of each strip and its settings, where there are any.
+    /// The effect of each strip, built in or of docs/samples.md, and its settings, where there are any. An effect that
+    /// needs another one has that before it, with `+` between.
     pub effects: Vec<(&'static str, &'static [&'static str])>,
     /// The table of colours of each strip, its file and that one's text, where there are any.
     pub tables: Vec<(&'static str, String)>,
@@ -57,6 +58,8 @@ pub fn all() -> Vec<Subject> {
         fisheye(),
         lens(),
         exposure_that_adapts(),
+        samples_of_pictures(),
+        samples_of_frames(),
     ]
 }
 
@@ -359,13 +362,59 @@ fn effects_of_surfaces() -> Subject {
     subject
 }
 
-#[test]
-fn every_built_in_effect_has_its_golden() {
-    let drawn = all().into_iter().flat_map(|subject| subject.effects).map(|(name, _)| name);
+/// Effects of docs/samples.md over boxes of colours and boxes that glow, each in a strip.
+fn samples_of_pictures() -> Subject {
+    let mut subject = built_in_effects();
+    subject.name = "samples_of_pictures";
+    subject.effects = vec![
+        ("scanlines", &["pitch_px=4,3"]),
+        ("halftone", &["pitch_px=4"]),
+        ("pixelate", &["side_px=5"]),
+        ("ascii", &[]),
+        ("glitch", &["band_px=4", "seed=3"]),
+        ("glow+flare", &["strength=2"]),
+    ];
+    subject
+}
+
+/// The others, over boxes and balls, each in a strip; trails are those of frames that follow each other.
+fn samples_of_frames() -> Subject {
+    let mut subject = effects_of_surfaces();
+    subject.name = "samples_of_frames";
+    subject.effects = vec![
+        ("trails", &[]),
+        ("thermal", &[]),
+        ("mist", &["half_m=2", "top_m=0", "thins_m=1", "color=0.4,0.5,0.6"]),
+        ("chosen", &["nodes=2,3", "rounds=3"]),
+        ("tilt_shift", &["blur=0.2"]),
+        ("growth", &[]),
+    ];
+    subject.strips.truncate(subject.effects.len());
+    for request in &mut subject.strips {
+        (request.height, request.previous) = (21, None);
+    }
+    subject.strips[0].goes_on = true;
+    subject
+}
+
+/// The names of effects that goldens show.
+fn drawn() -> Vec<&'static str> {
+    let drawn = all().into_iter().flat_map(|subject| subject.effects).flat_map(|(name, _)| name.split('+'));
     let mut drawn: Vec<_> = drawn.collect();
     drawn.sort_unstable();
     drawn.dedup();
-    assert!(EffectFile::built_in_names().eq(drawn));
+    drawn
+}
+
+#[test]
+fn every_built_in_effect_has_its_golden() {
+    assert!(EffectFile::built_in_names().eq(drawn().into_iter().filter(|name| EffectFile::is_built_in(name))));
+}
+
+#[test]
+fn every_sample_effect_has_its_golden() {
+    let drawn: Vec<_> = drawn().into_iter().filter(|name| !EffectFile::is_built_in(name)).collect();
+    assert_eq!(drawn, crate::common::sample_names());
 }
 
 /// Text, lines and an image over boxes and balls, some of them at places of the world; below over nothing.
