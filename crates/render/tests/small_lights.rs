@@ -25,7 +25,11 @@ fn perspective() -> Projection {
 }
 
 fn light(i: u16) -> Light {
-    let kind = if i % 2 == 0 { LightKind::Point } else { LightKind::Spot { inner_cone_rad: 0.5, outer_cone_rad: 0.9 } };
+    let kind = if i.is_multiple_of(2) {
+        LightKind::Point
+    } else {
+        LightKind::Spot { inner_cone_rad: 0.5, outer_cone_rad: 0.9 }
+    };
     Light { kind, intensity: 1.0, range_m: Some(1.5), casts_shadows: i % 4 < 2, ..Light::default() }
 }
 

@@ -35,6 +35,9 @@ pub(super) const DISPLAY: &str = "display";
 /// The longest name of an effect.
 const NAME_CHARACTERS: usize = 64;
 
+/// A word of a header, and its place.
+type Placed = (String, Range<usize>);
+
 /// What a header says.
 #[derive(Debug, Default)]
 pub(super) struct Header {
@@ -43,7 +46,7 @@ pub(super) struct Header {
     /// What it reads, with the place of the list.
     reads: Option<(Vec<String>, Range<usize>)>,
     /// What of it is for some settings alone: the texture, and the settings with their places.
-    conditions: Vec<(String, Vec<(String, Range<usize>)>)>,
+    conditions: Vec<(String, Vec<Placed>)>,
     /// Its passes; none where it says nothing of them.
     pub steps: Vec<Step>,
     /// The function that changes a pixel and knows that one alone, with its place.
@@ -252,7 +255,12 @@ impl Header {
             parts.push(format!("the shader does not read {}", needless.join(", ")));
         }
         let fault = source.fault(place.clone(), parts.join("; "));
-        let right = match (used.join(", "), self.reads_display()) {
+        let with_settings = |name: &&str| match self.settings_of(name).join(OR) {
+            settings if settings.is_empty() => (*name).to_owned(),
+            settings => format!("{name}{IF}{settings}"),
+        };
+        let right: Vec<String> = used.iter().map(with_settings).collect();
+        let right = match (right.join(", "), self.reads_display()) {
             (list, false) if list.is_empty() => "no such line is right".into(),
             (list, true) if list.is_empty() => {
                 "an effect on display colours reads `display` in one of its passes".into()
@@ -289,7 +297,7 @@ fn settings(
     texture: &str,
     place: Range<usize>,
     (list, start): (&str, usize),
-) -> Result<Vec<(String, Range<usize>)>, Box<Diagnostic>> {
+) -> Result<Vec<Placed>, Box<Diagnostic>> {
     if !BORROWED.contains(&texture) {
         let message = format!("`{texture}` is there whether it is read or not, so that an `if` spares nothing");
         let note = format!("what the frame has only where an effect reads it is: {}", BORROWED.join(", "));
@@ -340,6 +348,10 @@ mod tests {
             "{reads}"
         );
         assert!(reads.contains("`//! reads: normal, radiance` is right"), "{reads}");
+        let text = "//! reads: ids if a or b.c";
+        let reads = parse(text).expect("good words").check(Source { file: "a.wgsl", text }, &["normal", "ids"]);
+        let reads = reads.expect_err("false").to_string();
+        assert!(reads.contains("`//! reads: normal, ids if a or b.c` is right"), "{reads}");
         parse("fn f() {}").expect("no header").check(source, &["normal"]).expect("nothing said");
         let text = "//! reads: display, depth";
         let both = parse(text).expect("good words").check(Source { file: "a.wgsl", text }, &[]);
