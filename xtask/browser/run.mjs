@@ -15,7 +15,7 @@ const cases = JSON.parse(process.argv[2]);
 const address = ({ name, model }) => `models/${name}${model.endsWith(".stage.toml") ? ".stage.toml" : ".glb"}`;
 const pictureOf = ({ options }) => options.settings?.["environment.file"];
 const pictures = cases.filter(pictureOf).map((one) => [`/models/${one.name}.hdr`, pictureOf(one)]);
-const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures, ["/models/compass.png", "docs/examples/compass.png"]]));
+const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures, ["/models/compass.png", "docs/examples/compass.png"], ["/models/boxes.gltf", "xtask/browser/boxes.gltf"]]));
 let browser = await launchWithBoth();
 
 for (const { name, model, width, height, groups, variant, options, effects, overlay, variables, frames, orbits } of cases) {

@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-/// Boxes on a floor or a little above it, beside a lamp: small enough for many cases.
+/// Boxes on a floor or a little above it, beside a lamp: small enough for many cases. Their colours are what eight bits
+/// hold in sRGB; rasterizers round those between two levels differently.
 pub(super) const MODEL: &str = "xtask/browser/boxes.gltf";
 
 /// Where its camera stands, from where light is metered: yaw, pitch, radius in degrees and metres, what is looked at in
