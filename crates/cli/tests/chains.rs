@@ -179,7 +179,7 @@ fn settings_print_what_comes_of_set() {
         (&["--set", "render.scael=1"][..], "did you mean `render.scale`?"),
         (&["--set", "render.scale=9"], "from 0.25 to 2"),
         (&["--set", "render.scale"], "has no `=`"),
-        (&["--quality", "high", "--set", "render.path=forward"], "render.path=deferred"),
+        (&["--quality", "high", "--set", "msaa.samples=4"], "render.path=forward"),
         (&["--set", "render.scale=1", "--json"], "--json"),
     ] {
         let run = run_in(&folder, &[&["settings"], words].concat()).expect(2);

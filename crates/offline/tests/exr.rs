@@ -26,6 +26,7 @@ fn request_of(scene: &Scene) -> FrameRequest {
     request.settings.environment.source = Environment::None;
     request.settings.background.source = Background::Color([0.0; 3]);
     request.settings.shadows.enabled = false;
+    request.settings.effects.enabled = false;
     request.want_aovs = Aov::ALL.to_vec();
     // Linear outputs have the exposure divided out.
     request.settings.exposure.stops = Exposure::Stops(-1.5);
