@@ -50,14 +50,14 @@ impl Quality {
             Self::High => &[
                 ("occlusion.enabled", "auto"),
                 ("occlusion.resolution", "full"),
-                ("occlusion.slices", "2"),
+                ("occlusion.slices", "3"),
                 ("reflections.enabled", "auto"),
                 ("reflections.resolution", "full"),
             ],
             Self::Ultra => &[
                 ("occlusion.enabled", "auto"),
                 ("occlusion.resolution", "full"),
-                ("occlusion.slices", "4"),
+                ("occlusion.slices", "8"),
                 ("reflections.enabled", "auto"),
                 ("reflections.resolution", "full"),
                 ("shadows.filter", "pcss"),

@@ -12,14 +12,14 @@ const OF_LOADING: [&str; 2] = ["textures.max_px", "lod.simplify"];
 /// A rung: a tier, the scale at which it is shaded if that is another one, and what a frame takes beside those of
 /// `medium`, as the table of docs/quality.md has it on the whole. Times that are measured correct it.
 const LADDER: [(&str, Quality, Option<&str>, f64); 8] = [
-    ("ultra", Quality::Ultra, None, 3.6),
-    ("high", Quality::High, None, 2.0),
+    ("ultra", Quality::Ultra, None, 2.5),
+    ("high", Quality::High, None, 1.5),
     ("medium", Quality::Medium, None, 1.0),
-    ("medium, 0.83", Quality::Medium, Some("0.83"), 0.78),
-    ("low", Quality::Low, None, 0.56),
-    ("low, 0.5", Quality::Low, Some("0.5"), 0.4),
-    ("low, 0.35", Quality::Low, Some("0.35"), 0.28),
-    ("low, 0.25", Quality::Low, Some("0.25"), 0.22),
+    ("medium, 0.83", Quality::Medium, Some("0.83"), 0.8),
+    ("low", Quality::Low, None, 0.42),
+    ("low, 0.5", Quality::Low, Some("0.5"), 0.32),
+    ("low, 0.35", Quality::Low, Some("0.35"), 0.24),
+    ("low, 0.25", Quality::Low, Some("0.25"), 0.2),
 ];
 
 /// One of the ladder, with what was chosen by hand.
