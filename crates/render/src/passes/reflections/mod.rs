@@ -119,7 +119,7 @@ enum Keeping<'s> {
     /// Each sample looks for itself.
     Nothing,
     /// There is no earlier one.
-    Look(Look<'s>),
+    Look(Box<Look<'s>>),
     /// This one is among the first, which are so many.
     Mean(History, u32),
     /// It is there.
@@ -131,10 +131,10 @@ impl<'s> Kept<'s> {
     pub fn new(r: &mut Recorder<'_, '_>, settings: &'s ReflectionSettings) -> Self {
         let kept = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
             None => Keeping::Nothing,
-            Some(whole) if whole < UNFILTERED_SAMPLES => match Look::new(r, settings).found() {
-                Ok(found) => Keeping::Found(found),
-                Err(look) => Keeping::Look(look),
-            },
+            Some(whole) if whole < UNFILTERED_SAMPLES => {
+                let look = Look::new(r, settings);
+                if look.is_there { Keeping::Found(look.found()) } else { Keeping::Look(Box::new(look)) }
+            }
             Some(whole) => {
                 let mean = r.history("reflections.mean", r.view.desc(RADIANCE));
                 if !mean.is_first && r.view.uniform.sample_index >= whole {
@@ -199,13 +199,10 @@ impl<'s> Look<'s> {
         Self { tracing, reflections, distances, is_there }
     }
 
-    /// What is there of an earlier sample; else itself.
-    fn found(self) -> Result<Reflections, Self> {
-        if !self.is_there {
-            return Err(self);
-        }
+    /// What is there of an earlier sample.
+    fn found(self) -> Reflections {
         let (texture, distances) = (self.reflections.previous, Some(self.distances.previous));
-        Ok(Reflections { texture, side_px: self.tracing.side_px, distances })
+        Reflections { texture, side_px: self.tracing.side_px, distances }
     }
 
     fn record(self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
