@@ -348,7 +348,7 @@ fn forward_paths_reflect_as_the_deferred_one_does() {
             // Of four samples a pixel those at edges take what was found for the middle, and mirrors show edges of bodies.
             let of_four = request.with(|settings| settings.msaa.samples = PixelSamples::Four);
             let inside =
-                Tolerance { share: 0.93, share_between: 0.97, mean: 2.0, area_px: 480, area_between_px: 240, ..same };
+                Tolerance { share: 0.93, share_between: 0.97, mean: 2.0, area_px: 900, area_between_px: 300, ..same };
             let found = shown(&of_four, Path::Forward);
             println!("{resolution:?}, four samples: {}", difference(&truth, &found, 2));
             assert_same(&truth, &found, inside);

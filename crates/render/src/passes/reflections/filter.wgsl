@@ -29,6 +29,9 @@ const BRIGHT_WEIGHT: f32 = 0.25;
 // of rays that graze what they meet; from the second on it is the edge of something.
 const LONELY: f32 = 0.25;
 const AGREED: f32 = 0.5;
+// In a smaller picture each such dot is of several pixels: below the second share mirrors show the mean beside them.
+const ALIKE_NONE: f32 = 0.75;
+const ALIKE_ALL: f32 = 0.98;
 
 @fragment
 fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec4f {
@@ -44,7 +47,7 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     let plane = tangent_plane_at(pixel, distance_m);
     var sum = vec4f(0.0);
     var weights = 0.0;
-    var hits_beside = 0.0;
+    var sum_beside = vec4f(0.0);
     var beside = 0.0;
     let first = select(vec2i(-2), -turn_in_square(4), of_several != 0u);
     let width = select(5, 4, of_several != 0u);
@@ -66,10 +69,15 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
             sum += texel * weight;
             weights += weight;
             let is_beside = all(abs(step) < vec2f(1.5));
-            hits_beside += select(0.0, others * texel.a, is_beside);
-            beside += select(0.0, others, is_beside);
+            let counts_beside = select(0.0, max(others, select(0.0, 1e-3, is_own)), is_beside);
+            sum_beside += texel * counts_beside;
+            beside += counts_beside;
         }
     }
-    let agreed = smoothstep(LONELY, AGREED, hits_beside / max(beside * own.a, 1e-6));
-    return mix(agreed, 1.0, rough) * sum / weights;
+    let mean_beside = sum_beside / beside;
+    let agreed = select(0.0, mean_beside.a / max(own.a, 1e-6), own.a > 1e-3);
+    let of_pixels = own * smoothstep(LONELY, AGREED, agreed);
+    let of_several_pixels = mix(mean_beside, own, smoothstep(ALIKE_NONE, ALIKE_ALL, agreed));
+    let mirrored = select(of_pixels, of_several_pixels, side > 1u);
+    return mix(mirrored, sum / weights, rough);
 }
