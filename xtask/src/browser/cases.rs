@@ -90,7 +90,7 @@ const ITEMS: &str = r#"[
     { "points": [[10, -10], [60, -40], [110, -10], [-10.5, -10]], "width_px": 3, "opacity": 0.7 },
     { "points_world": [[-2, -0.5, 0], [2, -0.5, 0]], "width_px": 2, "depth_test": true, "color": "ffd030" }
 ]"#;
-const LIGHTS_ALONE: &[(&str, &str)] = &[("shadows.enabled", "false"), ("effects.enabled", "false")];
+const SHADOWLESS: &[(&str, &str)] = &[("shadows.enabled", "false")];
 const SPOTS: &str = "renderling/shadow_mapping_spots.glb";
 const SPHERES: &str =
     "khronos-sample-assets/Models/MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb";
@@ -100,9 +100,8 @@ const POINTS: &str = "renderling/shadow_mapping_points.glb";
 pub(super) const CASES: [Case; 55] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
-    // Groups of its lights find more room for their shadow maps than all of them, and what brings their light to other
-    // surfaces is cut where it is bright: then they would not add up.
-    Case { has_variables: true, settings: LIGHTS_ALONE, ..case("hall", variables::MODEL, WIDE) },
+    // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
+    Case { has_variables: true, settings: SHADOWLESS, ..case("hall", variables::MODEL, WIDE) },
     // Lights and fog that a stage adds to the hall, on top of surfaces, behind blended ones, and over the environment.
     case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
@@ -256,8 +255,8 @@ pub(super) const CASES: [Case; 55] = [
     case("shadow_mapping_points", POINTS, SQUARE),
     Case { settings: &[("shadows.filter", "pcss")], ..case("points-pcss", POINTS, SQUARE) },
     case("DirectionalLight", "", SQUARE),
-    Case { settings: LIGHTS_ALONE, ..case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)) },
-    Case { settings: LIGHTS_ALONE, ..case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)) },
+    Case { settings: SHADOWLESS, ..case("lightfield_1024", "lightfield/lightfield_1024.glb", (960, 540)) },
+    Case { settings: SHADOWLESS, ..case("lightfield_10000", "lightfield/lightfield_10000.glb", (960, 540)) },
     // Soft boxes of the studio, which have edges, in bumpy metal: 50 pixels by 3 to 5 levels.
     Case { tolerance: together(100, 4), ..case("DamagedHelmet", "", SQUARE) },
     // Levels of meshes and of materials that fade into each other. Where a ball ends, two of its levels do, whose
@@ -324,11 +323,18 @@ impl Case {
         Ok(self.overlay.map_or(Ok(Value::Null), serde_json::from_str)?)
     }
 
+    /// What is found in the picture has cases of its own and is off in all others; then those of the case.
+    fn all_settings(&self) -> impl Iterator<Item = (&'static str, &'static str)> + '_ {
+        let is_told = |key: &str| self.settings.iter().any(|(told, _)| *told == key);
+        let off = ["occlusion.enabled", "reflections.enabled"].into_iter().filter(move |key| !is_told(key));
+        off.map(|key| (key, "false")).chain(self.settings.iter().copied())
+    }
+
     /// The flags of the command line.
     pub fn arguments(&self) -> Vec<String> {
         // The page draws a frame at a time, in which no light can wait for its turn.
         let mut arguments = vec!["--set".to_owned(), "shadows.turns=false".to_owned()];
-        arguments.extend(self.settings.iter().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
+        arguments.extend(self.all_settings().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
         if self.is_forward {
             arguments.extend(["--path", "forward"].map(String::from));
         }
@@ -362,9 +368,8 @@ impl Case {
     pub fn page(&self) -> Result<(Value, Value)> {
         let mut options = json!({});
         let mut settings: serde_json::Map<String, Value> = self
-            .settings
-            .iter()
-            .map(|(key, value)| ((*key).to_owned(), value.parse().unwrap_or_else(|_| (*value).into())))
+            .all_settings()
+            .map(|(key, value)| (key.to_owned(), value.parse().unwrap_or_else(|_| value.into())))
             .collect();
         if self.is_forward {
             options["path"] = "forward".into();
