@@ -5,7 +5,7 @@ use super::fullscreen::{Fullscreen, Shading, Slot};
 use super::view::SHADOWED;
 use crate::lights::{CASTING_LIGHTS, CONE_CORNER, CONE_SIDES, LIGHT_CLASSES, VolumeDraw, VolumeShape, VolumeStep};
 use crate::shader::program::{Constant, ProgramError};
-use crate::shader::{Program, Shaders, compose};
+use crate::shader::{Pipeline, Program, Shaders, compose};
 use glam::Vec3;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 use std::cell::RefCell;
@@ -65,7 +65,7 @@ impl Key {
 #[derive(Debug)]
 struct VolumePipeline {
     program: Arc<Program>,
-    pipeline: wgpu::RenderPipeline,
+    pipeline: Pipeline,
 }
 
 impl Volumes {
@@ -99,7 +99,8 @@ impl Volumes {
         let (axes, on) = compose::axes_and_constants(key.program, &key.axes);
         let program = shaders.program(key.program, &axes)?;
         let constants = [&key.constants[..], &on].concat();
-        let pipeline = shaders.compiling(|| create(device, &program, &key, &constants));
+        let (device, made_of, of) = (device.clone(), program.clone(), key.clone());
+        let pipeline = shaders.pipeline(move || create(&device, &made_of, &of, &constants));
         let pipeline = Arc::new(VolumePipeline { program, pipeline });
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)

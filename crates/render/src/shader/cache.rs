@@ -1,5 +1,6 @@
 //! Every program and full-screen pipeline is made once.
 
+use super::pipeline::{Makers, Pipeline};
 use super::program::{Constant, FrameLayout, Program, ProgramError};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -11,7 +12,7 @@ pub struct FullscreenPipeline {
     /// Its program.
     pub program: Arc<Program>,
     /// The pipeline.
-    pub pipeline: wgpu::RenderPipeline,
+    pub pipeline: Pipeline,
 }
 
 impl FullscreenPipeline {
@@ -23,12 +24,23 @@ impl FullscreenPipeline {
         target: FullscreenTarget,
         constants: &[Constant],
     ) -> Self {
+        let pipeline = Pipeline::now(|| Self::make(device, &program, triangle, target, constants));
+        Self { program, pipeline }
+    }
+
+    fn make(
+        device: &wgpu::Device,
+        program: &Program,
+        triangle: &Program,
+        target: FullscreenTarget,
+        constants: &[Constant],
+    ) -> wgpu::RenderPipeline {
         let FullscreenTarget { format, samples, blend, depth } = target;
         let (triangle, specialised) = (triangle.specialised(&[]), program.specialised(constants));
         let vertices = if program.has_vertices { &specialised } else { &triangle };
         let color = |format| Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL });
         let targets = format.map(color);
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&program.name),
             layout: Some(&program.layout),
             vertex: wgpu::VertexState {
@@ -54,8 +66,7 @@ impl FullscreenPipeline {
             }),
             multiview_mask: None,
             cache: None,
-        });
-        Self { program, pipeline }
+        })
     }
 }
 
@@ -128,8 +139,9 @@ pub struct Shaders {
     made: Cell<u64>,
     programs: RefCell<HashMap<ProgramKey, Arc<Program>>>,
     fullscreen: RefCell<HashMap<FullscreenKey, Arc<FullscreenPipeline>>>,
-    depth_clears: RefCell<HashMap<wgpu::TextureFormat, wgpu::RenderPipeline>>,
+    depth_clears: RefCell<HashMap<wgpu::TextureFormat, Pipeline>>,
     compile_ms: Cell<f64>,
+    makers: Makers,
 }
 
 impl Shaders {
@@ -142,6 +154,7 @@ impl Shaders {
             fullscreen: RefCell::default(),
             depth_clears: RefCell::default(),
             compile_ms: Cell::default(),
+            makers: Makers::default(),
         }
     }
 
@@ -156,7 +169,7 @@ impl Shaders {
     }
 
     /// Runs `compile` and counts it and its time.
-    pub(crate) fn compiling<T>(&self, compile: impl FnOnce() -> T) -> T {
+    fn compiling<T>(&self, compile: impl FnOnce() -> T) -> T {
         self.made.set(self.made.get() + 1);
         let started = web_time::Instant::now();
         let result = compile();
@@ -164,9 +177,21 @@ impl Shaders {
         result
     }
 
-    /// Milliseconds spent on programs and pipelines so far. A driver may do more of it when it first draws.
+    /// The pipeline that `make` gives, which is counted; it may be made on another thread.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn pipeline(&self, make: impl FnOnce() -> wgpu::RenderPipeline + Send + 'static) -> Pipeline {
+        self.compiling(|| self.makers.promise(make))
+    }
+
+    /// The pipeline that `make` gives, which is counted.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn pipeline(&self, make: impl FnOnce() -> wgpu::RenderPipeline + 'static) -> Pipeline {
+        self.compiling(|| self.makers.promise(make))
+    }
+
+    /// Milliseconds in which frames waited for programs and pipelines so far. A driver may do more when it first draws.
     pub fn compile_ms(&self) -> f64 {
-        self.compile_ms.get()
+        self.compile_ms.get() + self.makers.waited_ms()
     }
 
     /// The program `name` with the given axes on.
@@ -189,36 +214,13 @@ impl Shaders {
     ///
     /// # Errors
     /// The program does not compile.
-    pub fn depth_clear(&self, format: wgpu::TextureFormat) -> Result<wgpu::RenderPipeline, ProgramError> {
+    pub fn depth_clear(&self, format: wgpu::TextureFormat) -> Result<Pipeline, ProgramError> {
         if let Some(pipeline) = self.depth_clears.borrow().get(&format) {
             return Ok(pipeline.clone());
         }
         let program = self.program("fullscreen", &[])?;
-        let triangle = program.specialised(&[]);
-        let depth_stencil = wgpu::DepthStencilState {
-            format,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Always),
-            stencil: Default::default(),
-            bias: Default::default(),
-        };
-        let descriptor = wgpu::RenderPipelineDescriptor {
-            label: Some("depth_clear"),
-            layout: Some(&program.layout),
-            vertex: wgpu::VertexState {
-                module: &triangle.module,
-                entry_point: None,
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: Some(depth_stencil),
-            multisample: Default::default(),
-            fragment: None,
-            multiview_mask: None,
-            cache: None,
-        };
-        let pipeline = self.compiling(|| self.frame.device.create_render_pipeline(&descriptor));
+        let device = self.frame.device.clone();
+        let pipeline = self.pipeline(move || make_depth_clear(&device, &program, format));
         self.depth_clears.borrow_mut().insert(format, pipeline.clone());
         Ok(pipeline)
     }
@@ -243,9 +245,38 @@ impl Shaders {
         }
         let program = self.program(name, &key.0.1)?;
         let triangle = self.program("fullscreen", &[])?;
-        let create = || FullscreenPipeline::new(&self.frame.device, program, &triangle, target, constants);
-        let pipeline = Arc::new(self.compiling(create));
+        let (device, constants) = (self.frame.device.clone(), constants.to_vec());
+        let made_of = program.clone();
+        let make = move || FullscreenPipeline::make(&device, &made_of, &triangle, target, &constants);
+        let pipeline = Arc::new(FullscreenPipeline { program, pipeline: self.pipeline(make) });
         self.fullscreen.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
     }
+}
+
+fn make_depth_clear(device: &wgpu::Device, program: &Program, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
+    let triangle = program.specialised(&[]);
+    let depth_stencil = wgpu::DepthStencilState {
+        format,
+        depth_write_enabled: Some(true),
+        depth_compare: Some(wgpu::CompareFunction::Always),
+        stencil: Default::default(),
+        bias: Default::default(),
+    };
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("depth_clear"),
+        layout: Some(&program.layout),
+        vertex: wgpu::VertexState {
+            module: &triangle.module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: Some(depth_stencil),
+        multisample: Default::default(),
+        fragment: None,
+        multiview_mask: None,
+        cache: None,
+    })
 }

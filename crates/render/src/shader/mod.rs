@@ -1,5 +1,5 @@
 //! Shaders: composed when the crate is built (`compose`), bound by the names that they declare (`program`,
-//! `reflection`), and made once (`cache`).
+//! `reflection`), and made once (`cache`), on threads (`pipeline`).
 
 pub mod cache;
 pub mod compose;
@@ -7,10 +7,12 @@ pub mod compose;
 #[allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 pub(crate) mod layout;
 pub(crate) mod locate;
+pub(crate) mod pipeline;
 pub mod program;
 pub(crate) mod reflection;
 #[cfg(not(target_arch = "wasm32"))]
 mod specialise;
 
 pub use cache::Shaders;
+pub use pipeline::Pipeline;
 pub use program::{Program, ProgramError};

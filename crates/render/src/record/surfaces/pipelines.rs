@@ -4,7 +4,7 @@ use crate::draws::{AXES, Axes, BINDING_AXES, DEFORMED, Faces, MASKED};
 use crate::levels::FADES;
 use crate::resources::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, STRIDES};
 use crate::shader::program::{Constant, ProgramError};
-use crate::shader::{Program, Shaders, compose};
+use crate::shader::{Pipeline, Program, Shaders, compose};
 use manypass_scene::Topology;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -48,7 +48,7 @@ pub(super) struct Key {
 #[derive(Debug)]
 pub(crate) struct SurfacePipeline {
     pub program: Arc<Program>,
-    pub pipeline: wgpu::RenderPipeline,
+    pub pipeline: Pipeline,
 }
 
 impl PartialEq for SurfacePipeline {
@@ -82,7 +82,10 @@ impl SurfacePipelines {
         constants.extend(AXES.iter().enumerate().map(|(bit, axis)| (*axis, of_shape >> bit & 1)));
         constants.extend(&key.targets.constants);
         let program = shaders.program(key.program, &axes)?;
-        let pipeline = shaders.compiling(|| create(device, &program, &key, &constants))?;
+        let known = if key.axes & DEFORMED == 0 { ATTRIBUTES_WITHOUT_SKINS } else { ATTRIBUTES };
+        let attributes = program.attributes(&known, STRIDES.len())?;
+        let (device, made_of, of) = (device.clone(), program.clone(), key.clone());
+        let pipeline = shaders.pipeline(move || create(&device, &made_of, &of, &attributes, &constants));
         let pipeline = Arc::new(SurfacePipeline { pipeline, program });
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
@@ -93,10 +96,9 @@ fn create(
     device: &wgpu::Device,
     program: &Program,
     key: &Key,
+    attributes: &[Vec<wgpu::VertexAttribute>],
     constants: &[Constant],
-) -> Result<wgpu::RenderPipeline, ProgramError> {
-    let known = if key.axes & DEFORMED == 0 { ATTRIBUTES_WITHOUT_SKINS } else { ATTRIBUTES };
-    let attributes = program.attributes(&known, STRIDES.len())?;
+) -> wgpu::RenderPipeline {
     let buffers: Vec<_> = attributes
         .iter()
         .zip(STRIDES)
@@ -131,7 +133,7 @@ fn create(
     // Without a colour target fragments are shaded to be dropped, if at all.
     let fades = key.targets.constants.contains(&(FADES, 1));
     let drops_fragments = key.axes & MASKED != 0 || fades || key.topology == Topology::Points;
-    Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(key.program),
         layout: Some(&program.layout),
         vertex: wgpu::VertexState {
@@ -176,5 +178,5 @@ fn create(
         }),
         multiview_mask: None,
         cache: None,
-    }))
+    })
 }
