@@ -191,16 +191,17 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         Ok(target)
     }
 
-    /// Declares the pass: wherever the shader discards nothing, depth becomes that of the near plane, and the stencil
-    /// says that it is settled. Returns the version of `depth` that holds the result.
+    /// Declares the pass: depth is that of the near plane, and the stencil says that it is settled; but wherever the
+    /// shader discards nothing, depth is that of the far plane, and nothing is settled. Returns the version of `depth`
+    /// that holds the result.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
-    pub fn draw_settled_into(mut self, depth: Handle, load: DepthLoad) -> Result<Handle, ProgramError> {
+    pub fn draw_unsettled_into(mut self, depth: Handle) -> Result<Handle, ProgramError> {
         let desc = depth.desc();
-        let depth = self.pass.depth_stencil(depth, load);
+        let depth = self.pass.depth_stencil(depth, DepthLoad::Clear { depth: 1.0, stencil: SETTLED_BIT });
         let compare = wgpu::CompareFunction::Always;
-        self.depth = Some(DepthTest { format: desc.format, compare, writes: true, stencil: StencilUse::Settles });
+        self.depth = Some(DepthTest { format: desc.format, compare, writes: true, stencil: StencilUse::Unsettles });
         self.draw(None, desc)?;
         Ok(depth)
     }
@@ -218,12 +219,8 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { pass, frame, view, rectangles, depth, leaves_out, elements: (vertices, instances), .. } = self;
+        let Self { pass, frame, view, rectangles, leaves_out, elements: (vertices, instances), .. } = self;
         let whole = [0, 0, desc.width, desc.height];
-        let settles = depth.is_some_and(|depth| depth.stencil == StencilUse::Settles);
-        // The triangle is at depth 0 of the viewport's.
-        let nearest = if settles { 1.0 } else { 0.0 };
-        let rectangles = rectangles.or(settles.then(|| vec![whole]));
         let rectangles = match &view.unsettled {
             Some(unsettled) if leaves_out => {
                 let all = rectangles.unwrap_or_else(|| vec![whole]);
@@ -244,12 +241,9 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             if let Some(own) = &own {
                 render_pass.set_bind_group(2, own, &[]);
             }
-            if settles {
-                render_pass.set_stencil_reference(SETTLED_BIT);
-            }
             let Some(rectangles) = rectangles else { return render_pass.draw(0..vertices, 0..instances) };
             for [x, y, width, height] in rectangles {
-                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, nearest, 1.0);
+                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
                 render_pass.set_scissor_rect(x, y, width, height);
                 render_pass.draw(0..vertices, 0..instances);
             }

@@ -116,8 +116,8 @@ pub enum StencilUse {
     Ignored,
     /// Draws where it is 0.
     Unsettled,
-    /// Sets it where it draws; the reference is [`SETTLED_BIT`].
-    Settles,
+    /// Makes it 0 where it draws.
+    Unsettles,
 }
 
 impl StencilUse {
@@ -125,7 +125,7 @@ impl StencilUse {
         let (compare, pass_op, mask) = match self {
             Self::Ignored => return wgpu::StencilState::default(),
             Self::Unsettled => (wgpu::CompareFunction::Equal, wgpu::StencilOperation::Keep, 0),
-            Self::Settles => (wgpu::CompareFunction::Always, wgpu::StencilOperation::Replace, SETTLED_BIT),
+            Self::Unsettles => (wgpu::CompareFunction::Always, wgpu::StencilOperation::Zero, SETTLED_BIT),
         };
         let face = wgpu::StencilFaceState { compare, pass_op, ..wgpu::StencilFaceState::IGNORE };
         wgpu::StencilState { front: face, back: face, read_mask: SETTLED_BIT, write_mask: mask }

@@ -107,10 +107,9 @@ struct SettlingUniform {
 /// A program that does not compile.
 pub fn begin_depth(r: &mut Recorder<'_, '_>) -> Result<(Handle, DepthLoad), ProgramError> {
     let depth = r.multisampled("geometry.depth", r.frame.gpu.capabilities.depth_format);
-    let clear = DepthLoad::Clear { depth: 0.0, stencil: 0 };
-    let Some(settled) = &r.view.settled else { return Ok((depth, clear)) };
-    let step = r.fullscreen("adaptive.depth", "adaptive_depth", &[]).table("settled", settled);
-    Ok((step.draw_settled_into(depth, clear)?, DepthLoad::Keep))
+    let Some(settled) = &r.view.settled else { return Ok((depth, DepthLoad::Clear { depth: 0.0, stencil: 0 })) };
+    let step = r.fullscreen("adaptive.depth", "adaptive_depth", &[]).table("settled", settled).leave_out_settled();
+    Ok((step.draw_unsettled_into(depth)?, DepthLoad::Keep))
 }
 
 /// Records what is to be done after a sample, of the `mean` with it.
