@@ -81,7 +81,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let ahead = inputs.items.first().filter(|_| !args.skip_existing && !memory::is_limited());
     let ahead = ahead.and_then(|item| ReadAhead::start(&item.input));
     if ahead.is_some() {
-        settings.environment.source.begin();
+        settings.environment.source.begin(session::cache(!args.cache.no_cache));
     }
     let renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let effect_warnings = effect_warnings(&effect_files, job.format);

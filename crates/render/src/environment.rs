@@ -16,7 +16,8 @@ use crate::colour::{finite_product, linear_from_srgb, srgb_from_linear};
 use crate::resources::environment::EnvironmentTiles;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
-use manypass_scene::{EnvironmentLight, Scene};
+use manypass_scene::{Cache, EnvironmentLight, Scene};
+use std::sync::Arc;
 
 /// What surrounds the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,10 +56,11 @@ pub const FILL_BACKDROP_SHARE: f32 = 0.25;
 
 impl Environment {
     /// Starts to compute on another thread what the first frame would wait for: the studio, where this may come to it.
-    /// It is of use while files are read or a device starts; nothing depends on it.
-    pub fn begin(self) {
+    /// It is of use while files are read or a device starts; nothing depends on it. What earlier processes left in
+    /// `cache` need not be computed again.
+    pub fn begin(self, cache: Option<Arc<dyn Cache>>) {
         if matches!(self, Self::Auto | Self::Studio | Self::Fill) {
-            studio::begin();
+            studio::begin(cache);
         }
     }
 

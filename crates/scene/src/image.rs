@@ -23,6 +23,17 @@ pub enum ImageSource {
     Loading(Arc<str>),
 }
 
+impl ImageSource {
+    /// The bytes that it is held in; 0 while they are on their way.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Self::Encoded(bytes) => bytes.len() as u64,
+            Self::Pixels(pixels) => pixels.data.len() as u64,
+            Self::Loading(_) => 0,
+        }
+    }
+}
+
 /// The layout of decoded texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {

@@ -1,7 +1,7 @@
-//! Tiles of a picture as bytes, for a cache.
+//! Tiles of a picture, and of the studio, as bytes for a cache.
 //!
-//! An entry is a line of text that says what it is, the suns, a hash of all that follows it, and the texels. One that
-//! is not whole, or is of something else, is none.
+//! An entry is a line of text that says what it is, a hash of all that follows it, the suns of a picture, and the
+//! texels. One that is not whole, or is of something else, is none.
 
 use super::suns::{SUNS_MAX, Sun, Suns};
 use super::tiles::TileSides;
@@ -75,6 +75,49 @@ pub(crate) fn tiles_of(entry: &[u8], texels: usize) -> Option<(Suns, Vec<[f16; 4
     Some((suns, bytemuck::pod_collect_to_vec(of_texels)))
 }
 
+const MAGIC_OF_STUDIO: &[u8] = b"manypass studio 1\n";
+
+/// The name of the studio's tiles: of the text of what draws them, so that they are no other's.
+pub(crate) fn name_of_studio() -> String {
+    const HASH: u64 = hash_of_text(
+        include_bytes!("studio.rs"),
+        hash_of_text(include_bytes!("tiles.rs"), hash_of_text(include_bytes!("lobe.rs"), FNV_OFFSET)),
+    );
+    format!("studio-{HASH:016x}")
+}
+
+const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+
+/// FNV-1a (Fowler, Noll & Vo 1991), which goes on from `hash`.
+const fn hash_of_text(text: &[u8], mut hash: u64) -> u64 {
+    let mut index = 0;
+    while index < text.len() {
+        hash = (hash ^ text[index] as u64).wrapping_mul(0x100_0000_01b3);
+        index += 1;
+    }
+    hash
+}
+
+/// The entry of grey texels, each a number.
+pub(crate) fn entry_of_greys(texels: &[[f16; 4]]) -> Vec<u8> {
+    let greys: Vec<u8> = texels.iter().flat_map(|[grey, ..]| grey.to_le_bytes()).collect();
+    [MAGIC_OF_STUDIO, &hash_of(&greys).to_le_bytes(), &greys].concat()
+}
+
+/// The texels of an entry, if it is one of `count` grey ones. Those that are 0 lie between tiles, and so has their alpha
+/// to be.
+pub(crate) fn greys_of(entry: &[u8], count: usize) -> Option<Vec<[f16; 4]>> {
+    let (hash, greys) = entry.strip_prefix(MAGIC_OF_STUDIO)?.split_at_checked(8)?;
+    if greys.len() != 2 * count || hash_of(greys).to_le_bytes() != *hash {
+        return None;
+    }
+    let texel = |bytes: &[u8]| match f16::from_le_bytes([bytes[0], bytes[1]]) {
+        grey if grey == f16::ZERO => [f16::ZERO; 4],
+        grey => [grey, grey, grey, f16::ONE],
+    };
+    Some(greys.chunks_exact(2).map(texel).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,5 +142,16 @@ mod tests {
             broken[at] ^= 1;
             assert_eq!(tiles_of(&broken, 12), None, "byte {at}");
         }
+    }
+
+    #[test]
+    fn the_studio_comes_back_as_it_is() {
+        let texels = crate::environment::studio::texels();
+        let whole = entry_of_greys(texels);
+        assert!(greys_of(&whole, texels.len()).is_some_and(|back| back == texels));
+        assert!(greys_of(&whole, texels.len() - 1).is_none() && greys_of(&whole[1..], texels.len()).is_none());
+        let mut broken = whole;
+        broken[100] ^= 1;
+        assert!(greys_of(&broken, texels.len()).is_none());
     }
 }

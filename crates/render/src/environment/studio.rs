@@ -6,17 +6,19 @@
 //! roughness reflect of it has a closed form while lobes are narrow, because they weigh the plane of their tangents as
 //! form factors do: a straight edge that is blurred by one is x / √(x² + a²), and rectangles have a form factor. Of wide
 //! lobes the light is that of sums over all directions, and the closed form has the edges between them. So it takes some
-//! tens of milliseconds, no file and no pass of its own, and is the same on every backend.
+//! tens of milliseconds, of which a cache spares later processes most, no file and no pass of its own, and is the same on
+//! every backend.
 
 use super::lobe::{Lobe, roughness_of_level};
+use super::stored;
 use super::tiles::{Tile, TileSides, texture_size};
 use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use glam::{Mat3, Vec3};
 use half::f16;
-use manypass_scene::EnvironmentLight;
+use manypass_scene::{Cache, EnvironmentLight};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// The sides of its tiles, whose texels are at most two thirds as wide as a blurred edge is soft: what is between them
 /// would show as teeth along edges.
@@ -198,19 +200,30 @@ pub(crate) fn key_light() -> EnvironmentLight {
 
 static TEXELS: OnceLock<Vec<[f16; 4]>> = OnceLock::new();
 
-/// Computes the texels on one thread of its own, so that they are there when they are asked for; where there can be no
-/// thread, nothing happens.
-pub(crate) fn begin() {
-    drop(std::thread::Builder::new().spawn(|| texels_by(1)));
+/// Takes the texels from `cache`, or computes them, on one thread of its own, so that they are there when they are asked
+/// for; where there can be no thread, nothing happens.
+pub(crate) fn begin(cache: Option<Arc<dyn Cache>>) {
+    let begin = move || {
+        let count = texture_size(SIDES).0 as usize * texture_size(SIDES).1 as usize;
+        let name = stored::name_of_studio();
+        let mut computed = false;
+        let texels = TEXELS.get_or_init(|| {
+            let entry = cache.as_ref().and_then(|cache| cache.get(&name));
+            entry.and_then(|entry| stored::greys_of(&entry, count)).unwrap_or_else(|| {
+                computed = true;
+                texels_of(&Studio::new(1.0 - KEY_LIGHT_SHARE), 1)
+            })
+        });
+        if let Some(cache) = cache.filter(|_| computed) {
+            cache.put(&name, &stored::entry_of_greys(texels));
+        }
+    };
+    drop(std::thread::Builder::new().spawn(begin));
 }
 
 /// The texels of its tiles, without the key light, in the texture of [`SIDES`]: rows from the top.
 pub(crate) fn texels() -> &'static [[f16; 4]] {
-    texels_by(THREADS_MAX)
-}
-
-fn texels_by(threads_max: usize) -> &'static [[f16; 4]] {
-    TEXELS.get_or_init(|| texels_of(&Studio::new(1.0 - KEY_LIGHT_SHARE), threads_max))
+    TEXELS.get_or_init(|| texels_of(&Studio::new(1.0 - KEY_LIGHT_SHARE), THREADS_MAX))
 }
 
 fn texels_of(studio: &Studio, threads_max: usize) -> Vec<[f16; 4]> {

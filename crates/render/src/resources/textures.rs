@@ -8,6 +8,7 @@ use super::{Followed, STAGED_BYTES, WRITE_BYTES};
 use crate::gpu::Gpu;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU32;
 use std::sync::{Arc, Weak};
@@ -123,7 +124,9 @@ impl Textures {
         };
         let (mut upload_ms, mut written_bytes) = (0.0, 0);
         let mut sources: Vec<ImageSource> = new.into_values().collect();
-        sources.sort();
+        // What takes longest comes first, so that no thread is left alone with it at the end.
+        let bytes_of = |image: &usize| scene.images.get(*image).map_or(0, |image| image.source.bytes());
+        sources.sort_by_key(|source| (Reverse(source.images(scene).iter().map(bytes_of).sum::<u64>()), *source));
         decode_all(scene, &sources, limits, &mut |source, Decoded { chain, warnings }| {
             let Some(content) = content_of(scene, source) else { return };
             let started = web_time::Instant::now();
