@@ -287,3 +287,17 @@ fn extreme_values_give_finite_pictures() {
         assert!(error.contains(key), "{error}");
     }
 }
+
+#[test]
+fn a_slice_takes_as_many_steps_as_its_way_has_pixels() {
+    let mut renderer = shared();
+    let eye = Vec3::new(0.0, 3.5, 3.5);
+    let scene = corner(eye, Vec3::ZERO, rough([0.5; 3]), glowing([1.0; 3])).finish();
+    load(&mut renderer, &scene);
+    // Ways are cut off at half the height, 6.5 pixels, though the wall goes on there.
+    let small = FrameRequest { width: 40, height: 13, ..request(&scene, 100.0) };
+    let [fewer, all, more, most] = [6, 7, 8, 64]
+        .map(|steps| radiance(&mut renderer, &scene, &small.with(|settings| settings.gi.steps = steps), 1));
+    assert!(all == more && all == most);
+    assert!(all != fewer);
+}

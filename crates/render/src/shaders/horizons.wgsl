@@ -54,6 +54,12 @@ fn place_along(center: Center, step_px: vec2f, step: u32, steps: u32, noise: f32
     return center.position_px + step_px / length_px * max(along * sqrt(along) * length_px, 1.0 + f32(step));
 }
 
+// How many of the steps of a slice are looked at: each lies at least a pixel beyond the one before, so that those past
+// the end of the way are farther than the radius, or than the way that is cut off.
+fn steps_within(step_px: vec2f, steps: u32) -> u32 {
+    return u32(min(ceil(length(step_px)), f32(steps)));
+}
+
 // Of what lies at `seen` from the center, the cosine of its angle from the line of sight within a slice; and how high
 // it rises over the surface.
 fn elevation_of(center: Center, slice: Slice, tangent: vec3f, seen: vec3f) -> vec2f {

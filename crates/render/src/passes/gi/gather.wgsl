@@ -14,7 +14,7 @@ import package::passes::gi::gathered::{gi, patterned, side};
 import package::shaders::brdf::PI;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::gbuffer_textures::normal_world_at;
-import package::shaders::horizons::{Slice, arc_of_cosine, elevation_of, place_along, slice_at};
+import package::shaders::horizons::{Slice, arc_of_cosine, elevation_of, place_along, slice_at, steps_within};
 import package::shaders::samplers::nearest_clamp;
 import package::shaders::screen_space::{Center, center_at, seen_from, slice_noise};
 
@@ -45,7 +45,8 @@ fn light_beside(center: Center, slice: Slice, side_sign: f32, noise: f32) -> vec
     var horizon = lowest;
     var covered = 0.0;
     var taken = vec4f(0.0);
-    for (var i = 0u; i < steps; i++) {
+    let count = steps_within(slice.step_px, steps);
+    for (var i = 0u; i < count; i++) {
         let position_px = place_along(center, side_sign * slice.step_px, i, steps, noise);
         let seen = seen_from(center, position_px);
         let elevation = elevation_of(center, slice, tangent, seen.xyz);

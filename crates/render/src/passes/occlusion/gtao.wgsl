@@ -7,7 +7,7 @@
 // Program: occlusion_gtao.
 
 import package::shaders::brdf::PI;
-import package::shaders::horizons::{Slice, arc, elevation_of, place_along, slice_at};
+import package::shaders::horizons::{Slice, arc, elevation_of, place_along, slice_at, steps_within};
 import package::shaders::screen_space::{Center, seen_from};
 import package::passes::occlusion::taps::{
     bends, center_of_texel, noise_at, occlusion, share_at, slices, steps, texel_of_loss,
@@ -17,7 +17,8 @@ import package::passes::occlusion::taps::{
 fn horizon_cosine(center: Center, slice: Slice, step_px: vec2f, tangent: vec3f, noise: f32) -> f32 {
     let lowest = dot(tangent, center.to_eye);
     var horizon = lowest;
-    for (var i = 0u; i < steps; i++) {
+    let count = steps_within(step_px, steps);
+    for (var i = 0u; i < count; i++) {
         let seen = seen_from(center, place_along(center, step_px, i, steps, noise));
         let elevation = elevation_of(center, slice, tangent, seen.xyz);
         // Seen at a grazing angle, the nearest pixel on the plane may lie to the other side.

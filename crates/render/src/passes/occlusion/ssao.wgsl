@@ -7,9 +7,9 @@
 // space, its length tells nothing).
 // Program: occlusion_ssao.
 
-import package::view::pixel_from_position_view;
+import package::view::{pixel_from_position_view, pixel_step_from_step_view};
 import package::shaders::brdf::PI;
-import package::shaders::screen_space::{seen_from, tangents_of};
+import package::shaders::screen_space::{Center, seen_from, tangents_of};
 import package::passes::occlusion::taps::{center_of_texel, noise_at, occlusion, slices, steps, texel_of_loss};
 
 // Of the radius, what rises less than that occludes nothing.
@@ -18,6 +18,13 @@ const HEIGHT_MIN: f32 = 0.02;
 // Quasirandom Sequences").
 const GOLDEN: f32 = 0.618034;
 const PLASTIC: f32 = 0.754878;
+
+// So many points tell apart what the picture shows within the radius: one for each pixel of a disc that is half a pixel
+// wider. Where the radius is less than half a pixel, they lie before the center's own pixel and nothing occludes.
+fn points_within(center: Center, points: u32) -> u32 {
+    let reach_px = length(pixel_step_from_step_view(center.position, vec3f(occlusion.radius_m, 0.0, 0.0))) + 0.5;
+    return u32(clamp(ceil(PI * reach_px * reach_px), 1.0, f32(points)));
+}
 
 @fragment
 fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
@@ -29,7 +36,7 @@ fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // The normal is turned towards the eye, so that its z is never -1.
     let n = center.normal;
     let tangents = tangents_of(n);
-    let count = 2u * max(slices, 1u) * max(steps, 1u);
+    let count = points_within(center, 2u * max(slices, 1u) * max(steps, 1u));
     var lost = 0.0;
     var lost_direction = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
