@@ -97,22 +97,6 @@ fn upsampled_by_distances(
     return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
 }
 
-// The largest alpha of the four texels of a smaller picture around a place of the picture; the first of them is of the
-// pixel whose middle is `first_middle`.
-fn largest_alpha_around(coarse: texture_2d<f32>, position_px: vec2f, side: u32, first_middle: vec2f) -> f32 {
-    let size = vec2f(textureDimensions(coarse));
-    let texel_size = 1.0 / size;
-    let first = floor((position_px - first_middle) / f32(max(side, 1u)));
-    var largest = 0.0;
-    for (var y = 0; y < 2; y++) {
-        for (var x = 0; x < 2; x++) {
-            let texel = clamp(first + vec2f(vec2i(x, y)), vec2f(0.0), size - 1.0);
-            largest = max(largest, textureSampleLevel(coarse, nearest_clamp, (texel + 0.5) * texel_size, 0.0).a);
-        }
-    }
-    return largest;
-}
-
 // The mean over 4 × 4 texels, from 2 before a texel's middle to 1 after, of those that lie on the same surface (Tomasi
 // & Manduchi 1998, "Bilateral Filtering", by the distance from the tangent plane in place of one of colours).
 fn mean_of_square(noisy: texture_2d<f32>, middle: vec2f, side: u32, plane: TangentPlane, reach_m: f32) -> vec4f {

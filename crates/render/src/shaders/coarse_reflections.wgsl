@@ -1,8 +1,7 @@
 // What the picture shows of a surface's reflection, as rays found it, in texels that may be of several pixels: at each
 // pixel by which of its four texels lie on the same surface, see `bilateral.wgsl`.
 
-import package::shaders::bilateral::{largest_alpha_around, upsampled, upsampled_by_distances};
-import package::shaders::coarse::turn_in_square;
+import package::shaders::bilateral::{upsampled, upsampled_by_distances};
 import package::shaders::screen_space::tangent_plane_of;
 
 // Radiance times how much it is to be trusted, and that share.
@@ -24,11 +23,6 @@ fn reflected_at(position_px: vec2f, distance_m: f32, normal_world: vec3f) -> vec
     }
     if reflections_side == 1u && found_before == 0u {
         return textureLoad(found_reflections, vec2i(position_px), 0);
-    }
-    // Most surfaces reflect nothing of the picture.
-    let first_middle = vec2f(turn_in_square(i32(reflections_side) * i32(1u - found_before))) + 0.5;
-    if largest_alpha_around(found_reflections, position_px, reflections_side, first_middle) <= 0.0 {
-        return vec4f(0.0);
     }
     let plane = tangent_plane_of(normal_world, floor(position_px) + 0.5, distance_m);
     let reach_m = LIKENESS_REACH * distance_m;
