@@ -44,7 +44,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let [input] = &Input::parse(&args.input)?[..] else {
         return Err(Failure::usage("bench takes one file", "name one model"));
     };
-    let chosen = Chosen::of_change(&args.change)?.meeting_stages(input.is_stage());
+    let chosen = Chosen::of_change(&args.change)?.meeting_stages(input.has_settings());
     let base = || if args.live { Settings::default() } else { bare() };
     let (settings, effect_files) = chosen.settings(base(), None)?;
     if let Some(path) = &args.png {

@@ -20,7 +20,7 @@ use manypass_scene::{Framing, Scene};
 /// Wrong usage, an input that cannot be read, no adapter, or a frame that cannot be planned.
 pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     let input = one(&args.input)?;
-    let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(input.is_stage());
+    let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(input.has_settings());
     let (settings, files) = chosen.settings(Settings::default(), None)?;
     job::size(&args.frame.size)?;
     job::camera(&args.frame)?;

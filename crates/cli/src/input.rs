@@ -26,14 +26,18 @@ pub struct Opened {
     pub scene: Scene,
     /// What its reader warns of.
     pub warnings: Vec<String>,
-    /// The stage that it was read from, whose settings come before the user's.
+    /// The stage that it was read from, or that a demo has, whose settings come before the user's.
     pub stage: Option<Stage>,
 }
 
 impl Input {
-    /// Whether it is a stage.
-    pub fn is_stage(&self) -> bool {
-        matches!(self, Self::File(path) if manypass_scene::stage::is_stage(path))
+    /// Whether it brings settings of its own: a stage, or a demo that has some.
+    pub fn has_settings(&self) -> bool {
+        match self {
+            Self::File(path) => is_stage(path),
+            Self::Demo(name) => demo::stage(name).is_some(),
+            Self::Stdin => false,
+        }
     }
 
     /// The inputs that an argument names: a folder is every model and stage in it that is not hidden, by name.
@@ -130,7 +134,7 @@ impl Input {
             Self::Demo(name) => {
                 let mut scene = demo::named(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;
                 scene.update_transforms();
-                return Ok(Opened { scene, warnings: Vec::new(), stage: None });
+                return Ok(Opened { scene, warnings: Vec::new(), stage: demo::stage(name) });
             }
         };
         let mut scene = loaded.scene;

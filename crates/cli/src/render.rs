@@ -63,7 +63,7 @@ struct Batch<'a> {
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let job = Job::new(args, inputs.count() > 1, &aov_names())?;
-    let meets_stages = inputs.items.iter().any(|item| item.input.is_stage());
+    let meets_stages = inputs.items.iter().any(|item| item.input.has_settings());
     let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(meets_stages);
     let (settings, effect_files) = chosen.settings(Settings::default(), None)?;
     job.check(&settings)?;

@@ -50,6 +50,27 @@ fn the_hall_renders_the_same_bytes_twice_and_nearly_the_same_forward() {
 }
 
 #[test]
+fn the_hall_has_settings_of_its_own_which_others_replace() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("hall_settings");
+    let bytes = |out: &str, flags: &[&str]| {
+        render(&folder, &[&["demo:hall", "-o", out], flags].concat()).expect(0);
+        std::fs::read(folder.join(out)).expect("a picture")
+    };
+    let own = bytes("own.png", &[]);
+    assert!(own == bytes("told.png", &["--set", "chain=bloom", "--set", "bloom.strength=0.12"]));
+    let bare = bytes("bare.png", &["--set", "chain="]);
+    assert!(own != bare && bare == bytes("disabled.png", &["--set", "bloom.enabled=false"]));
+    assert!(own != bytes("more.png", &["--set", "bloom.strength=0.4"]));
+    // A stage of the user's has its own.
+    folder.write("a.stage.toml", b"model = \"demo:hall\"\n");
+    render(&folder, &["a.stage.toml", "-o", "stage.png"]).expect(0);
+    assert!(bare == std::fs::read(folder.join("stage.png")).expect("a picture"));
+}
+
+#[test]
 fn an_effect_changes_the_picture_and_a_wrong_one_is_named() {
     if !has_adapter() {
         return;

@@ -10,6 +10,7 @@ pub use crowd::crowd;
 pub use materials::materials;
 pub use relief::relief;
 
+use crate::stage::Stage;
 use crate::{Aabb, AlphaMode, Camera, Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene};
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
@@ -26,6 +27,17 @@ pub fn named(name: &str) -> Option<Scene> {
         "crowd" => Some(crowd()),
         _ => None,
     }
+}
+
+/// What a demo brings of settings, if it has any of its own: a stage without more. A stage of the user's that has a demo
+/// as its model takes none of them.
+pub fn stage(name: &str) -> Option<Stage> {
+    let text = match name {
+        "hall" => include_str!("demo/hall.stage.toml"),
+        _ => return None,
+    };
+    // A test reads it.
+    Stage::parse(&format!("demo:{name}"), text).ok()
 }
 
 /// Columns of a row, and metres between them.
@@ -386,6 +398,15 @@ mod tests {
                 let normals: Vec3 = triangle.iter().map(|&i| Vec3::from(primitive.normals[i as usize])).sum();
                 assert!(normals.is_finite() && (cross.length() < 1e-6 || cross.dot(normals) > 0.0));
             }
+        }
+    }
+
+    #[test]
+    fn a_demo_that_has_settings_is_the_model_of_its_stage() {
+        for name in NAMES {
+            let stage = stage(name);
+            assert_eq!(stage.is_some(), name == "hall", "{name}");
+            assert!(stage.is_none_or(|stage| stage.model() == format!("demo:{name}")), "{name}");
         }
     }
 }

@@ -250,7 +250,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Takes a built-in scene: `hall`.
+    /// Takes a built-in scene with its own settings: `hall`.
     ///
     /// # Errors
     /// When there is no such scene.
@@ -261,7 +261,7 @@ impl Viewer {
         }
         let mut scene = demo::hall();
         scene.update_transforms();
-        self.take(scene, Vec::new(), None)
+        self.take(scene, Vec::new(), demo::stage(name).as_ref())
     }
 
     /// The names of the file's scenes, in order; those without one are empty.

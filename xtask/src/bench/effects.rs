@@ -199,7 +199,8 @@ impl Bench<'_> {
         let once = || {
             let mut command = Command::new(&self.measurements.program);
             command.current_dir(root()).arg("bench").arg(self.effects_file(row.input));
-            command.args(["--size", &size, "--json", "--count", "1", "--effect", COPY]);
+            // The demo's own effects are none of what is measured.
+            command.args(["--size", &size, "--json", "--count", "1", "--set", "chain=", "--effect", COPY]);
             command.args(row.is_live.then_some("--live"));
             if let Some(effect) = row.effect.filter(|_| is_with) {
                 command.arg("--effect").arg(self.effects_file(effect));

@@ -33,6 +33,8 @@ pub(super) struct Case {
     /// How many frames a full turn of the view takes, of [`turn::MODEL`]; 0 if it stands. A frame is then a tenth of a
     /// second.
     turntable: u32,
+    /// With what is found in the picture where nobody says, which other cases leave out.
+    has_defaults: bool,
     /// More settings.
     settings: &'static [(&'static str, &'static str)],
     /// Settings that, after its own, take away what a case is for: the comparison has to refuse each such picture.
@@ -71,6 +73,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         tolerance: Tolerance::RASTERIZERS,
         frames: 1,
         turntable: 0,
+        has_defaults: false,
         settings: &[],
         without: &[],
         overlay: None,
@@ -94,10 +97,11 @@ const SHADOWLESS: &[(&str, &str)] = &[("shadows.enabled", "false")];
 const SPOTS: &str = "renderling/shadow_mapping_spots.glb";
 const SPHERES: &str =
     "khronos-sample-assets/Models/MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb";
+const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/DamagedHelmet.glb";
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 55] = [
+pub(super) const CASES: [Case; 57] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -146,7 +150,14 @@ pub(super) const CASES: [Case; 55] = [
         tolerance: Tolerance { share: 0.94, share_between: 0.989, mean: 0.5, ..together(266, 72) },
         ..case("hall-reflections", variables::MODEL, WIDE)
     },
-    // A texel of a shadow map that falls to the other side is large here: without contact there are no shadows.
+    // The default frame: occlusion and reflections, and the bloom that the hall brings.
+    Case {
+        has_defaults: true,
+        tolerance: Tolerance { share: 0.94, share_between: 0.989, mean: 0.5, ..together(266, 72) },
+        without: &[&[("reflections.enabled", "false")], &[("chain", "")]],
+        ..case("hall-default", variables::MODEL, WIDE)
+    },
+    Case { has_defaults: true, tolerance: together(100, 8), ..case("helmet-default", HELMET, SQUARE) },
     // Boxes send each other and the floor light, beside occlusion by points in a hemisphere.
     Case {
         settings: &[
@@ -163,6 +174,7 @@ pub(super) const CASES: [Case; 55] = [
         ..case("boxes-gi", turn::MODEL, SQUARE)
     },
     // Shadow maps as coarse, and as far from what casts, as they can be, and what the search of the picture makes of it.
+    // A texel of a shadow map that falls to the other side is large here: without contact there are no shadows.
     Case {
         settings: &[
             ("shadows.contact_m", "0.2"),
@@ -323,10 +335,11 @@ impl Case {
         Ok(self.overlay.map_or(Ok(Value::Null), serde_json::from_str)?)
     }
 
-    /// What is found in the picture has cases of its own and is off in all others; then those of the case.
+    /// What is found in the picture has cases of its own and is off in nearly all others; then those of the case.
     fn all_settings(&self) -> impl Iterator<Item = (&'static str, &'static str)> + '_ {
         let is_told = |key: &str| self.settings.iter().any(|(told, _)| *told == key);
-        let off = ["occlusion.enabled", "reflections.enabled"].into_iter().filter(move |key| !is_told(key));
+        let off = ["occlusion.enabled", "reflections.enabled"].into_iter();
+        let off = off.filter(move |key| !self.has_defaults && !is_told(key));
         off.map(|key| (key, "false")).chain(self.settings.iter().copied())
     }
 
