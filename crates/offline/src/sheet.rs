@@ -51,25 +51,27 @@ pub fn contact_sheet_of(entries: &[Entry<'_>], columns: u32, cell_px: u32) -> Re
     let words = |entry: &Entry<'_>| legend_width(entry.legend).max(text_width(entry.label) + 8);
     let widest_words = entries.iter().map(words).max().unwrap_or(0).min(cell_px);
     let cell_width = pictures.iter().map(RgbaImage::width).max().unwrap_or(1).max(64).max(widest_words);
-    let cell_height = pictures.iter().map(RgbaImage::height).max().unwrap_or(1);
     let labels: Vec<Vec<String>> = entries.iter().map(|entry| label_lines(entry.label, cell_width)).collect();
-    // A row is as high as its longest label and legend want it.
+    // A row is as high as its highest picture, and its longest label and legend, want it.
+    let highest = |row: &[RgbaImage]| row.iter().map(RgbaImage::height).max().unwrap_or(1);
+    let heights: Vec<u32> = pictures.chunks(columns as usize).map(highest).collect();
     let rows_px: Vec<u32> = entries
         .chunks(columns as usize)
         .zip(labels.chunks(columns as usize))
-        .map(|(row, labels)| {
+        .zip(&heights)
+        .map(|((row, labels), height)| {
             let lines = row.iter().zip(labels);
             let lines = lines.map(|(entry, label)| label.len() as u32 + legend_lines(entry.legend, cell_width));
-            cell_height + lines.max().unwrap_or(0) * LABEL_PX + MARGIN_PX
+            height + lines.max().unwrap_or(0) * LABEL_PX + MARGIN_PX
         })
         .collect();
     let (step_x, height) = (cell_width + MARGIN_PX, rows_px.iter().sum::<u32>().max(MARGIN_PX));
     let mut sheet = RgbaImage::from_pixel(columns * step_x + MARGIN_PX, height + MARGIN_PX, Rgba([32, 32, 32, 255]));
     for (index, ((entry, picture), label)) in entries.iter().zip(&pictures).zip(&labels).enumerate() {
-        let x = MARGIN_PX + index as u32 % columns * step_x;
-        let y = MARGIN_PX + rows_px.iter().take(index / columns as usize).sum::<u32>();
+        let (x, row) = (MARGIN_PX + index as u32 % columns * step_x, index / columns as usize);
+        let y = MARGIN_PX + rows_px.iter().take(row).sum::<u32>();
         imageops::overlay(&mut sheet, picture, i64::from(x), i64::from(y));
-        let mut line_y = y + cell_height + 2;
+        let mut line_y = y + heights[row] + 2;
         for line in label {
             draw_label(&mut sheet, line, x, line_y, cell_width);
             line_y += LABEL_PX;
@@ -178,6 +180,20 @@ mod tests {
         assert_eq!((at(8, 8), at(96, 8), at(8, 60)), (255, 255, 255));
         let lit = |x0: u32, y0: u32| (y0..y0 + 8).any(|y| (x0..x0 + 8).any(|x| at(x, y) == 230));
         assert!(lit(8, 42) && lit(8, 94) && lit(8 + 8 * 8, 94));
+    }
+
+    #[test]
+    fn rows_are_as_high_as_their_pictures() {
+        let black = [0, 0, 0, 255].repeat(64 * 32);
+        let entry = |height: u32| Entry {
+            label: "a",
+            width: 64,
+            height,
+            rgba8: &black[..64 * 4 * height as usize],
+            legend: &[],
+        };
+        let (_, height, _) = contact_sheet_of(&[entry(32), entry(4), entry(8)], 2, CELL_PX).expect("sheet");
+        assert_eq!(height, (32 + 12 + 8) + (8 + 12 + 8) + 8);
     }
 
     #[test]
