@@ -131,7 +131,7 @@ pub struct ChangeArgs {
     pub light_culling: Option<String>,
     /// How much time a frame is worth: a table of settings that comes before all others [default: medium].
     ///
-    /// `manypass settings --quality NAME` prints it. high and ultra need the deferred path.
+    /// `manypass settings --quality NAME` prints it.
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Quality::NAMES))]
     pub quality: Option<String>,
     /// Put an effect before or after the tone curve, by its name or in a WGSL file of your own; may be given again.

@@ -44,7 +44,9 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let [input] = &Input::parse(&args.input)?[..] else {
         return Err(Failure::usage("bench takes one file", "name one model"));
     };
-    let chosen = Chosen::of_change(&args.change)?.meeting_stages(input.has_settings());
+    // What a demo is shown with is no part of what is measured bare.
+    let takes_settings = args.live || !matches!(input, Input::Demo(_));
+    let chosen = Chosen::of_change(&args.change)?.meeting_stages(takes_settings && input.has_settings());
     let base = || if args.live { Settings::default() } else { bare() };
     let (settings, effect_files) = chosen.settings(base(), None)?;
     if let Some(path) = &args.png {
@@ -55,6 +57,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let load_started = Instant::now();
     let Opened { mut scene, mut warnings, stage } = input.load()?;
+    let stage = stage.filter(|_| takes_settings);
     let (settings, effect_files) = match &stage {
         None => (settings, effect_files),
         stage => chosen.settings(base(), stage.as_ref())?,

@@ -64,6 +64,9 @@ fn the_hall_has_settings_of_its_own_which_others_replace() {
     let bare = bytes("bare.png", &["--set", "chain="]);
     assert!(own != bare && bare == bytes("disabled.png", &["--set", "bloom.enabled=false"]));
     assert!(own != bytes("more.png", &["--set", "bloom.strength=0.4"]));
+    let measured = run_in(&folder, &["bench", "demo:hall", "--size", "64x36", "--count", "1", "--json"]).expect(0);
+    let last = json(measured.text().lines().last().expect("a line of JSON"));
+    assert_eq!(last["info"]["effects"], serde_json::json!([]), "what is measured is bare");
     // A stage of the user's has its own.
     folder.write("a.stage.toml", b"model = \"demo:hall\"\n");
     render(&folder, &["a.stage.toml", "-o", "stage.png"]).expect(0);

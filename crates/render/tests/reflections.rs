@@ -217,6 +217,26 @@ fn a_rough_surface_converges_to_its_lobe() {
 }
 
 #[test]
+fn more_samples_cut_less_of_what_is_bright() {
+    let mut renderer = shared();
+    let scene = panel(0.2);
+    load(&mut renderer, &scene);
+    // A single sample cuts the panel's 0.8 to a fourth.
+    let cut = request(&scene, 0.0).with(|settings| settings.reflections.brightness_max = 0.2 * 0.2 * 0.2);
+    let uncut = cut.with(|settings| settings.reflections.brightness_max = 0.0);
+    let mut light = |request: &FrameRequest, samples: u32| {
+        let found = radiance(&mut renderer, &scene, request, samples);
+        let bare = radiance(&mut renderer, &scene, &without(request), samples);
+        found.iter().zip(&bare).map(|(with, without)| f64::from(with[1] - without[1])).sum::<f64>()
+    };
+    let ratios = [1, 4, 16, 63, 64, 256].map(|samples| light(&cut, samples) / light(&uncut, samples));
+    println!("of what is uncut: {ratios:.4?}");
+    assert!(ratios.is_sorted_by(|fewer, more| *more > fewer - 0.002), "{ratios:?}");
+    // Texels that are bright for that cut count less in the filter, too.
+    assert!(ratios[0] < 0.5 && ratios[2] > 0.6 && ratios[3] > 0.7 && ratios[4] > 0.99, "{ratios:?}");
+}
+
+#[test]
 fn what_reflects_nothing_in_the_picture_stays_as_it_is() {
     let mut renderer = shared();
     let mut same = |scene: &Scene, request: &FrameRequest, what: &str| {

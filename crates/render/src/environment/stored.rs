@@ -79,16 +79,16 @@ const MAGIC_OF_STUDIO: &[u8] = b"manypass studio 1\n";
 
 /// The name of the studio's tiles: of the text of what draws them, so that they are no other's.
 pub(crate) fn name_of_studio() -> String {
-    const HASH: u64 = hash_of_text(
-        include_bytes!("studio.rs"),
-        hash_of_text(include_bytes!("tiles.rs"), hash_of_text(include_bytes!("lobe.rs"), FNV_OFFSET)),
-    );
+    const OF_CONSTANTS: u64 = hash_of_text(include_bytes!("../constants.rs"), FNV_OFFSET);
+    const OF_LOBE: u64 = hash_of_text(include_bytes!("lobe.rs"), OF_CONSTANTS);
+    const OF_TILES: u64 = hash_of_text(include_bytes!("tiles.rs"), OF_LOBE);
+    const HASH: u64 = hash_of_text(include_bytes!("studio.rs"), OF_TILES);
     format!("studio-{HASH:016x}")
 }
 
 const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
 
-/// FNV-1a (Fowler, Noll & Vo 1991), which goes on from `hash`.
+/// FNV-1a (Fowler, Noll & Vo 1991), which goes on from `hash`: the standard library has none that compilers compute.
 const fn hash_of_text(text: &[u8], mut hash: u64) -> u64 {
     let mut index = 0;
     while index < text.len() {

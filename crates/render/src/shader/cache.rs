@@ -1,6 +1,6 @@
 //! Every program and full-screen pipeline is made once.
 
-use super::pipeline::{Makers, Pipeline};
+use super::pipeline::{Make, Makers, Pipeline};
 use super::program::{Constant, FrameLayout, Program, ProgramError};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -24,7 +24,7 @@ impl FullscreenPipeline {
         target: FullscreenTarget,
         constants: &[Constant],
     ) -> Self {
-        let pipeline = Pipeline::now(|| Self::make(device, &program, triangle, target, constants));
+        let pipeline = Pipeline::made(Self::make(device, &program, triangle, target, constants));
         Self { program, pipeline }
     }
 
@@ -116,7 +116,7 @@ pub enum StencilUse {
     Ignored,
     /// Draws where it is 0.
     Unsettled,
-    /// Makes it 0 where it draws.
+    /// Makes it 0 where it draws, whatever it is.
     Unsettles,
 }
 
@@ -178,14 +178,7 @@ impl Shaders {
     }
 
     /// The pipeline that `make` gives, which is counted; it may be made on another thread.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn pipeline(&self, make: impl FnOnce() -> wgpu::RenderPipeline + Send + 'static) -> Pipeline {
-        self.compiling(|| self.makers.promise(make))
-    }
-
-    /// The pipeline that `make` gives, which is counted.
-    #[cfg(target_arch = "wasm32")]
-    pub(crate) fn pipeline(&self, make: impl FnOnce() -> wgpu::RenderPipeline + 'static) -> Pipeline {
+    pub(crate) fn pipeline(&self, make: impl Make) -> Pipeline {
         self.compiling(|| self.makers.promise(make))
     }
 

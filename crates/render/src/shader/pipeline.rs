@@ -4,11 +4,13 @@
 //! are declared: by the time that the first pass is encoded, others have made most of them.
 
 #[cfg(not(target_arch = "wasm32"))]
-pub(crate) use threads::Makers;
-#[cfg(not(target_arch = "wasm32"))]
 pub use threads::Pipeline;
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use threads::{Make, Makers};
 #[cfg(target_arch = "wasm32")]
-pub use web::{Makers, Pipeline};
+pub use web::Pipeline;
+#[cfg(target_arch = "wasm32")]
+pub(crate) use web::{Make, Makers};
 
 #[cfg(not(target_arch = "wasm32"))]
 mod threads {
@@ -21,7 +23,10 @@ mod threads {
     use std::thread::JoinHandle;
     use std::time::Instant;
 
-    type Make = Box<dyn FnOnce() -> wgpu::RenderPipeline + Send>;
+    /// What makes a pipeline, on whichever thread.
+    pub(crate) trait Make: Fn() -> wgpu::RenderPipeline + Send + Sync + 'static {}
+
+    impl<M: Fn() -> wgpu::RenderPipeline + Send + Sync + 'static> Make for M {}
 
     /// A pipeline that is there, or is being made; whoever uses it waits for it, or makes it if nobody has begun.
     #[derive(Clone, Debug)]
@@ -29,16 +34,14 @@ mod threads {
 
     struct Promised {
         made: OnceLock<wgpu::RenderPipeline>,
-        make: Mutex<Option<Make>>,
+        make: Box<dyn Fn() -> wgpu::RenderPipeline + Send + Sync>,
         waited_ns: Arc<AtomicU64>,
     }
 
     impl Promised {
+        /// A thread on which that panics leaves it to whoever uses the pipeline, who hears of it then.
         fn make(&self) -> &wgpu::RenderPipeline {
-            self.made.get_or_init(|| {
-                let make = self.make.lock().unwrap_or_else(PoisonError::into_inner).take();
-                make.expect("whoever makes it is the first; one that panicked ended its thread")()
-            })
+            self.made.get_or_init(|| (self.make)())
         }
     }
 
@@ -49,10 +52,10 @@ mod threads {
     }
 
     impl Pipeline {
-        /// What `make` gives, now.
-        pub(crate) fn now(make: impl FnOnce() -> wgpu::RenderPipeline) -> Self {
-            let (made, waited_ns) = (OnceLock::from(make()), Arc::default());
-            Self(Arc::new(Promised { made, make: Mutex::default(), waited_ns }))
+        /// One that is there.
+        pub(crate) fn made(pipeline: wgpu::RenderPipeline) -> Self {
+            let made = OnceLock::from(pipeline.clone());
+            Self(Arc::new(Promised { made, make: Box::new(move || pipeline.clone()), waited_ns: Arc::default() }))
         }
     }
 
@@ -95,8 +98,8 @@ mod threads {
 
     impl Makers {
         /// The pipeline that `make` gives, as soon as a thread comes to it.
-        pub fn promise(&self, make: impl FnOnce() -> wgpu::RenderPipeline + Send + 'static) -> Pipeline {
-            let (make, waited_ns) = (Mutex::new(Some(Box::new(make) as Make)), self.waited_ns.clone());
+        pub fn promise(&self, make: impl Make) -> Pipeline {
+            let (make, waited_ns) = (Box::new(make), self.waited_ns.clone());
             let promised = Arc::new(Promised { made: OnceLock::new(), make, waited_ns });
             if let Some(wanted) = &self.started.get_or_init(Started::new).wanted {
                 // Without threads nobody receives it.
@@ -154,10 +157,15 @@ mod web {
     #[derive(Clone, Debug, PartialEq)]
     pub struct Pipeline(wgpu::RenderPipeline);
 
+    /// What makes a pipeline.
+    pub(crate) trait Make: Fn() -> wgpu::RenderPipeline + 'static {}
+
+    impl<M: Fn() -> wgpu::RenderPipeline + 'static> Make for M {}
+
     impl Pipeline {
-        /// What `make` gives, now.
-        pub(crate) fn now(make: impl FnOnce() -> wgpu::RenderPipeline) -> Self {
-            Self(make())
+        /// One that is there.
+        pub(crate) fn made(pipeline: wgpu::RenderPipeline) -> Self {
+            Self(pipeline)
         }
     }
 
@@ -171,12 +179,12 @@ mod web {
 
     /// Nothing: modules in browsers have one thread.
     #[derive(Debug, Default)]
-    pub struct Makers;
+    pub(crate) struct Makers;
 
     impl Makers {
         /// What `make` gives.
-        pub fn promise(&self, make: impl FnOnce() -> wgpu::RenderPipeline + 'static) -> Pipeline {
-            Pipeline::now(make)
+        pub fn promise(&self, make: impl Make) -> Pipeline {
+            Pipeline(make())
         }
 
         /// None are waited for but where they are made.

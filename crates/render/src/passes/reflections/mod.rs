@@ -66,15 +66,19 @@ struct CoarseLevelUniform {
 }
 
 impl ReflectionsUniform {
-    /// `exposure` is from pre-exposed radiance to what the tone curve takes; of `rays` a pixel shows the mean.
-    fn new(settings: &ReflectionSettings, bounds_world: &Aabb, exposure: f32, rays: u32) -> Self {
+    /// `exposure` is from pre-exposed radiance to what the tone curve takes; a pixel shows the mean of so many samples, and
+    /// of so many rays in all.
+    fn new(settings: &ReflectionSettings, bounds_world: &Aabb, exposure: f32, (samples, rays): (u32, u32)) -> Self {
         let diagonal_m = if bounds_world.is_empty() { 1.0 } else { bounds_world.min.distance(bounds_world.max) };
         let diagonal_m = if diagonal_m.is_finite() { diagonal_m.clamp(1e-6, 1e6) } else { 1e6 };
         let of = |given_m: f32, auto_m: f32| if given_m > 0.0 { given_m.max(1e-6) } else { auto_m };
         let distance_m = of(settings.distance_m, diagonal_m);
         let fade_per_m = if settings.distance_m > 0.0 { 1.0 / (FADE_SHARE * distance_m) } else { 0.0 };
         let thickness_m = of(settings.thickness_m, THICKNESS_SHARE * diagonal_m);
-        let radiance_max = settings.brightness_max / exposure.max(1e-6);
+        // The noise of a mean falls by the square root of the number of samples: by so much more may a ray bring, so that
+        // the more the picture averages the less is cut, and in the end nothing is.
+        let noise_gain = (samples.max(1) as f32).sqrt();
+        let radiance_max = settings.brightness_max * noise_gain / exposure.max(1e-6);
         let radiance_max = if radiance_max > 0.0 { radiance_max.min(RADIANCE_MAX) } else { RADIANCE_MAX };
         let roughness_max = settings.roughness_max;
         let share_of_ray = 1.0 / rays.max(1) as f32;
@@ -248,10 +252,11 @@ impl<'s> Tracing<'s> {
     fn new(r: &Recorder<'_, '_>, settings: &'s ReflectionSettings, samples: u32) -> Self {
         let is_filtered = samples < UNFILTERED_RAYS || r.view.shows_few_samples();
         let samples = if r.view.shows_few_samples() { 1 } else { samples };
+        let bounds_world = &r.frame.world.bounds_world;
         let rays = if is_filtered { samples.saturating_mul(FILTERED_RAYS) } else { samples };
         Self {
             settings,
-            uniform: ReflectionsUniform::new(settings, &r.frame.world.bounds_world, r.view.display_exposure, rays),
+            uniform: ReflectionsUniform::new(settings, bounds_world, r.view.display_exposure, (samples, rays)),
             desc: settings.resolution.desc(r.view, RADIANCE),
             side_px: settings.resolution.side_px(),
             is_filtered,
@@ -363,7 +368,7 @@ mod tests {
 
     #[test]
     fn lengths_are_those_of_the_settings_or_of_the_scene() {
-        let of = |settings: &ReflectionSettings, bounds: &Aabb| ReflectionsUniform::new(settings, bounds, 2.0, 16);
+        let of = |settings: &ReflectionSettings, bounds: &Aabb| ReflectionsUniform::new(settings, bounds, 2.0, (1, 16));
         let auto = ReflectionSettings::default();
         let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 0.0, 4.0) };
         let found = of(&auto, &bounds);
