@@ -227,12 +227,19 @@ impl Checker<'_, '_> {
         Ok(())
     }
 
-    /// Two uses of one subresource in one pass: only two reads are allowed.
+    /// Two uses of one subresource in one pass: only two reads are allowed, of which one may be an attachment where the
+    /// limits say so.
     fn overlap(&self, pass: &PassNode<'_>, used: &Use, before: &[Use]) -> Result<(), PlanError> {
         for other in before {
             let meets = used.texture == other.texture && used.part.overlaps(other.part);
             let attached = (used.kind.is_attachment(), other.kind.is_attachment());
-            if !meets || attached == (false, false) {
+            let samples_attached = matches!(
+                (used.kind, other.kind),
+                (UseKind::DepthReadOnly, UseKind::Sampled { depth_only: true, .. })
+                    | (UseKind::Sampled { depth_only: true, .. }, UseKind::DepthReadOnly)
+            );
+            let is_allowed = samples_attached && self.graph.limits.samples_attached_depth;
+            if !meets || attached == (false, false) || is_allowed {
                 continue;
             }
             let (pass, texture) = (pass.name.to_string(), self.name(used));

@@ -80,11 +80,18 @@ pub struct Limits {
     pub max_color_bytes_per_sample: u32,
     /// Largest width and height in texels.
     pub max_texture_size: u32,
+    /// Whether a pass may sample the depth that it is attached to read-only; on OpenGL and WebGL 2 that is feedback.
+    pub samples_attached_depth: bool,
 }
 
 impl Limits {
     /// What every WebGL 2 adapter offers.
-    pub const WEBGL2: Self = Self { max_color_attachments: 4, max_color_bytes_per_sample: 32, max_texture_size: 2048 };
+    pub const WEBGL2: Self = Self {
+        max_color_attachments: 4,
+        max_color_bytes_per_sample: 32,
+        max_texture_size: 2048,
+        samples_attached_depth: false,
+    };
 }
 
 impl From<&wgpu::Limits> for Limits {
@@ -93,6 +100,8 @@ impl From<&wgpu::Limits> for Limits {
             max_color_attachments: limits.max_color_attachments,
             max_color_bytes_per_sample: limits.max_color_attachment_bytes_per_sample,
             max_texture_size: limits.max_texture_dimension_2d,
+            // Not a limit of `wgpu`'s: who knows the backend says so.
+            samples_attached_depth: false,
         }
     }
 }

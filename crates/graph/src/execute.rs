@@ -84,6 +84,8 @@ pub struct Executor {
     histories: Histories,
     times: Times,
     pub(crate) can_copy_depth: bool,
+    /// Whether it costs time to clear targets, and none to keep what they hold: on adapters that draw in memory.
+    clears_cost: bool,
 }
 
 /// What the textures behind the slots of a plan have to be.
@@ -123,6 +125,7 @@ impl Executor {
             histories: Histories::default(),
             times: Times::new(device, queue),
             can_copy_depth: device.adapter_info().backend != wgpu::Backend::Gl,
+            clears_cost: device.adapter_info().device_type == wgpu::DeviceType::Cpu,
         }
     }
 
@@ -314,7 +317,9 @@ impl Recorder<'_> {
             let Some(view) = self.view(attachment.use_index) else {
                 continue;
             };
-            let is_kept = end.store || is_cut || self.options.taps.ends_with(&last.name);
+            // What is not stored is cleared before anything is drawn over it again.
+            let is_kept =
+                end.store || is_cut || self.executor.clears_cost || self.options.taps.ends_with(&last.name);
             let store = if is_kept { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
             match attachment.target {
                 Target::Color(_) => colors.push(Some(wgpu::RenderPassColorAttachment {
@@ -392,10 +397,16 @@ impl Recorder<'_> {
         self.resources.views.get(use_index as usize)?.as_ref()
     }
 
+    /// Whether a target that may hold anything is not cleared. Pictures of passes show nothing of frames before.
+    fn keeps_discarded(&self) -> bool {
+        self.executor.clears_cost && matches!(self.options.taps, Taps::None)
+    }
+
     fn color_load(&self, attachment: &PlannedAttachment) -> wgpu::LoadOp<wgpu::Color> {
         match self.uses[attachment.use_index as usize].kind {
             UseKind::Color(ColorLoad::Clear(color)) => wgpu::LoadOp::Clear(color),
             UseKind::Color(ColorLoad::Keep) => wgpu::LoadOp::Load,
+            UseKind::Color(ColorLoad::Discard) if self.keeps_discarded() => wgpu::LoadOp::Load,
             _ => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
         }
     }

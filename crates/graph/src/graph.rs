@@ -69,8 +69,8 @@ pub enum ColorLoad {
     Clear(wgpu::Color),
     /// What earlier passes wrote.
     Keep,
-    /// Anything: the pass overwrites every texel. (Executed as a clear, which
-    /// costs the same and cannot show stale memory.)
+    /// Anything: the pass overwrites every texel that is looked at later. (Executed as a clear, which on GPUs costs
+    /// nothing and cannot show stale memory; on software adapters, where it does cost, the texture is left as it is.)
     Discard,
 }
 

@@ -16,6 +16,7 @@ mod exr_header;
 pub mod lines;
 pub mod manifest;
 pub mod memory;
+mod png_stream;
 pub mod settings_docs;
 pub mod sheet;
 pub mod stage_docs;

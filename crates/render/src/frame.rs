@@ -8,6 +8,7 @@ pub use picture::{
 
 use crate::aov::AovPasses;
 use crate::draws::Tile;
+use crate::environment::Background;
 use crate::fisheye::FisheyeLens;
 use crate::fog::{FogMode, FogSettings};
 use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
@@ -110,7 +111,8 @@ pub fn view_passes(
         let occlusion = occlusion.map(|occlusion| occlusion.texture);
         return Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion });
     }
-    let (outputs, gbuffer) = surface_passes(r, variables)?;
+    let fills_background = settings.background.source == Background::Environment;
+    let (outputs, gbuffer) = surface_passes(r, variables, fills_background)?;
     let occlusion = {
         let seen =
             occlusion::Seen { normal: &gbuffer.normal, linear_depth: &gbuffer.linear_depth, depth: &outputs.depth };
@@ -362,7 +364,7 @@ pub(crate) fn fisheye_passes(
 pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Handle, ProgramError> {
     let (pairs, depth) = match settings.render.path {
         Path::Deferred => {
-            let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, &Variables::default())?;
+            let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, &Variables::default(), false)?;
             let pairs = LightTarget::new(r).cleared(r.graph);
             let (pairs, depth) = light_passes(r, settings, &gbuffer, InPicture::default(), depth, pairs)?;
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
@@ -381,14 +383,19 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
 pub fn variable_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<ViewOutputs, ProgramError> {
-    let (outputs, gbuffer) = surface_passes(r, variables)?;
+    let (outputs, gbuffer) = surface_passes(r, variables, false)?;
     Ok(ViewOutputs { gbuffer: Some(gbuffer), ..outputs })
 }
 
-/// The G-buffer and the passes that variables need; `radiance` holds emission so far.
-fn surface_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
+/// The G-buffer and the passes that variables need; `radiance` holds emission so far. `fills_background` is as for
+/// [`geometry::record`].
+fn surface_passes(
+    r: &mut Recorder<'_, '_>,
+    variables: &Variables,
+    fills_background: bool,
+) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
     let begun = adaptive::begin_depth(r)?;
-    let geometry = geometry::record(r, begun)?;
+    let geometry = geometry::record(r, begun, fills_background)?;
     let linear_depth = linear_depth::record(r, "linear_depth", &geometry.depth)?;
     let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;
     let gbuffer =

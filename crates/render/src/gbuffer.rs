@@ -35,6 +35,19 @@ impl Gbuffer {
             .read("material", &self.material)
             .read("linear_depth", &self.linear_depth)
     }
+
+    /// The same of a step of `r`'s that is drawn over `depth`: where nothing else needs linear depth, it finds distances
+    /// in that, and nobody has to make them.
+    pub fn read_by_light<'r, 'f>(&self, step: Fullscreen<'r, 'f>, depth: &Handle) -> Fullscreen<'r, 'f> {
+        if !step.view().reads_attached_depth {
+            return self.read_by(step);
+        }
+        step.read("base_color", &self.base_color)
+            .read("normal", &self.normal)
+            .read("material", &self.material)
+            .read_depth("linear_depth", depth)
+            .constant("reads_attached_depth", 1)
+    }
 }
 
 /// What light goes into, before anything is there: `radiance`; or, in a view that counts pairs, a sum of their numbers.

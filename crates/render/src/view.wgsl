@@ -2,6 +2,8 @@
 // Spaces: world (right-handed, +Y up, metres), view (the camera looks along -Z), clip, ndc (depth reversed: 1 near, 0
 // far), uv (origin top left), pixel. Declared once here and once in `view.rs`; a test compares the two.
 
+import package::constants::DISTANCE_BACKGROUND_M;
+
 struct View {
     clip_from_world: mat4x4f,
     view_from_world: mat4x4f,
@@ -45,6 +47,11 @@ fn distance_from_depth_ndc(position_px: vec2f, depth_ndc: f32) -> f32 {
     let plane = (ndc_from_uv(uv_from_pixel(position_px)) - view.jitter_ndc) * view.view_from_ndc_scale;
     let depth = depth_ndc - dot(view.depth_slope, plane);
     return (k.x - depth * k.y) / (k.z - depth * k.w);
+}
+
+// The same of a texel of the depth attachment: where nothing was drawn it is DISTANCE_BACKGROUND_M.
+fn distance_from_depth_texel(position_px: vec2f, depth_ndc: f32) -> f32 {
+    return select(distance_from_depth_ndc(position_px, depth_ndc), DISTANCE_BACKGROUND_M, depth_ndc <= 0.0);
 }
 
 fn position_view_from_pixel(position_px: vec2f, distance_m: f32) -> vec3f {

@@ -1,6 +1,7 @@
 //! Images and how textures sample them. Images stay encoded until somebody asks for their texels, so that few are
 //! decoded at a time.
 
+mod jpeg;
 mod ktx2;
 mod light;
 
@@ -289,6 +290,9 @@ impl Image {
         }
         if is_ktx2(bytes) {
             let data = ktx2::decode(bytes).map_err(|message| self.error(message))?;
+            return Ok(Pixels { width, height, format: PixelFormat::Rgba8, data });
+        }
+        if let Some(data) = jpeg::decode((width, height), bytes) {
             return Ok(Pixels { width, height, format: PixelFormat::Rgba8, data });
         }
         let decoded = self.reader(bytes)?.decode().map_err(|error| self.error(error))?;

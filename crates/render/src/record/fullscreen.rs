@@ -84,6 +84,11 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         }
     }
 
+    /// The view that it belongs to.
+    pub fn view(&self) -> &'f PreparedView {
+        self.view
+    }
+
     /// The shader reads `handle` under `name`.
     pub fn read(mut self, name: impl Into<Cow<'static, str>>, handle: &Handle) -> Self {
         let read = self.pass.read(handle);

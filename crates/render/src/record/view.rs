@@ -82,6 +82,8 @@ pub struct PreparedView {
     pub(crate) ground: Option<ViewGround>,
     /// Of a still whose later samples leave tiles out, how many samples draw all of them.
     pub whole_samples: Option<u32>,
+    /// Whether light finds distances in the depth attachment, because nothing else needs linear depth.
+    pub reads_attached_depth: bool,
     /// The texture that says which tiles are settled, if any may be: the frame leaves those out.
     pub(crate) settled: Option<wgpu::TextureView>,
     /// Rectangles around all that is not settled, if they are known.
@@ -258,6 +260,8 @@ pub(crate) struct Viewed<'a> {
     pub ground: Option<ViewGround>,
     /// Of a still whose later samples leave tiles out, how many samples draw all of them.
     pub whole_samples: Option<u32>,
+    /// Whether light finds distances in the depth attachment.
+    pub reads_attached_depth: bool,
     /// Which tiles are settled.
     pub settled: Option<wgpu::TextureView>,
     /// Rectangles around all that is not.
@@ -318,6 +322,7 @@ impl Viewed<'_> {
             has_shadows: self.shadows.is_some(),
             ground: self.ground,
             whole_samples: self.whole_samples,
+            reads_attached_depth: self.reads_attached_depth,
             settled: self.settled,
             unsettled: self.unsettled,
         }

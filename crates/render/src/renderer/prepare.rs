@@ -315,6 +315,9 @@ impl Renderer {
         let uniform = self.view_uniform(asked, (&seen, range), (*size, asked.temporal_jitter_px()), filtering);
         let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
         let whole_samples = if is_adaptive { adaptive::whole_samples(sample_count) } else { None };
+        // What is found in the picture is found by the first sample, and for all.
+        let looks = sample_index == 0 && (settings.occlusion.enabled.is_on() || settings.reflections.enabled.is_on());
+        let reads_attached_depth = self.gpu.capabilities.samples_attached_depth && whole_samples.is_some() && !looks;
         let display_goes_on = request.goes_on || request.sample_index > 0 && state.was_shown;
         let ViewState { tables, lists, unsettled, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
@@ -354,7 +357,7 @@ impl Renderer {
                 sampling: if is_of_variables { filtering_of_variables.sampling } else { filtering.sampling },
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
-                constants: constants_of(asked, &lists.table, tiles),
+                constants: constants_of(asked, &lists.table, shadows.map(|(shadows, _)| shadows), tiles),
                 lit_rectangles: lists.lit_rectangles.clone(),
                 volume_draws: lists.volume_draws.clone(),
                 object_lights: lists.object_lights.clone(),
@@ -363,6 +366,7 @@ impl Renderer {
                 shadows: shadows.map(|(_, atlas)| &atlas.view),
                 ground: ground.clone(),
                 whole_samples: whole_samples.filter(|_| draws_picture),
+                reads_attached_depth: reads_attached_depth && draws_picture,
                 settled: settled.clone().filter(|_| draws_picture),
                 unsettled: unsettled.clone().filter(|_| draws_picture && settled.is_some()),
                 environment_tiles: tiles.map(|tiles| &tiles.view),
@@ -454,6 +458,7 @@ impl Renderer {
             shadows: None,
             ground: None,
             whole_samples: None,
+            reads_attached_depth: false,
             settled: None,
             unsettled: None,
             environment_tiles: None,
@@ -530,11 +535,23 @@ impl Renderer {
 }
 
 /// The `override` constants of a view's pipelines.
-fn constants_of(asked: &Asked, table: &LightTable, tiles: Option<&EnvironmentTiles>) -> Vec<Constant> {
+fn constants_of(
+    asked: &Asked,
+    table: &LightTable,
+    shadows: Option<&ViewShadows>,
+    tiles: Option<&EnvironmentTiles>,
+) -> Vec<Constant> {
     let settings = &asked.request.settings;
     let mut constants = settings.shading.model.constants();
     constants.extend(settings.transparency.masks.constants());
     constants.push((lights::LIGHT_CLASSES, table.classes()));
+    if (table.directional_count(), table.global_count()) == (1, 1) {
+        constants.push(("one_directional", 1));
+    }
+    // In a live view cascades come and go, and pipelines would be made again.
+    if asked.request.sample_count > 1 && shadows.is_some_and(|shadows| shadows.has_one_cascade(table.directional_count())) {
+        constants.push(("one_cascade", 1));
+    }
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
     }

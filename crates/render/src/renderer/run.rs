@@ -166,7 +166,11 @@ impl Renderer {
         // What fades has instances that only now are known.
         stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
         let shadows = self.prepare_shadows(asked, states, &lit, &world, &mut stats, purpose);
-        let limits = Limits::from(&self.gpu.capabilities.limits);
+        let capabilities = &self.gpu.capabilities;
+        let limits = Limits {
+            samples_attached_depth: capabilities.samples_attached_depth,
+            ..Limits::from(&capabilities.limits)
+        };
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
             self.world_draws = world.draws;

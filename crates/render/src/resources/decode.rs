@@ -78,8 +78,13 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
         }
         ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limits, &mut warnings), is_srgb),
         ImageSource::Packed { occlusion, metallic_roughness } => {
-            let mut decode = |image| decode_base(scene, image, false, limits, &mut warnings);
-            let (occlusion, rough_metal) = (decode(occlusion), decode(metallic_roughness));
+            let decode = |image| {
+                let mut warnings = Vec::new();
+                (decode_base(scene, image, false, limits, &mut warnings), warnings)
+            };
+            let both = at_once(|| decode(occlusion), || decode(metallic_roughness));
+            let ((occlusion, of_occlusion), (rough_metal, of_rough_metal)) = both;
+            warnings.extend(of_occlusion.into_iter().chain(of_rough_metal));
             (pack(occlusion, rough_metal), false)
         }
     };
@@ -241,6 +246,20 @@ fn layers(images: Vec<Option<Layer>>, is_srgb: bool) -> Option<MipChain> {
         }
     }
     chain
+}
+
+/// What both give, the first of them on a thread of its own where there may be one more.
+fn at_once<T: Send>(first: impl Fn() -> T + Sync, second: impl FnOnce() -> T) -> (T, T) {
+    #[cfg(not(target_arch = "wasm32"))]
+    let first_apart = std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().spawn_scoped(scope, &first).ok();
+        let second = second();
+        (thread.and_then(|thread| thread.join().ok()), second)
+    });
+    #[cfg(target_arch = "wasm32")]
+    let first_apart = (None, second());
+    let (known, second) = first_apart;
+    (known.unwrap_or_else(first), second)
 }
 
 /// Occlusion in the red channel of metallic-roughness; what is missing is white.

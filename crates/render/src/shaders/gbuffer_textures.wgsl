@@ -1,13 +1,16 @@
 // The G-buffer as passes after the geometry pass read it.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::view::{view, position_view_from_pixel};
+import package::view::{view, distance_from_depth_texel, position_view_from_pixel};
 import package::gbuffer::{GbufferTexels, Surface, gbuffer_unpack, normal_unpack};
 
 @group(1) @binding(0) var base_color: texture_2d<f32>;
 @group(1) @binding(1) var normal: texture_2d<u32>;
 @group(1) @binding(2) var material: texture_2d<f32>;
 @group(1) @binding(3) var linear_depth: texture_2d<f32>;
+
+// 1 if `linear_depth` is the depth attachment, and distances are found of it at every look.
+override reads_attached_depth: u32 = 0u;
 
 // The least cosine between the corners of a pixel on a flat surface.
 const FACET_AGREEMENT_MIN: f32 = 0.98;
@@ -28,7 +31,11 @@ fn normal_world_at(pixel: vec2i) -> vec3f {
 
 // Metres along the view axis; at least DISTANCE_BACKGROUND_M where there is no surface.
 fn distance_at(pixel: vec2i) -> f32 {
-    return textureLoad(linear_depth, pixel, 0).r;
+    let texel = textureLoad(linear_depth, pixel, 0).r;
+    if reads_attached_depth != 0u {
+        return distance_from_depth_texel(vec2f(pixel) + 0.5, texel);
+    }
+    return texel;
 }
 
 // The normal of the surface as it was drawn, from the distances of the pixels around: of the four corners that a pixel

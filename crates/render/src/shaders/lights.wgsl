@@ -17,6 +17,8 @@ import package::shaders::shadows::{directional_visibility, punctual_visibility, 
 // The classes of lights that there are, of which each has a loop: software adapters run the body of a loop once at
 // least.
 override light_classes: u32 = DIRECTIONAL_LIGHTS | GLOBAL_LIGHTS | QUIET_POINTS | CASTING_POINTS | CASTING_SPOTS | QUIET_SPOTS;
+// 1 if the only light that is in no list is a directional one: software adapters pay for what lives across a loop.
+override one_directional: u32 = 0u;
 // 1 if pairs of light and what it may reach are counted in place of light.
 override counts_pairs: u32 = 0u;
 // 1 if `specular` is wanted beside `radiance`.
@@ -211,6 +213,10 @@ fn add_global_lights(
 // All lights that are in no list.
 fn global_light_sums(position_px: vec2f, position_world: vec3f, shading: Shading, rows: TableRows) -> LightSums {
     var sums: LightSums;
+    if one_directional != 0u {
+        directional_radiance(0u, position_world, shading, rows, &sums);
+        return sums;
+    }
     // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
     let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
     let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);

@@ -25,6 +25,9 @@ override penumbrae: u32 = 0u;
 // Whether a comparison stands for all four of a filter (1): in one of the samples of a still, which take them in turn.
 override takes_one_tap: u32 = 0u;
 
+// 1 if no directional light has more than one cascade.
+override one_cascade: u32 = 0u;
+
 // The border of a tile in texels, within which filters find neighbours.
 const BORDER_TEXELS: f32 = 3.0;
 // Room for rounding: of depth as such, and as a share of it.
@@ -233,26 +236,34 @@ fn punctual_visibility(table_uv: vec2f, light_position: vec3f, position_world: v
     return tile_visibility(tile, position_world, normal, shadow.z, 1.0);
 }
 
+// How far within a cascade, less its border, a place lies, as a share of half its side; none outside.
+fn within_cascade(tile: ShadowTile, position_world: vec3f) -> f32 {
+    let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
+    let at = abs(in_tile(tile, position_world).xy);
+    let within = 1.0 - 2.0 * BORDER_TEXELS / texels - max(at.x, at.y);
+    return select(0.0, within, tile.place.z > 0.0);
+}
+
 // The share of the directional light whose place in the table is `table_uv` that reaches a surface: by the first of its
 // cascades that shows it, and where that ends, more and more by the next.
 fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
     let shadow = light_part(table_uv, LIGHT_SHADOW);
     let count = u32(shadow.y);
+    if one_cascade != 0u {
+        let tile = shadow_tile(u32(shadow.x));
+        let visibility = tile_visibility(tile, position_world, normal, shadow.z, 0.0);
+        return select(1.0, visibility, (count > 0u) & (within_cascade(tile, position_world) > 0.0));
+    }
     var visibility = 0.0;
     var left = 1.0;
     for (var i = 0u; i < count; i++) {
         let tile = shadow_tile(u32(shadow.x) + i);
-        if tile.place.z <= 0.0 {
-            continue;
-        }
-        let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
-        let at = abs(in_tile(tile, position_world).xy);
-        let edge = 1.0 - 2.0 * BORDER_TEXELS / texels - max(at.x, at.y);
-        if edge <= 0.0 {
+        let within = within_cascade(tile, position_world);
+        if within <= 0.0 {
             continue;
         }
         // The last of them goes on to its edge.
-        let weight = left * select(min(edge * 10.0, 1.0), 1.0, i + 1u == count);
+        let weight = left * select(min(within * 10.0, 1.0), 1.0, i + 1u == count);
         visibility += weight * tile_visibility(tile, position_world, normal, shadow.z, 0.0);
         left -= weight;
         if left <= 0.0 {
@@ -295,9 +306,7 @@ fn directional_visibility_in_air(table_uv: vec2f, position_world: vec3f) -> f32 
     let count = u32(shadow.y);
     for (var i = 0u; i < count; i++) {
         let tile = shadow_tile(u32(shadow.x) + i);
-        let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
-        let at = abs(in_tile(tile, position_world).xy);
-        if (tile.place.z > 0.0) & (max(at.x, at.y) < 1.0 - 2.0 * BORDER_TEXELS / texels) {
+        if within_cascade(tile, position_world) > 0.0 {
             return tile_visibility_in_air(tile, position_world, 0.0);
         }
     }

@@ -92,6 +92,11 @@ pub struct ViewShadows {
 }
 
 impl ViewShadows {
+    /// Whether none of the first lights, which are directional, has more than one cascade.
+    pub fn has_one_cascade(&self, directional_count: u32) -> bool {
+        self.of_light.iter().take(directional_count as usize).all(|[_, tiles, ..]| *tiles <= 1.0)
+    }
+
     /// The texels of the lights of `table` with what is known of their shadows, and after them the tiles.
     pub fn texels(&self, table: &LightTable) -> Vec<[f32; 4]> {
         let mut texels = table.texels.clone();

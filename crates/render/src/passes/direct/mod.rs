@@ -65,8 +65,8 @@ pub fn record(
         Lights::Tiles(_) => &["tiled"],
         Lights::Global => &["without_lists"],
     };
-    let step = gbuffer.read_by(r.fullscreen("direct", "direct", &[r.view.light_axes(), axis].concat()));
-    let step = found.read_by(step);
+    let step = r.fullscreen("direct", "direct", &[r.view.light_axes(), axis].concat());
+    let step = found.read_by(gbuffer.read_by_light(step, depth));
     let step = match lights {
         Lights::Tiles(tile_depth) => step.read("tile_depth", tile_depth).table("light_reaches", &reaches),
         Lights::Clusters | Lights::Global => step,

@@ -86,11 +86,16 @@ pub fn record_unshaded(
     Ok(outputs)
 }
 
-/// Records the passes; `begun` is depth, and how it is loaded.
+/// Records the passes; `begun` is depth, and how it is loaded. `fills_background` says that another pass draws all of
+/// `radiance` where this one draws nothing.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(r: &mut Recorder<'_, '_>, begun: (Handle, DepthLoad)) -> Result<Outputs, ProgramError> {
+pub fn record(
+    r: &mut Recorder<'_, '_>,
+    begun: (Handle, DepthLoad),
+    fills_background: bool,
+) -> Result<Outputs, ProgramError> {
     let (depth, depth_load) = record_depth(r, begun)?;
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);
@@ -98,14 +103,18 @@ pub fn record(r: &mut Recorder<'_, '_>, begun: (Handle, DepthLoad)) -> Result<Ou
     // What is not opaque may glow, too.
     let glows = r.frame.world.glows || r.view.shows_first_surface;
     let radiance = glows.then(|| r.texture("radiance", RADIANCE));
+    // Where samples leave tiles out, nobody looks at what lies beside the pixels of surfaces.
+    let leaves_out = r.view.settled.is_some();
     let mut pass = r.surfaces("geometry", "geometry");
     let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
+    let load = if leaves_out { ColorLoad::Discard } else { clear };
+    let radiance_load = if leaves_out && fills_background { ColorLoad::Discard } else { clear };
     let outputs = Outputs {
-        base_color: pass.color(base_color, clear),
-        normal: pass.color(normal, clear),
-        material: pass.color(material, clear),
+        base_color: pass.color(base_color, load),
+        normal: pass.color(normal, load),
+        material: pass.color(material, load),
         // What the shader writes there without a target goes nowhere.
-        radiance: radiance.map(|radiance| pass.color(radiance, clear)),
+        radiance: radiance.map(|radiance| pass.color(radiance, radiance_load)),
         depth: pass.depth(depth, depth_load),
     };
     pass.draw_opaque(Which::All)?;

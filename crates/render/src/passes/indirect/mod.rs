@@ -23,6 +23,6 @@ pub fn record(
     if r.view.is_environment_dark {
         return Ok(radiance);
     }
-    let step = found.read_by(gbuffer.read_by(r.fullscreen("indirect", "indirect", &[])));
+    let step = found.read_by(gbuffer.read_by_light(r.fullscreen("indirect", "indirect", &[]), depth));
     step.over(PicturePart::Lit, depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }

@@ -3,8 +3,7 @@
 // Reads: depth. Writes: linear_depth (r32float).
 // Program: linear_depth.
 
-import package::constants::DISTANCE_BACKGROUND_M;
-import package::view::{view, distance_from_depth_ndc};
+import package::view::{view, distance_from_depth_texel};
 
 // 1 if what is nearest of all is left out of the frame, see the pass `adaptive`.
 override leaves_out: u32 = 0u;
@@ -21,8 +20,5 @@ fn fs_linear_depth(@builtin(position) position: vec4f) -> @location(0) f32 {
             discard;
         }
     }
-    if depth_ndc <= 0.0 {
-        return DISTANCE_BACKGROUND_M;
-    }
-    return distance_from_depth_ndc(position.xy, depth_ndc);
+    return distance_from_depth_texel(position.xy, depth_ndc);
 }
