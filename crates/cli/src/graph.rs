@@ -6,7 +6,7 @@ use crate::failure::{Failure, say};
 use crate::input::Opened;
 use crate::inspect::one;
 use crate::request::effects;
-use crate::session::{self, print, still_failure};
+use crate::session::{self, list, still_failure};
 use crate::surroundings::Surroundings;
 use crate::{camera, job, looks, scenes};
 use manypass::gpu::Floor;
@@ -52,7 +52,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
         GraphFormat::Json => plan.to_json(),
         GraphFormat::Mermaid => plan.to_mermaid(),
     };
-    print(&format!("{}\n", text.trim_end()))
+    list(&format!("{}\n", text.trim_end()))
 }
 
 fn plan(

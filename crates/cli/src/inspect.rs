@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::input::{Input, Opened};
 use crate::memory;
 use crate::scenes;
-use crate::session::{self, print};
+use crate::session::{self, list};
 use manypass::{Gpu, GpuError, ShadedIn, View};
 use manypass_offline::camera::{CameraData, scene_cameras};
 use manypass_offline::manifest;
@@ -56,7 +56,7 @@ pub fn one(argument: &str) -> Result<Input, Failure> {
 /// Runs `adapters`.
 ///
 /// # Errors
-/// If there is none, or standard output is closed.
+/// If there is none, or standard output is full.
 pub fn adapters(as_json: bool) -> Result<(), Failure> {
     memory::check_driver()?;
     let adapters = Gpu::adapters();
@@ -64,13 +64,13 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
         return Err(session::gpu_failure(&GpuError::NoAdapter));
     }
     if as_json {
-        return print(&format!("{:#}\n", json!(adapters)));
+        return list(&format!("{:#}\n", json!(adapters)));
     }
     let mut text = String::new();
     for adapter in adapters {
         let _ = writeln!(text, "{}  {}  {}  {}", adapter.name, adapter.backend, adapter.device_type, adapter.driver);
     }
-    print(&text)
+    list(&text)
 }
 
 /// Runs `info`.
@@ -82,7 +82,7 @@ pub fn info(argument: &str, scene: Option<&str>, as_json: bool) -> Result<(), Fa
     let Opened { scene: mut loaded, mut warnings, .. } = input.load()?;
     scenes::show(&mut loaded, scene, &mut warnings)?;
     let value = describe(&input.name(), &loaded, warnings)?;
-    print(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
+    list(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
 }
 
 fn triangles(primitive: &Primitive) -> u64 {

@@ -80,6 +80,17 @@ pub fn print(text: &str) -> Result<(), Failure> {
     atomic::write_stdout(text.as_bytes()).map_err(write_failure)
 }
 
+/// Writes a list to standard output, whose reader may have seen enough of it, as `head` does.
+///
+/// # Errors
+/// If the other end is full.
+pub fn list(text: &str) -> Result<(), Failure> {
+    match atomic::write_stdout(text.as_bytes()) {
+        Err(WriteError::Closed(_)) => Ok(()),
+        written => written.map_err(write_failure),
+    }
+}
+
 /// Milliseconds since `start`.
 pub fn ms_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3

@@ -4,7 +4,7 @@ use crate::chosen::key_value;
 use crate::failure::{Failure, Kind};
 use crate::job::check_settings;
 use crate::request::effect_files;
-use crate::session::print;
+use crate::session::list;
 use manypass::settings::schema;
 use manypass::{EffectFile, Quality, SettingInfo, Settings, effect};
 use std::path::PathBuf;
@@ -23,29 +23,29 @@ pub fn settings(effects: &[PathBuf], as_json: bool, as_schema: bool) -> Result<(
     let infos: Vec<&SettingInfo> =
         Settings::declared().iter().chain(effects.iter().flat_map(EffectFile::settings)).collect();
     if as_schema {
-        return print(&format!("{:#}\n", schema(infos)));
+        return list(&format!("{:#}\n", schema(infos)));
     }
     if as_json {
         let text = serde_json::to_string_pretty(&infos)
             .map_err(|error| Failure::new(Kind::Failed, error, "leave --json out"))?;
-        return print(&format!("{text}\n"));
+        return list(&format!("{text}\n"));
     }
-    print(&table(&infos))
+    list(&table(&infos))
 }
 
 /// Runs `settings --stage-schema`.
 ///
 /// # Errors
-/// Standard output is closed.
+/// Standard output is full.
 pub fn stage_schema() -> Result<(), Failure> {
-    print(&format!("{:#}\n", manypass::stage_schema()))
+    list(&format!("{:#}\n", manypass::stage_schema()))
 }
 
 /// Runs `settings --quality` and `settings --set`: what a tier and then pairs of `KEY=VALUE` set, as TOML; each key once,
 /// with the value that counts.
 ///
 /// # Errors
-/// A file that is no effect; a wrong key or value, or what does not go together; standard output is closed.
+/// A file that is no effect; a wrong key or value, or what does not go together; standard output is full.
 pub fn chosen(quality: Option<Quality>, set: &[String], effects: &[PathBuf]) -> Result<(), Failure> {
     let mut files = effect_files(effects)?;
     let mut text = String::new();
@@ -68,7 +68,7 @@ pub fn chosen(quality: Option<Quality>, set: &[String], effects: &[PathBuf]) -> 
     for (key, value) in pairs {
         text.push_str(&format!("{key} = {}\n", toml_value(&settings, &files, &key, &value)));
     }
-    print(&text)
+    list(&text)
 }
 
 /// The value of a key as TOML has it, with the type of its setting.

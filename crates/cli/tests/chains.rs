@@ -227,6 +227,9 @@ fn a_report_counts_what_effects_leave_as_no_numbers() {
     let words = ["render", "tri.glb", "--size", "8x8", "--samples", "1", "--effect", "roots.wgsl", "-o", "a.png"];
     let quiet = run_in(&folder, &words).expect(0);
     assert!(!quiet.stderr.contains("no numbers"), "{}", quiet.stderr);
+    let strict = run_in(&folder, &[&words[..8], &["--strict", "-o", "strict.png"]].concat()).expect(1);
+    assert!(strict.stderr.contains("tri.glb: effects leave 16 pixels that are no numbers"), "{}", strict.stderr);
+    assert!(!folder.join("strict.png").exists());
     let told = run_in(&folder, &[&words[..], &["--report", "r.json"]].concat()).expect(0);
     assert!(told.stderr.contains("warning: tri.glb: effects leave 16 pixels that are no numbers"), "{}", told.stderr);
     let report: serde_json::Value =

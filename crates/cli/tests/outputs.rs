@@ -374,3 +374,15 @@ fn more_samples_take_no_more_memory() {
         assert!(many < few + 64, "{input} {path}: {few} MiB, then {many} MiB");
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn lists_may_be_read_in_part() {
+    let folder = Folder::new("lists");
+    for words in ["settings", "settings --json", "settings --schema", "settings --stage-schema"] {
+        let run = shell(&folder, &format!("\"$0\" {words} | true; exit ${{PIPESTATUS[0]}}"));
+        assert!(run.code == 0 && run.stderr.is_empty(), "{words}: {run:?}");
+    }
+    let full = shell(&folder, "\"$0\" settings > /dev/full");
+    assert!(full.code == 1 && full.stderr.contains("no space left"), "{full:?}");
+}

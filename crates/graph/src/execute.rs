@@ -318,8 +318,7 @@ impl Recorder<'_> {
                 continue;
             };
             // What is not stored is cleared before anything is drawn over it again.
-            let is_kept =
-                end.store || is_cut || self.executor.clears_cost || self.options.taps.ends_with(&last.name);
+            let is_kept = end.store || is_cut || self.executor.clears_cost || self.options.taps.ends_with(&last.name);
             let store = if is_kept { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
             match attachment.target {
                 Target::Color(_) => colors.push(Some(wgpu::RenderPassColorAttachment {

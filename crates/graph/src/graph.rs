@@ -362,8 +362,8 @@ impl<'frame> Pass<'_, 'frame> {
         handle
     }
 
-    /// Tests against a depth-stencil target without writing it. It cannot be
-    /// sampled in the same pass (WebGL 2 forbids that even read-only).
+    /// Tests against a depth-stencil target without writing it. Its depth can be sampled in the same pass where
+    /// [`Limits::samples_attached_depth`] says so (WebGL 2 forbids that even read-only).
     pub fn depth_stencil_read_only(&mut self, handle: &Handle) {
         self.add_use(handle, UseKind::DepthReadOnly);
     }

@@ -364,9 +364,8 @@ fn plan_pass(
     result
 }
 
-/// Gives neighbours on the same attachments one group. No pass of a group can
-/// sample what the group writes: all attach the same views, and sampling an
-/// attached view is feedback, which the check refuses.
+/// Gives neighbours on the same attachments one group. No pass of a group can sample what the group writes: all attach
+/// the same views in the same way, and to sample an attached view that is written is feedback, which the check refuses.
 fn merge(plan: &mut Plan) {
     let mut group = 0;
     for index in 1..plan.passes.len() {

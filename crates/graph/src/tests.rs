@@ -277,6 +277,33 @@ fn one_view_used_twice() {
 }
 
 #[test]
+fn depth_that_is_tested_against_is_sampled_only_where_that_is_no_feedback() {
+    let lit = |limits: Limits, writes: bool| {
+        let mut graph = Graph::new(limits);
+        let depth = graph.texture("depth", desc(8, F::Depth32Float));
+        let radiance = graph.texture("radiance", desc(8, F::Rgba16Float));
+        let mut pass = graph.pass("opaque");
+        let depth = pass.depth_stencil(depth, CLEAR_DEPTH);
+        pass.draw(|_| {});
+        let mut pass = graph.pass("light");
+        pass.read_depth(&depth);
+        let radiance = pass.color(radiance, CLEAR);
+        if writes {
+            pass.depth_stencil(depth, DepthLoad::Keep);
+        } else {
+            pass.depth_stencil_read_only(&depth);
+        }
+        pass.draw(|_| {});
+        graph.export(radiance);
+        graph.plan().map(|plan| plan.passes.len())
+    };
+    let allowed = Limits { samples_attached_depth: true, ..Limits::WEBGL2 };
+    assert!(matches!(lit(allowed, false), Ok(2)));
+    assert!(matches!(lit(Limits::WEBGL2, false), Err(PlanError::Feedback { .. })));
+    assert!(matches!(lit(allowed, true), Err(PlanError::Feedback { .. })));
+}
+
+#[test]
 fn misuse_while_declaring() {
     let mut other = graph();
     let foreign = step(&mut other, "foreign", &[]);

@@ -208,6 +208,35 @@ fn edges_lie_where_the_ray_caster_says() {
     assert_edges("point", &still_life(light(LightKind::Point, 10.0), place, Vec3::NEG_Y), 0.0, 1.5);
 }
 
+#[test]
+fn a_light_that_is_shaded_without_loops_is_the_same_as_among_others() {
+    let sun = light(LightKind::Directional, 3.0);
+    let direction = Vec3::new(-1.0, -0.9, -0.3);
+    let picture = |lights: u32, samples: u32| {
+        let mut builder = SceneBuilder::new(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO, perspective());
+        builder.put(primitives::plane(6.0), grey(0.5), at(Vec3::ZERO));
+        builder.put(primitives::uv_sphere(0.8, 96, 48), grey(0.5), at(Vec3::new(0.0, 1.0, 0.0)));
+        builder.light(sun.clone(), Vec3::ZERO, direction);
+        // So weak that nothing is added to any half float, and yet a light.
+        for _ in 1..lights {
+            builder.light(Light { intensity: 1e-20, casts_shadows: false, ..sun.clone() }, Vec3::ZERO, direction);
+        }
+        let scene = builder.finish();
+        let mut renderer = shared();
+        renderer.unload();
+        radiance(&mut renderer, &scene, &request(&scene), samples)
+    };
+    // Of one sample each cascade is looked for, of several the only one is known.
+    for samples in [1, 4] {
+        let (alone, among) = (picture(1, samples), picture(2, samples));
+        let brightest = alone.iter().flatten().copied().fold(0.0, f32::max);
+        let shadowed = alone.iter().filter(|pixel| pixel[1] < 0.05 * brightest).count();
+        assert!(brightest > 0.3 && shadowed > 300, "{brightest}, {shadowed}");
+        let most = alone.iter().flatten().zip(among.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(most <= 2e-3 * brightest, "{most} of {brightest} at {samples} samples");
+    }
+}
+
 /// The texels of a directional light's cascades: of four that follow the practical split, each a square around the
 /// sphere that its part of the view has. Where one ends it goes over into the next, which is coarser.
 fn cascade_texel_at(scene: &Scene, world: &World) -> impl Fn(DVec3) -> (DVec3, f64) {

@@ -65,15 +65,21 @@ impl Live {
         let Some(budget) = &self.budget else { return String::new() };
         let median = budget.median_ms().map_or("no frame counts yet".into(), |ms| format!("median {ms:.2} ms"));
         let mut text = format!(
-            "quality: `{}` for {} ms a frame, after {} frames and {} changes; {median}\n",
+            "quality: `{}` for {} ms a frame, after {} and {}; {median}\n",
             budget.rung(),
             budget.budget_ms(),
-            budget.settled_after(),
-            budget.changes(),
+            counted(budget.settled_after(), "frame"),
+            counted(budget.changes(), "change"),
         );
         for (key, value) in budget.changed() {
             text.push_str(&format!("  {key} = {value}\n"));
         }
         text
     }
+}
+
+/// So many of something, which has a plural like most.
+fn counted(count: u32, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
 }

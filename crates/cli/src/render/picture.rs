@@ -3,7 +3,7 @@
 use super::load::Loaded;
 use super::{Batch, failed};
 use crate::deliver::Delivery;
-use crate::failure::{Failure, say};
+use crate::failure::Failure;
 use crate::gather::Item;
 use crate::looks::Subject;
 use crate::report::{self, Entry, Outputs, Phases};
@@ -32,6 +32,8 @@ struct Drawn {
     forward_materials: Vec<serde_json::Value>,
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     clamped_pixels: Option<u64>,
+    /// Pixels that effects left as no numbers; none if nobody counted them.
+    scrubbed_pixels: Option<u64>,
     warnings: Vec<String>,
 }
 
@@ -65,6 +67,15 @@ impl Batch<'_> {
         let mut delivery = Delivery::begin(&mut self.renderer, &drawn.request, self.job, &drawn.info, subject)?;
         drawn.clamped_pixels = drawn.request.averages_radiance().then(|| self.renderer.clamped_pixels());
         if let Some(warning) = exposure::clamped_warning(drawn.clamped_pixels.unwrap_or(0)) {
+            self.warn(&item.input.name(), std::slice::from_ref(&warning))?;
+            drawn.warnings.push(warning);
+        }
+        // They are counted in a frame of its own, which is drawn for those alone who would hear of it.
+        let draws_effects = drawn.request.effects.iter().any(|effect| effect.is_on());
+        if draws_effects && (self.report.is_some() || self.args.strict) {
+            drawn.scrubbed_pixels = Some(self.renderer.count_scrubbed(&loaded.scene, &drawn.request).map_err(failed)?);
+        }
+        if let Some(warning) = exposure::scrubbed_warning(drawn.scrubbed_pixels.unwrap_or(0)) {
             self.warn(&item.input.name(), std::slice::from_ref(&warning))?;
             drawn.warnings.push(warning);
         }
@@ -160,6 +171,7 @@ impl Batch<'_> {
             shadows,
             forward_materials,
             clamped_pixels: None,
+            scrubbed_pixels: None,
             warnings,
         })
     }
@@ -207,15 +219,6 @@ impl Batch<'_> {
         };
         let effects: Vec<_> = self.effect_files.iter().map(effect_values).collect();
         let adapted_stops = renderer.read_adapted_stops().map_err(failed)?;
-        let draws_effects = drawn.request.effects.iter().any(|effect| effect.is_on());
-        let count = || renderer.count_scrubbed(scene, &drawn.request).map_err(failed);
-        let scrubbed_pixels = draws_effects.then(count).transpose()?;
-        let warning = exposure::scrubbed_warning(scrubbed_pixels.unwrap_or(0));
-        if let Some(warning) = warning.as_ref().filter(|_| !self.args.quiet) {
-            let name = item.input.name();
-            self.bar.suspend(|| say(format_args!("warning: {name}: {warning}")));
-        }
-        let warnings: Vec<String> = drawn.warnings.iter().cloned().chain(warning).collect();
         report.rendered(&Entry {
             input: &item.input.name(),
             input_files: &loaded.files,
@@ -239,8 +242,8 @@ impl Batch<'_> {
             aov_ranges: &delivery.aov_ranges,
             exposure: loaded.exposure.map(|taken| taken.report(adapted_stops)),
             clamped_pixels: drawn.clamped_pixels,
-            scrubbed_pixels,
-            warnings: &warnings,
+            scrubbed_pixels: drawn.scrubbed_pixels,
+            warnings: &drawn.warnings,
         })
     }
 }

@@ -34,6 +34,9 @@ impl EffectFile {
 
     /// What is said of a name that no effect has: of those that come with the renderer, and of `others`.
     pub fn unknown_name<'n>(name: &str, others: impl Iterator<Item = &'n str>) -> String {
+        if name.is_empty() {
+            return "a name of an effect is missing".into();
+        }
         let built_in = LIBRARY.iter().map(|(name, _)| -> &'n str { name });
         let nearest = spelling::nearest(name, built_in.chain(others));
         let suggestion = nearest.map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default();

@@ -549,7 +549,9 @@ fn constants_of(
         constants.push(("one_directional", 1));
     }
     // In a live view cascades come and go, and pipelines would be made again.
-    if asked.request.sample_count > 1 && shadows.is_some_and(|shadows| shadows.has_one_cascade(table.directional_count())) {
+    if asked.request.sample_count > 1
+        && shadows.is_some_and(|shadows| shadows.has_one_cascade(table.directional_count()))
+    {
         constants.push(("one_cascade", 1));
     }
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {

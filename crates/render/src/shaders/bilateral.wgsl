@@ -8,6 +8,8 @@ import package::shaders::screen_space::{TangentPlane, likeness_of_distance, like
 
 // Where all of the texels lie on other surfaces, something must count.
 const LIKENESS_MIN: f32 = 1e-4;
+// A texel that is as like as that is looked no further for.
+const LIKENESS_ENOUGH: f32 = 0.5;
 
 // The middle of the pixel that a texel is of, where texels have so many pixels along a side.
 fn middle_of_texel(texel: vec2f, side: u32) -> vec2f {
@@ -55,9 +57,12 @@ fn upsampled(
     return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
 }
 
-// As `upsampled`, of a smaller picture that an earlier sample left, of the first pixel of each texel's square. How far
-// away surfaces were there then says the first channel of `distances`, or the second one of the picture itself.
-fn upsampled_by_distances(
+// What a smaller picture holds that an earlier sample of a still left, of the first pixel of each texel's square: of one
+// of the texels that `upsampled` takes the mean of. Each is the one in as many samples as it has weight there, so that
+// their mean is the same (Pharr et al. 2024, "Filtering After Shading With Stochastic Texture Filtering"); where it lies
+// on another surface, the one across from it may be the one. How far away surfaces were says the first channel of
+// `distances`, or the second one of the picture itself.
+fn chosen_by_distances(
     coarse: texture_2d<f32>,
     distances: texture_2d<f32>,
     is_in_picture: bool,
@@ -67,34 +72,35 @@ fn upsampled_by_distances(
     plane: TangentPlane,
     reach_m: f32,
 ) -> Upsampled {
+    let turn = fract(f32(view.sample_index) * vec2f(0.7548777, 0.5698403) + 0.5);
     let place = (position_px - 0.5) / f32(max(side, 1u)) + shift;
-    let first = floor(place);
-    let between = place - first;
+    let chosen = floor(place + turn);
+    let across = 2.0 * floor(place) + 1.0 - chosen;
+    let first = texel_at(coarse, distances, is_in_picture, chosen, side, plane, reach_m);
+    let other = texel_at(coarse, distances, is_in_picture, across, side, plane, reach_m);
+    let is_first = first.trust >= min(other.trust, LIKENESS_ENOUGH);
+    return Upsampled(select(other.value, first.value, is_first), select(other.trust, first.trust, is_first));
+}
+
+fn texel_at(
+    coarse: texture_2d<f32>,
+    distances: texture_2d<f32>,
+    is_in_picture: bool,
+    index: vec2f,
+    side: u32,
+    plane: TangentPlane,
+    reach_m: f32,
+) -> Upsampled {
     let size = vec2f(textureDimensions(coarse));
-    let texel_size = 1.0 / size;
-    var sum = vec4f(0.0);
-    var weights = 0.0;
-    var trust = 0.0;
-    for (var y = 0; y < 2; y++) {
-        for (var x = 0; x < 2; x++) {
-            let step = vec2f(vec2i(x, y));
-            let texel = clamp(first + step, vec2f(0.0), size - 1.0);
-            let near = mix(1.0 - between, between, step);
-            let uv = (texel + 0.5) * texel_size;
-            let value = textureSampleLevel(coarse, nearest_clamp, uv, 0.0);
-            var distance_m = value.g;
-            if !is_in_picture {
-                distance_m = textureSampleLevel(distances, nearest_clamp, uv, 0.0).r;
-            }
-            let middle_px = min(texel * f32(side) + 0.5, view.size_px - 0.5);
-            let likeness = likeness_of_distance(plane, middle_px, distance_m, reach_m);
-            let weight = (near.x * near.y + LIKENESS_MIN) * (likeness + LIKENESS_MIN);
-            sum += value * weight;
-            weights += weight;
-            trust += near.x * near.y * likeness;
-        }
+    let texel = clamp(index, vec2f(0.0), size - 1.0);
+    let uv = (texel + 0.5) / size;
+    let value = textureSampleLevel(coarse, nearest_clamp, uv, 0.0);
+    var distance_m = value.g;
+    if !is_in_picture {
+        distance_m = textureSampleLevel(distances, nearest_clamp, uv, 0.0).r;
     }
-    return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
+    let middle_px = min(texel * f32(side) + 0.5, view.size_px - 0.5);
+    return Upsampled(value, likeness_of_distance(plane, middle_px, distance_m, reach_m));
 }
 
 // The mean over 4 × 4 texels, from 2 before a texel's middle to 1 after, of those that lie on the same surface (Tomasi
