@@ -82,9 +82,9 @@ fn in_tile(tile: ShadowTile, position_world: vec3f) -> vec3f {
 }
 
 // The surface of normal `normal` at a point, moved along it so that it does not shadow itself within a texel.
-fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspective: f32) -> ShadowPoint {
+fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspective: bool) -> ShadowPoint {
     let on_surface = in_tile(tile, position_world);
-    let texel_m = tile.place.w * mix(1.0, max(on_surface.z, 0.0), perspective);
+    let texel_m = tile.place.w * select(1.0, max(on_surface.z, 0.0), perspective);
     // A surface that lies as the map does needs less of it, however the light's rays meet it; half of it is kept
     // because normals may be bent.
     let facing = min(abs(dot(tile.row_z.xyz, normal)) / length(tile.row_z.xyz), 1.0);
@@ -102,13 +102,13 @@ fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspect
     );
     let inverse_z = 1.0 / max(at.z, 1e-6);
     var point: ShadowPoint;
-    point.position = at.xy * mix(1.0, inverse_z, perspective);
-    point.depth = mix(at.z, inverse_z, perspective);
+    point.position = at.xy * select(1.0, inverse_z, perspective);
+    point.depth = select(at.z, inverse_z, perspective);
     // The plane of the surface, not of the point beside it, which a light that stands low sees from below: with rays
     // through a point, 1 / z is linear in x / z and y / z. At a grazing angle it is taken to be less steep than it is.
     let through_eye = min(dot(plane, on_surface), -0.02 * length(plane) * length(on_surface));
     let parallel = max(plane.z, 0.02 * length(plane));
-    point.gradient = mix(-plane.xy / parallel, plane.xy / through_eye, perspective);
+    point.gradient = select(-plane.xy / parallel, plane.xy / through_eye, perspective);
     return point;
 }
 
@@ -140,7 +140,7 @@ fn penumbra_radius(
     tile: ShadowTile,
     point: ShadowPoint,
     radius: f32,
-    perspective: f32,
+    perspective: bool,
     texels: f32,
     rotation: f32,
     count: u32,
@@ -152,7 +152,7 @@ fn penumbra_radius(
     let z = 1.0 / max(point.depth, 1e-6);
     // As wide as what blocks the light could make it if it lay as near to the light as it can, or three quarters of the
     // way.
-    let search = clamp(light * mix(depth_m * (1.0 - point.depth), 3.0 / z, perspective), 1.0 / texels, PENUMBRA_MAX);
+    let search = clamp(light * select(depth_m * (1.0 - point.depth), 3.0 / z, perspective), 1.0 / texels, PENUMBRA_MAX);
     let size = vec2f(textureDimensions(shadow_depths));
     let limit = vec2f(1.0 - 1.0 / texels);
     var blockers = vec2f(0.0);
@@ -170,7 +170,7 @@ fn penumbra_radius(
     // (d - b).
     let of_parallel = light * depth_m * max(blocker - point.depth, 0.0);
     let of_point = light * max(z - 1.0 / max(blocker, 1e-6), 0.0) * blocker / z;
-    return min(mix(of_parallel, of_point, perspective), PENUMBRA_MAX);
+    return min(select(of_parallel, of_point, perspective), PENUMBRA_MAX);
 }
 
 // The share of light that reaches a surface, by one tile.
@@ -179,7 +179,7 @@ fn tile_visibility(
     position_world: vec3f,
     normal: vec3f,
     radius: f32,
-    perspective: f32,
+    perspective: bool,
 ) -> f32 {
     let point = shadow_point(tile, position_world, normal, perspective);
     let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
@@ -233,7 +233,7 @@ fn punctual_visibility(table_uv: vec2f, light_position: vec3f, position_world: v
     if tile.place.z <= 0.0 {
         return 1.0;
     }
-    return tile_visibility(tile, position_world, normal, shadow.z, 1.0);
+    return tile_visibility(tile, position_world, normal, shadow.z, true);
 }
 
 // How far within a cascade, less its border, a place lies, as a share of half its side; none outside.
@@ -251,7 +251,7 @@ fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f)
     let count = u32(shadow.y);
     if one_cascade != 0u {
         let tile = shadow_tile(u32(shadow.x));
-        let visibility = tile_visibility(tile, position_world, normal, shadow.z, 0.0);
+        let visibility = tile_visibility(tile, position_world, normal, shadow.z, false);
         return select(1.0, visibility, (count > 0u) & (within_cascade(tile, position_world) > 0.0));
     }
     var visibility = 0.0;
@@ -264,7 +264,7 @@ fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f)
         }
         // The last of them goes on to its edge.
         let weight = left * select(min(within * 10.0, 1.0), 1.0, i + 1u == count);
-        visibility += weight * tile_visibility(tile, position_world, normal, shadow.z, 0.0);
+        visibility += weight * tile_visibility(tile, position_world, normal, shadow.z, false);
         left -= weight;
         if left <= 0.0 {
             break;
@@ -275,12 +275,12 @@ fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f)
 
 // The share of light that gets to a place in the air, by one tile: the comparison of its texels alone, because no
 // surface lies there that could shadow itself.
-fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: f32) -> f32 {
+fn tile_visibility_in_air(tile: ShadowTile, position_world: vec3f, perspective: bool) -> f32 {
     let at = in_tile(tile, position_world);
     let inverse_z = 1.0 / max(at.z, 1e-6);
     var point: ShadowPoint;
-    point.position = at.xy * mix(1.0, inverse_z, perspective);
-    point.depth = mix(at.z, inverse_z, perspective);
+    point.position = at.xy * select(1.0, inverse_z, perspective);
+    point.depth = select(at.z, inverse_z, perspective);
     let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
     return shadow_tap(tile, point, vec2f(0.0), texels);
 }
@@ -296,7 +296,7 @@ fn punctual_visibility_in_air(table_uv: vec2f, light_position: vec3f, position_w
     if tile.place.z <= 0.0 {
         return 1.0;
     }
-    return tile_visibility_in_air(tile, position_world, 1.0);
+    return tile_visibility_in_air(tile, position_world, true);
 }
 
 // The share of the directional light whose place in the table is `table_uv` that gets to a place in the air: by the
@@ -307,7 +307,7 @@ fn directional_visibility_in_air(table_uv: vec2f, position_world: vec3f) -> f32 
     for (var i = 0u; i < count; i++) {
         let tile = shadow_tile(u32(shadow.x) + i);
         if within_cascade(tile, position_world) > 0.0 {
-            return tile_visibility_in_air(tile, position_world, 0.0);
+            return tile_visibility_in_air(tile, position_world, false);
         }
     }
     return 1.0;
