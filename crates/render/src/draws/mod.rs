@@ -12,7 +12,7 @@ pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 
 /// What draws of surfaces differ in that their programs have to know: `override` constants of shaders. A set of them is
 /// a number with their bits.
-pub(crate) const AXES: [&str; 5] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed"];
+pub(crate) const AXES: [&str; 6] = ["textured", "occlusion_apart", "normal_map", "masked", "deformed", "places_uvs"];
 
 /// Axes of programs that bind less where none of some of [`AXES`] is on.
 pub(crate) const BINDING_AXES: [(&str, Axes); 3] =
@@ -31,6 +31,8 @@ pub(crate) const NORMAL_MAP: Axes = 1 << 2;
 pub(crate) const MASKED: Axes = 1 << 3;
 /// The axis of surfaces that skins or morph targets move.
 pub(crate) const DEFORMED: Axes = 1 << 4;
+/// The axis of materials with a texture that lies otherwise than the first UVs say.
+pub(crate) const PLACES_UVS: Axes = 1 << 5;
 
 /// A part of a texture that shows the world on its own.
 #[derive(Debug)]

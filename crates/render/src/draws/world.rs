@@ -2,7 +2,7 @@
 
 use super::deformation::{Deformation, Joints};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
-use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, TEXTURED};
+use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, PLACES_UVS, TEXTURED};
 use crate::constants::{LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, WITHOUT_NORMALS};
 use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
@@ -90,7 +90,7 @@ impl Item {
             & !match form {
                 SurfaceForm::Whole => 0,
                 SurfaceForm::Smooth | SurfaceForm::Plain => NORMAL_MAP,
-                SurfaceForm::Untextured => NORMAL_MAP | TEXTURED | OCCLUSION_APART,
+                SurfaceForm::Untextured => NORMAL_MAP | TEXTURED | OCCLUSION_APART | PLACES_UVS,
             }
     }
 
@@ -450,8 +450,14 @@ impl Drawn<'_> {
 }
 
 fn axes(primitive: &GpuPrimitive, material: &GpuMaterial) -> Axes {
-    let axes =
-        [material.textured, material.occlusion_apart, material.normal_map, material.masked, primitive.skin.is_some()];
+    let axes = [
+        material.textured,
+        material.occlusion_apart,
+        material.normal_map,
+        material.masked,
+        primitive.skin.is_some(),
+        material.places_uvs,
+    ];
     axes.iter().enumerate().fold(0, |axes, (bit, on)| axes | Axes::from(*on) << bit)
 }
 
@@ -465,6 +471,7 @@ fn program_key(material: &GpuMaterial, is_deformed: bool) -> u32 {
         material.normal_map,
         is_deformed,
         material.occlusion_apart,
+        material.places_uvs,
     ];
     axes.iter().fold(0, |key, bit| key * 2 + u32::from(*bit))
 }

@@ -114,6 +114,8 @@ pub(crate) struct Described {
     pub occlusion_apart: bool,
     /// Whether there is a normal map.
     pub normal_map: bool,
+    /// Whether a texture lies otherwise than the first UVs say: by a matrix, or by the second ones.
+    pub places_uvs: bool,
     /// Whether fragments are dropped by alpha.
     pub masked: bool,
     /// Whether alpha covers what lies behind.
@@ -331,6 +333,8 @@ impl Described {
             uv_rows[slot * 2] = matrix.row(0).extend(set as f32);
             uv_rows[slot * 2 + 1] = matrix.row(1).extend(0.0);
         }
+        let as_it_is = [glam::Mat3::IDENTITY.row(0).extend(0.0), glam::Mat3::IDENTITY.row(1).extend(0.0)];
+        let places_uvs = uv_rows.chunks_exact(2).any(|rows| *rows != as_it_is);
         let is_dark = material.emissive_texture.is_some() && !is_there(4);
         let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
         let blended = material.alpha_mode == AlphaMode::Blend;
@@ -390,6 +394,7 @@ impl Described {
             textured,
             occlusion_apart,
             normal_map,
+            places_uvs,
             masked,
             blended,
             double_sided,

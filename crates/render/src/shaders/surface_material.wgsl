@@ -51,6 +51,9 @@ override textured: u32 = 0u;
 override occlusion_apart: u32 = 0u;
 // 1 if there is a normal map.
 override normal_map: u32 = 0u;
+// 1 if any texture is placed by a matrix or has the second UVs. Software adapters look for texels of several textures at
+// one place at little more than the price of one.
+override places_uvs: u32 = 1u;
 
 // White texels stand in for textures that there are not.
 @group(2) @binding(0) var<uniform> material_factors: MaterialFactors;
@@ -66,6 +69,9 @@ override normal_map: u32 = 0u;
 @if(textures) @group(2) @binding(10) var normal_sampler: sampler;
 
 fn material_uv(uv: vec4f, slot: u32) -> vec2f {
+    if places_uvs == 0u {
+        return uv.xy;
+    }
     let row0 = material_factors.uv_rows[slot * 2u];
     let row1 = material_factors.uv_rows[slot * 2u + 1u];
     let source = vec3f(select(uv.xy, uv.zw, row0.w > 0.5), 1.0);

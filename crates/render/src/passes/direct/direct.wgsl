@@ -8,7 +8,8 @@
 import package::view::{view, position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
-import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
+import package::shaders::gbuffer_textures::surface_at;
+import package::shaders::lit_distance::{facet_normal_at, lit_distance_at};
 import package::shaders::shading::shading_from_surface;
 import package::shaders::ambient::ambient_radiance_seen;
 import package::shaders::coarse_occlusion::seen_by_sample;
@@ -25,7 +26,7 @@ override adds_ambient: u32 = 0u;
 @fragment
 fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
-    let distance_m = distance_at(pixel);
+    let distance_m = lit_distance_at(pixel);
     let surface = surface_at(pixel);
     if distance_m >= DISTANCE_BACKGROUND_M || !is_lit_deferred(surface) {
         return vec4f(0.0);

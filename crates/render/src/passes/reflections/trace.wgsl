@@ -19,7 +19,8 @@ import package::passes::reflections::rays::{patterned, reflections, share_of_rou
 import package::shaders::brdf::PI;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::coarse_reflections::LIKENESS_REACH;
-import package::shaders::gbuffer_textures::{facet_normal_at, normal_world_at, surface_at};
+import package::shaders::gbuffer_textures::{normal_world_at, surface_at};
+import package::shaders::lit_distance::facet_normal_at;
 import package::shaders::hash::{seed_of_pixel, stratified};
 import package::shaders::screen_space::{
     Center, FARTHEST_M, center_at, distance_from_nearness, likeness_to, nearness_from_distance, tangent_plane_at,

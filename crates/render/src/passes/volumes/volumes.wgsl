@@ -6,7 +6,8 @@
 import package::view::{position_world_from_pixel, direction_to_eye_world};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
-import package::shaders::gbuffer_textures::{surface_at, distance_at, facet_normal_at};
+import package::shaders::gbuffer_textures::{surface_at, distance_at};
+import package::shaders::lit_distance::facet_normal_at;
 import package::shaders::shading::shading_from_surface;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;

@@ -1,7 +1,7 @@
 //! What tells the pipelines of one pass apart: the shape of a draw, and the programs that draw special materials.
 
 use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION};
-use crate::draws::{AXES, Axes, DEFORMED, Draw, Faces, Item, MASKED, TEXTURED};
+use crate::draws::{AXES, Axes, DEFORMED, Draw, Faces, Item, MASKED, PLACES_UVS, TEXTURED};
 use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF};
 use crate::shader::compose;
 use manypass_scene::Topology;
@@ -64,7 +64,7 @@ impl Shape {
     pub fn of_caster(item: &Item, faces: Faces, is_blended: bool, layers: u32) -> Self {
         // Fragments of relief are shaded for their depth.
         let is_tested = item.masked || is_blended || layers != 0;
-        let tested = if is_tested { (item.axes & TEXTURED) | MASKED } else { 0 };
+        let tested = if is_tested { (item.axes & (TEXTURED | PLACES_UVS)) | MASKED } else { 0 };
         let axes = tested | item.axes & DEFORMED;
         Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers, fades: false }
     }

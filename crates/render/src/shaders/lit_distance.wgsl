@@ -1,0 +1,69 @@
+// How far away surfaces are, and how their facets lie, for passes that light them: where nothing else needs linear depth
+// they find distances in the depth that they are tested against.
+
+import package::constants::DISTANCE_BACKGROUND_M;
+import package::view::{view, distance_from_depth_texel, position_view_from_pixel};
+import package::shaders::gbuffer_textures::linear_depth;
+
+// 1 if `linear_depth` is the depth attachment.
+override reads_attached_depth: u32 = 0u;
+
+// The least cosine between the corners of a pixel on a flat surface.
+const FACET_AGREEMENT_MIN: f32 = 0.98;
+// The least cosine between the normals of a surface and of its facet, where it is not flat.
+const FACET_LIKENESS_MIN: f32 = 0.8;
+
+// Metres along the view axis; at least DISTANCE_BACKGROUND_M where there is no surface.
+fn lit_distance_at(pixel: vec2i) -> f32 {
+    let texel = textureLoad(linear_depth, pixel, 0).r;
+    if reads_attached_depth != 0u {
+        return distance_from_depth_texel(vec2f(pixel) + 0.5, texel);
+    }
+    return texel;
+}
+
+// The normal of the surface as it was drawn, from the distances of the pixels around: of the four corners that a pixel
+// has with its neighbours the one that lies most like `normal`, so that no neighbour on another surface, or on the
+// other side of an edge, has a part in it. `normal` itself where none is like it: then the surface shows in this pixel
+// alone.
+fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f) -> vec3f {
+    let center = position_view_from_pixel(vec2f(pixel) + 0.5, distance_m);
+    let right = step_to(pixel, vec2i(1, 0), center);
+    let left = step_to(pixel, vec2i(-1, 0), center);
+    let down = step_to(pixel, vec2i(0, 1), center);
+    let up = step_to(pixel, vec2i(0, -1), center);
+    let normal_view = (view.view_from_world * vec4f(normal, 0.0)).xyz;
+    let corners = array<vec3f, 4>(
+        unit_or_zero(cross(down, right)),
+        unit_or_zero(cross(left, down)),
+        unit_or_zero(cross(up, left)),
+        unit_or_zero(cross(right, up)),
+    );
+    // The last is how much it is like the normal.
+    var best = vec4f(normal_view, FACET_LIKENESS_MIN);
+    best = more_like(best, corners[0], normal_view);
+    best = more_like(best, corners[1], normal_view);
+    best = more_like(best, corners[2], normal_view);
+    best = more_like(best, corners[3], normal_view);
+    // Where all of them agree the surface is flat, however a normal map bends its normal.
+    let agreement = min(dot(corners[0], corners[2]), dot(corners[1], corners[3]));
+    let facet = select(best.xyz, corners[0], min(agreement, dot(corners[0], corners[1])) > FACET_AGREEMENT_MIN);
+    return (view.world_from_view * vec4f(facet, 0.0)).xyz;
+}
+
+fn unit_or_zero(v: vec3f) -> vec3f {
+    return v * inverseSqrt(max(dot(v, v), 1e-30));
+}
+
+// The step from a pixel's point to that of a neighbour, in view space; 0 where there is no surface, or no pixel.
+fn step_to(pixel: vec2i, offset: vec2i, center: vec3f) -> vec3f {
+    let other = clamp(pixel + offset, vec2i(0), vec2i(view.size_px) - 1);
+    let distance_m = lit_distance_at(other);
+    let step = position_view_from_pixel(vec2f(other) + 0.5, distance_m) - center;
+    return select(vec3f(0.0), step, distance_m < DISTANCE_BACKGROUND_M);
+}
+
+fn more_like(best: vec4f, candidate: vec3f, normal: vec3f) -> vec4f {
+    let likeness = dot(candidate, normal);
+    return select(best, vec4f(candidate, likeness), likeness > best.w);
+}
