@@ -57,13 +57,15 @@ fn quiet_device_selection() {
 }
 
 /// The C library gives every large piece of memory back at once, and the system clears each page of the next one: of
-/// images, their mips and what is uploaded of them that is more work than to fill them. Up to 32 MiB are kept instead.
+/// images, their mips and what is uploaded of them that is more work than to fill them. Up to 32 MiB are kept instead, in
+/// one place for all threads, so that what one has freed is the next one's.
 #[allow(unsafe_code, reason = "the parameters of the C library can only be set by an unsafe call")]
 fn keep_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         // SAFETY: this is done before anything that starts a thread, and sets numbers of the allocator alone.
         unsafe {
+            libc::mallopt(libc::M_ARENA_MAX, 1);
             libc::mallopt(libc::M_MMAP_THRESHOLD, 32 << 20);
             libc::mallopt(libc::M_TRIM_THRESHOLD, 512 << 20);
         }
