@@ -57,8 +57,9 @@ fn quiet_device_selection() {
 }
 
 /// The C library gives every large piece of memory back at once, and the system clears each page of the next one: of
-/// images, their mips and what is uploaded of them that is more work than to fill them. Up to 32 MiB are kept instead, in
-/// one place for all threads, so that what one has freed is the next one's.
+/// images, their mips and what is uploaded of them that is more work than to fill them. Pieces of up to 32 MiB, the most
+/// that the library allows, are kept instead, in one place for all threads, so that what one has freed is the next one's;
+/// half a GiB at the most stays when nobody has it.
 #[allow(unsafe_code, reason = "the parameters of the C library can only be set by an unsafe call")]
 fn keep_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]

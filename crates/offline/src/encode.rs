@@ -83,7 +83,7 @@ pub fn png_rgba8(width: u32, height: u32, rgba8: &[u8]) -> Result<Vec<u8>, Encod
     png_bytes((width, height), png::ColorType::Rgba, png::BitDepth::Eight, true, None, rgba8)
 }
 
-/// A PNG of `size` pixels. `note` becomes a text chunk called `manypass`; it must be ASCII.
+/// A PNG of `size` pixels, whose `depth` is whole bytes. `note` becomes a text chunk called `manypass`; it must be ASCII.
 pub(crate) fn png_bytes(
     (width, height): (u32, u32),
     color: png::ColorType,
@@ -93,6 +93,8 @@ pub(crate) fn png_bytes(
     data: &[u8],
 ) -> Result<Vec<u8>, EncodeError> {
     let failed = failed("PNG");
+    let texel_bytes = color.samples() * depth as usize / 8;
+    check_length(width, height, texel_bytes, data.len())?;
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(color);
@@ -104,8 +106,7 @@ pub(crate) fn png_bytes(
         encoder.add_text_chunk("manypass".into(), note.into()).map_err(|error| failed(&error))?;
     }
     let mut writer = encoder.write_header().map_err(|error| failed(&error))?;
-    let texel_bytes = color.samples() * (depth as usize / 8).max(1);
-    let stream = compressed(data, width as usize * texel_bytes, texel_bytes);
+    let stream = compressed(data, width as usize * texel_bytes, texel_bytes).map_err(|error| failed(&error))?;
     // A chunk may have no more than a signed number says.
     for part in stream.chunks(1 << 30) {
         writer.write_chunk(png::chunk::IDAT, part).map_err(|error| failed(&error))?;

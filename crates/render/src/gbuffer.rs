@@ -30,23 +30,20 @@ pub struct Gbuffer {
 impl Gbuffer {
     /// Declares that `step` reads the whole G-buffer, under the names of `gbuffer_textures.wgsl`.
     pub fn read_by<'r, 'f>(&self, step: Fullscreen<'r, 'f>) -> Fullscreen<'r, 'f> {
-        step.read("base_color", &self.base_color)
-            .read("normal", &self.normal)
-            .read("material", &self.material)
-            .read("linear_depth", &self.linear_depth)
+        self.materials_read_by(step).read("linear_depth", &self.linear_depth)
     }
 
-    /// The same of a step of `r`'s that is drawn over `depth`: where nothing else needs linear depth, it finds distances
-    /// in that, and nobody has to make them.
+    fn materials_read_by<'r, 'f>(&self, step: Fullscreen<'r, 'f>) -> Fullscreen<'r, 'f> {
+        step.read("base_color", &self.base_color).read("normal", &self.normal).read("material", &self.material)
+    }
+
+    /// The same of a step that is drawn over `depth`: where nothing else needs linear depth, it finds distances in that,
+    /// and nobody has to make them.
     pub fn read_by_light<'r, 'f>(&self, step: Fullscreen<'r, 'f>, depth: &Handle) -> Fullscreen<'r, 'f> {
         if !step.view().reads_attached_depth {
             return self.read_by(step);
         }
-        step.read("base_color", &self.base_color)
-            .read("normal", &self.normal)
-            .read("material", &self.material)
-            .read_depth("linear_depth", depth)
-            .constant("reads_attached_depth", 1)
+        self.materials_read_by(step).read_depth("linear_depth", depth).constant("reads_attached_depth", 1)
     }
 }
 

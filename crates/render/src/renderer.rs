@@ -1,5 +1,7 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
+mod constants;
+mod counts;
 mod effects;
 mod fisheye;
 mod ground;

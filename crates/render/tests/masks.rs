@@ -64,6 +64,44 @@ fn mean(values: &[f32]) -> f32 {
 }
 
 #[test]
+fn masks_and_their_shadows_lie_where_matrices_and_second_uvs_say() {
+    // Once by the first UVs as they are, once by a matrix, once by the second UVs: the same texels in all.
+    let place = |uv: [f32; 2]| [3.0 * uv[0] + 0.25, 2.0 * uv[1] - 0.125];
+    let transform = TextureTransform { offset: Vec2::new(0.25, -0.125), rotation_rad: 0.0, scale: Vec2::new(3.0, 2.0) };
+    let scene_of = |uv_set: u32, transform: TextureTransform, is_placed: bool| {
+        let mut builder = sieve_from(Vec3::new(0.0, 5.0, 3.0), 1.0, grey(0.8));
+        let mesh = Arc::make_mut(builder.scene.meshes.last_mut().unwrap());
+        let sheet = &mut mesh.primitives[0];
+        let placed: Vec<[f32; 2]> = sheet.uv0.iter().map(|uv| place(*uv)).collect();
+        match (uv_set, is_placed) {
+            (0, true) => sheet.uv0 = placed,
+            (1, _) => sheet.uv1 = placed,
+            _ => (),
+        }
+        let texture = TextureRef { texture: 0, uv_set, transform };
+        builder.scene.materials.last_mut().unwrap().base_color_texture = Some(texture);
+        builder.put(primitives::plane(6.0), grey(0.5), at(Vec3::ZERO));
+        let sun = Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() };
+        builder.light(sun, Vec3::ZERO, Vec3::new(-0.4, -1.0, -0.2));
+        builder.finish()
+    };
+    let mut renderer = renderer();
+    let mut picture = |scene: &Scene| {
+        renderer.unload();
+        renderer.load(scene).unwrap();
+        let request = request(scene, Masks::Cutoff).with(|settings| settings.shadows.enabled = true);
+        radiance_of(&mut renderer, scene, &request)
+    };
+    let expected = picture(&scene_of(0, TextureTransform::default(), true));
+    let raw = picture(&scene_of(0, TextureTransform::default(), false));
+    let differing = |found: &[f32]| expected.iter().zip(found).filter(|(a, b)| (*a - *b).abs() > 0.02).count();
+    assert!(differing(&raw) > 300, "{} pixels tell how texels lie", differing(&raw));
+    for found in [picture(&scene_of(0, transform, false)), picture(&scene_of(1, TextureTransform::default(), false))] {
+        assert!(differing(&found) < 20, "{} pixels differ", differing(&found));
+    }
+}
+
+#[test]
 fn as_much_of_a_distant_mask_stays_as_covers_its_pixels() {
     // Eight texels a pixel.
     let scene = sieve(16.0, ShadingModel::Unlit).finish();

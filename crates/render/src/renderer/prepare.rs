@@ -1,8 +1,9 @@
 //! From what a frame is asked for to views that can be recorded.
 
+use super::constants::constants_of;
 use super::ground::FrameGround;
 use super::output::{MeansOf, Output, ViewState};
-use super::shadows::{Atlas, contact_uniform, filter_uniform, takes_one_tap};
+use super::shadows::{Atlas, contact_uniform, filter_uniform};
 use super::temporal::TemporalAsked;
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
@@ -22,14 +23,13 @@ use crate::lights::{
 use crate::passes::adaptive;
 use crate::passes::debug::DebugView;
 use crate::passes::taa::TemporalFrame;
-use crate::record::{COUNTS_PAIRS, InstanceTable, PreparedView, Viewed};
+use crate::record::{InstanceTable, PreparedView, Viewed};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use crate::resources::environment::EnvironmentTiles;
 use crate::resources::filtering::TextureFiltering;
-use crate::shader::program::Constant;
-use crate::shadows::{ShadowFilter, ViewShadows};
+use crate::shadows::ViewShadows;
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
 use bytemuck::Zeroable;
 use glam::{Vec2, Vec4};
@@ -532,45 +532,6 @@ impl Renderer {
         stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
         (lists, made)
     }
-}
-
-/// The `override` constants of a view's pipelines.
-fn constants_of(
-    asked: &Asked,
-    table: &LightTable,
-    shadows: Option<&ViewShadows>,
-    tiles: Option<&EnvironmentTiles>,
-) -> Vec<Constant> {
-    let settings = &asked.request.settings;
-    let mut constants = settings.shading.model.constants();
-    constants.extend(settings.transparency.masks.constants());
-    constants.push((lights::LIGHT_CLASSES, table.classes()));
-    if (table.directional_count(), table.global_count()) == (1, 1) {
-        constants.push(("one_directional", 1));
-    }
-    // In a live view cascades come and go, and pipelines would be made again.
-    if asked.request.sample_count > 1
-        && shadows.is_some_and(|shadows| shadows.has_one_cascade(table.directional_count()))
-    {
-        constants.push(("one_cascade", 1));
-    }
-    if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
-        constants.push(("penumbrae", 1));
-    }
-    if takes_one_tap(&asked.request) {
-        constants.push(("takes_one_tap", 1));
-    }
-    if settings.shadows.has_contact() {
-        constants.push(("contact_steps", settings.shadows.contact_steps));
-    }
-    if let Some(tiles) = tiles {
-        let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));
-        constants.extend([("has_picture", 1), ("shows_picture", shows_picture), ("sun_count", tiles.sun_count())]);
-    }
-    if asked.counts_pairs {
-        constants.push(COUNTS_PAIRS);
-    }
-    constants
 }
 
 /// The textures that a view's picture goes to; none where the frame is metered.

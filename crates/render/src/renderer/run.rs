@@ -1,28 +1,26 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
+use super::counts::{light_draws, sum_pairs};
 use super::fisheye::{parts_of, uv_from_place};
 use super::output::{Output, ViewState};
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
 use super::temporal::TemporalAsked;
 use super::{Purpose, Renderer};
-use crate::aov::{AovExports, f32_from_half};
-use crate::constants::LIGHTS_PER_BATCH;
-use crate::draws::{Deformation, WorldDraws};
+use crate::aov::AovExports;
+use crate::draws::Deformation;
 use crate::environment::{Environment, stored};
 use crate::frame::{self, Picture};
 use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
-use crate::lights::LightCulling;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
-use crate::record::{Frame, Legends, PreparedView, Recorder, Scrubbed};
-use crate::render_settings::Path;
-use crate::request::{FrameRequest, FrameStats, PairCounts, RenderError, SceneDefaults};
+use crate::record::{Frame, Legends, Recorder, Scrubbed};
+use crate::request::{FrameRequest, FrameStats, RenderError, SceneDefaults};
 use crate::resources::environment::Unfinished;
 use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
@@ -525,41 +523,4 @@ fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), Rend
         Some(budget_bytes) if needed_bytes > budget_bytes => Err(RenderError::Memory { needed_bytes, budget_bytes }),
         _ => Ok(()),
     }
-}
-
-/// Draw calls of a view that only light.
-fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws) -> u32 {
-    if asked.part.is_fisheye() {
-        return 0;
-    }
-    let settings = &asked.request.settings;
-    let fullscreen = |count: u32| u32::from(count > 0);
-    let lit = view.lit_rectangles.len() as u32;
-    match (settings.render.path, settings.lights.culling) {
-        (Path::Deferred, LightCulling::Clustered | LightCulling::None) => lit,
-        // Two reduce depth.
-        (Path::Deferred, LightCulling::Tiled) => lit + 2 * fullscreen(lit),
-        (Path::Deferred, LightCulling::Volumes | LightCulling::VolumesStencil) => {
-            fullscreen(view.global_light_count) + view.volume_draws.len() as u32
-        }
-        (Path::ForwardBatched, _) => {
-            let batches = |draw| view.most_lights_of(draw, world).div_ceil(LIGHTS_PER_BATCH).saturating_sub(1);
-            view.draws.opaque.iter().map(batches).sum()
-        }
-        (Path::Forward | Path::Gouraud, _) => 0,
-    }
-}
-
-/// Sums of the four channels of a texture of `format`, 32-bit or half floats.
-fn sum_pairs(bytes: &[u8], format: wgpu::TextureFormat) -> PairCounts {
-    let mut counts = [0f64; 4];
-    if format == wgpu::TextureFormat::Rgba32Float {
-        let values = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        values.zip((0..4).cycle()).for_each(|(value, channel)| counts[channel] += f64::from(value));
-    } else {
-        let values = bytes.chunks_exact(2).map(|b| f32_from_half(u16::from_le_bytes([b[0], b[1]])));
-        values.zip((0..4).cycle()).for_each(|(value, channel)| counts[channel] += f64::from(value));
-    }
-    let [pairs_visited, pairs_shaded, pairs_in_range, pairs_passed_over] = counts.map(|count| count as u64);
-    PairCounts { pairs_visited, pairs_shaded, pairs_in_range, pairs_passed_over }
 }

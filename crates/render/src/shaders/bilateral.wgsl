@@ -3,6 +3,7 @@
 
 import package::view::view;
 import package::shaders::coarse::turn_in_square;
+import package::shaders::hash::plastic_turn;
 import package::shaders::samplers::nearest_clamp;
 import package::shaders::screen_space::{TangentPlane, likeness_of_distance, likeness_to};
 
@@ -57,9 +58,9 @@ fn upsampled(
     return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
 }
 
-// What a smaller picture holds that an earlier sample of a still left, of the first pixel of each texel's square: of one
-// of the texels that `upsampled` takes the mean of. Each is the one in as many samples as it has weight there, so that
-// their mean is the same (Pharr et al. 2024, "Filtering After Shading With Stochastic Texture Filtering"); where it lies
+// What a smaller picture holds that the first sample of a still left, of the first pixel of each texel's square: of one
+// of the texels that `upsampled` takes the mean of. Each is the one in as many samples as it has weight there, those that
+// look at the side of the pixel where it lies, so that their mean is the same (Pharr et al. 2024, "Filtering After Shading With Stochastic Texture Filtering"); where it lies
 // on another surface, the one across from it may be the one. How far away surfaces were says the first channel of
 // `distances`, or the second one of the picture itself.
 fn chosen_by_distances(
@@ -72,7 +73,7 @@ fn chosen_by_distances(
     plane: TangentPlane,
     reach_m: f32,
 ) -> Upsampled {
-    let turn = fract(f32(view.sample_index) * vec2f(0.7548777, 0.5698403) + 0.5);
+    let turn = fract(plastic_turn(view.sample_index) + 0.5);
     let place = (position_px - 0.5) / f32(max(side, 1u)) + shift;
     let chosen = floor(place + turn);
     let across = 2.0 * floor(place) + 1.0 - chosen;
@@ -82,6 +83,7 @@ fn chosen_by_distances(
     return Upsampled(select(other.value, first.value, is_first), select(other.trust, first.trust, is_first));
 }
 
+// One texel of it, and how much it is of the same surface.
 fn texel_at(
     coarse: texture_2d<f32>,
     distances: texture_2d<f32>,

@@ -6,12 +6,12 @@ import package::shaders::screen_space::tangent_plane_of;
 
 // Radiance times how much it is to be trusted, and that share.
 @group(1) @binding(8) var found_reflections: texture_2d<f32>;
-// How far away surfaces were where an earlier sample of a still found it.
+// How far away surfaces were where the first sample of a still found it.
 @group(1) @binding(9) var found_distances: texture_2d<f32>;
 
 // Pixels along a texel's side, or 0 if nothing was found.
 override reflections_side: u32 = 0u;
-// 1 if an earlier sample found it at a smaller size.
+// 1 if the first sample found it, at a smaller size, for all.
 override found_before: u32 = 0u;
 
 // Of the distance: so far from the tangent plane another surface begins.

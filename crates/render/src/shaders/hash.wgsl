@@ -18,6 +18,12 @@ fn seed_of_pixel(position_px: vec2f, salt: u32) -> u32 {
     return mixed((pixel.x * 0x8da6b343u) ^ (pixel.y * 0xd8163841u) ^ mixed(salt));
 }
 
+// 0 ≤ x, y < 1: any samples that follow each other lie evenly in the square, by the inverses of the plastic number and of
+// its square (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
+fn plastic_turn(sample_index: u32) -> vec2f {
+    return fract(f32(sample_index) * vec2f(0.7548777, 0.5698403));
+}
+
 // 0 ≤ x < 1: spread evenly over any few pixels side by side (Jimenez 2014, "Next Generation Post Processing in Call of
 // Duty: Advanced Warfare"), and over the samples of a pixel (by the golden ratio).
 fn gradient_noise(position_px: vec2f, sample_index: u32) -> f32 {

@@ -2,7 +2,7 @@
 
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::view::{view, affine_of_direction_view, position_view_from_pixel};
-import package::shaders::hash::{seed_of_pixel, stratified};
+import package::shaders::hash::{plastic_turn, seed_of_pixel, stratified};
 import package::shaders::gbuffer_textures::{distance_at, linear_depth, normal_world_at};
 import package::shaders::samplers::nearest_clamp;
 
@@ -57,7 +57,7 @@ fn slice_noise(position_px: vec2f, patterned: bool, salt: u32) -> vec2f {
         // Jimenez et al. 2016; another part of each sixteenth, and of each fourth, in every sample (Roberts 2018).
         let texel = vec2u(position_px);
         let direction = (((texel.x + texel.y) & 3u) << 2u) + (texel.x & 3u);
-        let turn = fract(f32(view.sample_index) * vec2f(0.7548777, 0.5698403));
+        let turn = plastic_turn(view.sample_index);
         return vec2f((f32(direction) + turn.x) / 16.0, (f32((texel.y - texel.x) & 3u) + fract(turn.y + 0.5)) / 4.0);
     }
     return vec2f(

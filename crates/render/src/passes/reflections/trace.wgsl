@@ -21,7 +21,7 @@ import package::shaders::coarse::pixel_of_texel;
 import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{normal_world_at, surface_at};
 import package::shaders::lit_distance::facet_normal_at;
-import package::shaders::hash::{seed_of_pixel, stratified};
+import package::shaders::hash::{plastic_turn, seed_of_pixel, stratified};
 import package::shaders::screen_space::{
     Center, FARTHEST_M, center_at, distance_from_nearness, likeness_to, nearness_from_distance, tangent_plane_at,
     tangents_of,
@@ -69,7 +69,7 @@ fn noise_at(position_px: vec2f) -> vec2f {
         // every sample (Roberts 2018).
         let texel = vec2u(position_px) & vec2u(3u);
         let place = vec2u((texel.x << 2u) + texel.y, (texel.y << 2u) + texel.x);
-        let turn = fract(f32(view.sample_index) * vec2f(0.7548777, 0.5698403) + 0.5);
+        let turn = fract(plastic_turn(view.sample_index) + 0.5);
         return fract((vec2f(place) + turn) / 16.0);
     }
     return vec2f(

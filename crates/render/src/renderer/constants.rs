@@ -1,0 +1,49 @@
+//! What the pipelines of a view know when they are made.
+
+use super::prepare::Asked;
+use super::shadows::takes_one_tap;
+use crate::environment::Environment;
+use crate::lights::{self, LightTable};
+use crate::record::COUNTS_PAIRS;
+use crate::resources::environment::EnvironmentTiles;
+use crate::shader::program::Constant;
+use crate::shadows::{ShadowFilter, ViewShadows};
+
+/// The `override` constants of a view's pipelines.
+pub(super) fn constants_of(
+    asked: &Asked,
+    table: &LightTable,
+    shadows: Option<&ViewShadows>,
+    tiles: Option<&EnvironmentTiles>,
+) -> Vec<Constant> {
+    let settings = &asked.request.settings;
+    let mut constants = settings.shading.model.constants();
+    constants.extend(settings.transparency.masks.constants());
+    constants.push((lights::LIGHT_CLASSES, table.classes()));
+    if (table.directional_count(), table.global_count()) == (1, 1) {
+        constants.push(("one_directional", 1));
+    }
+    // In a live view cascades come and go, and pipelines would be made again.
+    if asked.request.sample_count > 1
+        && shadows.is_some_and(|shadows| shadows.has_one_cascade(table.directional_count()))
+    {
+        constants.push(("one_cascade", 1));
+    }
+    if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
+        constants.push(("penumbrae", 1));
+    }
+    if takes_one_tap(&asked.request) {
+        constants.push(("takes_one_tap", 1));
+    }
+    if settings.shadows.has_contact() {
+        constants.push(("contact_steps", settings.shadows.contact_steps));
+    }
+    if let Some(tiles) = tiles {
+        let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));
+        constants.extend([("has_picture", 1), ("shows_picture", shows_picture), ("sun_count", tiles.sun_count())]);
+    }
+    if asked.counts_pairs {
+        constants.push(COUNTS_PAIRS);
+    }
+    constants
+}
