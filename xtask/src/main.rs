@@ -20,8 +20,8 @@ cargo xtask COMMAND
               --no-browser   leave out the web build and the browser tests
   web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
               --fast         compile sooner to a larger module, for work on the package
-  browser   only the browser tests, with the web package as it was built last, or else built as by `web --fast` (about
-              3 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
+  browser   only the browser tests, with the web package that was built last, or, where a crate changed since, one built as
+              by `web --fast` (about 13 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
   bench     measure every way of lighting against brute force, and the loop over lights against its limit; ratios within
               one run (about 14 minutes); `bench --help` lists its tables and options
   fidelity  render the scenes that others publish pictures of, and say how far ours are from those (about 3 minutes);
@@ -108,8 +108,8 @@ fn web_package(steps: &mut Steps, size: web::Size, warnings: web::Warnings) {
 }
 
 fn browser_tests(steps: &mut Steps) {
-    if !web::is_built() {
-        println!("there is no web package in target/web yet: it is built as by `cargo xtask web --fast`");
+    if !web::is_current() {
+        println!("there is no web package of these sources in target/web: it is built as by `cargo xtask web --fast`");
         web_package(steps, web::Size::Fast, web::Warnings::Shown);
     }
     steps.run("browser", "1 s; 2 min to install", setup::browser);

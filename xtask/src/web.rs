@@ -9,6 +9,7 @@ use std::{
     io::{BufRead, BufReader, IsTerminal},
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    time::SystemTime,
 };
 
 /// How the module is compiled.
@@ -33,9 +34,22 @@ fn folder() -> PathBuf {
     root().join("target/web")
 }
 
-/// Whether there is a package.
-pub(crate) fn is_built() -> bool {
-    ["index.html", "manypass_web.js", "manypass_web_bg.wasm"].into_iter().all(|name| folder().join(name).is_file())
+/// Whether there is a package of the sources as they are.
+pub(crate) fn is_current() -> bool {
+    let changed = |path: &Path| path.metadata().and_then(|metadata| metadata.modified()).ok();
+    let built = ["index.html", "manypass_web.js", "manypass_web_bg.wasm"].map(|name| changed(&folder().join(name)));
+    let oldest = built.into_iter().min().flatten();
+    oldest.is_some() && oldest >= newest_below(&root().join("crates"))
+}
+
+/// When a file in `folder`, or below it, was last changed.
+fn newest_below(folder: &Path) -> Option<SystemTime> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let changed = entries.filter_map(|entry| match entry.metadata() {
+        Ok(metadata) if metadata.is_dir() => newest_below(&entry.path()),
+        metadata => metadata.and_then(|metadata| metadata.modified()).ok(),
+    });
+    changed.max()
 }
 
 /// Writes `target/web`: JavaScript, types, wasm and the page.

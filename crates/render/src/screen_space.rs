@@ -11,7 +11,7 @@ pub struct Reflections {
     pub texture: Handle,
     /// Pixels along a texel's side.
     pub side_px: u32,
-    /// How far away surfaces were, if the first sample of a still found it, at a smaller size, for all.
+    /// How far away surfaces were, if an earlier sample of a still found it, at a smaller size, for all.
     pub distances: Option<Handle>,
 }
 

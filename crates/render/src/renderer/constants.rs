@@ -29,6 +29,9 @@ pub(super) fn constants_of(
     {
         constants.push(("one_cascade", 1));
     }
+    if asked.request.sample().0 > 0 {
+        constants.push(("takes_one_texel", 1));
+    }
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
     }

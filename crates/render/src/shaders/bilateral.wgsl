@@ -58,12 +58,15 @@ fn upsampled(
     return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
 }
 
-// What a smaller picture holds that the first sample of a still left, of the first pixel of each texel's square: of one
-// of the texels that `upsampled` takes the mean of. Each is the one in as many samples as it has weight there, those that
-// look at the side of the pixel where it lies, so that their mean is the same (Pharr et al. 2024, "Filtering After Shading With Stochastic Texture Filtering"); where it lies
-// on another surface, the one across from it may be the one. How far away surfaces were says the first channel of
-// `distances`, or the second one of the picture itself.
-fn chosen_by_distances(
+// 1 in the samples that follow the one which found it.
+override takes_one_texel: u32 = 0u;
+
+// As `upsampled`, of a smaller picture that the first sample of a still leaves, of the first pixel of each texel's square.
+// How far away surfaces were says the first channel of `distances`, or the second one of the picture itself. Samples that
+// follow take one of the four texels: each is the one in as many samples as it has weight, those that look at the side of
+// the pixel where it lies, so that their mean is the same (Pharr et al. 2024, "Filtering After Shading With Stochastic
+// Texture Filtering"); where it lies on another surface, the one across from it may be the one.
+fn upsampled_by_distances(
     coarse: texture_2d<f32>,
     distances: texture_2d<f32>,
     is_in_picture: bool,
@@ -73,14 +76,33 @@ fn chosen_by_distances(
     plane: TangentPlane,
     reach_m: f32,
 ) -> Upsampled {
-    let turn = fract(plastic_turn(view.sample_index) + 0.5);
     let place = (position_px - 0.5) / f32(max(side, 1u)) + shift;
-    let chosen = floor(place + turn);
-    let across = 2.0 * floor(place) + 1.0 - chosen;
-    let first = texel_at(coarse, distances, is_in_picture, chosen, side, plane, reach_m);
-    let other = texel_at(coarse, distances, is_in_picture, across, side, plane, reach_m);
-    let is_first = first.trust >= min(other.trust, LIKENESS_ENOUGH);
-    return Upsampled(select(other.value, first.value, is_first), select(other.trust, first.trust, is_first));
+    let corner = floor(place);
+    if takes_one_texel != 0u {
+        let turn = fract(plastic_turn(view.sample_index) + 0.5);
+        let chosen = floor(place + turn);
+        let first = texel_at(coarse, distances, is_in_picture, chosen, side, plane, reach_m);
+        let across = 2.0 * corner + 1.0 - chosen;
+        let other = texel_at(coarse, distances, is_in_picture, across, side, plane, reach_m);
+        let is_first = first.trust >= min(other.trust, LIKENESS_ENOUGH);
+        return Upsampled(select(other.value, first.value, is_first), select(other.trust, first.trust, is_first));
+    }
+    let between = place - corner;
+    var sum = vec4f(0.0);
+    var weights = 0.0;
+    var trust = 0.0;
+    for (var y = 0; y < 2; y++) {
+        for (var x = 0; x < 2; x++) {
+            let step = vec2f(vec2i(x, y));
+            let texel = texel_at(coarse, distances, is_in_picture, corner + step, side, plane, reach_m);
+            let near = mix(1.0 - between, between, step);
+            let weight = (near.x * near.y + LIKENESS_MIN) * (texel.trust + LIKENESS_MIN);
+            sum += texel.value * weight;
+            weights += weight;
+            trust += near.x * near.y * texel.trust;
+        }
+    }
+    return Upsampled(sum / weights, clamp(trust, 0.0, 1.0));
 }
 
 // One texel of it, and how much it is of the same surface.

@@ -3,7 +3,7 @@
 
 import package::gbuffer::Surface;
 import package::shaders::ambient::Seen;
-import package::shaders::bilateral::chosen_by_distances;
+import package::shaders::bilateral::upsampled_by_distances;
 import package::shaders::brdf::Shading;
 import package::shaders::occlusion::{occluded, screen_occlusion, seen_at, seen_of};
 import package::shaders::screen_space::tangent_plane_of;
@@ -32,7 +32,7 @@ fn seen_by_sample(position_px: vec2f, distance_m: f32, surface: Surface, shading
     }
     let plane = tangent_plane_of(surface.normal_world, position_px, distance_m);
     let reach_m = coarse_occlusion.reach_m;
-    let found = chosen_by_distances(
+    let found = upsampled_by_distances(
         screen_occlusion, screen_occlusion, true, position_px, occlusion_side, SHIFT, plane, reach_m);
     let trust = found.trust / (found.trust + TRUST_HALF);
     return seen_of(vec4f(mix(1.0, found.value.r, trust), 0.0, 0.0, 0.0), surface, shading);

@@ -215,8 +215,8 @@ impl<'s> Look<'s> {
         let step = seen.gbuffer.read_by(r.fullscreen("reflections.distances", "reflections_keep", &[]));
         let step = Reflections::read_by(None, step).constant("reflections_side", side_px);
         let step = step.stand_in("previous_reflections");
-        let distances = step.draw_into(self.distances.next, ColorLoad::Discard)?;
-        Ok(Reflections { texture, side_px, distances: Some(distances) })
+        step.draw_into(self.distances.next, ColorLoad::Discard)?;
+        Ok(Reflections { texture, side_px, distances: None })
     }
 }
 
