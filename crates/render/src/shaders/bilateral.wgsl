@@ -17,6 +17,14 @@ fn middle_of_texel(texel: vec2f, side: u32) -> vec2f {
     return min(texel * f32(side) + vec2f(turn_in_square(i32(side))) + 0.5, view.size_px - 0.5);
 }
 
+// How much a texel of a value is of the same surface.
+fn likeness_of_texel(value: vec4f, has_distances: bool, middle_px: vec2f, plane: TangentPlane, reach_m: f32) -> f32 {
+    if has_distances {
+        return likeness_of_distance(plane, middle_px, value.g, reach_m);
+    }
+    return likeness_to(plane, middle_px, reach_m);
+}
+
 struct Upsampled {
     value: vec4f,
     // From 0 to 1, how much of it is the same surface's.
@@ -25,9 +33,11 @@ struct Upsampled {
 
 // At a place of the picture, the four nearest texels of a smaller one, by how near they lie and by which of them lie on
 // the same surface, of which others are off by `reach_m` and more (Kopf et al. 2007, "Joint Bilateral Upsampling", by
-// the distance from the tangent plane). `shift` is by how much of a texel's side the smaller picture is moved.
+// the distance from the tangent plane). `shift` is by how much of a texel's side the smaller picture is moved. With
+// `has_distances` it says itself how far away surfaces are, in its second channel.
 fn upsampled(
     coarse: texture_2d<f32>,
+    has_distances: bool,
     position_px: vec2f,
     side: u32,
     shift: f32,
@@ -48,9 +58,10 @@ fn upsampled(
             let step = vec2f(vec2i(x, y));
             let texel = clamp(first + step, vec2f(0.0), size - 1.0);
             let near = mix(1.0 - between, between, step);
-            let likeness = likeness_to(plane, middle_of_texel(texel, side), reach_m);
+            let value = textureSampleLevel(coarse, nearest_clamp, (texel + 0.5) * texel_size, 0.0);
+            let likeness = likeness_of_texel(value, has_distances, middle_of_texel(texel, side), plane, reach_m);
             let weight = (near.x * near.y + LIKENESS_MIN) * (likeness + LIKENESS_MIN);
-            sum += textureSampleLevel(coarse, nearest_clamp, (texel + 0.5) * texel_size, 0.0) * weight;
+            sum += value * weight;
             weights += weight;
             trust += near.x * near.y * likeness;
         }
@@ -129,7 +140,15 @@ fn texel_at(
 
 // The mean over 4 × 4 texels, from 2 before a texel's middle to 1 after, of those that lie on the same surface (Tomasi
 // & Manduchi 1998, "Bilateral Filtering", by the distance from the tangent plane in place of one of colours).
-fn mean_of_square(noisy: texture_2d<f32>, middle: vec2f, side: u32, plane: TangentPlane, reach_m: f32) -> vec4f {
+// `has_distances` is as for `upsampled`.
+fn mean_of_square(
+    noisy: texture_2d<f32>,
+    has_distances: bool,
+    middle: vec2f,
+    side: u32,
+    plane: TangentPlane,
+    reach_m: f32,
+) -> vec4f {
     let size = vec2f(textureDimensions(noisy));
     let texel_size = 1.0 / size;
     // The texel itself counts in any case.
@@ -139,9 +158,11 @@ fn mean_of_square(noisy: texture_2d<f32>, middle: vec2f, side: u32, plane: Tange
         for (var x = -2; x < 2; x++) {
             let other = middle + vec2f(vec2i(x, y));
             let inside = all(other > vec2f(0.0)) && all(other < size);
-            let likeness = likeness_to(plane, middle_of_texel(max(other - 0.5, vec2f(0.0)), side), reach_m);
+            let value = textureSampleLevel(noisy, nearest_clamp, other * texel_size, 0.0);
+            let middle_px = middle_of_texel(max(other - 0.5, vec2f(0.0)), side);
+            let likeness = likeness_of_texel(value, has_distances, middle_px, plane, reach_m);
             let weight = select(0.0, likeness, inside);
-            sum += textureSampleLevel(noisy, nearest_clamp, other * texel_size, 0.0) * weight;
+            sum += value * weight;
             weights += weight;
         }
     }

@@ -30,5 +30,5 @@ fn reflected_at(position_px: vec2f, distance_m: f32, normal_world: vec3f) -> vec
         return upsampled_by_distances(
             found_reflections, found_distances, false, position_px, reflections_side, 0.0, plane, reach_m).value;
     }
-    return upsampled(found_reflections, position_px, reflections_side, 0.0, plane, reach_m).value;
+    return upsampled(found_reflections, false, position_px, reflections_side, 0.0, plane, reach_m).value;
 }

@@ -32,7 +32,7 @@ fn found_at(position_px: vec2f, pixel: vec2i, distance_m: f32) -> vec4f {
     let plane = tangent_plane_at(pixel, distance_m);
     // A filtered texel is the mean of a square whose middle lies half a texel before its own.
     let shift = select(0.0, 0.5, patterned != 0u);
-    return upsampled(found_light, position_px, side, shift, plane, LIKENESS_REACH * distance_m).value;
+    return upsampled(found_light, false, position_px, side, shift, plane, LIKENESS_REACH * distance_m).value;
 }
 
 @fragment

@@ -19,5 +19,5 @@ fn fs_gi_filter(@builtin(position) position: vec4f) -> @location(0) vec4f {
         return vec4f(0.0);
     }
     let plane = tangent_plane_at(pixel, distance_m);
-    return mean_of_square(noisy_light, position.xy, side, plane, LIKENESS_REACH * distance_m);
+    return mean_of_square(noisy_light, false, position.xy, side, plane, LIKENESS_REACH * distance_m);
 }

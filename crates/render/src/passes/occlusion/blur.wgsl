@@ -1,11 +1,11 @@
 // occlusion.blur: takes the pattern of noise of 4 × 4 texels out of a picture of few samples, by the mean over each
 // such square of what lies on the same surface (see `shaders/bilateral.wgsl`). Reads: noisy_occlusion, normal,
-// linear_depth. Writes: occlusion, of the square from 2 texels before to 1 after; with `keeps_distance` also how far away
+// linear_depth. Writes: occlusion, of the square from 2 texels before to 1 after; with `keeps_distances` also how far away
 // its surface is (g).
 // Program: occlusion_blur.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::occlusion::taps::{likeness_reach_m, side};
+import package::passes::occlusion::taps::{has_distances, likeness_reach_m, side};
 import package::shaders::bilateral::mean_of_square;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::gbuffer_textures::distance_at;
@@ -13,19 +13,19 @@ import package::shaders::screen_space::tangent_plane_at;
 
 @group(1) @binding(5) var noisy_occlusion: texture_2d<f32>;
 
-// 1 if samples that follow read it.
-override keeps_distance: u32 = 0u;
+// 1 if whoever reads it looks for that in it.
+override keeps_distances: u32 = 0u;
 
 @fragment
 fn fs_occlusion_blur(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = pixel_of_texel(vec2i(position.xy), i32(side));
     let distance_m = distance_at(pixel);
     if distance_m >= DISTANCE_BACKGROUND_M {
-        return vec4f(1.0, select(0.0, DISTANCE_BACKGROUND_M, keeps_distance != 0u), 0.0, 0.0);
+        return vec4f(1.0, select(0.0, DISTANCE_BACKGROUND_M, keeps_distances != 0u), 0.0, 0.0);
     }
     let plane = tangent_plane_at(pixel, distance_m);
-    let mean = mean_of_square(noisy_occlusion, position.xy, side, plane, likeness_reach_m());
-    if keeps_distance != 0u {
+    let mean = mean_of_square(noisy_occlusion, has_distances != 0u, position.xy, side, plane, likeness_reach_m());
+    if keeps_distances != 0u {
         return vec4f(mean.r, distance_m, 0.0, 0.0);
     }
     return mean;

@@ -10,7 +10,7 @@ import package::shaders::brdf::PI;
 import package::shaders::horizons::{Slice, arc, elevation_of, place_along, slice_at, steps_within};
 import package::shaders::screen_space::{Center, seen_from};
 import package::passes::occlusion::taps::{
-    bends, center_of_texel, noise_at, occlusion, share_at, slices, steps, texel_of_loss,
+    bends, center_of_texel, noise_at, occlusion, share_at, slices, steps, texel_of_background, texel_of_loss,
 };
 
 // The cosine from the line of sight of the highest that rises along a slice, to the side of `tangent`.
@@ -40,7 +40,7 @@ fn arc_direction(angle: f32, tilt: f32) -> vec2f {
 fn fs_occlusion_gtao(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let center = center_of_texel(vec2i(position.xy));
     if !center.is_surface {
-        return vec4f(1.0, 0.0, 0.0, 0.0);
+        return texel_of_background();
     }
     let noise = noise_at(position.xy);
     var lost = 0.0;

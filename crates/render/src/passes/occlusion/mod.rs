@@ -26,8 +26,8 @@ const BENT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// The mean of what samples of a still found of a pixel, and of how many it is.
 const MEAN: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
-/// What one sample of few found for all, whose noise was filtered, and how far away surfaces were.
-const LOOK: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+/// The share, and how far away surfaces are, so that passes that look for those find both in one texel.
+const WITH_DISTANCES: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 
 /// Of the radius: so far from the tangent plane another surface begins; as `taps.wgsl` has it.
 const THICKNESS: f32 = 0.1;
@@ -117,7 +117,7 @@ fn record_found(
     if finding.side_px == 1 {
         return Ok(found);
     }
-    let target = r.texture("occlusion.upsample", finding.desc.format);
+    let target = r.texture("occlusion.upsample", if settings.bent_normals { BENT } else { VISIBILITY });
     let step = finding.upsample(r, seen, &found).constant("keeps_mean", 0).stand_in("previous_occlusion");
     step.over(PicturePart::Surfaces, seen.depth).draw_into(target, OPEN)
 }
@@ -130,8 +130,8 @@ fn record_look(
     settings: &OcclusionSettings,
     seen: Seen<'_>,
 ) -> Result<(Handle, FoundBefore), ProgramError> {
-    let finding = Finding { keeps_distance: 1, ..Finding::new(r, settings, true) };
-    let look = r.history("occlusion.look", TextureDesc { format: LOOK, ..finding.desc });
+    let finding = Finding { keeps_distances: true, ..Finding::new(r, settings, true) };
+    let look = r.history("occlusion.look", TextureDesc { format: WITH_DISTANCES, ..finding.desc });
     let looks = look.is_first || r.view.uniform.sample_index == 0;
     let texture = if looks { finding.record(r, seen, look.next)? } else { look.previous };
     Ok((texture, FoundBefore { side_px: finding.side_px, reach_m: THICKNESS * finding.uniform.radius_m }))
@@ -165,19 +165,30 @@ struct Finding<'s> {
     side_px: u32,
     /// Whether its noise is a pattern, which is taken out.
     is_filtered: bool,
-    /// 1 if samples that follow read it, and how far away surfaces are beside it.
-    keeps_distance: u32,
+    /// Whether what looks around writes how far away surfaces are beside what it found.
+    has_distances: bool,
+    /// Whether that is in the last texture, too.
+    keeps_distances: bool,
 }
 
 impl<'s> Finding<'s> {
     fn new(r: &Recorder<'_, '_>, settings: &'s OcclusionSettings, is_filtered: bool) -> Self {
+        let side_px = settings.resolution.side_px();
+        // Directions take the other channels. At the full size distances are there as they are.
+        let has_distances = side_px > 1 && !settings.bent_normals;
+        let format = match settings.bent_normals {
+            true => BENT,
+            false if has_distances => WITH_DISTANCES,
+            false => VISIBILITY,
+        };
         Self {
             settings,
             uniform: OcclusionUniform::new(settings, &r.frame.world.bounds_world),
-            desc: settings.resolution.desc(r.view, if settings.bent_normals { BENT } else { VISIBILITY }),
-            side_px: settings.resolution.side_px(),
+            desc: settings.resolution.desc(r.view, format),
+            side_px,
             is_filtered,
-            keeps_distance: 0,
+            has_distances,
+            keeps_distances: has_distances,
         }
     }
 
@@ -188,7 +199,7 @@ impl<'s> Finding<'s> {
 
     /// What all steps have in common.
     fn step<'r, 'f>(&self, step: Fullscreen<'r, 'f>, seen: Seen<'_>) -> Fullscreen<'r, 'f> {
-        let step = step.constant("side", self.side_px);
+        let step = step.constant("side", self.side_px).constant("has_distances", u32::from(self.has_distances));
         step.uniform("occlusion", &self.uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
     }
 
@@ -214,7 +225,7 @@ impl<'s> Finding<'s> {
         let found = of_surfaces(step, noisy, seen.depth)?;
         let Some(target) = blurred else { return Ok(found) };
         let step = self.step(r.fullscreen("occlusion.blur", "occlusion_blur", &[]), seen);
-        let step = step.constant("keeps_distance", self.keeps_distance).read("noisy_occlusion", &found);
+        let step = step.constant("keeps_distances", u32::from(self.keeps_distances)).read("noisy_occlusion", &found);
         of_surfaces(step, target, seen.depth)
     }
 

@@ -10,7 +10,7 @@
 import package::view::{pixel_from_position_view, pixel_step_from_step_view};
 import package::shaders::brdf::PI;
 import package::shaders::screen_space::{Center, seen_from, tangents_of};
-import package::passes::occlusion::taps::{center_of_texel, noise_at, occlusion, slices, steps, texel_of_loss};
+import package::passes::occlusion::taps::{center_of_texel, noise_at, occlusion, slices, steps, texel_of_background, texel_of_loss};
 
 // Of the radius, what rises less than that occludes nothing.
 const HEIGHT_MIN: f32 = 0.02;
@@ -30,7 +30,7 @@ fn points_within(center: Center, points: u32) -> u32 {
 fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let center = center_of_texel(vec2i(position.xy));
     if !center.is_surface {
-        return vec4f(1.0, 0.0, 0.0, 0.0);
+        return texel_of_background();
     }
     let noise = noise_at(position.xy);
     // The normal is turned towards the eye, so that its z is never -1.

@@ -5,7 +5,7 @@
 // Program: occlusion_upsample.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::occlusion::taps::{likeness_reach_m, patterned, side};
+import package::passes::occlusion::taps::{has_distances, likeness_reach_m, patterned, side};
 import package::shaders::bilateral::{Upsampled, upsampled};
 import package::shaders::gbuffer_textures::distance_at;
 import package::shaders::screen_space::tangent_plane_at;
@@ -20,7 +20,7 @@ fn upsampled_at(position_px: vec2f, distance_m: f32) -> Upsampled {
     let plane = tangent_plane_at(vec2i(position_px), distance_m);
     // A filtered texel is the mean of a square whose middle lies half a texel before its own.
     let shift = select(0.0, 0.5, patterned != 0u);
-    return upsampled(coarse_occlusion, position_px, side, shift, plane, likeness_reach_m());
+    return upsampled(coarse_occlusion, has_distances != 0u, position_px, side, shift, plane, likeness_reach_m());
 }
 
 @fragment
