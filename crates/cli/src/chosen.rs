@@ -273,7 +273,11 @@ impl From<ProgramError> for Unread {
 }
 
 fn stage_failure(error: &Diagnostic) -> Failure {
-    Failure::located(Kind::Failed, error, "correct the stage; `manypass settings` lists the keys")
+    Failure::located(
+        Kind::Failed,
+        error,
+        "correct the stage; `manypass settings` lists the keys, and with --effect NAME those of an effect",
+    )
 }
 
 /// What is wrong with a file of settings.

@@ -36,6 +36,13 @@ pub fn effect_files(paths: &[PathBuf]) -> Result<Vec<EffectFile>, Failure> {
             None => read_effect(path)?,
         };
         if let Some(other) = effects.iter().find(|other| other.name() == effect.name()) {
+            if other.file() == file {
+                return Err(Failure::usage(
+                    format!("the effect `{file}` is there twice"),
+                    "leave one out; to run a file twice, copy it and give the copy another name, in its first line: \
+                     `//! effect NAME`",
+                ));
+            }
             return Err(Failure::usage(
                 format!("two effects are called `{}`: {} and {file}", effect.name(), other.file()),
                 "give one another name, in its first line: `//! effect NAME`",

@@ -42,14 +42,19 @@ pub fn still_failure(error: &StillError) -> Failure {
     match error {
         StillError::Stopped => Failure::new(Kind::Interrupted, error, "run it again with --skip-existing"),
         StillError::Render(e) if e.is_device_lost() => Failure::new(Kind::DeviceLost, error, "try a smaller --size"),
-        StillError::Render(RenderError::Program(_)) => {
-            Failure::new(Kind::Failed, error, "correct the effect, or leave --effect or --path out")
-        }
+        StillError::Render(RenderError::Program(_)) => Failure::new(
+            Kind::Failed,
+            error,
+            "correct the effect, or leave out --effect, --path or --set camera.fisheye",
+        ),
         StillError::Render(RenderError::ParallelLens) => {
             Failure::new(Kind::Failed, error, "leave camera.f_stop out, or show it through another --camera")
         }
         StillError::Render(RenderError::Fisheye(_)) => {
             Failure::new(Kind::Failed, error, "leave camera.fisheye out, or show it through another --camera")
+        }
+        StillError::Render(RenderError::Overlay(_)) => {
+            Failure::new(Kind::Failed, error, "correct the overlay, or leave it out")
         }
         StillError::Render(_) => Failure::new(Kind::Failed, error, "try a smaller --size or another --adapter"),
     }

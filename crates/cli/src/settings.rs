@@ -59,8 +59,9 @@ pub fn chosen(quality: Option<Quality>, set: &[String], effects: &[PathBuf]) -> 
     }
     for pair in set {
         let (key, value) = key_value(pair)?;
-        effect::set_of_file(&mut settings, &mut files, key, &value.into())
-            .map_err(|error| Failure::usage(error, "`manypass settings` lists the keys"))?;
+        effect::set_of_file(&mut settings, &mut files, key, &value.into()).map_err(|error| {
+            Failure::usage(error, "`manypass settings` lists the keys, and with --effect NAME those of an effect")
+        })?;
         pairs.retain(|(known, _)| known != key);
         pairs.push((key.to_owned(), value.to_owned()));
     }

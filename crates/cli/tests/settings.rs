@@ -118,7 +118,7 @@ fn errors_begin_with_file_line_and_column_and_keep_their_lines() {
         (
             &["--effect", "lines.wgsl", "--effect", "lines.wgsl"],
             2,
-            "error: two effects are called `lines`",
+            "error: the effect `lines.wgsl` is there twice",
             "//! effect NAME",
         ),
         (&["--settings", "absent.toml"], 1, "error: absent.toml: ", "hint: "),

@@ -71,6 +71,12 @@ impl Live {
             counted(budget.settled_after(), "frame"),
             counted(budget.changes(), "change"),
         );
+        let is_last = budget.rungs().last() == Some(budget.rung());
+        if is_last && budget.median_ms().is_some_and(|ms| ms > f64::from(budget.budget_ms())) {
+            text.push_str(
+                "  that is more than the budget, and nothing is left to go without: choose a smaller --size\n",
+            );
+        }
         for (key, value) in budget.changed() {
             text.push_str(&format!("  {key} = {value}\n"));
         }

@@ -34,6 +34,10 @@ impl Source {
     }
 }
 
+/// Where what is looked for may belong.
+const SETTINGS_NOTE: &str =
+    "settings, those of effects too, stand in [settings.NAME], and the chain of effects in [effects]";
+
 /// A value, and where it stands.
 #[derive(Clone, Debug)]
 pub(super) struct Placed<T> {
@@ -83,7 +87,9 @@ impl<'s> Table<'s> {
             } else if !beside.contains(&name) {
                 let place = if declared.name.is_empty() { "a stage" } else { declared.name };
                 let known = declared.keys.iter().map(|known| known.name).chain(beside.iter().copied());
-                return Err(source.unknown(key.span(), format!("no key of {place} is called `{name}`"), name, known));
+                let fault = source.unknown(key.span(), format!("no key of {place} is called `{name}`"), name, known);
+                let is_of_stage = declared.name.is_empty();
+                return Err(if is_of_stage { Box::new(fault.note(SETTINGS_NOTE)) } else { fault });
             }
         }
         if let Some(missing) =

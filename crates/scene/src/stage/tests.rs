@@ -236,6 +236,8 @@ fn a_hundred_thousand_items_are_refused() {
 const WRONG: &[(&str, &str, &str)] = &[
     ("[[light]]", "2:3: error: no key of a stage is called `light`; did you mean `lights`?", ""),
     ("colour = 1", "2:1: error: no key of a stage is called `colour`", ""),
+    ("chain = [\"bloom\"]", "2:1: error: no key of a stage is called `chain`", "the chain of effects in [effects]"),
+    ("[bloom]\nstrength = 2", "2:2: error: no key of a stage is called `bloom`", "stand in [settings.NAME]"),
     ("[lights]\nkind = \"point\"", "2:", "write [[lights]] above each"),
     ("lights = [1]", "2:11: error:", "write [[lights]] above each"),
     ("[[fog]]", "2:", "write [fog] above them"),
