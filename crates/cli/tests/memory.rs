@@ -132,8 +132,8 @@ fn textures_and_meshes_take_two_and_a_half_times_their_size_at_most() {
         (watched.peak_mib as f64, decoded as f64 / f64::from(1 << 20))
     };
     let (small_peak, small) = peak("memory-small", 16, 16);
-    // Textures take from 1.36 to 2.14 times, by how many threads decode one when the last ones are uploaded; a mesh alone
-    // from 2.47 to 2.62 times: its vertices are larger on the device than in the file.
+    // Textures take from 1.36 to 2.14 times, another share in every run; a mesh alone from 2.47 to 2.62 times: its
+    // vertices are larger on the device than in the file.
     let cases = [("memory-textures", 16, 2048, 2.4), ("memory-mesh", 1200, 16, 2.8), ("memory-both", 1200, 2048, 2.5)];
     for (name, edge, size_px, most) in cases {
         let (large_peak, large) = peak(name, edge, size_px);

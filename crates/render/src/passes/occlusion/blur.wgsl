@@ -13,7 +13,7 @@ import package::shaders::screen_space::tangent_plane_at;
 
 @group(1) @binding(5) var noisy_occlusion: texture_2d<f32>;
 
-// 1 if whoever reads it looks for that in it.
+// 1 if whoever reads what is written looks for distances in it.
 override keeps_distances: u32 = 0u;
 
 @fragment
