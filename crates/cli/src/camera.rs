@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::listing::choices;
-use glam::{Mat3, Mat4, Quat, Vec3};
-use manypass_scene::framing::{self, Framing, orbit_rotation};
+use glam::{Mat4, Quat, Vec3};
+use manypass_scene::framing::{self, Framing, look_along, orbit_rotation};
 use manypass_scene::{Projection, Scene};
 
 /// Where the camera is.
@@ -137,12 +137,10 @@ fn changed(
     Ok((world_from_view, projection))
 }
 
-/// The rotation of a camera that looks along `direction`. Where `up` is parallel to it, another up is taken.
+/// The rotation of a camera that looks along `direction`.
 fn look(direction: Vec3, up: Vec3) -> Result<Quat, Failure> {
     let hint = "move --eye or --target apart";
-    let back = -direction.try_normalize().ok_or_else(|| Failure::usage("the camera stands on its target", hint))?;
-    let right = up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
-    Ok(Quat::from_mat3(&Mat3::from_cols(right, back.cross(right), back)))
+    look_along(direction, up).ok_or_else(|| Failure::usage("the camera stands on its target", hint))
 }
 
 /// An orbit, its yaw without the turn of a turntable.

@@ -1,7 +1,9 @@
 //! The whole frame, top to bottom: from surfaces to radiance here, from there to the picture in `frame/picture.rs`.
 
+mod monitors;
 mod picture;
 
+pub use monitors::{Monitored, darken_monitor, monitor_passes};
 pub use picture::{
     Means, Picture, effect_passes, enlarged_passes, exposure_passes, output_passes, temporal_passes, upscale_passes,
 };
@@ -11,15 +13,15 @@ use crate::draws::Tile;
 use crate::environment::Background;
 use crate::fisheye::FisheyeLens;
 use crate::fog::{FogMode, FogSettings};
-use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
+use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::occlusion::Occlusion;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::{
-    adaptive, background, behind, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi,
-    gouraud, ground, ids, indirect, linear_depth, motion, occlusion, reflections, resolve, shadows, tile_depth,
+    adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
+    ground, ids, indirect, linear_depth, mips, motion, occlusion, reflections, resolve, shadows, tile_depth,
     transparency, volumes,
 };
 use crate::record::Recorder;
@@ -31,7 +33,7 @@ use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
 use crate::transparency::{Blended, Peel, Side, TransparencyMode};
 use crate::view::CameraStep;
-use manypass_graph::{DepthLoad, Handle};
+use manypass_graph::{DepthLoad, Handle, TextureDesc};
 
 /// What all views of a frame share: the maps of their shadows.
 ///
@@ -276,7 +278,10 @@ fn behind_passes(
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
     let (radiance, mean) = resolve::record_between(r, format!("{name}.resolve"), radiance);
-    let behind = behind::record(r, name, mean.as_ref().unwrap_or(&radiance))?;
+    let (width, height) = r.view.size;
+    let desc = TextureDesc { mips: width.max(height).ilog2() + 1, ..TextureDesc::new_2d(width, height, RADIANCE) };
+    let behind = r.texture_of(name, desc);
+    mips::record_of(r, name, mean.as_ref().unwrap_or(&radiance), &behind)?;
     Ok((radiance, behind))
 }
 

@@ -21,6 +21,7 @@
 
 pub mod aov;
 mod camera_settings;
+mod capture_settings;
 pub mod colour;
 pub mod constants;
 mod diagnostic;

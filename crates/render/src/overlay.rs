@@ -14,10 +14,11 @@ use crate::fisheye::FisheyeLens;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use crate::request::FrameRequest;
+use crate::resources::Textures;
 use atlas::Atlas;
-use draw::OverlayDraw;
+use draw::{OverlayDraw, OverlayRun};
 use manypass_scene::Scene;
-use manypass_scene::overlay::{Overlay, OverlayFault};
+use manypass_scene::overlay::{OVERLAY_MONITORS_MAX, Overlay, OverlayFault, OverlayShape};
 use project::Projector;
 use quads::{QUAD_TEXELS, Quads};
 use shape::Shape;
@@ -48,6 +49,17 @@ pub enum OverlayError {
         /// The name.
         name: String,
     },
+    /// An item shows a monitor that is not there.
+    #[error("item {item} of the overlay: the scene has no monitor called `{name}`")]
+    NoMonitor {
+        /// Its index.
+        item: usize,
+        /// The name.
+        name: String,
+    },
+    /// There are too many monitors.
+    #[error("the overlay has more than {OVERLAY_MONITORS_MAX} monitors; leave some out")]
+    TooManyMonitors,
     /// There are too many.
     #[error("the overlay has more than {QUADS_MAX} letters, images and parts of lines; leave some out")]
     TooMany,
@@ -118,6 +130,14 @@ pub(crate) struct Prepared {
     pub texture_bytes: u64,
 }
 
+/// The names of the monitors that an overlay shows.
+pub(crate) fn monitors_of_overlay(overlay: &Overlay) -> impl Iterator<Item = &str> {
+    overlay.items.iter().filter_map(|item| match &item.shape {
+        OverlayShape::Monitor(monitor) => Some(monitor.name.as_str()),
+        _ => None,
+    })
+}
+
 /// What a view keeps of its overlay from picture to picture.
 #[derive(Debug, Default)]
 pub(crate) struct OverlayState {
@@ -141,7 +161,7 @@ impl OverlayState {
     /// An item cannot be drawn, all of them are too many, or there is no `room` for them.
     pub fn prepare(
         &mut self,
-        gpu: &Gpu,
+        (gpu, textures): (&Gpu, &Textures),
         scene: &Scene,
         request: &FrameRequest,
         room: Room,
@@ -170,11 +190,16 @@ impl OverlayState {
         };
         let table = self.table.get_or_insert_with(new);
         let table_bytes = table.write(&gpu.device, &gpu.queue, &quads.texels).ok_or(OverlayError::TooMany)?;
+        let of_monitor = |(first, image): &(usize, usize)| {
+            let texture = textures.monitor(scene, *image).unwrap_or_else(|| textures.white());
+            (*first as u32, texture.clone())
+        };
+        let monitors: Vec<_> = quads.monitors.iter().map(of_monitor).collect();
         let draw = OverlayDraw {
             quads: table.view().clone(),
             atlas: ready.atlas.clone(),
             atlas_side: [ready.atlas_side; 2],
-            quad_count: quads.count() as u32,
+            runs: OverlayRun::all(quads.count() as u32, &monitors),
             tests_depth: quads.tests_depth,
         };
         Ok(Prepared { draw: Some(draw), uploaded_bytes: texture_bytes + table_bytes, texture_bytes })
@@ -186,11 +211,15 @@ impl ReadyOverlay {
     fn new(gpu: &Gpu, overlay: &Arc<Overlay>, room: Room) -> Result<(Self, u64), OverlayError> {
         let mut atlas = Atlas::default();
         let mut shapes = Vec::with_capacity(overlay.items.len());
-        let mut pieces = 0;
+        let (mut pieces, mut monitors) = (0, 0);
         for (index, item) in overlay.items.iter().enumerate() {
             item.check().map_err(|fault| OverlayError::Item { item: index, fault })?;
             let shape = Shape::new(item, &mut atlas)?;
             pieces += shape.piece_count();
+            monitors += usize::from(matches!(shape, Shape::Monitor));
+            if monitors > OVERLAY_MONITORS_MAX {
+                return Err(OverlayError::TooManyMonitors);
+            }
             if pieces > QUADS_MAX {
                 return Err(OverlayError::TooMany);
             }
@@ -220,7 +249,7 @@ impl ReadyOverlay {
         let mut quads = Quads::default();
         let names = quads::node_names(scene, &self.overlay);
         for (index, (item, shape)) in self.overlay.items.iter().zip(&self.shapes).enumerate() {
-            quads.add(&projector, &names, (index, item), shape)?;
+            quads.add(&projector, (scene, &names), (index, item), shape)?;
             if quads.count() > QUADS_MAX {
                 return Err(OverlayError::TooMany);
             }

@@ -1,5 +1,6 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
+mod captures;
 mod constants;
 mod counts;
 mod effects;
@@ -31,6 +32,7 @@ use ground::GroundState;
 use manypass_graph::Plan;
 use manypass_graph::{Executor, PassTime};
 use manypass_scene::Cache;
+use manypass_scene::capture::MONITORS_MAX;
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use shadows::ShadowState;
@@ -59,6 +61,7 @@ pub struct Renderer {
     instances: InstanceTable,
     shadows: ShadowState,
     ground: GroundState,
+    captures: captures::CaptureState,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
     stats: FrameStats,
@@ -101,6 +104,11 @@ impl Purpose<'_> {
         matches!(self, Self::Plan | Self::Rounds(_))
     }
 
+    /// Whether what monitors show is drawn; whoever reads variables or counts pairs finds what they showed last.
+    fn has_captures(&self) -> bool {
+        !matches!(self, Self::Variables | Self::Pairs(_))
+    }
+
     /// Whether effects are drawn.
     fn has_effects(&self) -> bool {
         !matches!(self, Self::Variables | Self::Pairs(_) | Self::Meter(_))
@@ -139,6 +147,7 @@ impl Renderer {
             instances: InstanceTable::new(&gpu),
             shadows: ShadowState::new(&gpu),
             ground: GroundState::new(&gpu),
+            captures: captures::CaptureState::default(),
             views: BTreeMap::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
@@ -192,6 +201,7 @@ impl Renderer {
         self.instances = InstanceTable::new(&self.gpu);
         self.shadows = ShadowState::new(&self.gpu);
         self.ground = GroundState::new(&self.gpu);
+        self.captures.clear();
         self.world_draws = WorldDraws::default();
         self.bind_groups.clear();
         self.bundles.clear();
@@ -220,6 +230,11 @@ impl Renderer {
     /// What of the scene was left out, or replaced, on the device.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.resources.warnings();
+        let monitors = self.resources.textures.monitor_count();
+        if monitors > MONITORS_MAX {
+            warnings
+                .push(format!("only the first {MONITORS_MAX} of {monitors} monitors are drawn; the others are dark"));
+        }
         if self.light_count > lights::LIGHTS_MAX as usize {
             let (drawn, count) = (lights::LIGHTS_MAX, self.light_count);
             warnings.push(format!("only the first {drawn} of {count} lights are drawn"));

@@ -11,6 +11,7 @@ use crate::levels::LevelCount;
 use crate::overlay::OverlayError;
 use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
+use crate::quality::Quality;
 use crate::record::LegendEntry;
 use crate::render_settings::Path;
 use crate::settings::{Settings, SettingsError, Switch};
@@ -20,6 +21,7 @@ use crate::transparency::TransparencyMode;
 use crate::view::View;
 use glam::Vec4;
 use manypass_graph::PlanError;
+use manypass_scene::capture::LAYERS_ALL;
 use manypass_scene::{Framing, Overlay, Scene};
 use std::cell::LazyCell;
 use std::sync::Arc;
@@ -36,6 +38,8 @@ pub struct FrameRequest {
     /// What lies on the negative side of this plane (x, y, z, w with `x·X + y·Y + z·Z + w < 0` in world space) is not
     /// drawn: what is behind a mirror, or before a portal. The plane must not lead through the eye.
     pub clip_plane_world: Option<Vec4>,
+    /// The layers that are seen ([`manypass_scene::Node::layers`]), a bit each. Light and shadows are those of all.
+    pub layers: u32,
     /// Which of the accumulated frames this is; 0 starts anew.
     pub sample_index: u32,
     /// How many frames are accumulated. A single one needs no means: its picture is made of its radiance at once.
@@ -203,6 +207,11 @@ impl FrameRequest {
         self.is_temporal() && self.sample_index == 0
     }
 
+    /// Whether samples are right in the mean of radiance alone, whatever lens there is.
+    pub(crate) fn needs_mean_of_radiance(&self) -> bool {
+        self.sample_count > 1 && (self.deals_lights() || self.is_stochastic())
+    }
+
     fn deals_lights(&self) -> bool {
         self.light_rounds.is_some_and(|rounds| rounds > 1)
     }
@@ -275,7 +284,7 @@ impl FrameRequest {
     }
 
     /// The same with what the settings leave open, as they allow it.
-    fn with_switches_resolved(mut self) -> Self {
+    pub(crate) fn with_switches_resolved(mut self) -> Self {
         let is_of_one_view = !self.is_fisheye();
         let Settings { render, occlusion, reflections, .. } = &mut self.settings;
         let is_possible = is_of_one_view && render.path != Path::Gouraud;
@@ -298,6 +307,7 @@ impl FrameRequest {
             height,
             camera,
             clip_plane_world: None,
+            layers: LAYERS_ALL,
             ground_height_m: None,
             sample_index: 0,
             sample_count: 1,
@@ -378,6 +388,12 @@ pub enum RenderError {
     /// A fisheye picture cannot be what it is asked to be.
     #[error("a fisheye picture (`camera.fisheye`) {0}")]
     Fisheye(&'static str),
+    /// A picture within the picture asks for a tier of quality that there is not.
+    #[error("a picture within the picture asks for the quality `{quality}`; there are {known}", known = Quality::NAMES.join(", "))]
+    CaptureQuality {
+        /// What it asks for.
+        quality: String,
+    },
     /// Two views of a frame have one name.
     #[error("two views of the frame are called `{0}`")]
     ViewTwice(String),
@@ -405,6 +421,10 @@ pub struct FrameStats {
     pub written_bytes: u64,
     /// Triangles of all draws.
     pub triangles: u64,
+    /// Pictures within the picture that were drawn: what monitors show. Each is a view of its own.
+    pub captures: u32,
+    /// Pictures within the picture that were left out, because nobody sees them, or it was not their turn.
+    pub captures_left_out: u32,
     /// What of them is of each level of detail, of all that has levels; those of the finest first.
     pub levels: Vec<LevelCount>,
     /// Lights of the scene; that of an environment is none of them.

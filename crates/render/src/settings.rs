@@ -52,6 +52,7 @@ compose! {
     environment: crate::environment::EnvironmentSettings,
     background: crate::passes::background::BackgroundSettings,
     ground: crate::ground::GroundSettings,
+    captures: crate::capture_settings::CaptureSettings,
     exposure: crate::exposure::ExposureSettings,
     fog: crate::fog::FogSettings,
     lights: crate::lights::LightSettings,

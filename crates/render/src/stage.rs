@@ -127,6 +127,7 @@ fn of_key(key: &StageKey) -> Value {
         StageType::Color => color_schema(),
         StageType::Pair => numbers(2),
         StageType::Vector => numbers(3),
+        StageType::Layers => json!({ "type": "array", "items": { "type": "integer", "minimum": 0, "maximum": 31 } }),
         StageType::Pairs => json!({ "type": "array", "items": numbers(2), "minItems": 2 }),
         StageType::Vectors => json!({ "type": "array", "items": numbers(3), "minItems": 2 }),
         StageType::Number { min, is_above, max } => {

@@ -137,7 +137,7 @@ fn edits() -> Vec<Edit> {
             "paints into a texture",
             |studio| match &mut studio.scene.images[0].source {
                 ImageSource::Pixels(pixels) => Arc::make_mut(pixels).data[..64].fill(200),
-                ImageSource::Encoded(_) | ImageSource::Loading(_) => unreachable!(),
+                _ => unreachable!(),
             },
             4 * (64 + 16 + 4 + 1),
         ),

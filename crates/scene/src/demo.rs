@@ -1,22 +1,25 @@
 //! The built-in demos. The hall is a colonnade at night under more than a thousand coloured lights, whose meshes and
-//! lights are shared by many nodes; the others show what materials can be, what maps make of flat surfaces, and many
-//! small things.
+//! lights are shared by many nodes; the others show what materials can be, what maps make of flat surfaces, many small
+//! things, and pictures within the picture in a room: with what their stages say.
 
 mod crowd;
 mod materials;
 mod relief;
+mod room;
 
 pub use crowd::crowd;
 pub use materials::materials;
 pub use relief::relief;
+pub use room::room;
 
+use crate::framing::look_along;
 use crate::stage::Stage;
 use crate::{Aabb, AlphaMode, Camera, Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene};
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 4] = ["hall", "materials", "relief", "crowd"];
+pub const NAMES: [&str; 6] = ["hall", "materials", "relief", "crowd", "room", "monitors"];
 
 /// The demo of a name.
 pub fn named(name: &str) -> Option<Scene> {
@@ -25,8 +28,17 @@ pub fn named(name: &str) -> Option<Scene> {
         "materials" => Some(materials()),
         "relief" => Some(relief()),
         "crowd" => Some(crowd()),
+        "room" => Some(room()),
+        "monitors" => staged(room(), name),
         _ => None,
     }
+}
+
+/// A scene as the stage of a demo changes it.
+fn staged(mut scene: Scene, name: &str) -> Option<Scene> {
+    // A test applies it.
+    stage(name)?.apply(&mut scene).ok()?;
+    Some(scene)
 }
 
 /// What a demo brings of settings, if it has any of its own: a stage without more. A stage of the user's that has a demo
@@ -34,6 +46,8 @@ pub fn named(name: &str) -> Option<Scene> {
 pub fn stage(name: &str) -> Option<Stage> {
     let text = match name {
         "hall" => include_str!("demo/hall.stage.toml"),
+        "room" => "model = \"demo:room\"\n[settings.exposure]\nstops = \"auto-1\"\n",
+        "monitors" => include_str!("demo/monitors.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -73,24 +87,26 @@ pub fn hall() -> Scene {
     hall.lanterns_and_glass();
     let eye = Vec3::new(-1.3, 1.75, 19.5);
     let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::new(0.055, 0.035, -1.0).normalize());
-    hall.scene.cameras.push(Camera {
+    hall.demo.scene.cameras.push(Camera {
         name: "nave".into(),
         projection: Projection::Perspective { fov_y_rad: 0.9, near_m: 0.1, far_m: Some(200.0) },
     });
-    hall.scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });
-    hall.scene.exposure_stops = Some(0.0);
-    hall.scene.update_transforms();
-    hall.scene
+    hall.demo.scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });
+    hall.demo.scene.exposure_stops = Some(0.0);
+    hall.demo.scene.update_transforms();
+    hall.demo.scene
 }
 
+/// A scene that code builds, piece by piece.
 #[derive(Default)]
-struct Hall {
+struct Demo {
     scene: Scene,
 }
 
-impl Hall {
-    fn material(&mut self, color: [f32; 3], metallic: f32, roughness: f32) -> usize {
+impl Demo {
+    fn material(&mut self, name: &str, color: [f32; 3], metallic: f32, roughness: f32) -> usize {
         self.scene.materials.push(Material {
+            name: name.into(),
             base_color_factor: Vec3::from(color).extend(1.0),
             metallic_factor: metallic,
             roughness_factor: roughness,
@@ -108,31 +124,48 @@ impl Hall {
     fn put(&mut self, mesh: usize, translation: Vec3, scale: Vec3) {
         self.scene.add_node(None, Node { mesh: Some(mesh), translation, scale, ..Node::default() });
     }
+}
+
+/// A node that looks, or shines, from a place to another.
+fn pose(eye: Vec3, target: Vec3) -> Node {
+    let rotation = look_along(target - eye, Vec3::Y).unwrap_or_default();
+    Node { translation: eye, rotation, ..Node::default() }
+}
+
+#[derive(Default)]
+struct Hall {
+    demo: Demo,
+}
+
+impl Hall {
+    fn material(&mut self, color: [f32; 3], metallic: f32, roughness: f32) -> usize {
+        self.demo.material("", color, metallic, roughness)
+    }
 
     /// A light for many nodes.
     fn light(&mut self, color: Vec3, intensity_cd: f32, range_m: f32, kind: LightKind) -> usize {
         let range_m = Some(range_m);
-        self.scene.lights.push(Light {
+        self.demo.scene.lights.push(Light {
             color_linear: color,
             intensity: intensity_cd,
             range_m,
             kind,
             ..Light::default()
         });
-        self.scene.lights.len() - 1
+        self.demo.scene.lights.len() - 1
     }
 
     fn shine(&mut self, light: usize, translation: Vec3, direction: Vec3) {
         let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction.normalize());
-        self.scene.add_node(None, Node { translation, rotation, light: Some(light), ..Node::default() });
+        self.demo.scene.add_node(None, Node { translation, rotation, light: Some(light), ..Node::default() });
     }
 
     /// A tiny glowing ball of each colour.
     fn bulbs(&mut self) -> [usize; 8] {
         PALETTE.map(|color| {
             let material = self.material([0.0; 3], 0.0, 1.0);
-            self.scene.materials[material].emissive_factor = 2.0 * color + 0.2;
-            self.mesh(lathe(&arc(1.0, 6), 10, true, TAU), material)
+            self.demo.scene.materials[material].emissive_factor = 2.0 * color + 0.2;
+            self.demo.mesh(lathe(&arc(1.0, 6), 10, true, TAU), material)
         })
     }
 
@@ -141,26 +174,26 @@ impl Hall {
         let light = self.material([0.07, 0.065, 0.06], 0.0, 0.24);
         let stone = self.material([0.45, 0.42, 0.4], 0.0, 0.75);
         let beam = self.material([0.3, 0.2, 0.13], 0.0, 0.55);
-        let tiles = [self.mesh(cube(), dark), self.mesh(cube(), light)];
+        let tiles = [self.demo.mesh(cube(), dark), self.demo.mesh(cube(), light)];
         for i in 0..14_u8 {
             for j in 0..42_u8 {
                 let place = Vec3::new(f32::from(i) - 6.5, -0.05, f32::from(j) - 20.5);
-                self.put(tiles[usize::from((i + j) % 2)], place, Vec3::new(1.0, 0.1, 1.0));
+                self.demo.put(tiles[usize::from((i + j) % 2)], place, Vec3::new(1.0, 0.1, 1.0));
             }
         }
-        let (wall, beam) = (self.mesh(cube(), stone), self.mesh(cube(), beam));
+        let (wall, beam) = (self.demo.mesh(cube(), stone), self.demo.mesh(cube(), beam));
         for side in [-1.0, 1.0] {
-            self.put(wall, Vec3::new(side * (WALL_X_M + 0.1), 3.6, 0.0), Vec3::new(0.2, 7.4, 42.0));
-            self.put(wall, Vec3::new(0.0, 3.6, side * 21.1), Vec3::new(14.4, 7.4, 0.2));
+            self.demo.put(wall, Vec3::new(side * (WALL_X_M + 0.1), 3.6, 0.0), Vec3::new(0.2, 7.4, 42.0));
+            self.demo.put(wall, Vec3::new(0.0, 3.6, side * 21.1), Vec3::new(14.4, 7.4, 0.2));
         }
-        self.put(wall, Vec3::new(0.0, CEILING_Y_M + 0.1, 0.0), Vec3::new(14.4, 0.2, 42.0));
+        self.demo.put(wall, Vec3::new(0.0, CEILING_Y_M + 0.1, 0.0), Vec3::new(14.4, 0.2, 42.0));
         for i in 0..8_u8 {
             let place = Vec3::new(2.0 * f32::from(i) - 7.0, CEILING_Y_M - 0.2, 0.0);
-            self.put(beam, place, Vec3::new(0.25, 0.4, 42.0));
+            self.demo.put(beam, place, Vec3::new(0.25, 0.4, 42.0));
         }
         for j in 0..22_u8 {
             let place = Vec3::new(0.0, CEILING_Y_M - 0.25, 2.0 * f32::from(j) - 21.0);
-            self.put(beam, place, Vec3::new(14.0, 0.5, 0.25));
+            self.demo.put(beam, place, Vec3::new(14.0, 0.5, 0.25));
         }
         let coffers = [3, 4, 5].map(|color: usize| self.light(PALETTE[color], 0.25, 2.0, LightKind::Point));
         let spot = LightKind::Spot { inner_cone_rad: 0.3, outer_cone_rad: 0.7 };
@@ -194,9 +227,9 @@ impl Hall {
             (0.52, SPRING_Y_M),
             (0.0, SPRING_Y_M),
         ];
-        let column = self.mesh(lathe(&profile.map(Vec2::from), 40, false, TAU), marble);
+        let column = self.demo.mesh(lathe(&profile.map(Vec2::from), 40, false, TAU), marble);
         let section = [(1.15, -0.25), (1.5, -0.25), (1.5, 0.25), (1.15, 0.25), (1.15, -0.25)];
-        let arch = self.mesh(lathe(&section.map(Vec2::from), 32, false, PI), marble);
+        let arch = self.demo.mesh(lathe(&section.map(Vec2::from), 32, false, PI), marble);
         let bulbs = self.bulbs();
         let string = PALETTE.map(|color| self.light(color, 0.07, 1.5, LightKind::Point));
         let floor = PALETTE.map(|color| self.light(color, 0.15, 1.6, LightKind::Point));
@@ -206,12 +239,12 @@ impl Hall {
             for (side, shift) in [(-1.0, 0), (1.0, 4)] {
                 let foot = Vec3::new(side * ROW_X_M, 0.0, BAY_M * (f32::from(i) - 5.5));
                 let hue = (usize::from(i) + shift) % 8;
-                self.put(column, foot, Vec3::ONE);
+                self.demo.put(column, foot, Vec3::ONE);
                 for k in 0..20_u8 {
                     let (sin, cos) = (f32::from(k) * TAU / 7.0).sin_cos();
                     let place = foot + Vec3::new(0.5 * cos, 0.7 + 0.17 * f32::from(k), 0.5 * sin);
                     self.shine(string[hue], place, Vec3::NEG_Y);
-                    self.put(bulbs[hue], place, Vec3::splat(0.02));
+                    self.demo.put(bulbs[hue], place, Vec3::splat(0.02));
                 }
                 for k in 0..4_u8 {
                     let (sin, cos) = (f32::from(k) * TAU / 4.0 + 0.8).sin_cos();
@@ -221,7 +254,7 @@ impl Hall {
                 for k in 0..6_u8 {
                     let place = Vec3::new(side * 2.7, 0.12, foot.z + 0.5 * f32::from(k));
                     self.shine(floor[(hue + 2) % 8], place, Vec3::NEG_Y);
-                    self.put(bulbs[(hue + 2) % 8], place, Vec3::splat(0.025));
+                    self.demo.put(bulbs[(hue + 2) % 8], place, Vec3::splat(0.025));
                 }
                 if i + 1 == COLUMNS {
                     continue;
@@ -229,12 +262,12 @@ impl Hall {
                 // Turns about (1, 1, 1): the axis of the lathe, Y, becomes X, and its Z, where half a turn bulges, Y.
                 let rotation = Quat::from_axis_angle(Vec3::ONE.normalize(), -TAU / 3.0);
                 let translation = foot + Vec3::new(0.0, SPRING_Y_M, 0.5 * BAY_M);
-                self.scene.add_node(None, Node { mesh: Some(arch), translation, rotation, ..Node::default() });
+                self.demo.scene.add_node(None, Node { mesh: Some(arch), translation, rotation, ..Node::default() });
                 for k in 0..10_u8 {
                     let (sin, cos) = ((f32::from(k) + 0.5) * PI / 10.0).sin_cos();
                     let place = translation + Vec3::new(0.0, sin, cos) * 0.95;
                     self.shine(string[(hue + 7) % 8], place, Vec3::NEG_Y);
-                    self.put(bulbs[(hue + 7) % 8], place, Vec3::splat(0.02));
+                    self.demo.put(bulbs[(hue + 7) % 8], place, Vec3::splat(0.02));
                 }
             }
         }
@@ -242,7 +275,7 @@ impl Hall {
 
     fn sculptures(&mut self) {
         let stone = self.material([0.2, 0.2, 0.22], 0.0, 0.35);
-        let pedestal = self.mesh(cube(), stone);
+        let pedestal = self.demo.mesh(cube(), stone);
         let metals = [([1.0, 0.77, 0.34], 0.22), ([0.95, 0.64, 0.54], 0.3), ([0.56, 0.57, 0.58], 0.18)];
         let metals = metals.map(|(color, roughness)| self.material(color, 1.0, roughness));
         let ring: Vec<_> = (0..=24_u8).map(|i| f32::from(i) * TAU / 24.0).collect();
@@ -270,11 +303,11 @@ impl Hall {
             let index = usize::from(i);
             let side = if i % 2 == 0 { 1.0 } else { -1.0 };
             let foot = Vec3::new(side * 1.9, 0.0, 13.5 - 3.0 * f32::from(i));
-            self.put(pedestal, foot + 0.45 * Vec3::Y, Vec3::new(0.8, 0.9, 0.8));
-            let mesh = self.mesh(shapes[index % 3].clone(), metals[(index + index / 3) % 3]);
+            self.demo.put(pedestal, foot + 0.45 * Vec3::Y, Vec3::new(0.8, 0.9, 0.8));
+            let mesh = self.demo.mesh(shapes[index % 3].clone(), metals[(index + index / 3) % 3]);
             let rotation = if index % 3 == 1 { Quat::from_rotation_x(1.3) } else { Quat::IDENTITY };
             let translation = foot + 1.42 * Vec3::Y;
-            self.scene.add_node(None, Node { mesh: Some(mesh), translation, rotation, ..Node::default() });
+            self.demo.scene.add_node(None, Node { mesh: Some(mesh), translation, rotation, ..Node::default() });
             for k in 0..3_u8 {
                 let (sin, cos) = (f32::from(k) * TAU / 3.0 + 0.5).sin_cos();
                 let offset = Vec3::new(1.1 * cos, 1.0, 1.1 * sin);
@@ -285,26 +318,26 @@ impl Hall {
 
     fn lanterns_and_glass(&mut self) {
         let glow = self.material([0.0; 3], 0.0, 1.0);
-        self.scene.materials[glow].emissive_factor = Vec3::new(3.0, 1.7, 0.7);
-        let lantern = self.mesh(lathe(&arc(0.13, 16), 24, true, TAU), glow);
+        self.demo.scene.materials[glow].emissive_factor = Vec3::new(3.0, 1.7, 0.7);
+        let lantern = self.demo.mesh(lathe(&arc(0.13, 16), 24, true, TAU), glow);
         let light = self.light(Vec3::new(1.0, 0.62, 0.3), 4.0, 4.0, LightKind::Point);
         let glass = [0, 3, 6].map(|color: usize| {
             let material = self.material(PALETTE[color].to_array(), 0.0, 0.1);
-            self.scene.materials[material].alpha_mode = AlphaMode::Blend;
-            self.scene.materials[material].base_color_factor.w = 0.35;
-            self.mesh(cube(), material)
+            self.demo.scene.materials[material].alpha_mode = AlphaMode::Blend;
+            self.demo.scene.materials[material].base_color_factor.w = 0.35;
+            self.demo.mesh(cube(), material)
         });
         for i in 0..COLUMNS - 1 {
             let z = BAY_M * (f32::from(i) - 5.0);
             for side in [-1.0, 1.0] {
                 let place = Vec3::new(side * 1.2, 3.6, z);
-                self.put(lantern, place, Vec3::ONE);
+                self.demo.put(lantern, place, Vec3::ONE);
                 self.shine(light, place, Vec3::NEG_Y);
             }
             if i % 3 == 1 {
                 for (side, pane) in [(-1.0, i / 3), (1.0, i / 3 + 1)] {
                     let place = Vec3::new(side * ROW_X_M, 1.5, z);
-                    self.put(glass[usize::from(pane) % 3], place, Vec3::new(0.04, 2.2, 1.6));
+                    self.demo.put(glass[usize::from(pane) % 3], place, Vec3::new(0.04, 2.2, 1.6));
                 }
             }
         }
@@ -402,11 +435,13 @@ mod tests {
     }
 
     #[test]
-    fn a_demo_that_has_settings_is_the_model_of_its_stage() {
+    fn demos_are_there_and_stages_name_their_models() {
         for name in NAMES {
             let stage = stage(name);
-            assert_eq!(stage.is_some(), name == "hall", "{name}");
-            assert!(stage.is_none_or(|stage| stage.model() == format!("demo:{name}")), "{name}");
+            assert_eq!(stage.is_some(), ["hall", "room", "monitors"].contains(&name), "{name}");
+            let model = if name == "hall" { "demo:hall" } else { "demo:room" };
+            assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");
+            assert!(named(name).is_some(), "{name}");
         }
     }
 }

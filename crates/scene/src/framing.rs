@@ -16,8 +16,9 @@ mod vertices;
 pub use fit::Fit;
 pub use interior::Interior;
 
+use crate::capture::{Monitor, MonitorCamera};
 use crate::{Aabb, Projection, Scene};
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3};
 use points::Points;
 
 /// The share of the picture's width or height that stays free on each side of what is framed.
@@ -157,11 +158,26 @@ impl Framing {
     }
 }
 
+/// The rotation of a camera that looks along `direction`, whose length does not matter. Where `up` is parallel to it,
+/// another up is taken; none where the direction is none.
+pub fn look_along(direction: Vec3, up: Vec3) -> Option<Quat> {
+    let longest = direction.abs().max_element();
+    let back = -(direction / longest).try_normalize().filter(|_| longest > 0.0)?;
+    let right = up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
+    Some(Quat::from_mat3(&Mat3::from_cols(right, back.cross(right), back)))
+}
+
 impl Scene {
-    /// `world_from_view` and the projection of the first of [`Scene::placed_cameras`]: what a scene is seen through
-    /// where nobody says.
+    /// `world_from_view` and the projection of the first of [`Scene::placed_cameras`] that no monitor shows: what a scene
+    /// is seen through where nobody says.
     pub fn first_camera(&self) -> Option<(Mat4, Projection)> {
-        self.placed_cameras().first().map(|(_, world_from_view, projection)| (*world_from_view, *projection))
+        let node_of = |monitor: &Monitor| match monitor.camera {
+            MonitorCamera::Node(id) => self.nodes.get(id.0 as usize)?.camera,
+            MonitorCamera::Fixed { .. } => None,
+        };
+        let shown: Vec<usize> = self.monitors().filter_map(|(_, _, monitor)| node_of(monitor)).collect();
+        let placed = self.placed_cameras().into_iter().find(|(index, ..)| !shown.contains(index));
+        placed.map(|(_, world_from_view, projection)| (world_from_view, projection))
     }
 
     /// The cameras of visible nodes in the order of the file, each with its index, `world_from_view` without the scale

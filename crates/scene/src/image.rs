@@ -7,6 +7,7 @@ mod light;
 
 pub use light::HalfFloats;
 
+use crate::capture::Monitor;
 use crate::environment::light_size;
 use crate::ktx2::{DeclaredColors, is_ktx2};
 use std::io::Cursor;
@@ -22,15 +23,17 @@ pub enum ImageSource {
     /// The file at a decoded URI, whose bytes are on their way: until they are there, materials are drawn as without
     /// the texture. [`crate::Scene::give_image`] puts them here.
     Loading(Arc<str>),
+    /// What a camera of the scene sees, frame by frame: only who draws the scene knows its texels.
+    Monitor(Arc<Monitor>),
 }
 
 impl ImageSource {
-    /// The bytes that it is held in; 0 while they are on their way.
+    /// The bytes that it is held in; 0 while they are on their way, and of monitors.
     pub fn bytes(&self) -> u64 {
         match self {
             Self::Encoded(bytes) => bytes.len() as u64,
             Self::Pixels(pixels) => pixels.data.len() as u64,
-            Self::Loading(_) => 0,
+            Self::Loading(_) | Self::Monitor(_) => 0,
         }
     }
 }
@@ -226,6 +229,7 @@ impl Image {
             }
             ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
             ImageSource::Loading(_) => return Err(self.error("it is still on its way")),
+            ImageSource::Monitor(monitor) => (monitor.width, monitor.height),
         };
         if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIZE_TEXELS {
             return Err(self.error(format!("it has {width} by {height} texels")));
@@ -283,6 +287,7 @@ impl Image {
             ImageSource::Pixels(pixels) => return Ok(Pixels::clone(pixels)),
             ImageSource::Encoded(bytes) => bytes,
             ImageSource::Loading(_) => return Err(self.error("it is still on its way")),
+            ImageSource::Monitor(_) => return Err(self.error("it is what a monitor shows, which has no file")),
         };
         let (width, height) = self.dimensions()?;
         if u64::from(width) * u64::from(height) * 4 > MAX_DECODE_BYTES {

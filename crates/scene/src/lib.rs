@@ -11,6 +11,7 @@ pub mod animation;
 pub mod bounds;
 mod cache;
 pub mod camera;
+pub mod capture;
 pub mod demo;
 mod diagnostic;
 pub mod environment;

@@ -39,7 +39,7 @@ impl TextureTransform {
 }
 
 /// A material's use of a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TextureRef {
     /// Index into [`crate::Scene::textures`].
     pub texture: usize,

@@ -1,5 +1,6 @@
 //! The arena of nodes.
 
+use crate::capture::LAYERS_DEFAULT;
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
@@ -41,6 +42,9 @@ pub struct Node {
     pub is_visible: bool,
     /// Whether its mesh keeps light from what lies behind it; not inherited.
     pub casts_shadow: bool,
+    /// The layers that its mesh is in, a bit each: views show what is in one of theirs. Not inherited; light and shadows
+    /// are those of all layers.
+    pub layers: u32,
     /// What takes the place of this node, and of all below it, where it is seen small. Those nodes have the same
     /// parent, but are none of its children, so that [`Scene::visible_nodes`] knows the finest alone; those within a
     /// level have none themselves.
@@ -92,6 +96,7 @@ impl Default for Node {
             morph_weights: Vec::new(),
             is_visible: true,
             casts_shadow: true,
+            layers: LAYERS_DEFAULT,
             levels: None,
             world_from_object: Mat4::IDENTITY,
             bounds_world: Aabb::EMPTY,

@@ -23,6 +23,9 @@ use crate::Pixels;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
+/// The most items of an overlay that are monitors.
+pub const OVERLAY_MONITORS_MAX: usize = 64;
+
 /// Everything that is drawn over a picture.
 #[derive(Clone, Debug, Default)]
 pub struct Overlay {
@@ -57,6 +60,8 @@ pub enum OverlayShape {
     Line(OverlayLine),
     /// An image.
     Sprite(OverlaySprite),
+    /// What a monitor of the scene shows: picture in picture.
+    Monitor(OverlayMonitor),
 }
 
 /// Text of one or several lines. Letters stand side by side from left to right; there are no ligatures, and no letters
@@ -103,6 +108,17 @@ pub struct OverlaySprite {
     /// Its texels, sRGB with unassociated alpha.
     pub pixels: Arc<Pixels>,
     /// Width and height in pixels; of none the image's, of one alone the other follows from the image's shape.
+    pub size_px: [Option<f32>; 2],
+    /// By how many degrees it is turned clockwise around its middle.
+    pub rotation_deg: f32,
+}
+
+/// What a monitor of the scene shows ([`crate::capture::Monitor`]).
+#[derive(Clone, Debug)]
+pub struct OverlayMonitor {
+    /// The name of its image, of which the first counts.
+    pub name: String,
+    /// Width and height in pixels; of none the monitor's, of one alone the other follows from its shape.
     pub size_px: [Option<f32>; 2],
     /// By how many degrees it is turned clockwise around its middle.
     pub rotation_deg: f32,
@@ -261,6 +277,12 @@ impl OverlayItem {
         Self::new(OverlayShape::Sprite(sprite), place)
     }
 
+    /// What the monitor of a name shows, a pixel for each texel.
+    pub fn monitor(name: impl Into<String>, place: OverlayPlace) -> Self {
+        let monitor = OverlayMonitor { name: name.into(), size_px: [None; 2], rotation_deg: 0.0 };
+        Self::new(OverlayShape::Monitor(monitor), place)
+    }
+
     /// Whether it is at a place of the world.
     pub fn is_in_world(&self) -> bool {
         let has_points = matches!(&self.shape, OverlayShape::Line(OverlayLine { points: LinePoints::World(_), .. }));
@@ -278,12 +300,23 @@ impl OverlayText {
 impl OverlaySprite {
     /// Width and height in pixels.
     pub fn drawn_size_px(&self) -> Vec2 {
-        let texels = Vec2::new(self.pixels.width as f32, self.pixels.height as f32);
-        match self.size_px {
-            [Some(width), Some(height)] => Vec2::new(width, height),
-            [Some(width), None] => Vec2::new(width, width * texels.y / texels.x.max(1.0)),
-            [None, Some(height)] => Vec2::new(height * texels.x / texels.y.max(1.0), height),
-            [None, None] => texels,
-        }
+        drawn_size_px(self.size_px, (self.pixels.width, self.pixels.height))
+    }
+}
+
+impl OverlayMonitor {
+    /// Width and height in pixels, of a monitor whose picture has so many texels.
+    pub fn drawn_size_px(&self, texels: (u32, u32)) -> Vec2 {
+        drawn_size_px(self.size_px, texels)
+    }
+}
+
+fn drawn_size_px(size_px: [Option<f32>; 2], (width, height): (u32, u32)) -> Vec2 {
+    let texels = Vec2::new(width as f32, height as f32);
+    match size_px {
+        [Some(width), Some(height)] => Vec2::new(width, height),
+        [Some(width), None] => Vec2::new(width, width * texels.y / texels.x.max(1.0)),
+        [None, Some(height)] => Vec2::new(height * texels.x / texels.y.max(1.0), height),
+        [None, None] => texels,
     }
 }

@@ -20,6 +20,7 @@ pub mod keys;
 mod lights;
 mod load;
 mod materials;
+mod monitors;
 mod names;
 mod overlay;
 mod table;
@@ -32,9 +33,10 @@ pub use load::{
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
-use keys::{LIGHTS, MATERIALS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES};
+use keys::{LIGHTS, MATERIALS, MONITORS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES};
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
+use monitors::MonitorEntry;
 use names::Pattern;
 use overlay::OverlayEntry;
 use std::ops::Range;
@@ -50,16 +52,18 @@ pub struct Stage {
     model: Placed<String>,
     environment: Option<Placed<String>>,
     lights: Vec<LightEntry>,
-    nodes: Vec<CastChange>,
+    nodes: Vec<NodeChange>,
     materials: Vec<MaterialChange>,
+    monitors: Vec<MonitorEntry>,
     overlay: Vec<OverlayEntry>,
 }
 
-/// Whether what has a name keeps light from what lies behind it.
+/// What is changed of nodes that have a name.
 #[derive(Clone, Debug)]
-struct CastChange {
+struct NodeChange {
     names: Placed<Pattern>,
     casts_shadow: Option<bool>,
+    layers: Option<u32>,
 }
 
 impl Stage {
@@ -72,7 +76,7 @@ impl Stage {
         let document = document(&source)?;
         let root = document.get_ref();
         let settings = SETTINGS_TABLES.map(|(name, _)| name);
-        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, OVERLAY.name];
+        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, MONITORS.name, OVERLAY.name];
         let [beginning, ..] = &TABLES;
         // The whole text is no place for what is missing.
         let top = Table::read(&source, (root, 0..0), beginning, &[&lists[..], &settings[..]].concat())?;
@@ -88,10 +92,12 @@ impl Stage {
         }
         let environment = environment_file(root);
         let lights = list(&source, root, &LIGHTS, LightEntry::read)?;
-        let nodes = list(&source, root, &NODES, CastChange::read)?;
+        let nodes = list(&source, root, &NODES, NodeChange::read)?;
         let materials = list(&source, root, &MATERIALS, MaterialChange::read)?;
+        let monitors = list(&source, root, &MONITORS, MonitorEntry::read)?;
+        monitors::check(&monitors, &source)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
-        Ok(Self { model, environment, lights, nodes, materials, overlay, source })
+        Ok(Self { model, environment, lights, nodes, materials, monitors, overlay, source })
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -144,7 +150,7 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, what is drawn over it. Brings its transforms up
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, what is drawn over it. Brings its transforms up
     /// to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
@@ -157,8 +163,7 @@ impl Stage {
     ) -> Result<Vec<String>, Box<Diagnostic>> {
         let mut warnings = Vec::new();
         for change in &self.nodes {
-            let nodes = scene.nodes.iter_mut().map(|node| (node.name.as_str(), &mut node.casts_shadow));
-            change.apply(&self.source, "node", nodes)?;
+            change.apply(&self.source, scene)?;
         }
         let images = StageImages::read(&self.source, self.materials.iter(), scene, resolve)?;
         for change in &self.materials {
@@ -166,6 +171,10 @@ impl Stage {
         }
         // New lights come with nodes, which are none of the model's.
         lights::apply(&self.lights, &self.source, scene)?;
+        let over_picture: Vec<&str> = self.overlay.iter().filter_map(OverlayEntry::monitor).collect();
+        for monitor in &self.monitors {
+            monitor.apply(&self.source, scene, &over_picture, &mut warnings)?;
+        }
         if !self.overlay.is_empty() {
             scene.overlay = overlay::overlay(&self.overlay, &self.source, scene, resolve)?.into();
         }
@@ -276,33 +285,27 @@ fn checked_model(source: &Source, model: Option<Placed<String>>) -> Result<Place
     Ok(model)
 }
 
-impl CastChange {
+impl NodeChange {
     fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         let name = table.text("name").ok_or_else(|| table.fault("name", "`name` is missing"))?;
         let names = Placed { value: Pattern::new(&name.value), range: name.range };
-        Ok(Self { names, casts_shadow: table.boolean("cast_shadow") })
+        Ok(Self { names, casts_shadow: table.boolean("cast_shadow"), layers: table.layers("layers") })
     }
 
-    fn apply<'n>(
-        &self,
-        source: &Source,
-        what: &str,
-        named: impl Iterator<Item = (&'n str, &'n mut bool)>,
-    ) -> Result<(), Box<Diagnostic>> {
+    fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
         let pattern = &self.names.value;
-        let (mut known, mut is_found) = (Vec::new(), false);
-        for (name, casts_shadow) in named {
-            if pattern.matches(name) {
-                is_found = true;
-                *casts_shadow = self.casts_shadow.unwrap_or(*casts_shadow);
-            }
-            known.push(name);
+        let mut is_found = false;
+        for node in scene.nodes.iter_mut().filter(|node| pattern.matches(&node.name)) {
+            is_found = true;
+            node.casts_shadow = self.casts_shadow.unwrap_or(node.casts_shadow);
+            node.layers = self.layers.unwrap_or(node.layers);
         }
         if is_found {
             return Ok(());
         }
-        let message = format!("the model has no {what} called `{}`", pattern.text());
-        Err(source.unknown(self.names.range.clone(), message, pattern.text(), known.into_iter()))
+        let message = format!("the model has no node called `{}`", pattern.text());
+        let known = scene.nodes.iter().map(|node| node.name.as_str());
+        Err(source.unknown(self.names.range.clone(), message, pattern.text(), known))
     }
 }
 

@@ -47,15 +47,15 @@ pub(crate) struct DrawList {
 }
 
 impl DrawList {
-    /// Everything of `world` that `view` may show, at the levels that are chosen. What fades has instances of its own,
+    /// Everything of `world` in one of the `layers` that `view` may show, at the levels that are chosen. What fades has instances of its own,
     /// which are added to the world's.
-    pub fn new(world: &mut WorldDraws, view: &ViewUniform, chooser: &Chooser) -> Self {
-        let mut list = Self::of(world, view, chooser);
+    pub fn new(world: &mut WorldDraws, view: &ViewUniform, layers: u32, chooser: &Chooser) -> Self {
+        let mut list = Self::of(world, view, layers, chooser);
         world.instances.append(&mut list.fading);
         list
     }
 
-    fn of(world: &WorldDraws, view: &ViewUniform, chooser: &Chooser) -> Self {
+    fn of(world: &WorldDraws, view: &ViewUniform, layers: u32, chooser: &Chooser) -> Self {
         let frustum = Frustum::new(&view.clip_from_world);
         let mut list = Self::default();
         let (opaque, blended) = world.items.split_at(world.opaque_count);
@@ -69,6 +69,11 @@ impl DrawList {
             }
             for (index, item) in items.iter().enumerate() {
                 if sight == Sight::Part && frustum.excludes(item) {
+                    continue;
+                }
+                if item.view_layers & layers == 0 {
+                    // No draw goes on over what is not to be seen at all.
+                    last_group = None;
                     continue;
                 }
                 let index = (block * BLOCK_ITEMS + index) as u32;
@@ -107,7 +112,7 @@ impl DrawList {
         let mut visible: Vec<(f32, u32)> = blended
             .iter()
             .enumerate()
-            .filter(|(_, item)| !frustum.excludes(item))
+            .filter(|(_, item)| item.view_layers & layers != 0 && !frustum.excludes(item))
             .map(|(index, item)| (distance_m(item), (world.opaque_count + index) as u32))
             .collect();
         visible.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -222,6 +227,11 @@ enum Sight {
     None,
     Part,
     Whole,
+}
+
+/// Whether a view may show something of an upright box.
+pub(crate) fn may_show(clip_from_world: &Mat4, bounds_world: &Aabb) -> bool {
+    Frustum::new(clip_from_world).sight(bounds_world) != Sight::None
 }
 
 /// The planes of a view's frustum: a point lies inside where the distance to all is at least 0.

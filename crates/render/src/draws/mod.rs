@@ -7,7 +7,7 @@ mod world;
 
 pub(crate) use deformation::Deformation;
 pub(crate) use leveled::Form;
-pub(crate) use list::{Draw, DrawList};
+pub(crate) use list::{Draw, DrawList, may_show};
 pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 
 /// What draws of surfaces differ in that their programs have to know: `override` constants of shaders. A set of them is

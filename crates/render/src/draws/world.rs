@@ -51,6 +51,8 @@ pub(crate) struct Item {
     pub bounds_world: Aabb,
     /// Whether it keeps light from what lies behind it.
     pub casts_shadow: bool,
+    /// The layers of its node, a bit each.
+    pub view_layers: u32,
     /// The bits of its material's layers and detail; 0 if it has neither.
     pub layers: u32,
     /// Whether what lies behind is seen through it.
@@ -401,6 +403,7 @@ impl Drawn<'_> {
             layers,
             transmissive: layers & LAYER_TRANSMISSION != 0,
             casts_shadow: node.casts_shadow && properties.casts_shadow,
+            view_layers: node.layers,
             emits: properties.emits,
             glows: properties.emits || properties.is_baked || properties.unlit || primitive.without_normals,
             extent,

@@ -7,8 +7,9 @@ use super::project::Projector;
 use super::shape::{Piece, Shape};
 use crate::colour::srgb_from_linear;
 use glam::{DVec2, Vec2, Vec3};
-use manypass_scene::Scene;
+use manypass_scene::capture::Monitor;
 use manypass_scene::overlay::{Anchor, LinePoints, Overlay, OverlayItem, OverlayLine, OverlayShape, PlaceOf};
+use manypass_scene::{Image, Scene};
 use std::collections::HashMap;
 
 /// Texels of a rectangle; `overlay.wgsl` says what they hold.
@@ -20,6 +21,8 @@ pub(super) struct Quads {
     pub texels: Vec<[f32; 4]>,
     /// Whether one of them may be hidden.
     pub tests_depth: bool,
+    /// Those that show monitors: the first rectangle, and the index of the image. Ascending.
+    pub monitors: Vec<(usize, usize)>,
 }
 
 /// Where an item is: the point that its offset is told from, and how near that is if depth is compared.
@@ -58,7 +61,7 @@ impl Quads {
     pub fn add(
         &mut self,
         projector: &Projector,
-        names: &HashMap<&str, Vec3>,
+        (scene, names): (&Scene, &HashMap<&str, Vec3>),
         (index, item): (usize, &OverlayItem),
         shape: &Shape,
     ) -> Result<(), OverlayError> {
@@ -95,7 +98,23 @@ impl Quads {
                 LinePoints::Pixels(points) => self.add_line_px(projector, item, line, points, base.as_ref()),
                 LinePoints::World(points) => self.add_line_world(projector, item, line, points),
             },
-            (Shape::Line, _) => {}
+            (Shape::Monitor, OverlayShape::Monitor(monitor)) => {
+                let is_named = |(_, image, _): &(usize, &Image, &Monitor)| image.name == monitor.name;
+                let missing = || OverlayError::NoMonitor { item: index, name: monitor.name.clone() };
+                let (image, _, known) = scene.monitors().find(is_named).ok_or_else(missing)?;
+                let texels = (known.width, known.height);
+                let size_px = monitor.drawn_size_px(texels);
+                let piece = Piece::of_monitor(size_px, texels, monitor.rotation_deg);
+                let corner_px = corner(projector.size_px, item, base.as_ref(), size_px);
+                let corner_px = if piece.rotation_rad == 0.0 { (corner_px + 0.001).round() } else { corner_px };
+                let nearness = base.map(|base| base.nearness).filter(|_| item.depth_test);
+                let first = self.count();
+                self.add_piece(projector.size_px, item, &piece, corner_px, nearness);
+                if self.count() > first {
+                    self.monitors.push((first, image));
+                }
+            }
+            (Shape::Line | Shape::Monitor, _) => {}
         }
         Ok(())
     }

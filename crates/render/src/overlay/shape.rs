@@ -20,6 +20,8 @@ pub(super) enum Shape {
     Pieces { size_px: Vec2, pieces: Vec<Piece>, is_whole: bool },
     /// A line, whose parts depend on where its points are.
     Line,
+    /// What a monitor shows, whose size the scene knows.
+    Monitor,
 }
 
 /// A rectangle of an item.
@@ -38,6 +40,13 @@ pub(super) struct Piece {
 }
 
 impl Piece {
+    /// That of a monitor's picture with so many texels, turned clockwise.
+    pub fn of_monitor(size_px: Vec2, (width, height): (u32, u32), rotation_deg: f32) -> Self {
+        let texels = [0.0, 0.0, width as f32, height as f32];
+        let rotation_rad = (rotation_deg % 360.0).to_radians();
+        Self { texels, rotation_rad, ..Self::plain(Vec2::ZERO, size_px) }
+    }
+
     fn plain(corner_px: Vec2, size_px: Vec2) -> Self {
         Self { corner_px, size_px, image: WHITE, texels: [0.0; 4], is_background: false, rotation_rad: 0.0 }
     }
@@ -48,6 +57,7 @@ impl Shape {
     pub fn new(item: &OverlayItem, atlas: &mut Atlas) -> Result<Self, OverlayError> {
         Ok(match &item.shape {
             OverlayShape::Line(_) => Self::Line,
+            OverlayShape::Monitor(_) => Self::Monitor,
             OverlayShape::Sprite(sprite) => {
                 let size_px = sprite.drawn_size_px();
                 let image = atlas.sprite(&sprite.pixels, size_px.to_array());
@@ -63,7 +73,11 @@ impl Shape {
     }
 
     pub fn piece_count(&self) -> usize {
-        if let Self::Pieces { pieces, .. } = self { pieces.len() } else { 0 }
+        match self {
+            Self::Pieces { pieces, .. } => pieces.len(),
+            Self::Monitor => 1,
+            Self::Line => 0,
+        }
     }
 
     /// Tells rectangles where their images are in the atlas.

@@ -3,7 +3,6 @@
 pub mod accumulate;
 pub mod adaptive;
 pub mod background;
-pub mod behind;
 pub mod coverage;
 pub mod debug;
 pub mod direct;
@@ -20,6 +19,7 @@ pub mod ids;
 pub mod indirect;
 pub mod linear_depth;
 pub mod meter;
+pub mod mips;
 pub mod motion;
 pub mod nearest;
 pub mod occlusion;

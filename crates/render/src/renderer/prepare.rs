@@ -1,5 +1,6 @@
 //! From what a frame is asked for to views that can be recorded.
 
+use super::captures::MonitorView;
 use super::constants::constants_of;
 use super::ground::FrameGround;
 use super::output::{MeansOf, Output, ViewState};
@@ -70,11 +71,14 @@ pub(super) enum ViewPart {
     Face(Face),
     /// A picture that is put together from the views before it: it draws no surfaces itself.
     Fisheye(FisheyeFaces),
+    /// What a monitor's camera sees, which views after it show.
+    Monitor(MonitorView),
 }
 
 impl ViewPart {
-    pub fn is_face(&self) -> bool {
-        matches!(self, Self::Face(_))
+    /// Whether it is within a picture, over which nothing is laid.
+    pub fn is_within(&self) -> bool {
+        matches!(self, Self::Face(_) | Self::Monitor(_))
     }
 
     pub fn is_fisheye(&self) -> bool {
@@ -124,7 +128,12 @@ impl Asked {
             environment,
             size,
             output_size: (width, height),
-            means_of: if part.is_face() { MeansOf::Nothing } else { MeansOf::request(&request) },
+            means_of: match part {
+                ViewPart::Face(_) => MeansOf::Nothing,
+                // Those of a live view are not drawn in all of its frames.
+                ViewPart::Monitor(_) if request.goes_on || request.sample_count <= 1 => MeansOf::Nothing,
+                ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),
+            },
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
             counts_pairs: matches!(purpose, Purpose::Pairs(_)),
             part,
@@ -160,11 +169,16 @@ impl Asked {
         if self.request.sample_index == 0 { 1 } else { state.latest_sum }
     }
 
+    /// Whether it has textures that samples are added to, or shown in.
+    pub fn has_output(&self) -> bool {
+        !self.part.is_within() || self.means_of.go_on()
+    }
+
     /// Whether a sample that adds to those before it finds what they left.
     pub fn finds_means(&self, state: &ViewState) -> bool {
         let is_first = self.request.sample_index == 0;
         is_first
-            || self.part.is_face()
+            || !self.has_output()
             || self.means_of == state.means_of
                 && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
     }
@@ -247,7 +261,7 @@ impl Renderer {
         let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
         let seen = match &asked.part {
             ViewPart::Face(face) => seen.sheared(face.shift_ndc(), face.beyond()),
-            ViewPart::Whole | ViewPart::Fisheye(_) => seen,
+            ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => seen,
         };
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
         state.lists = Some(lists);
@@ -256,7 +270,9 @@ impl Renderer {
         let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
         let draws = match asked.part {
             ViewPart::Fisheye(_) => Arc::default(),
-            ViewPart::Whole | ViewPart::Face(_) => Arc::new(DrawList::new(&mut world.draws, &uniform, &chooser)),
+            ViewPart::Whole | ViewPart::Face(_) | ViewPart::Monitor(_) => {
+                Arc::new(DrawList::new(&mut world.draws, &uniform, request.layers, &chooser))
+            }
         };
         let is_adaptive = request.is_adaptive() && !world.draws.has_transmissive;
         Lit { range, seen, chooser, draws, is_adaptive, made }

@@ -1,5 +1,6 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
+use super::captures::{Captures, MonitorView, Part};
 use super::counts::{light_draws, sum_pairs};
 use super::fisheye::{parts_of, uv_from_place};
 use super::output::{Output, ViewState};
@@ -10,19 +11,21 @@ use super::{Purpose, Renderer};
 use crate::aov::AovExports;
 use crate::draws::Deformation;
 use crate::environment::{Environment, stored};
-use crate::frame::{self, Picture};
+use crate::frame::{self, Means, Monitored, Picture};
 use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
+use crate::passes::adaptive::Settling;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
 use crate::record::{Frame, Legends, Recorder, Scrubbed};
 use crate::request::{FrameRequest, FrameStats, RenderError, SceneDefaults};
 use crate::resources::environment::Unfinished;
-use manypass_graph::{Export, Graph, Limits, Plan, Run, RunOptions, Taps, Timing};
+use crate::resources::monitor_desc;
+use manypass_graph::{Export, Graph, Handle, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 use std::cell::LazyCell;
 
@@ -64,7 +67,15 @@ impl Renderer {
             request.settings.allow_taa(purpose.has_effects() && !request.is_fisheye());
             parts_of(name, request, capabilities.max_texture_size)
         });
-        let mut asked: Vec<Asked> = parts
+        let parts: Vec<Part> = parts.collect();
+        let captures =
+            if purpose.has_captures() { self.captures(scene, &parts, purpose.is_plan())? } else { Captures::default() };
+        let capabilities = &self.gpu.capabilities;
+        let left_out = captures.left_out;
+        let mut asked: Vec<Asked> = captures
+            .parts
+            .into_iter()
+            .chain(parts)
             .map(|(name, mut request, part)| {
                 let settings = &mut request.settings;
                 // Not before, because it depends on the background, which callers choose afterwards.
@@ -94,7 +105,7 @@ impl Renderer {
         for (asked, state) in asked.iter_mut().zip(&states) {
             asked.temporal = TemporalAsked::new(&mut asked.request, state, scene);
         }
-        let executed = self.execute(scene, &asked, &mut states, purpose);
+        let executed = self.execute(scene, (&asked, left_out), &mut states, purpose);
         if !purpose.is_plan() {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
         }
@@ -137,7 +148,7 @@ impl Renderer {
     fn execute(
         &mut self,
         scene: &Scene,
-        asked: &[Asked],
+        (asked, captures_left_out): (&[Asked], u32),
         states: &mut [ViewState],
         purpose: &mut Purpose<'_>,
     ) -> Result<Executed, RenderError> {
@@ -152,7 +163,8 @@ impl Renderer {
         self.bind_groups.begin();
         self.bundles.begin();
         let pipelines_made = self.shaders.made();
-        let mut stats = FrameStats::default();
+        let captures = asked.iter().filter(|asked| matches!(asked.part, ViewPart::Monitor(_))).count() as u32;
+        let mut stats = FrameStats { captures, captures_left_out, ..FrameStats::default() };
 
         let (mut world, has_previous) = self.world(scene, asked, &mut stats);
 
@@ -191,10 +203,11 @@ impl Renderer {
             .iter()
             .zip(states.iter_mut())
             .map(|(asked, state)| {
-                if asked.part.is_face() || !purpose.shows_picture() {
+                if asked.part.is_within() || !purpose.shows_picture() {
                     return Ok(None);
                 }
-                let overlay = state.overlay.prepare(&self.gpu, scene, &asked.request, room)?;
+                let overlay =
+                    state.overlay.prepare((&self.gpu, &self.resources.textures), scene, &asked.request, room)?;
                 stats.uploaded_bytes += overlay.uploaded_bytes;
                 room.needed_bytes += overlay.texture_bytes;
                 Ok(overlay.draw)
@@ -241,13 +254,23 @@ impl Renderer {
             let texture = r.graph.import("shadows.atlas", Atlas::desc(atlas.side), atlas.view.clone());
             frame::shared_passes(&mut r, shadows, texture)?;
         }
-        let mut faces = Vec::new();
-        let recorded: Vec<Recorded> = asked
-            .iter()
-            .zip(&mut *states)
-            .zip(ready.iter().zip(&overlays))
-            .map(|((asked, state), ready)| record_view(&mut graph, &frame, asked, ready, (state, &mut faces), purpose))
-            .collect::<Result<_, _>>()?;
+        let mut before = Before::default();
+        let mut recorded: Vec<Recorded> = Vec::with_capacity(asked.len());
+        for (((asked, state), ready), overlay) in asked.iter().zip(&mut *states).zip(&ready).zip(&overlays) {
+            // Those at one level see what there was before all of them.
+            let level = if let ViewPart::Monitor(MonitorView { level, .. }) = asked.part { Some(level) } else { None };
+            if before.seen.first().is_some_and(|seen| Some(seen.view.level) != level) {
+                record_monitors(&mut graph, &frame, scene, &mut before.seen)?;
+            }
+            recorded.push(record_view(
+                &mut graph,
+                &frame,
+                (scene, asked),
+                (ready, overlay),
+                (state, &mut before),
+                purpose,
+            )?);
+        }
         let plan = graph.plan()?;
         let bytes = plan.bytes();
         (stats.texture_bytes, stats.texture_bytes_unaliased) = (bytes.aliased, bytes.unaliased);
@@ -383,7 +406,7 @@ fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose
         let settles = asked.request.is_adaptive() && asked.adaptive_step() != adaptive::Step::None;
         Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.means_of, settles)
     };
-    let pictures = asked.iter().zip(states).filter(|(asked, _)| !asked.part.is_face());
+    let pictures = asked.iter().zip(states).filter(|(asked, _)| asked.has_output());
     Ok(pictures.map(missing_bytes).sum())
 }
 
@@ -422,13 +445,69 @@ fn keep(
     Ok(())
 }
 
+/// What views left for those that follow them.
+#[derive(Default)]
+struct Before<'f> {
+    /// The sides of a fisheye picture.
+    faces: Vec<FaceRadiance>,
+    /// What cameras of monitors see, which screens do not show yet.
+    seen: Vec<Seen<'f>>,
+}
+
+/// What the camera of a monitor sees.
+struct Seen<'f> {
+    view: &'f MonitorView,
+    asked: &'f Asked,
+    ready: &'f Ready,
+    radiance: Handle,
+    depth: Handle,
+    means: Means,
+    settling: Option<Settling>,
+    /// The stops of an exposure that adapts.
+    adapted: Option<Handle>,
+}
+
+/// Makes screens show what their cameras saw.
+fn record_monitors<'f>(
+    graph: &mut Graph<'f>,
+    frame: &'f Frame<'f>,
+    scene: &Scene,
+    seen: &mut Vec<Seen<'f>>,
+) -> Result<(), RenderError> {
+    for Seen { view, asked, ready, radiance, depth, means, settling, adapted } in seen.drain(..) {
+        let mut r = Recorder::new(graph, frame, &ready.view);
+        let Some(texture) = import_monitor(&mut r, scene, view.image) else { continue };
+        let request = &asked.request;
+        let monitored = Monitored {
+            radiance: &radiance,
+            depth: &depth,
+            means,
+            adaptive_step: adaptive_step(asked, ready),
+            settling,
+            sample_index: request.sample_index,
+            exposure: request.known_exposure() * view.exposure_stops.clamp(-64.0, 64.0).exp2(),
+            adapted: adapted.as_ref(),
+        };
+        frame::monitor_passes(&mut r, &request.settings, monitored, texture)?;
+    }
+    Ok(())
+}
+
+/// The texture that shows what the monitor of an image does.
+fn import_monitor(r: &mut Recorder<'_, '_>, scene: &Scene, image: usize) -> Option<Handle> {
+    let monitor = scene.images.get(image)?.monitor()?;
+    let view = r.frame.resources.textures.monitor(scene, image)?;
+    let desc = monitor_desc((monitor.width, monitor.height));
+    Some(r.graph.import(format!("monitor.{image}"), desc, view.clone()))
+}
+
 /// Records all passes of a view.
 fn record_view<'f>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
-    asked: &'f Asked,
+    (scene, asked): (&Scene, &'f Asked),
     (ready, overlay): (&'f Ready, &Option<OverlayDraw>),
-    (state, faces): (&mut ViewState, &mut Vec<FaceRadiance>),
+    (state, before): (&mut ViewState, &mut Before<'f>),
     purpose: &Purpose<'_>,
 ) -> Result<Recorded, RenderError> {
     let request = &asked.request;
@@ -457,11 +536,33 @@ fn record_view<'f>(
         ViewPart::Face(face) => {
             let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view)?;
             let uv_from_place = uv_from_place(face, request, asked.size);
-            faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
+            before.faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
+            return Ok(Recorded::default());
+        }
+        ViewPart::Monitor(view) => {
+            for image in &view.darkens {
+                let Some(texture) = import_monitor(&mut r, scene, *image) else { continue };
+                frame::darken_monitor(&mut r, texture);
+            }
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view)?;
+            let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
+            let ViewOutputs { radiance, depth, .. } = outputs;
+            let adapting = request.adapting(state.adapted.is_some());
+            let adapted = frame::exposure_passes(&mut r, adapting.as_ref(), &radiance)?;
+            let (previous_sum, settles) =
+                (asked.previous_sum(state), adaptive_step(asked, ready) != adaptive::Step::None);
+            let output = if asked.has_output() {
+                output_of(frame.gpu, asked, &mut state.output, (purpose, settles))
+            } else {
+                None
+            };
+            let means = output.map_or(Means::None, |output| output.means(r.graph, asked.means_of, previous_sum));
+            let settling = output.filter(|_| settles).and_then(|output| output.settling(r.graph));
+            before.seen.push(Seen { view, asked, ready, radiance, depth, means, settling, adapted });
             return Ok(Recorded::default());
         }
         ViewPart::Fisheye(of_fisheye) => {
-            frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(faces))?
+            frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(&mut before.faces))?
         }
     };
     let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
@@ -475,7 +576,7 @@ fn record_view<'f>(
     let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
     let (mut export, mut adapted) = (None, None);
     let previous_sum = asked.previous_sum(state);
-    let step = if ready.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None };
+    let step = adaptive_step(asked, ready);
     match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None)) {
         None => {
             let meter = meter::record(&mut r, &outputs.radiance)?;
@@ -511,6 +612,11 @@ fn record_view<'f>(
         AovExports::default()
     };
     Ok(Recorded { variables, export, adapted })
+}
+
+/// What the view does after this sample.
+fn adaptive_step(asked: &Asked, ready: &Ready) -> adaptive::Step {
+    if ready.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None }
 }
 
 fn target_of<'t>(purpose: &Purpose<'t>) -> Option<&'t Target> {

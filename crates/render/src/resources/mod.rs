@@ -21,10 +21,11 @@ mod vertices;
 
 pub(crate) use geometry::{Geometry, GpuPrimitive};
 pub(crate) use materials::{GpuMaterial, Materials, Sampled};
+pub(crate) use packing::monitors_of;
 pub(crate) use pages::Place;
 pub(crate) use reduced::{FactorsOf, ReducedMaterials};
 pub use settings::TextureSettings;
-pub(crate) use textures::Textures;
+pub(crate) use textures::{Textures, monitor_desc, monitor_fits};
 use vertices::is_deformed;
 pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES};
 

@@ -2,10 +2,11 @@
 //! leaves free, wherever both are placed and sampled alike. One sample and one upload less; the values are the same.
 
 use manypass_scene::{LayerMap, Material, Sampler, Scene, Texture, TextureRef};
+use std::collections::BTreeSet;
 
 /// What becomes one texture on the device; that which takes longest to decode first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum ImageSource {
+pub(crate) enum ImageSource {
     /// What the layers of a material need, one layer of a texture for each image, all of one size.
     Layers {
         /// The index of the material.
@@ -141,35 +142,50 @@ pub(super) fn light_map(scene: &Scene, material: &Material) -> Option<(TextureRe
     Some((reference, sampler, source))
 }
 
-/// What the materials of a scene use.
+/// What the materials of a scene use, and what its monitors show, which overlays may use.
 pub(super) fn wanted(scene: &Scene) -> Vec<ImageSource> {
-    let mut wanted = std::collections::BTreeSet::new();
+    let mut wanted = BTreeSet::new();
     for (index, material) in scene.materials.iter().enumerate() {
-        for is_srgb in [false, true] {
-            if !layer_images(scene, material, is_srgb).is_empty() {
-                wanted.insert(ImageSource::Layers { material: index, is_srgb });
-            }
-        }
-        let image = |reference: Option<TextureRef>| {
-            let texture = reference.and_then(|reference| scene.textures.get(reference.texture));
-            texture.map(|texture| texture.image).filter(|image| *image < scene.images.len())
-        };
-        let mut want = |reference, is_srgb| {
-            wanted.extend(image(reference).map(|image| ImageSource::Image { image, is_srgb }));
-        };
-        want(material.base_color_texture, true);
-        want(material.normal_texture, false);
-        want(material.emissive_texture, true);
-        match shared_texel(scene, material) {
-            Some((occlusion, metallic_roughness)) if occlusion != metallic_roughness => {
-                wanted.insert(ImageSource::Packed { occlusion, metallic_roughness });
-            }
-            _ => {
-                want(material.metallic_roughness_texture, false);
-                want(material.occlusion_texture, false);
-            }
-        }
-        wanted.extend(light_map(scene, material).map(|(_, _, source)| source));
+        want(scene, (index, material), &mut wanted);
     }
+    wanted.extend(scene.monitors().map(|(image, ..)| ImageSource::Image { image, is_srgb: true }));
     wanted.into_iter().collect()
+}
+
+/// The images of monitors that a material shows, in ascending order.
+pub(crate) fn monitors_of(scene: &Scene, (index, material): (usize, &Material)) -> Vec<usize> {
+    let mut wanted = BTreeSet::new();
+    want(scene, (index, material), &mut wanted);
+    let images: BTreeSet<usize> = wanted.iter().flat_map(|source| source.images(scene)).collect();
+    let is_monitor = |image: &usize| scene.images.get(*image).is_some_and(|image| image.monitor().is_some());
+    images.into_iter().filter(is_monitor).collect()
+}
+
+/// Adds what a material uses.
+fn want(scene: &Scene, (index, material): (usize, &Material), wanted: &mut BTreeSet<ImageSource>) {
+    for is_srgb in [false, true] {
+        if !layer_images(scene, material, is_srgb).is_empty() {
+            wanted.insert(ImageSource::Layers { material: index, is_srgb });
+        }
+    }
+    let image = |reference: Option<TextureRef>| {
+        let texture = reference.and_then(|reference| scene.textures.get(reference.texture));
+        texture.map(|texture| texture.image).filter(|image| *image < scene.images.len())
+    };
+    let mut want = |reference, is_srgb| {
+        wanted.extend(image(reference).map(|image| ImageSource::Image { image, is_srgb }));
+    };
+    want(material.base_color_texture, true);
+    want(material.normal_texture, false);
+    want(material.emissive_texture, true);
+    match shared_texel(scene, material) {
+        Some((occlusion, metallic_roughness)) if occlusion != metallic_roughness => {
+            wanted.insert(ImageSource::Packed { occlusion, metallic_roughness });
+        }
+        _ => {
+            want(material.metallic_roughness_texture, false);
+            want(material.occlusion_texture, false);
+        }
+    }
+    wanted.extend(light_map(scene, material).map(|(_, _, source)| source));
 }

@@ -6,6 +6,8 @@ use super::mips::{MipChain, Texels};
 use super::packing::{ImageSource, layer_images, wanted};
 use super::{Followed, STAGED_BYTES, WRITE_BYTES};
 use crate::gpu::Gpu;
+use manypass_graph::TextureDesc;
+use manypass_scene::capture::MONITOR_SIDE_MAX;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
 use std::cmp::Reverse;
@@ -41,6 +43,11 @@ enum Content {
     Packed {
         occlusion: Address,
         metallic_roughness: Address,
+    },
+    /// What the monitor of an image shows, by the image's index: whatever its camera sees, it is one texture.
+    Monitor {
+        image: usize,
+        size: (u32, u32),
     },
 }
 
@@ -123,7 +130,15 @@ impl Textures {
             blocks: gpu.capabilities.block_format,
         };
         let (mut upload_ms, mut written_bytes) = (0.0, 0);
-        let mut sources: Vec<ImageSource> = new.into_values().collect();
+        let is_monitor = |content: &Content| matches!(content, Content::Monitor { .. });
+        for content in new.keys().filter(|content| is_monitor(content)) {
+            if let Content::Monitor { image, size } = *content {
+                let name = scene.images.get(image).map_or("", |image| &image.name);
+                self.uploaded.insert(content.clone(), Uploaded::of_monitor(gpu, name, size));
+            }
+        }
+        let of_files = new.into_iter().filter(|(content, _)| !is_monitor(content));
+        let mut sources: Vec<ImageSource> = of_files.map(|(_, source)| source).collect();
         // What takes longest comes first, so that no thread is left alone with it at the end.
         let bytes_of = |image: &usize| scene.images.get(*image).map_or(0, |image| image.source.bytes());
         sources.sort_by_key(|source| (Reverse(source.images(scene).iter().map(bytes_of).sum::<u64>()), *source));
@@ -169,6 +184,16 @@ impl Textures {
         self.uploaded.get(&content_of(scene, source)?)?.view.as_ref()
     }
 
+    /// How many monitors there are.
+    pub fn monitor_count(&self) -> usize {
+        self.uploaded.keys().filter(|content| matches!(content, Content::Monitor { .. })).count()
+    }
+
+    /// What the monitor of an image is drawn into, if there is such a texture.
+    pub fn monitor(&self, scene: &Scene, image: usize) -> Option<&wgpu::TextureView> {
+        self.view(scene, ImageSource::Image { image, is_srgb: true })
+    }
+
     /// A small mip of what was made from `source`, four bytes a texel; none of what is compressed, has layers or is not
     /// there.
     pub(super) fn coarse(&self, scene: &Scene, source: ImageSource) -> Option<&Pixels> {
@@ -183,6 +208,51 @@ impl Textures {
     }
 }
 
+impl Uploaded {
+    /// The texture that a monitor's picture is drawn into, dark at first; none where it has a size that is none.
+    fn of_monitor(gpu: &Gpu, name: &str, size: (u32, u32)) -> Self {
+        let (most, is_possible) = (monitor_side_max(gpu), monitor_fits(gpu, size));
+        let sides = format!("{} by {}", size.0, size.1);
+        let warning = || format!("monitor `{name}` is dark: {sides} texels are none, each side is 1 to {most}");
+        let desc = monitor_desc(size);
+        let create = || {
+            let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(name),
+                size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+                mip_level_count: desc.mips,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: desc.format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            texture.create_view(&Default::default())
+        };
+        Self {
+            view: is_possible.then(create),
+            coarse: None,
+            bytes: if is_possible { desc.bytes() } else { 0 },
+            warnings: if is_possible { Vec::new() } else { vec![warning()] },
+            _made_from: Vec::new(),
+        }
+    }
+}
+
+fn monitor_side_max(gpu: &Gpu) -> u32 {
+    gpu.capabilities.max_texture_size.min(MONITOR_SIDE_MAX)
+}
+
+/// Whether a monitor's picture of a size can be drawn.
+pub(crate) fn monitor_fits(gpu: &Gpu, (width, height): (u32, u32)) -> bool {
+    [width, height].iter().all(|side| (1..=monitor_side_max(gpu)).contains(side))
+}
+
+/// The shape of the texture that a monitor's picture is drawn into.
+pub(crate) fn monitor_desc((width, height): (u32, u32)) -> TextureDesc {
+    let mips = width.max(height).max(1).ilog2() + 1;
+    TextureDesc { mips, ..TextureDesc::new_2d(width, height, wgpu::TextureFormat::Rgba8UnormSrgb) }
+}
+
 fn coarse_of(chain: &MipChain) -> Option<Pixels> {
     let is_coarse = |level: &&Pixels| level.width.max(level.height) <= COARSE_SIDE;
     chain.levels.iter().find(is_coarse).filter(|_| chain.texels == Texels::Bytes).cloned()
@@ -195,6 +265,7 @@ pub(super) fn address_of(image: &manypass_scene::Image) -> Address {
         Source::Encoded(bytes) => Arc::as_ptr(bytes).cast::<u8>() as Address,
         Source::Pixels(pixels) => Arc::as_ptr(pixels) as Address,
         Source::Loading(_) => 0,
+        Source::Monitor(monitor) => (monitor.width as Address) << 16 | monitor.height as Address,
     }
 }
 
@@ -204,15 +275,19 @@ fn texels_of(scene: &Scene, image: usize) -> Option<(Address, Held)> {
     let texels = match &image.source {
         Source::Encoded(bytes) => Held::Encoded { _held: Arc::downgrade(bytes) },
         Source::Pixels(pixels) => Held::Pixels { _held: Arc::downgrade(pixels) },
-        Source::Loading(_) => return None,
+        Source::Loading(_) | Source::Monitor(_) => return None,
     };
     Some((address_of(image), texels))
 }
 
 fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
-    use manypass_scene::image::ImageSource::Loading;
-    // What is still on its way makes no texture: materials do without it.
-    let is_there = |image: &&manypass_scene::Image| !matches!(image.source, Loading(_));
+    use manypass_scene::image::ImageSource::{Loading, Monitor};
+    // What is still on its way makes no texture: materials do without it. What a monitor shows has no other form.
+    let is_there = |image: &&manypass_scene::Image| !matches!(image.source, Loading(_) | Monitor(_));
+    let size_of_monitor = |image: usize| {
+        let monitor = scene.images.get(image).and_then(manypass_scene::Image::monitor)?;
+        Some((monitor.width, monitor.height))
+    };
     let address = |image: usize| scene.images.get(image).filter(is_there).map(address_of);
     Some(match source {
         ImageSource::Layers { material, is_srgb } => {
@@ -220,7 +295,10 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
             let images = layers.map(|layer| Some((address(layer.image)?, layer.is_height)));
             Content::Layers { images: images.collect::<Option<_>>()?, is_srgb }
         }
-        ImageSource::Image { image, is_srgb } => Content::Image { image: address(image)?, is_srgb },
+        ImageSource::Image { image, is_srgb } => match size_of_monitor(image) {
+            Some(size) => Content::Monitor { image, size },
+            None => Content::Image { image: address(image)?, is_srgb },
+        },
         ImageSource::Light { image } => Content::Light { image: address(image)? },
         ImageSource::Packed { occlusion, metallic_roughness } => {
             Content::Packed { occlusion: address(occlusion)?, metallic_roughness: address(metallic_roughness)? }

@@ -1,6 +1,6 @@
 //! What cannot be drawn over a picture.
 
-use super::{LinePoints, OverlayItem, OverlayLine, OverlayShape, OverlaySprite, OverlayText, PlaceOf};
+use super::{LinePoints, OverlayItem, OverlayLine, OverlayMonitor, OverlayShape, OverlaySprite, OverlayText, PlaceOf};
 use glam::Vec2;
 
 /// The largest size of a font in pixels.
@@ -85,6 +85,7 @@ impl OverlayItem {
             }
             OverlayShape::Line(line) => line.check(),
             OverlayShape::Sprite(sprite) => sprite.check(),
+            OverlayShape::Monitor(monitor) => monitor.check(),
         }
     }
 }
@@ -144,6 +145,18 @@ impl OverlaySprite {
             |axis: usize, otherwise: &'static str| if self.size_px[axis].is_some() { otherwise } else { "sprite" };
         check_length(key(0, "width_px"), size_px.x, SIDE_PX_MAX)?;
         check_length(key(1, "height_px"), size_px.y, SIDE_PX_MAX)?;
+        if !self.rotation_deg.is_finite() {
+            return Err(fault("rotation_deg", "it is no finite number"));
+        }
+        Ok(())
+    }
+}
+
+impl OverlayMonitor {
+    fn check(&self) -> Result<(), OverlayFault> {
+        for (key, length) in ["width_px", "height_px"].into_iter().zip(self.size_px) {
+            length.map_or(Ok(()), |length| check_length(key, length, SIDE_PX_MAX))?;
+        }
         if !self.rotation_deg.is_finite() {
             return Err(fault("rotation_deg", "it is no finite number"));
         }

@@ -18,6 +18,8 @@ pub enum StageType {
     Pair,
     /// Three finite numbers.
     Vector,
+    /// A list of whole numbers from 0 to 31.
+    Layers,
     /// A list of two or more pairs of finite numbers.
     Pairs,
     /// A list of two or more times three finite numbers.
@@ -90,7 +92,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors.",
     )],
 };
 
@@ -161,6 +163,67 @@ pub(super) const NODES: StageTable = StageTable {
     keys: &[
         required("name", StageType::Text, "The name of the nodes, in which * stands for any letters."),
         key("cast_shadow", StageType::Boolean, "Whether their meshes keep light from what lies behind them."),
+        key(
+            "layers",
+            StageType::Layers,
+            "The layers that their meshes are in, by number; [0]. A monitor shows what is in one of its own. The picture itself shows all; light and \
+             shadows are those of all.",
+        ),
+    ],
+};
+
+/// What monitors show.
+pub(super) const MONITORS: StageTable = StageTable {
+    name: "monitors",
+    doc: "What a camera of the scene sees, on the screens of a material, or as an item of `[[overlay]]`.",
+    keys: &[
+        required("name", StageType::Text, "Its name: in reports, and for `monitor` of an `[[overlay]]`."),
+        key(
+            "camera",
+            StageType::Text,
+            "The name of a camera of the model, or of the node that holds it. Without it `position` and `target` say from where.",
+        ),
+        key("position", StageType::Vector, "Where the camera is, in metres."),
+        key("target", StageType::Vector, "The point that it looks at, in metres."),
+        key(
+            "fov_deg",
+            StageType::Number { min: 0.0, is_above: true, max: 179.0 },
+            "The vertical field of view of a camera at `position`, in degrees; 45.",
+        ),
+        key("material", StageType::Text, "The name of the materials that show it, in which * stands for any letters."),
+        key(
+            "slot",
+            StageType::Word(super::monitors::SLOTS),
+            "Whether it is what they emit, as screens do, or their base colour, which light reaches; emission.",
+        ),
+        key(
+            "luminance_cd_m2",
+            from(0.0),
+            "How bright white is on a screen. Without it the materials' own factor of emission, or 1 where that is 0.",
+        ),
+        key("texcoord", UV_SET, "The UV set that it lies on; that of the map whose place it takes, or 0."),
+        key("size_px", StageType::Pair, "Width and height of its picture in texels, 1 to 4096 each; [512, 288]."),
+        key(
+            "exposure_stops",
+            StageType::Number { min: -32.0, is_above: false, max: 32.0 },
+            "By how many stops it is exposed more than the picture that shows it; 0.",
+        ),
+        key(
+            "update",
+            StageType::Word(super::monitors::UPDATES),
+            "Whether a live view draws it anew in every frame that shows it, or once. Stills and sequences always do; always.",
+        ),
+        key(
+            "every",
+            StageType::Number { min: 1.0, is_above: false, max: 1e6 },
+            "In one of how many frames a live view draws it anew; 1.",
+        ),
+        key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
+        key(
+            "quality",
+            StageType::Word(super::monitors::QUALITIES),
+            "The tier of quality whose passes draw it; the settings of the picture.",
+        ),
     ],
 };
 
@@ -255,7 +318,7 @@ const FINITE: StageType = StageType::Number { min: f32::MIN as f64, is_above: fa
 /// What is drawn over the picture.
 pub(super) const OVERLAY: StageTable = StageTable {
     name: "overlay",
-    doc: "Something that is drawn over the finished picture: `text`, a `sprite`, or a line through `points` or `points_world`. \
+    doc: "Something that is drawn over the finished picture: `text`, a `sprite`, a `monitor`, or a line through `points` or `points_world`. \
           Later ones are drawn over earlier ones.",
     keys: &[
         key("text", StageType::Text, "Text; `\\n` ends a line. A letter that the font has not is a box."),
@@ -264,6 +327,7 @@ pub(super) const OVERLAY: StageTable = StageTable {
             StageType::Text,
             "An image: a PNG, JPEG, WebP or KTX2 file, its path from the folder of the stage.",
         ),
+        key("monitor", StageType::Text, "What the monitor of that name shows: picture in picture."),
         key(
             "points",
             StageType::Pairs,
@@ -311,18 +375,26 @@ pub(super) const OVERLAY: StageTable = StageTable {
             StageType::Number { min: 0.0, is_above: false, max: SIDE_PX_MAX as f64 },
             "By how many pixels the box is larger than the text on every side, and the text's place farther from its anchor; 0.",
         ),
-        key("width_px", length(SIDE_PX_MAX), "The width of a line in pixels, 1; or of a sprite, its texels."),
+        key(
+            "width_px",
+            length(SIDE_PX_MAX),
+            "The width of a line in pixels, 1; or of a sprite or monitor, its texels.",
+        ),
         key(
             "height_px",
             length(SIDE_PX_MAX),
-            "The height of a sprite in pixels. Of one side alone the other follows from the image's shape.",
+            "The height of a sprite or monitor in pixels. Of one side alone the other follows from the image's shape.",
         ),
-        key("rotation_deg", FINITE, "By how many degrees a sprite is turned clockwise around its middle; 0."),
+        key(
+            "rotation_deg",
+            FINITE,
+            "By how many degrees a sprite or monitor is turned clockwise around its middle; 0.",
+        ),
     ],
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 5] = [FILE, LIGHTS, NODES, MATERIALS, OVERLAY];
+pub const TABLES: [StageTable; 6] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.
@@ -337,6 +409,7 @@ impl StageType {
             Self::Color => "a colour such as \"ff8800\", or [r, g, b] of at least 0 in linear light".into(),
             Self::Pair => "two finite numbers in brackets, [x, y]".into(),
             Self::Vector => "three finite numbers in brackets, [x, y, z]".into(),
+            Self::Layers => "a list of whole numbers from 0 to 31, [0, 3]".into(),
             Self::Pairs => "a list of points of two finite numbers, [[x, y], [x, y]]".into(),
             Self::Vectors => "a list of points of three finite numbers, [[x, y, z], [x, y, z]]".into(),
             Self::Number { min, is_above, max } => {
@@ -358,6 +431,7 @@ impl StageType {
             Self::Color => "color".into(),
             Self::Pair => "vec2f".into(),
             Self::Vector => "vec3f".into(),
+            Self::Layers => "list of u32".into(),
             Self::Pairs => "list of vec2f".into(),
             Self::Vectors => "list of vec3f".into(),
             Self::Number { min, is_above, max } => {

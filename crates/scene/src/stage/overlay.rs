@@ -3,8 +3,8 @@
 use super::table::{Placed, Source, Table};
 use crate::gltf_file::{MAX_FILE_BYTES, texel_budget_bytes};
 use crate::overlay::{
-    Anchor, Font, LinePoints, Overlay, OverlayItem, OverlayLine, OverlayPlace, OverlayShape, OverlaySprite,
-    OverlayText, PlaceOf, TextAlign,
+    Anchor, Font, LinePoints, OVERLAY_MONITORS_MAX, Overlay, OverlayItem, OverlayLine, OverlayMonitor, OverlayPlace,
+    OverlayShape, OverlaySprite, OverlayText, PlaceOf, TextAlign,
 };
 use crate::{Diagnostic, Image, ImageSource, PixelFormat, Pixels, Scene};
 use glam::{Vec2, Vec3};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub(super) const FILES: [&str; 2] = ["sprite", "font"];
 
 /// The keys that say what an item is.
-const SHAPES: [&str; 4] = ["text", "sprite", "points", "points_world"];
+const SHAPES: [&str; 5] = ["text", "sprite", "monitor", "points", "points_world"];
 
 /// Keys that only some items have, and the keys of what these are.
 const OF_SHAPES: [(&str, &[&str]); 10] = [
@@ -25,10 +25,10 @@ const OF_SHAPES: [(&str, &[&str]); 10] = [
     ("background", &["text"]),
     ("background_opacity", &["background"]),
     ("padding_px", &["text"]),
-    ("width_px", &["points", "points_world", "sprite"]),
-    ("height_px", &["sprite"]),
-    ("rotation_deg", &["sprite"]),
-    ("position", &["text", "sprite", "points"]),
+    ("width_px", &["points", "points_world", "sprite", "monitor"]),
+    ("height_px", &["sprite", "monitor"]),
+    ("rotation_deg", &["sprite", "monitor"]),
+    ("position", &["text", "sprite", "monitor", "points"]),
 ];
 
 /// An item whose files were not read yet.
@@ -38,6 +38,7 @@ pub(super) struct OverlayEntry {
     sprite: Option<Placed<String>>,
     font: Option<Placed<String>>,
     node: Option<Placed<String>>,
+    monitor: Option<Placed<String>>,
 }
 
 impl OverlayEntry {
@@ -61,12 +62,18 @@ impl OverlayEntry {
             sprite: table.text("sprite"),
             font: table.text("font"),
             node: table.text("node"),
+            monitor: table.text("monitor"),
         };
         // What a sprite is, is known with its texels.
         if entry.sprite.is_none() {
             entry.item.check().map_err(|fault| table.fault(fault.key, fault.message))?;
         }
         Ok(entry)
+    }
+
+    /// The name of the monitor that it shows.
+    pub(super) fn monitor(&self) -> Option<&str> {
+        self.monitor.as_ref().map(|name| name.value.as_str())
     }
 
     /// The files that it names.
@@ -80,7 +87,11 @@ fn check_keys(table: &Table<'_>) -> Result<(), Box<Diagnostic>> {
     let shapes: Vec<&str> = SHAPES.into_iter().filter(has).collect();
     match shapes[..] {
         [_] => {}
-        [] => return Err(table.fault("text", "an item needs one of `text`, `sprite`, `points` and `points_world`")),
+        [] => {
+            return Err(
+                table.fault("text", "an item needs one of `text`, `sprite`, `monitor`, `points` and `points_world`")
+            );
+        }
         [first, second, ..] => {
             return Err(
                 table.fault(second, format!("an item is one thing: `{first}` or `{second}`; write two of them"))
@@ -127,6 +138,13 @@ fn shape(table: &Table<'_>) -> OverlayShape {
             ..OverlayText::new(text.value.replace("\r\n", "\n"))
         });
     }
+    if let Some(monitor) = table.text("monitor") {
+        return OverlayShape::Monitor(OverlayMonitor {
+            name: monitor.value,
+            size_px: [width_px, table.number("height_px")],
+            rotation_deg: table.number("rotation_deg").unwrap_or(0.0),
+        });
+    }
     let points = match (table.pairs("points"), table.vectors("points_world")) {
         (Some(points), _) => Some(LinePoints::Pixels(points.to_vec())),
         (None, points) => points.map(|points| LinePoints::World(points.to_vec())),
@@ -151,6 +169,10 @@ pub(super) fn overlay(
     scene: &Scene,
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
 ) -> Result<Overlay, Box<Diagnostic>> {
+    if let Some(monitor) = entries.iter().filter_map(|entry| entry.monitor.as_ref()).nth(OVERLAY_MONITORS_MAX) {
+        let message = format!("{OVERLAY_MONITORS_MAX} items of an overlay may be monitors, and there are more");
+        return Err(source.fault(monitor.range.clone(), message));
+    }
     let mut files = OverlayFiles::default();
     let mut items = Vec::with_capacity(entries.len());
     for entry in entries {
@@ -161,6 +183,13 @@ pub(super) fn overlay(
             let known = scene.nodes.iter().map(|node| node.name.as_str()).filter(|name| !name.is_empty());
             let message = format!("the model has no node called `{}`", node.value);
             return Err(source.unknown(node.range.clone(), message, &node.value, known));
+        }
+        if let Some(monitor) = &entry.monitor
+            && !scene.monitors().any(|(_, image, _)| image.name == monitor.value)
+        {
+            let known = scene.monitors().map(|(_, image, _)| image.name.as_str());
+            let message = format!("the stage has no monitor called `{}`", monitor.value);
+            return Err(source.unknown(monitor.range.clone(), message, &monitor.value, known));
         }
         if let (OverlayShape::Sprite(sprite), Some(name)) = (&mut item.shape, &entry.sprite) {
             sprite.pixels = files.sprite(source, name, resolve)?;

@@ -53,6 +53,7 @@ enum Value {
     Number(f32),
     Pair(Vec2),
     Vector(Vec3),
+    Layers(u32),
     Pairs(Vec<Vec2>),
     Vectors(Vec<Vec3>),
 }
@@ -130,6 +131,11 @@ impl<'s> Table<'s> {
         if let Value::Pair(pair) = self.value(key)?.value { Some(pair) } else { None }
     }
 
+    /// A bit for each layer.
+    pub(super) fn layers(&self, key: &str) -> Option<u32> {
+        if let Value::Layers(layers) = self.value(key)?.value { Some(layers) } else { None }
+    }
+
     pub(super) fn pairs(&self, key: &str) -> Option<&[Vec2]> {
         if let Value::Pairs(pairs) = &self.value(key)?.value { Some(pairs) } else { None }
     }
@@ -179,6 +185,7 @@ fn read(key: &StageKey, value: &DeValue<'_>) -> Option<Value> {
         (StageType::Color, value) => vector(value).filter(|color| color.min_element() >= 0.0).map(Value::Vector),
         (StageType::Vector, value) => vector(value).map(Value::Vector),
         (StageType::Pair, value) => numbers(value).map(|pair| Value::Pair(Vec2::from_array(pair))),
+        (StageType::Layers, value) => layers(value).map(Value::Layers),
         (StageType::Pairs, value) => points(value, |pair| Some(Vec2::from_array(numbers(pair)?))).map(Value::Pairs),
         (StageType::Vectors, value) => points(value, vector).map(Value::Vectors),
         (StageType::Number { min, is_above, max }, value) => {
@@ -204,6 +211,16 @@ fn numbers<const N: usize>(value: &DeValue<'_>) -> Option<[f32; N]> {
     let DeValue::Array(entries) = value else { return None };
     let numbers: Option<Vec<f32>> = entries.iter().map(|entry| number(entry.get_ref()).map(|n| n as f32)).collect();
     numbers?.try_into().ok()
+}
+
+/// A bit for each number of a list.
+fn layers(value: &DeValue<'_>) -> Option<u32> {
+    let DeValue::Array(entries) = value else { return None };
+    let bit = |entry: &Spanned<DeValue<'_>>| {
+        let layer = number(entry.get_ref()).filter(|layer| layer.fract() == 0.0 && (0.0..32.0).contains(layer))?;
+        Some(1 << layer as u32)
+    };
+    entries.iter().try_fold(0, |layers, entry| Some(layers | bit(entry)?))
 }
 
 fn vector(value: &DeValue<'_>) -> Option<Vec3> {

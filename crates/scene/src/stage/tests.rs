@@ -404,3 +404,75 @@ fn keys_are_declared_with_sentences_and_read_by_their_names() {
         }
     }
 }
+
+#[test]
+fn monitors_are_images_that_materials_and_overlays_show() {
+    use crate::capture::{MonitorCamera, Update};
+    let text = "[[monitors]]\nname = \"door\"\nposition = [0, 2, 0]\ntarget = [0, 0, 0]\nfov_deg = 60\nmaterial = \"gl*\"\n\
+                luminance_cd_m2 = 250\nsize_px = [320, 200]\nexposure_stops = -1\nevery = 4\nlayers = [0, 5]\nquality = \"low\"\n\
+                [[monitors]]\nname = \"inset\"\nposition = [1, 0, 0]\ntarget = [0, 0, 0]\n\
+                [[nodes]]\nname = \"Floor\"\nlayers = [5, 31]\n\
+                [[overlay]]\nmonitor = \"inset\"\nwidth_px = 200\nanchor = \"top-right\"\n";
+    let scene = applied(text).unwrap();
+    let monitors: Vec<_> = scene.monitors().collect();
+    let [(_, door, monitor), (_, inset, of_defaults)] = monitors[..] else { panic!("{monitors:?}") };
+    assert_eq!((door.name.as_str(), inset.name.as_str()), ("door", "inset"));
+    assert_eq!((monitor.width, monitor.height, monitor.exposure_stops), (320, 200, -1.0));
+    assert_eq!((monitor.options.update, monitor.options.layers), (Update::Every(4), 1 << 5 | 1));
+    assert_eq!(monitor.options.quality.as_deref(), Some("low"));
+    assert_eq!((of_defaults.width, of_defaults.height, of_defaults.options.layers), (512, 288, u32::MAX));
+    let MonitorCamera::Fixed { world_from_view, .. } = monitor.camera else { panic!("{monitor:?}") };
+    assert!((-world_from_view.z_axis.truncate()).abs_diff_eq(Vec3::NEG_Y, 1e-6), "{world_from_view}");
+    let glass = &scene.materials[0];
+    let texture = scene.textures[glass.emissive_texture.unwrap().texture];
+    assert_eq!((texture.image, glass.emissive_factor), (0, Vec3::splat(250.0)));
+    assert_eq!(scene.nodes[2].layers, 1 << 5 | 1 << 31);
+    let warnings = {
+        let stage = Stage::parse(
+            "a.stage.toml",
+            "model = \"m.glb\"\n[[monitors]]\nname = \"a\"\nposition = [0, 2, 0]\ntarget = [0, 0, 0]\n",
+        );
+        stage.unwrap().apply_with(&mut model(), &mut |name| Err(format!("no {name}"))).unwrap()
+    };
+    assert!(warnings[0].contains("nothing shows the monitor `a`"), "{warnings:?}");
+}
+
+#[test]
+fn wrong_monitors_are_told_with_their_place() {
+    let monitor = |rest: &str| format!("[[monitors]]\nname = \"m\"\nposition = [0, 2, 0]\n{rest}");
+    let two = |first: &str, second: &str| {
+        let of = |name: &str| format!("[[monitors]]\nname = \"{name}\"\nposition = [0, 1, 0]\ntarget = [0, 0, 0]\n");
+        of(first) + &of(second)
+    };
+    for (text, expected) in [
+        (monitor(""), "2:1: error: a monitor needs `camera`, a camera of the model, or `position` and `target`"),
+        (monitor("target = [0, 2, 0]\n"), "5:10: error: `position` and `target` are one place"),
+        (monitor("camera = \"Top\"\n"), "4:12: error: `camera` says from where already; leave out `position`"),
+        (monitor("target = [0, 0, 0]\nsize_px = [0, 10]\n"), "6:11: error: `size_px` is a width and a height"),
+        (monitor("target = [0, 0, 0]\nsize_px = [-3, 10]\n"), "6:11: error: `size_px` is a width and a height"),
+        (monitor("target = [0, 0, 0]\nsize_px = [1e9, 10]\n"), "6:11: error: `size_px` is a width and a height"),
+        (monitor("target = [0, 0, nan]\n"), "5:10: error:"),
+        (monitor("target = [0, 0, 0]\nfov_deg = 0\n"), "6:11: error: `0` is no value of `fov_deg`"),
+        (monitor("target = [0, 0, 0]\nlayers = [32]\n"), "6:10: error: `[32]` is no value of `layers`"),
+        (monitor("target = [0, 0, 0]\nlayers = [0.5]\n"), "6:10: error: `[0.5]` is no value of `layers`"),
+        (monitor("target = [0, 0, 0]\nslot = \"base_color\"\n"), "6:8: error: `slot` says how materials show it"),
+        (
+            monitor("target = [0, 0, 0]\nmaterial = \"glas\"\n"),
+            "6:12: error: the model has no material called `glas`; did you mean `glass`?",
+        ),
+        (monitor("target = [0, 0, 0]\nupdate = \"once\"\nevery = 2\n"), "7:9: error: what is drawn once"),
+        (monitor("target = [0, 0, 0]\nevery = 1.5\n"), "6:9: error: `every` is a whole number"),
+        ("[[monitors]]\nname = \"m\"\ncamera = \"Top\"\n".into(), "4:10: error: the model has no camera called `Top`"),
+        ("[[monitors]]\nname = \" \"\n".into(), "3:8: error: a monitor needs a name"),
+        (two("a", "a"), "7:8: error: two monitors are called `a`"),
+        ("[[overlay]]\nmonitor = \"door\"\n".into(), "3:11: error: the stage has no monitor called `door`"),
+    ] {
+        let error = applied(&text).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+    let many: String = (0..10_000)
+        .map(|at| format!("[[monitors]]\nname = \"{at}\"\nposition = [0, 1, 0]\ntarget = [0, 0, 0]\n"))
+        .collect();
+    let error = applied(&many).expect_err("ten thousand");
+    assert!(error.contains("there are 10000 [[monitors]], and 64 are possible"), "{error}");
+}

@@ -1,9 +1,10 @@
 // overlay: text, lines and sprites over the finished picture, as rectangles of any direction, an instance each. With
 // `composes` instead a picture of them is laid over one that is transparent, because no blending divides by alpha.
-// Reads: quads (six texels each), atlas (display colours times alpha), depth with `tests_depth`; with `composes` the
+// Reads: quads (six texels each), what a monitor shows, atlas (display colours times alpha), depth with `tests_depth`; with `composes` the
 // picture below and the layer. Writes: display colours times alpha, to be blended; with `composes` unassociated alpha.
 // Program: overlay.
 
+import package::shaders::colour::srgb_from_linear;
 import package::view::{view, distance_from_depth_ndc};
 
 struct Overlay {
@@ -11,6 +12,11 @@ struct Overlay {
     inverse_size_px: vec2f,
     // 1 / width and height of the atlas.
     inverse_atlas_texels: vec2f,
+    // The first quad that is drawn.
+    first_quad: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 @group(1) @binding(0) var<uniform> overlay: Overlay;
@@ -18,6 +24,8 @@ struct Overlay {
 @group(1) @binding(2) var atlas: texture_2d<f32>;
 @group(1) @binding(3) var depth: texture_2d<f32>;
 @group(1) @binding(4) var below: texture_2d<f32>;
+// What a monitor shows, in linear light; looked at with `shows_monitor` alone.
+@group(1) @binding(5) var monitor: texture_2d<f32>;
 @group(0) @binding(2) var linear_clamp: sampler;
 @group(0) @binding(7) var nearest_clamp: sampler;
 
@@ -25,6 +33,9 @@ struct Overlay {
 override tests_depth: u32 = 0u;
 // 1 if `atlas` is a layer of the picture's size, which comes over `below`.
 override composes: u32 = 0u;
+
+// 1 if quads show `monitor`, all of it, whose size is that of their rectangle.
+override shows_monitor: u32 = 0u;
 
 // Quads in a row of `quads`, and texels of one.
 const QUADS_A_ROW: u32 = 256u;
@@ -49,7 +60,8 @@ struct Quad {
 
 @vertex
 fn vs_overlay(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Quad {
-    let first = vec2i(i32(instance % QUADS_A_ROW * QUAD_TEXELS), i32(instance / QUADS_A_ROW));
+    let number_of_quad = instance + overlay.first_quad;
+    let first = vec2i(i32(number_of_quad % QUADS_A_ROW * QUAD_TEXELS), i32(number_of_quad / QUADS_A_ROW));
     var quad: Quad;
     quad.origin_direction = textureLoad(quads, first, 0);
     quad.size_nearness = textureLoad(quads, first + vec2i(1, 0), 0);
@@ -112,6 +124,12 @@ fn fs_overlay(quad: Quad) -> @location(0) vec4f {
         let nearness = mix(quad.size_nearness.z, quad.size_nearness.w, place.x / size.x);
         let tests = quad.begin_tests.w > 0.0;
         coverage = select(coverage, 0.0, tests & is_hidden(quad.position.xy, nearness));
+    }
+    if shows_monitor != 0u {
+        let texels_a_px = quad.texels.zw / max(size, vec2f(1.0));
+        let level = log2(max(max(texels_a_px.x, texels_a_px.y), 1.0));
+        let shown = textureSampleLevel(monitor, linear_clamp, place / size, level);
+        return vec4f(srgb_from_linear(shown.rgb) * quad.tint.rgb, 1.0) * (quad.tint.a * coverage);
     }
     // Half a texel from the edge, so that none of another image is seen.
     let inside = clamp(place / size * quad.texels.zw, vec2f(0.5), max(quad.texels.zw - 0.5, vec2f(0.5)));

@@ -1,0 +1,289 @@
+//! Pictures within the picture: which monitors a frame shows, and what is asked of the views of their cameras.
+
+use super::Renderer;
+use super::prepare::ViewPart;
+use crate::camera_settings::{CameraSettings, Fisheye};
+use crate::draws::may_show;
+use crate::overlay::monitors_of_overlay;
+use crate::quality::Quality;
+use crate::request::{Averaging, FrameRequest, RenderError};
+use crate::resources::{monitor_fits, monitors_of};
+use crate::settings::Settings;
+use crate::view::{DepthRange, View};
+use glam::Vec2;
+use manypass_scene::capture::{MONITORS_MAX, Monitor, Update};
+use manypass_scene::{Aabb, Image, Projection, Scene};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A view, what is asked of it, and what of a picture it is.
+pub(super) type Part = (String, FrameRequest, ViewPart);
+
+/// What a monitor's camera sees.
+#[derive(Clone, Debug)]
+pub(super) struct MonitorView {
+    /// The index of the monitor's image.
+    pub image: usize,
+    /// In how many other pictures it is seen.
+    pub level: u32,
+    /// The monitors that are dark where it sees them, because they would be too deep.
+    pub darkens: Vec<usize>,
+    /// By how many stops it is exposed more than the picture.
+    pub exposure_stops: f32,
+}
+
+/// When monitors were last drawn.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CaptureState {
+    /// Counts frames.
+    frame: u64,
+    /// The frame that drew what the monitor of an image of a size shows.
+    drawn: BTreeMap<(usize, u32, u32), u64>,
+}
+
+impl CaptureState {
+    /// What is forgotten where textures are made anew.
+    pub fn clear(&mut self) {
+        self.drawn.clear();
+    }
+}
+
+/// The views that a frame draws for the sake of others, innermost first, and how many it leaves out.
+#[derive(Default)]
+pub(super) struct Captures {
+    pub parts: Vec<Part>,
+    pub left_out: u32,
+}
+
+/// Where the monitors of a scene are to be seen.
+struct Screens<'s> {
+    /// The images by their names.
+    names: BTreeMap<&'s str, usize>,
+    /// The images of those that are drawn.
+    images: Vec<usize>,
+    /// The box around a surface that shows one, its layers, and the image.
+    surfaces: Vec<(Aabb, u32, usize)>,
+}
+
+impl<'s> Screens<'s> {
+    fn of(scene: &'s Scene) -> Option<Self> {
+        let images: Vec<usize> = scene.monitors().map(|(image, ..)| image).take(MONITORS_MAX).collect();
+        if images.is_empty() {
+            return None;
+        }
+        let of_material: Vec<Vec<usize>> =
+            scene.materials.iter().enumerate().map(|material| monitors_of(scene, material)).collect();
+        let mut surfaces = Vec::new();
+        for (id, _) in scene.visible_levels() {
+            let node = scene.node(id);
+            let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh)) else { continue };
+            let own = mesh.primitives.iter().filter_map(|primitive| primitive.material_in(scene.variant));
+            let coarser = |index: usize| {
+                let material = scene.materials.get(index).and_then(|material| material.levels.as_ref());
+                let levels: Vec<usize> = material.map_or_else(Vec::new, |levels| levels.coarser.clone());
+                std::iter::once(index).chain(levels)
+            };
+            let shown: BTreeSet<usize> =
+                own.flat_map(coarser).filter_map(|material| of_material.get(material)).flatten().copied().collect();
+            surfaces.extend(shown.into_iter().map(|image| (node.bounds_world, node.layers, image)));
+        }
+        // Of several that have one name the first counts.
+        let mut names = BTreeMap::new();
+        for (image, Image { name, .. }, _) in scene.monitors() {
+            names.entry(name.as_str()).or_insert(image);
+        }
+        Some(Self { names, images, surfaces })
+    }
+
+    /// The images of the monitors that a view may see.
+    fn seen_in(&self, request: &FrameRequest) -> BTreeSet<usize> {
+        let sees_all = request.settings.camera.fisheye != Fisheye::None || request.samples_lens_or_shutter();
+        let aspect = request.width as f32 / request.height.max(1) as f32;
+        let clip_from_view = request.camera.clip_from_view(widest_range(&request.camera), aspect, Vec2::ZERO);
+        let clip_from_world = clip_from_view * request.camera.world_from_view.inverse();
+        let is_cut = |bounds: &Aabb| {
+            request
+                .clip_plane_world
+                .is_some_and(|plane| bounds.corners().iter().all(|at| plane.dot(at.extend(1.0)) < 0.0))
+        };
+        let is_seen = |(bounds, layers, _): &&(Aabb, u32, usize)| {
+            layers & request.layers != 0 && (sees_all || may_show(&clip_from_world, bounds)) && !is_cut(bounds)
+        };
+        let on_surfaces = self.surfaces.iter().filter(is_seen).map(|(.., image)| *image);
+        let over_picture = monitors_of_overlay(&request.overlay).filter_map(|name| self.names.get(name));
+        on_surfaces.chain(over_picture.copied()).filter(|image| self.images.contains(image)).collect()
+    }
+}
+
+/// All distances that a camera may see.
+fn widest_range(camera: &View) -> DepthRange {
+    let (near_m, far_m) = match camera.projection {
+        Projection::Perspective { near_m, far_m, .. } => (near_m, far_m.unwrap_or(f32::MAX)),
+        Projection::Orthographic { near_m, far_m, .. } => (near_m, far_m),
+    };
+    DepthRange { near_m, far_m: far_m.max(near_m * 1.001 + 1e-6) }
+}
+
+/// What is asked of the view of a monitor's camera where `request` is asked of the picture; nothing if it has none.
+fn request_of(scene: &Scene, monitor: &Monitor, request: &FrameRequest) -> Result<Option<FrameRequest>, RenderError> {
+    let Some((world_from_view, projection)) = monitor.seen_from(scene) else { return Ok(None) };
+    let camera = View { world_from_view, projection };
+    if !world_from_view.is_finite() || !camera.half_extent(1.0).is_finite() {
+        return Ok(None);
+    }
+    let of_monitor = FrameRequest {
+        width: monitor.width,
+        height: monitor.height,
+        camera,
+        clip_plane_world: None,
+        layers: monitor.options.layers,
+        // Of a live view screens show samples one by one.
+        averaging: match request.goes_on || request.needs_mean_of_radiance() {
+            true => Averaging::Radiance,
+            false => Averaging::Display,
+        },
+        // Without what its variables and effects would be.
+        want_aovs: Vec::new(),
+        previous: None,
+        effects: Vec::new(),
+        overlay: Default::default(),
+        settings: settings_of(monitor.options.quality.as_deref(), &request.settings)?,
+        ..request.clone()
+    };
+    Ok(Some(of_monitor.with_switches_resolved()))
+}
+
+/// The settings of a picture within one whose settings are `settings`: of its own tier, but for what all views share.
+fn settings_of(quality: Option<&str>, settings: &Settings) -> Result<Settings, RenderError> {
+    let mut own = settings.clone();
+    own.render.scale = 1.0;
+    if let Some(name) = quality {
+        let quality = Quality::named(name).ok_or_else(|| RenderError::CaptureQuality { quality: name.into() })?;
+        own.apply_quality(quality)?;
+        own.textures = settings.textures.clone();
+        own.shadows = settings.shadows.clone();
+    }
+    own.camera = CameraSettings { f_stop: 0.0, fisheye: Fisheye::None, ..own.camera };
+    own.debug = Default::default();
+    own.aov = Default::default();
+    Ok(own)
+}
+
+impl Renderer {
+    /// The views of monitors that `parts` show. What is only planned changes nothing that the next frame finds.
+    ///
+    /// # Errors
+    /// A monitor asks for a tier of quality that there is not.
+    pub(super) fn captures(&mut self, scene: &Scene, parts: &[Part], is_plan: bool) -> Result<Captures, RenderError> {
+        let Some((_, first, _)) = parts.first().filter(|(_, request, _)| request.settings.captures.enabled) else {
+            return Ok(Captures::default());
+        };
+        let Some(screens) = Screens::of(scene) else { return Ok(Captures::default()) };
+        let monitor_of = |image: usize| {
+            let known = scene.images.get(image)?;
+            Some((image, known.name.as_str(), known.monitor()?))
+        };
+        let mut requests = BTreeMap::new();
+        for (image, name, monitor) in screens.images.iter().filter_map(|image| monitor_of(*image)) {
+            if monitor_fits(&self.gpu, (monitor.width, monitor.height))
+                && let Some(request) = request_of(scene, monitor, first)?
+            {
+                requests.insert(image, (name, monitor, request));
+            }
+        }
+        let is_there = |image: &usize| requests.contains_key(image);
+        let seen_by = |image: &usize| match requests.get(image) {
+            Some((.., request)) => screens.seen_in(request).into_iter().filter(is_there).collect(),
+            None => BTreeSet::new(),
+        };
+        let seen: BTreeSet<usize> = parts.iter().flat_map(|(_, request, _)| screens.seen_in(request)).collect();
+        let mut levels: Vec<BTreeSet<usize>> = vec![seen.into_iter().filter(is_there).collect()];
+        let part = |image: usize, level: u32, darkens: &BTreeSet<usize>| {
+            let (name, monitor, request) = requests.get(&image)?;
+            let view = MonitorView {
+                image,
+                level,
+                darkens: darkens.iter().copied().collect(),
+                exposure_stops: monitor.exposure_stops,
+            };
+            // Two may have one name.
+            let twin = requests.range(..image).filter(|(_, (other, ..))| other == name).count();
+            let name = if twin > 0 { format!("{name}.{}", twin + 1) } else { (*name).to_owned() };
+            let inner = if level > 0 { format!("/{}", level + 1) } else { String::new() };
+            Some((format!("monitor/{name}{inner}"), request.clone(), ViewPart::Monitor(view)))
+        };
+        // A plan is that of a frame that nobody draws.
+        let kept = is_plan.then(|| self.captures.clone());
+        let is_known = |(image, width, height): &(usize, u32, u32)| {
+            requests.get(image).is_some_and(|(_, monitor, _)| (monitor.width, monitor.height) == (*width, *height))
+        };
+        self.captures.drawn.retain(|key, _| is_known(key));
+        let goes_on = first.goes_on;
+        let depth = first.settings.captures.depth.max(1) as usize;
+        while levels.len() < depth {
+            let inner: BTreeSet<usize> = levels.last().into_iter().flatten().flat_map(seen_by).collect();
+            if inner.is_empty() {
+                break;
+            }
+            levels.push(inner);
+        }
+        if goes_on {
+            // Those within each other show what the last frame left.
+            let all: BTreeSet<usize> = levels.into_iter().flatten().collect();
+            let shown = self.take_turns(first, &all, |image| requests.get(&image).map(|(_, monitor, _)| *monitor));
+            let left_out = (screens.images.len() - shown.len()) as u32;
+            let none = BTreeSet::new();
+            let parts = shown.into_iter().filter_map(|image| part(image, 0, &none)).collect();
+            self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
+            return Ok(Captures { parts, left_out });
+        }
+        let drawn: BTreeSet<usize> = levels.iter().flatten().copied().collect();
+        self.captures.frame += 1;
+        let frame = self.captures.frame;
+        let keys = drawn.iter().filter_map(|image| {
+            let (_, monitor, _) = requests.get(image)?;
+            Some(((*image, monitor.width, monitor.height), frame))
+        });
+        self.captures.drawn.extend(keys);
+        self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
+        let deepest = levels.len() - 1;
+        let mut captures = Captures { parts: Vec::new(), left_out: (screens.images.len() - drawn.len()) as u32 };
+        for (level, images) in levels.iter().enumerate().rev() {
+            for image in images {
+                let darkens = if level == deepest { seen_by(image) } else { BTreeSet::new() };
+                captures.parts.extend(part(*image, level as u32, &darkens));
+            }
+        }
+        Ok(captures)
+    }
+
+    /// Of the monitors that a frame of a live view shows those that it draws anew.
+    fn take_turns<'m>(
+        &mut self,
+        request: &FrameRequest,
+        shown: &BTreeSet<usize>,
+        monitor_of: impl Fn(usize) -> Option<&'m Monitor>,
+    ) -> Vec<usize> {
+        let CaptureState { frame, drawn } = &mut self.captures;
+        *frame += 1;
+        let mut due: Vec<(u64, (usize, u32, u32))> = Vec::new();
+        for image in shown {
+            let Some(monitor) = monitor_of(*image) else { continue };
+            let key = (*image, monitor.width, monitor.height);
+            let last = drawn.get(&key).copied();
+            let is_due = last.is_none_or(|last| match monitor.options.update {
+                Update::Always => true,
+                Update::Every(frames) => *frame - last >= u64::from(frames.max(1)),
+                Update::Once => false,
+            });
+            if is_due {
+                due.push((last.unwrap_or(0), key));
+            }
+        }
+        // Those that wait longest come first.
+        due.sort_unstable();
+        let most = request.settings.captures.per_frame as usize;
+        due.truncate(if most == 0 { usize::MAX } else { most });
+        drawn.extend(due.iter().map(|(_, key)| (*key, *frame)));
+        due.into_iter().map(|(_, (image, ..))| image).collect()
+    }
+}

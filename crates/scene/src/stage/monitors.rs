@@ -1,0 +1,233 @@
+//! Monitors of a stage: what cameras of the scene see, and where it is shown.
+
+use super::names::Pattern;
+use super::table::{Placed, Source, Table};
+use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera, Update};
+use crate::framing::{DEFAULT_FOV_Y_RAD, look_along};
+use crate::{Diagnostic, Image, NodeId, Projection, Sampler, Scene, Texture, TextureRef, Wrap};
+use glam::{Mat4, Vec3};
+
+/// The words of `slot`.
+pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
+/// The words of `update`.
+pub(super) const UPDATES: &[&str] = &["always", "once"];
+/// The words of `quality`; whoever draws knows what they mean.
+pub(super) const QUALITIES: &[&str] = &["low", "medium", "high", "ultra"];
+
+/// The size of a picture where nobody says.
+const SIZE_PX: (u32, u32) = (512, 288);
+/// The nearest that a camera of a stage's own sees, in metres.
+const NEAR_M: f32 = 0.01;
+
+/// An entry of `[[monitors]]`.
+#[derive(Clone, Debug)]
+pub(super) struct MonitorEntry {
+    name: Placed<String>,
+    camera: Seen,
+    materials: Option<Placed<Pattern>>,
+    is_emission: bool,
+    luminance_cd_m2: Option<f32>,
+    uv_set: Option<u32>,
+    size_px: (u32, u32),
+    exposure_stops: f32,
+    options: CaptureOptions,
+}
+
+/// From where it is seen.
+#[derive(Clone, Debug)]
+enum Seen {
+    /// The name of a camera, or of a node.
+    Named(Placed<String>),
+    At(MonitorCamera),
+}
+
+impl MonitorEntry {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
+        let name = table.text("name").filter(|name| !name.value.trim().is_empty());
+        let name = name.ok_or_else(|| table.fault("name", "a monitor needs a name"))?;
+        let materials = table.text("material");
+        let is_emission = table.text("slot").is_none_or(|slot| slot.value == SLOTS[0]);
+        if !is_emission && table.place("luminance_cd_m2").is_some() {
+            let message = "`luminance_cd_m2` is of screens; a base colour is as bright as the light that reaches it";
+            return Err(table.fault("luminance_cd_m2", message));
+        }
+        let of_material = ["slot", "luminance_cd_m2", "texcoord"];
+        if let Some(key) = of_material.into_iter().find(|key| table.place(key).is_some() && materials.is_none()) {
+            return Err(table.fault(key, format!("`{key}` says how materials show it, and needs `material`")));
+        }
+        let every = table.number("every").map(|every| whole(table, "every", every)).transpose()?;
+        let update = match (table.text("update").map(|word| word.value == UPDATES[1]), every) {
+            (Some(true), Some(_)) => {
+                return Err(table.fault("every", "what is drawn once is not drawn every so many frames"));
+            }
+            (Some(true), None) => Update::Once,
+            (_, Some(frames)) if frames > 1 => Update::Every(frames),
+            _ => Update::Always,
+        };
+        let layers = table.layers("layers").unwrap_or(LAYERS_ALL);
+        let quality = table.text("quality").map(|word| word.value);
+        Ok(Self {
+            camera: seen(table)?,
+            materials: materials.map(|name| Placed { value: Pattern::new(&name.value), range: name.range }),
+            is_emission,
+            luminance_cd_m2: table.number("luminance_cd_m2"),
+            uv_set: table.number("texcoord").map(|set| whole(table, "texcoord", set)).transpose()?,
+            size_px: size_px(table)?,
+            exposure_stops: table.number("exposure_stops").unwrap_or(0.0),
+            options: CaptureOptions { update, layers, quality },
+            name,
+        })
+    }
+
+    /// Adds its image to the scene, and puts it where it is shown. `over_picture` are the names of monitors that are
+    /// shown over the picture.
+    ///
+    /// # Errors
+    /// The model has no camera or material of a name.
+    pub(super) fn apply(
+        &self,
+        source: &Source,
+        scene: &mut Scene,
+        over_picture: &[&str],
+        warnings: &mut Vec<String>,
+    ) -> Result<(), Box<Diagnostic>> {
+        let camera = self.camera_in(source, scene)?;
+        let (width, height) = self.size_px;
+        let monitor = Monitor {
+            exposure_stops: self.exposure_stops,
+            options: self.options.clone(),
+            ..Monitor::new(camera, width, height)
+        };
+        let name = &self.name.value;
+        scene.images.push(Image::of_monitor(name, monitor));
+        let Some(materials) = &self.materials else {
+            if !over_picture.contains(&name.as_str()) {
+                warnings.push(format!(
+                    "nothing shows the monitor `{name}`: give it `material`, or an [[overlay]] that names it"
+                ));
+            }
+            return Ok(());
+        };
+        let sampler = Sampler { wrap_u: Wrap::ClampToEdge, wrap_v: Wrap::ClampToEdge, ..Sampler::default() };
+        scene.textures.push(Texture { image: scene.images.len() - 1, sampler });
+        let texture = scene.textures.len() - 1;
+        let pattern = &materials.value;
+        let mut found = Vec::new();
+        for (index, material) in
+            scene.materials.iter_mut().enumerate().filter(|(_, known)| pattern.matches(&known.name))
+        {
+            found.push(index);
+            let slot = if self.is_emission { &mut material.emissive_texture } else { &mut material.base_color_texture };
+            let placed = slot.unwrap_or_default();
+            let uv_set = self.uv_set.unwrap_or(placed.uv_set);
+            *slot = Some(TextureRef { texture, uv_set, ..placed });
+            if let Some(luminance_cd_m2) = self.luminance_cd_m2 {
+                material.emissive_factor = Vec3::splat(luminance_cd_m2);
+            } else if self.is_emission && material.emissive_factor == Vec3::ZERO {
+                material.emissive_factor = Vec3::ONE;
+            }
+        }
+        if found.is_empty() {
+            let message = format!("the model has no material called `{}`", pattern.text());
+            let known = scene.materials.iter().map(|material| material.name.as_str());
+            return Err(source.unknown(materials.range.clone(), message, pattern.text(), known));
+        }
+        if self.lacks_uvs(scene, &found, texture) {
+            warnings.push(format!(
+                "some surfaces of `{}` lack the UV set that the monitor `{name}` lies on: they show its first texel; give \
+                 the model UVs",
+                pattern.text()
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether surfaces of materials lack the UVs that their map lies on.
+    fn lacks_uvs(&self, scene: &Scene, materials: &[usize], texture: usize) -> bool {
+        let set_of = |material: usize| {
+            let material = scene.materials.get(material).filter(|_| materials.contains(&material))?;
+            let maps = [material.emissive_texture, material.base_color_texture];
+            maps.into_iter().flatten().find(|map| map.texture == texture).map(|map| map.uv_set)
+        };
+        scene.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| {
+            let sets = primitive.material.and_then(set_of);
+            sets.is_some_and(|set| if set == 0 { primitive.uv0.is_empty() } else { primitive.uv1.is_empty() })
+        })
+    }
+
+    fn camera_in(&self, source: &Source, scene: &Scene) -> Result<MonitorCamera, Box<Diagnostic>> {
+        let named = match &self.camera {
+            Seen::At(camera) => return Ok(*camera),
+            Seen::Named(name) => name,
+        };
+        let name_of = |camera: usize| scene.cameras.get(camera).map_or("", |camera| camera.name.as_str());
+        let holders = || (0..).zip(&scene.nodes).filter_map(|(id, node)| Some((NodeId(id), node, node.camera?)));
+        let of_node = holders().find(|(_, node, _)| node.name == named.value);
+        let found = of_node.or_else(|| holders().find(|(.., camera)| name_of(*camera) == named.value));
+        let Some((id, ..)) = found else {
+            let known: Vec<&str> =
+                holders().flat_map(|(_, node, camera)| [node.name.as_str(), name_of(camera)]).collect();
+            let names = known.into_iter().filter(|name| !name.is_empty());
+            let message = format!("the model has no camera called `{}`", named.value);
+            return Err(source.unknown(named.range.clone(), message, &named.value, names));
+        };
+        Ok(MonitorCamera::Node(id))
+    }
+}
+
+/// A whole number.
+fn whole(table: &Table<'_>, key: &str, number: f32) -> Result<u32, Box<Diagnostic>> {
+    if number.fract() == 0.0 { Ok(number as u32) } else { Err(table.fault(key, format!("`{key}` is a whole number"))) }
+}
+
+fn size_px(table: &Table<'_>) -> Result<(u32, u32), Box<Diagnostic>> {
+    let Some(size) = table.pair("size_px") else { return Ok(SIZE_PX) };
+    let is_side = |side: f32| side.fract() == 0.0 && (1.0..=MONITOR_SIDE_MAX as f32).contains(&side);
+    if is_side(size.x) && is_side(size.y) {
+        return Ok((size.x as u32, size.y as u32));
+    }
+    let message = format!("`size_px` is a width and a height, whole numbers from 1 to {MONITOR_SIDE_MAX}");
+    Err(table.fault("size_px", message))
+}
+
+/// From where a monitor is seen.
+fn seen(table: &Table<'_>) -> Result<Seen, Box<Diagnostic>> {
+    let place = |key: &str| table.vector(key);
+    let of_place = ["position", "target", "fov_deg"].into_iter().find(|key| table.place(key).is_some());
+    match (table.text("camera"), of_place) {
+        (Some(_), Some(key)) => Err(table.fault(key, format!("`camera` says from where already; leave out `{key}`"))),
+        (Some(name), None) => Ok(Seen::Named(name)),
+        (None, _) => {
+            let (Some(position), Some(target)) = (place("position"), place("target")) else {
+                let message = "a monitor needs `camera`, a camera of the model, or `position` and `target`";
+                return Err(table.source.fault(table.range.clone(), message));
+            };
+            let rotation = look_along(target - position, Vec3::Y);
+            let fault = || table.fault("target", "`position` and `target` are one place, which is no direction");
+            let rotation = rotation.ok_or_else(fault)?;
+            let fov_y_rad = table.number("fov_deg").map_or(DEFAULT_FOV_Y_RAD, f32::to_radians);
+            Ok(Seen::At(MonitorCamera::Fixed {
+                world_from_view: Mat4::from_rotation_translation(rotation, position),
+                projection: Projection::Perspective { fov_y_rad, near_m: NEAR_M, far_m: None },
+            }))
+        }
+    }
+}
+
+/// Whether all of them are possible together.
+///
+/// # Errors
+/// There are too many, or two have one name.
+pub(super) fn check(monitors: &[MonitorEntry], source: &Source) -> Result<(), Box<Diagnostic>> {
+    if let Some(monitor) = monitors.get(MONITORS_MAX) {
+        let message = format!("there are {} [[monitors]], and {MONITORS_MAX} are possible", monitors.len());
+        return Err(source.fault(monitor.name.range.clone(), message));
+    }
+    for (at, monitor) in monitors.iter().enumerate() {
+        if monitors.iter().take(at).any(|known| known.name.value == monitor.name.value) {
+            let message = format!("two monitors are called `{}`", monitor.name.value);
+            return Err(source.fault(monitor.name.range.clone(), message));
+        }
+    }
+    Ok(())
+}
