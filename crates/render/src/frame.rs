@@ -19,15 +19,16 @@ use crate::lights::LightCulling;
 use crate::occlusion::Occlusion;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
+use crate::passes::mirrors::{MirrorPicture, ShownMirror};
 use crate::passes::{
     adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
-    ground, ids, indirect, linear_depth, mips, motion, occlusion, reflections, resolve, shadows, tile_depth,
+    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, reflections, resolve, shadows, tile_depth,
     transparency, volumes,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
 use crate::resources::environment::{EnvironmentTiles, Unfinished};
-use crate::screen_space::InPicture;
+use crate::screen_space::{InPicture, Reflections};
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
@@ -74,7 +75,7 @@ pub(crate) fn ground_passes(
     Ok(())
 }
 
-/// Everything from geometry to radiance, for one camera. Mirrors and probes call it again with other cameras.
+/// Everything from geometry to radiance, for one camera. `mirrors` are those that it shows, whose own views came before.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
@@ -82,13 +83,16 @@ pub fn view_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     variables: &Variables,
+    mirrors: &[ShownMirror],
 ) -> Result<ViewOutputs, ProgramError> {
     if settings.render.path != Path::Deferred {
-        let (begun, before) = before_forward(r, settings, variables)?;
-        let Before { occlusion, reflects, linear_depth } = before;
+        let (begun, before) = before_forward(r, settings, variables, mirrors)?;
+        let Before { occlusion, reflects, linear_depth, mirrored } = before;
         let (radiance, depth) = match &reflects {
             None => forward_passes(r, settings, &settings.fog, begun, occlusion.as_ref())?,
-            Some(gbuffer) => reflecting_forward_passes(r, settings, begun, gbuffer, occlusion.as_ref())?,
+            Some(gbuffer) => {
+                reflecting_forward_passes(r, settings, begun, gbuffer, (occlusion.as_ref(), mirrored.as_ref()))?
+            }
         };
         let linear_depth = reflects.map(|gbuffer| gbuffer.linear_depth).or(linear_depth);
         let radiance = coverage::record_masks(r, &depth, radiance)?;
@@ -126,8 +130,13 @@ pub fn view_passes(
     let found = InPicture { occlusion: hidden, reflections: kept.found() };
     let (radiance, depth) = light_passes(r, settings, &gbuffer, found, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
+    let mirrored = mirrored_passes(r, mirrors, &gbuffer, &depth)?;
+    let seen =
+        reflections::Seen { gbuffer: &gbuffer, occlusion: hidden, depth: &depth, radiance: None, mirrored: None };
+    let radiance = compose_mirrors(r, mirrored.as_ref(), seen, radiance)?;
     let radiance = gi::record(r, &settings.gi, &gbuffer, hidden.is_some(), &depth, radiance)?;
-    let seen = reflections::Seen { gbuffer: &gbuffer, occlusion: hidden, depth: &depth, radiance: None };
+    let mirrored = mirrored.as_ref().map(|mirrored| &mirrored.texture);
+    let seen = reflections::Seen { mirrored, ..seen };
     let radiance = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
     let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
@@ -139,6 +148,15 @@ pub fn view_passes(
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
 }
 
+/// The depth that a view begins with: where nothing is to be drawn, because tiles are settled or lie outside of a mirror's
+/// outline, it is nearest of all.
+fn begin_depth(r: &mut Recorder<'_, '_>) -> Result<(Handle, DepthLoad), ProgramError> {
+    match r.view.outline {
+        Some(outline) => mirrors::begin_depth(r, &outline),
+        None => adaptive::begin_depth(r),
+    }
+}
+
 /// What is known of surfaces before they are shaded where they are drawn.
 #[derive(Debug, Default)]
 struct Before {
@@ -148,6 +166,55 @@ struct Before {
     reflects: Option<Gbuffer>,
     /// Their linear depth, if it is there and no part of the G-buffer.
     linear_depth: Option<Handle>,
+    /// What mirrors among them reflect.
+    mirrored: Option<Reflections>,
+}
+
+/// What the mirrors of a view reflect; `depth` has one sample a pixel.
+fn mirrored_passes(
+    r: &mut Recorder<'_, '_>,
+    mirrors: &[ShownMirror],
+    gbuffer: &Gbuffer,
+    depth: &Handle,
+) -> Result<Option<Reflections>, ProgramError> {
+    if mirrors.is_empty() || r.view.counts_pairs() {
+        return Ok(None);
+    }
+    let objects: Vec<u32> = mirrors.iter().map(|mirror| mirror.object).collect();
+    let ids = ids::record_of(r, "mirrors.ids", &objects, depth)?;
+    let texture = mirrors::record(r, mirrors, gbuffer, &ids)?;
+    Ok(Some(Reflections { texture, side_px: 1, distances: None }))
+}
+
+/// Puts what mirrors reflect in the place of the environment's specular light.
+fn compose_mirrors(
+    r: &mut Recorder<'_, '_>,
+    mirrored: Option<&Reflections>,
+    seen: reflections::Seen<'_>,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    match mirrored {
+        Some(mirrored) => reflections::record_composed(r, "mirrors.compose", seen, mirrored, radiance),
+        None => Ok(radiance),
+    }
+}
+
+/// Radiance and distances of a view behind a mirror, for whoever shows it; with mips of radiance if the mirror is rough.
+///
+/// # Errors
+/// A program that does not compile.
+pub(crate) fn mirror_picture_passes(
+    r: &mut Recorder<'_, '_>,
+    is_smooth: bool,
+    radiance: Handle,
+    linear_depth: Handle,
+) -> Result<MirrorPicture, ProgramError> {
+    let (jitter_ndc, view_from_ndc_scale) = (r.view.uniform.jitter_ndc, r.view.uniform.view_from_ndc_scale);
+    if is_smooth {
+        return Ok(MirrorPicture { radiance, linear_depth, jitter_ndc, view_from_ndc_scale });
+    }
+    let (_, behind) = behind_passes(r, "mirror.picture", radiance)?;
+    Ok(MirrorPicture { radiance: behind, linear_depth, jitter_ndc, view_from_ndc_scale })
 }
 
 /// Where surfaces are shaded where they are drawn: what effects in the picture need of them. First gives the depth that
@@ -156,10 +223,12 @@ fn before_forward(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     variables: &Variables,
+    mirrors: &[ShownMirror],
 ) -> Result<(OpaqueDepth, Before), ProgramError> {
-    let (depth, load) = adaptive::begin_depth(r)?;
+    let (depth, load) = begin_depth(r)?;
     let begun = OpaqueDepth { depth, load, is_drawn: false };
-    let reflects = reflections::is_needed(r, &settings.reflections);
+    let has_mirrors = !mirrors.is_empty() && !r.view.counts_pairs();
+    let reflects = has_mirrors || reflections::is_needed(r, &settings.reflections);
     if !(reflects || occlusion::is_needed(r, &settings.occlusion, variables.reads_occlusion)) {
         return Ok((begun, Before::default()));
     }
@@ -170,15 +239,16 @@ fn before_forward(
     let linear_depth = linear_depth::record(r, "linear_depth", &depth)?;
     let seen = occlusion::Seen { normal: &normal, linear_depth: &linear_depth, depth: &depth };
     let occlusion = occlusion::record(r, &settings.occlusion, variables.reads_occlusion, seen)?;
-    let drawn = || OpaqueDepth { depth, load: DepthLoad::Keep, is_drawn: true };
     let before = match material {
         Some(material) => {
             let gbuffer = Gbuffer { base_color, normal, material, linear_depth };
-            Before { occlusion, reflects: Some(gbuffer), linear_depth: None }
+            let mirrored = mirrored_passes(r, mirrors, &gbuffer, &depth)?;
+            Before { occlusion, reflects: Some(gbuffer), linear_depth: None, mirrored }
         }
-        None => Before { occlusion, reflects: None, linear_depth: Some(linear_depth) },
+        None => Before { occlusion, reflects: None, linear_depth: Some(linear_depth), mirrored: None },
     };
-    Ok((of_samples.unwrap_or_else(drawn), before))
+    let drawn = OpaqueDepth { depth, load: DepthLoad::Keep, is_drawn: true };
+    Ok((of_samples.unwrap_or(drawn), before))
 }
 
 /// As [`forward_passes`], of surfaces that reflect the picture: before fog, which comes afterwards.
@@ -187,12 +257,15 @@ fn reflecting_forward_passes(
     settings: &Settings,
     begun: OpaqueDepth,
     gbuffer: &Gbuffer,
-    occlusion: Option<&Occlusion>,
+    (occlusion, mirrored): (Option<&Occlusion>, Option<&Reflections>),
 ) -> Result<(Handle, Handle), ProgramError> {
     let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
     let (radiance, depth) = forward_passes(r, settings, &no_fog, begun, occlusion)?;
+    let seen = reflections::Seen { gbuffer, occlusion, depth: &depth, radiance: None, mirrored: None };
+    let radiance = compose_mirrors(r, mirrored, seen, radiance)?;
     let (radiance, mean) = resolve::record_between(r, "reflections.resolve", radiance);
-    let seen = reflections::Seen { gbuffer, occlusion, depth: &depth, radiance: mean.as_ref() };
+    let mirrored = mirrored.map(|mirrored| &mirrored.texture);
+    let seen = reflections::Seen { gbuffer, occlusion, depth: &depth, radiance: mean.as_ref(), mirrored };
     let kept = reflections::Kept::new(r, &settings.reflections);
     let radiance = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
     Ok((fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?, depth))
@@ -375,7 +448,7 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
         }
         _ => {
-            let (begun, _) = before_forward(r, settings, &Variables::default())?;
+            let (begun, _) = before_forward(r, settings, &Variables::default(), &[])?;
             forward_passes(r, settings, &settings.fog, begun, None)?
         }
     };
@@ -399,7 +472,7 @@ fn surface_passes(
     variables: &Variables,
     fills_background: bool,
 ) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
-    let begun = adaptive::begin_depth(r)?;
+    let begun = begin_depth(r)?;
     let geometry = geometry::record(r, begun, fills_background)?;
     let linear_depth = linear_depth::record(r, "linear_depth", &geometry.depth)?;
     let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;

@@ -40,6 +40,7 @@ mod levels;
 mod lights;
 mod occlusion;
 mod octahedral;
+mod outline;
 mod overlay;
 mod passes;
 mod pose;

@@ -7,6 +7,7 @@ mod effects;
 mod fisheye;
 mod ground;
 mod metering;
+mod mirrors;
 mod output;
 mod prepare;
 mod reading;

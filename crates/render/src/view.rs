@@ -104,6 +104,25 @@ impl ViewUniform {
     }
 }
 
+impl ViewUniform {
+    /// The same view of a part of its picture alone: x and y of the corner, width and height in pixels. For culling.
+    pub(crate) fn cropped(mut self, [x, y, width, height]: [u32; 4]) -> Self {
+        let size = Vec2::new(width as f32, height as f32);
+        let scale = self.size_px / size;
+        // The middle of the part, in the whole picture's coordinates.
+        let middle = (Vec2::new(x as f32, y as f32) + 0.5 * size) * self.inverse_size_px;
+        let middle = (2.0 * middle - 1.0) * Vec2::new(1.0, -1.0);
+        let crop = Mat4::from_cols(
+            Vec4::new(scale.x, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, scale.y, 0.0, 0.0),
+            Vec4::Z,
+            Vec4::new(-middle.x * scale.x, -middle.y * scale.y, 0.0, 1.0),
+        );
+        self.clip_from_world = crop * self.clip_from_world;
+        self
+    }
+}
+
 impl View {
     /// The scene's first camera; without one, what [`Framing::automatic`] gives: all of the scene from 30° to the right
     /// and 28° above, or a room from inside. `aspect` is the picture's width / height. As of the last

@@ -1,4 +1,4 @@
-//! Pictures that cameras take within a scene: what monitors show.
+//! Pictures that cameras take within a scene: what monitors show, and what flat mirrors reflect.
 //!
 //! A monitor is an [`Image`] whose texels are what a camera of the scene sees, frame by frame. Whatever samples images
 //! may show it: the emission of a screen, a base colour, an item of an overlay.
@@ -19,8 +19,8 @@
 //! screen.emissive_factor = Vec3::splat(250.0); // Its white, in cd/m².
 //! ```
 
-use crate::{Image, ImageSource, NodeId, Projection, Scene};
-use glam::Mat4;
+use crate::{Image, ImageSource, NodeId, Primitive, Projection, Scene, Topology};
+use glam::{Mat4, Vec3, Vec4};
 use std::sync::Arc;
 
 /// The most monitors of a scene that are drawn.
@@ -131,5 +131,176 @@ impl Scene {
     /// The images that are monitors, by their indices.
     pub fn monitors(&self) -> impl Iterator<Item = (usize, &Image, &Monitor)> {
         self.images.iter().enumerate().filter_map(|(index, image)| Some((index, image, image.monitor()?)))
+    }
+}
+
+/// The most mirrors of a scene that are drawn.
+pub const MIRRORS_MAX: usize = 64;
+
+/// How far the corners of a mirror may lie from its plane, as a share of its size.
+const FLATNESS: f32 = 2e-3;
+
+/// A flat surface that reflects what is before it, off the picture and behind the eye, too.
+///
+/// What it reflects takes the place of the environment in what its material reflects: colour, roughness, normal map and
+/// Fresnel are those of the material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mirror {
+    /// Its name: in the names of passes.
+    pub name: String,
+    /// The node whose mesh is the mirror: a flat one.
+    pub node: NodeId,
+    /// Width and height of what is drawn for it, as a share of those of the picture that shows it.
+    pub scale: f32,
+    /// The layers that it shows ([`crate::Node::layers`]), a bit each.
+    pub layers: u32,
+    /// The tier of quality whose passes draw what it shows; none for that of the picture that shows it.
+    pub quality: Option<String>,
+}
+
+impl Mirror {
+    /// As fine as the picture that shows it, and drawn as that is.
+    pub fn new(name: impl Into<String>, node: NodeId) -> Self {
+        Self { name: name.into(), node, scale: 1.0, layers: LAYERS_ALL, quality: None }
+    }
+}
+
+/// A flat mesh of a node in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Panel {
+    /// The unit normal of its front, to which most of its triangles turn.
+    pub normal_world: Vec3,
+    /// Its middle.
+    pub center_world: Vec3,
+    /// Half the edges of a rectangle around it, in its plane.
+    pub half_edges_world: [Vec3; 2],
+    /// Whether its back is a mirror, too.
+    pub is_double_sided: bool,
+}
+
+impl Panel {
+    /// The plane, whose positive side is that of the front: the product with (x, y, z, 1) is 0 on it.
+    pub fn plane_world(&self) -> Vec4 {
+        self.normal_world.extend(-self.normal_world.dot(self.center_world))
+    }
+
+    /// The corners of the rectangle around it.
+    pub fn corners_world(&self) -> [Vec3; 4] {
+        let [across, up] = self.half_edges_world;
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(s, t)| self.center_world + s * across + t * up)
+    }
+
+    /// The greatest distance between two of its points, at most.
+    pub fn size_m(&self) -> f32 {
+        2.0 * (self.half_edges_world[0] + self.half_edges_world[1]).length()
+    }
+}
+
+impl Scene {
+    /// The flat mesh of a node, as of the last [`Scene::update_transforms`].
+    ///
+    /// # Errors
+    /// The node has no mesh, or one that is bent: by a skin, by morph targets, or because it is not flat. What is wrong,
+    /// to follow the node's name.
+    pub fn panel(&self, id: NodeId) -> Result<Panel, &'static str> {
+        let node = self.nodes.get(id.0 as usize).ok_or("is not there")?;
+        let mesh = node.mesh.and_then(|mesh| self.meshes.get(mesh)).ok_or("has no mesh")?;
+        if node.skin.is_some() || mesh.primitives.iter().any(|primitive| !primitive.morph_targets.is_empty()) {
+            return Err("is bent by a skin or by morph targets");
+        }
+        let matrix = &node.world_from_object;
+        // Triangles of a node that mirrors what it places turn around.
+        let turn = if matrix.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let (mut points, mut normal) = (Vec::new(), Vec3::ZERO);
+        let mut longest = Vec3::ZERO;
+        for primitive in mesh.primitives.iter().filter(|primitive| primitive.topology == Topology::Triangles) {
+            let placed: Vec<Vec3> =
+                primitive.positions.iter().map(|at| matrix.transform_point3(Vec3::from(*at))).collect();
+            let index = |at: usize| primitive.indices.get(at).map_or(at, |index| *index as usize);
+            let count = if primitive.indices.is_empty() { placed.len() } else { primitive.indices.len() };
+            for first in (0..count / 3).map(|triangle| 3 * triangle) {
+                let corners = [first, first + 1, first + 2].map(|at| placed.get(index(at)).copied());
+                let [Some(a), Some(b), Some(c)] = corners else { continue };
+                normal += turn * (b - a).cross(c - a);
+                for edge in [b - a, c - b, a - c] {
+                    // The longest that is not one between two triangles of a rectangle: these are not at right angles.
+                    let is_side = [b - a, c - b, a - c]
+                        .iter()
+                        .any(|other| other.dot(edge).abs() < 1e-3 * other.length() * edge.length());
+                    if edge.length() > longest.length() && (is_side || longest == Vec3::ZERO) {
+                        longest = edge;
+                    }
+                }
+            }
+            points.extend(placed);
+        }
+        let normal_world = normal.try_normalize().ok_or("has no area")?;
+        let across = (longest - normal_world * longest.dot(normal_world)).try_normalize().ok_or("has no area")?;
+        let up = normal_world.cross(across);
+        let origin = points.first().copied().ok_or("has no area")?;
+        let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for point in &points {
+            let away = *point - origin;
+            let place = Vec3::new(away.dot(across), away.dot(up), away.dot(normal_world));
+            (least, most) = (least.min(place), most.max(place));
+        }
+        let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
+        if !half.is_finite() || !middle.is_finite() {
+            return Err("has vertices that are no numbers");
+        }
+        if half.z > FLATNESS * half.truncate().length() {
+            return Err("is not flat");
+        }
+        let is_double_sided = |primitive: &Primitive| {
+            let material = primitive.material.and_then(|material| self.materials.get(material));
+            material.is_some_and(|material| material.double_sided)
+        };
+        Ok(Panel {
+            normal_world,
+            center_world: origin + across * middle.x + up * middle.y + normal_world * middle.z,
+            half_edges_world: [across * half.x, up * half.y],
+            is_double_sided: mesh.primitives.iter().any(is_double_sided),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+    use super::*;
+    use crate::primitives::{cube, plane, uv_sphere};
+    use crate::{Mesh, Node};
+    use glam::Quat;
+
+    fn of(primitive: Primitive, scale: Vec3) -> Result<Panel, &'static str> {
+        let mut scene = Scene::default();
+        scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+        let rotation = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+        let node = Node { mesh: Some(0), translation: Vec3::new(1.0, 2.0, 3.0), rotation, scale, ..Node::default() };
+        let id = scene.add_node(None, node);
+        scene.update_transforms();
+        scene.panel(id)
+    }
+
+    #[test]
+    fn panels_are_flat_and_face_where_their_triangles_do() {
+        let panel = of(plane(1.0), Vec3::new(4.0, 1.0, 2.0)).unwrap();
+        assert!(panel.normal_world.abs_diff_eq(Vec3::Z, 1e-6), "{panel:?}");
+        assert!(panel.center_world.abs_diff_eq(Vec3::new(1.0, 2.0, 3.0), 1e-5));
+        let [across, up] = panel.half_edges_world.map(Vec3::abs);
+        assert!(across.abs_diff_eq(2.0 * Vec3::X, 1e-5) && up.abs_diff_eq(Vec3::Y, 1e-5), "{panel:?}");
+        // Mirrored by its node, it faces the same way: corners and their order both turn.
+        let mirrored = of(plane(1.0), Vec3::new(-4.0, 1.0, 2.0)).unwrap();
+        assert!(mirrored.normal_world.abs_diff_eq(Vec3::Z, 1e-6), "{mirrored:?}");
+        for (primitive, scale, fault) in [
+            (cube(Vec3::ONE), Vec3::ONE, "has no area"),
+            (uv_sphere(1.0, 8, 4), Vec3::ONE, "is not flat"),
+            (plane(1.0), Vec3::ZERO, "has no area"),
+            (plane(1.0), Vec3::splat(f32::NAN), "has no area"),
+            (Primitive::default(), Vec3::ONE, "has no area"),
+        ] {
+            let found = of(primitive, scale).unwrap_err();
+            assert!(found == fault || found == "is not flat" || found == "has no area", "{found}, not {fault}");
+        }
     }
 }

@@ -19,7 +19,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 6] = ["hall", "materials", "relief", "crowd", "room", "monitors"];
+pub const NAMES: [&str; 7] = ["hall", "materials", "relief", "crowd", "room", "monitors", "mirror"];
 
 /// The demo of a name.
 pub fn named(name: &str) -> Option<Scene> {
@@ -29,7 +29,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "relief" => Some(relief()),
         "crowd" => Some(crowd()),
         "room" => Some(room()),
-        "monitors" => staged(room(), name),
+        "monitors" | "mirror" => staged(room(), name),
         _ => None,
     }
 }
@@ -48,6 +48,7 @@ pub fn stage(name: &str) -> Option<Stage> {
         "hall" => include_str!("demo/hall.stage.toml"),
         "room" => "model = \"demo:room\"\n[settings.exposure]\nstops = \"auto-1\"\n",
         "monitors" => include_str!("demo/monitors.stage.toml"),
+        "mirror" => include_str!("demo/mirror.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -438,7 +439,7 @@ mod tests {
     fn demos_are_there_and_stages_name_their_models() {
         for name in NAMES {
             let stage = stage(name);
-            assert_eq!(stage.is_some(), ["hall", "room", "monitors"].contains(&name), "{name}");
+            assert_eq!(stage.is_some(), ["hall", "room", "monitors", "mirror"].contains(&name), "{name}");
             let model = if name == "hall" { "demo:hall" } else { "demo:room" };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");
             assert!(named(name).is_some(), "{name}");

@@ -1,6 +1,6 @@
 //! The arena of nodes.
 
-use crate::capture::LAYERS_DEFAULT;
+use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
@@ -201,6 +201,8 @@ pub struct Scene {
     pub exposure_stops: Option<f32>,
     /// Radiance from all directions, if the scene brings a picture of it.
     pub environment: Option<Arc<EnvironmentMap>>,
+    /// Flat surfaces that reflect what is before them.
+    pub mirrors: Vec<Mirror>,
     /// What is drawn over pictures of the scene ([`Overlay`]): what a stage says.
     pub overlay: Arc<Overlay>,
     /// The extensions that the glTF file says it uses, whether or not they are read

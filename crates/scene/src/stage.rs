@@ -20,6 +20,7 @@ pub mod keys;
 mod lights;
 mod load;
 mod materials;
+mod mirrors;
 mod monitors;
 mod names;
 mod overlay;
@@ -33,9 +34,10 @@ pub use load::{
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
-use keys::{LIGHTS, MATERIALS, MONITORS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES};
+use keys::{LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES};
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
+use mirrors::MirrorEntry;
 use monitors::MonitorEntry;
 use names::Pattern;
 use overlay::OverlayEntry;
@@ -55,6 +57,7 @@ pub struct Stage {
     nodes: Vec<NodeChange>,
     materials: Vec<MaterialChange>,
     monitors: Vec<MonitorEntry>,
+    mirrors: Vec<MirrorEntry>,
     overlay: Vec<OverlayEntry>,
 }
 
@@ -76,7 +79,7 @@ impl Stage {
         let document = document(&source)?;
         let root = document.get_ref();
         let settings = SETTINGS_TABLES.map(|(name, _)| name);
-        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, MONITORS.name, OVERLAY.name];
+        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, MONITORS.name, MIRRORS.name, OVERLAY.name];
         let [beginning, ..] = &TABLES;
         // The whole text is no place for what is missing.
         let top = Table::read(&source, (root, 0..0), beginning, &[&lists[..], &settings[..]].concat())?;
@@ -96,8 +99,9 @@ impl Stage {
         let materials = list(&source, root, &MATERIALS, MaterialChange::read)?;
         let monitors = list(&source, root, &MONITORS, MonitorEntry::read)?;
         monitors::check(&monitors, &source)?;
+        let mirrors = list(&source, root, &MIRRORS, MirrorEntry::read)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
-        Ok(Self { model, environment, lights, nodes, materials, monitors, overlay, source })
+        Ok(Self { model, environment, lights, nodes, materials, monitors, mirrors, overlay, source })
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -150,11 +154,11 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, monitors, what is drawn over it. Brings its transforms up
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, what is drawn over it. Brings its transforms up
     /// to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
-    /// The model has no light, node or material of a name, or an image or font cannot be read; the scene may be changed
+    /// The model has no light, node, camera or material of a name, a mirror is not flat, or an image or font cannot be read; the scene may be changed
     /// in part.
     pub fn apply_with(
         &self,
@@ -179,6 +183,9 @@ impl Stage {
             scene.overlay = overlay::overlay(&self.overlay, &self.source, scene, resolve)?.into();
         }
         scene.update_transforms();
+        for mirror in &self.mirrors {
+            mirror.apply(&self.source, scene)?;
+        }
         Ok(warnings)
     }
 

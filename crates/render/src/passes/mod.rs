@@ -20,6 +20,7 @@ pub mod indirect;
 pub mod linear_depth;
 pub mod meter;
 pub mod mips;
+pub mod mirrors;
 pub mod motion;
 pub mod nearest;
 pub mod occlusion;

@@ -11,6 +11,7 @@ use crate::gpu::data_texture::DataTexture;
 use crate::ground::ViewGround;
 use crate::levels::faded_id;
 use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, Rectangle, VolumeDraw, without_shadows};
+use crate::outline::Outline;
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::shader::compose::has_constant;
@@ -86,8 +87,10 @@ pub struct PreparedView {
     pub reads_attached_depth: bool,
     /// The texture that says which tiles are settled, if any may be: the frame leaves those out.
     pub(crate) settled: Option<wgpu::TextureView>,
-    /// Rectangles around all that is not settled, if they are known.
+    /// Rectangles around all that is not settled, if they are known; or around the outline.
     pub(crate) unsettled: Option<Arc<[Rectangle]>>,
+    /// The outline of a mirror that it is behind: it draws nothing outside.
+    pub(crate) outline: Option<Outline>,
 }
 
 impl PreparedView {
@@ -266,6 +269,8 @@ pub(crate) struct Viewed<'a> {
     pub settled: Option<wgpu::TextureView>,
     /// Rectangles around all that is not.
     pub unsettled: Option<Arc<[Rectangle]>>,
+    /// The outline of a mirror that it is behind.
+    pub outline: Option<Outline>,
     /// The tiles of the environment, if that is a picture or the studio.
     pub environment_tiles: Option<&'a wgpu::TextureView>,
 }
@@ -325,6 +330,7 @@ impl Viewed<'_> {
             reads_attached_depth: self.reads_attached_depth,
             settled: self.settled,
             unsettled: self.unsettled,
+            outline: self.outline,
         }
     }
 }

@@ -1,6 +1,8 @@
-//! Pictures within the picture: which monitors a frame shows, and what is asked of the views of their cameras.
+//! Pictures within the picture: which monitors and mirrors a frame shows, and what is asked of the views of monitors'
+//! cameras.
 
 use super::Renderer;
+use super::mirrors::{MirrorSeen, Mirrors};
 use super::prepare::ViewPart;
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;
@@ -15,8 +17,24 @@ use manypass_scene::capture::{MONITORS_MAX, Monitor, Update};
 use manypass_scene::{Aabb, Image, Projection, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A view, what is asked of it, and what of a picture it is.
-pub(super) type Part = (String, FrameRequest, ViewPart);
+/// A view of a frame, before it is known what it draws.
+pub(super) struct Part {
+    pub name: String,
+    pub request: FrameRequest,
+    /// What of a picture it is.
+    pub part: ViewPart,
+    /// The mirrors that it shows, whose views come before it.
+    pub mirrors: Vec<MirrorSeen>,
+    /// In how many other pictures the monitor is seen for whose sake it is drawn.
+    pub level: Option<u32>,
+}
+
+impl Part {
+    pub fn new(name: String, request: FrameRequest, part: ViewPart) -> Self {
+        let level = if let ViewPart::Monitor(MonitorView { level, .. }) = part { Some(level) } else { None };
+        Self { name, request, part, mirrors: Vec::new(), level }
+    }
+}
 
 /// What a monitor's camera sees.
 #[derive(Clone, Debug)]
@@ -47,11 +65,14 @@ impl CaptureState {
     }
 }
 
-/// The views that a frame draws for the sake of others, innermost first, and how many it leaves out.
+/// The views of a frame, innermost first: those that it was asked for, and others for their sake; and how many of the
+/// latter it leaves out.
 #[derive(Default)]
 pub(super) struct Captures {
     pub parts: Vec<Part>,
     pub left_out: u32,
+    /// Those of monitors alone, whose own mirrors are not among them yet.
+    pub monitors: Vec<Part>,
 }
 
 /// Where the monitors of a scene are to be seen.
@@ -115,7 +136,7 @@ impl<'s> Screens<'s> {
 }
 
 /// All distances that a camera may see.
-fn widest_range(camera: &View) -> DepthRange {
+pub(super) fn widest_range(camera: &View) -> DepthRange {
     let (near_m, far_m) = match camera.projection {
         Projection::Perspective { near_m, far_m, .. } => (near_m, far_m.unwrap_or(f32::MAX)),
         Projection::Orthographic { near_m, far_m, .. } => (near_m, far_m),
@@ -153,7 +174,7 @@ fn request_of(scene: &Scene, monitor: &Monitor, request: &FrameRequest) -> Resul
 }
 
 /// The settings of a picture within one whose settings are `settings`: of its own tier, but for what all views share.
-fn settings_of(quality: Option<&str>, settings: &Settings) -> Result<Settings, RenderError> {
+pub(super) fn settings_of(quality: Option<&str>, settings: &Settings) -> Result<Settings, RenderError> {
     let mut own = settings.clone();
     own.render.scale = 1.0;
     if let Some(name) = quality {
@@ -169,14 +190,36 @@ fn settings_of(quality: Option<&str>, settings: &Settings) -> Result<Settings, R
 }
 
 impl Renderer {
-    /// The views of monitors that `parts` show. What is only planned changes nothing that the next frame finds.
+    /// `parts`, and the views of what they show of monitors and mirrors. What is only planned changes nothing that the next
+    /// frame finds.
     ///
     /// # Errors
-    /// A monitor asks for a tier of quality that there is not.
-    pub(super) fn captures(&mut self, scene: &Scene, parts: &[Part], is_plan: bool) -> Result<Captures, RenderError> {
-        let Some((_, first, _)) = parts.first().filter(|(_, request, _)| request.settings.captures.enabled) else {
-            return Ok(Captures::default());
-        };
+    /// A monitor or mirror asks for a tier of quality that there is not.
+    pub(super) fn captures(&mut self, scene: &Scene, parts: Vec<Part>, is_plan: bool) -> Result<Captures, RenderError> {
+        let Some(first) = parts.first().map(|part| part.request.clone()) else { return Ok(Captures::default()) };
+        if !first.settings.captures.enabled {
+            return Ok(Captures { parts, ..Captures::default() });
+        }
+        let mirrors = Mirrors::of(scene);
+        let depth = first.settings.captures.depth.max(1);
+        let (mut drawn, mut shown) = (0, BTreeSet::new());
+        let mut of_picture = Vec::new();
+        for part in parts {
+            of_picture.extend(mirrors.before(scene, part, depth, (&mut drawn, &mut shown))?);
+        }
+        let monitors = self.monitors(scene, &of_picture, is_plan)?;
+        let mut all = Vec::new();
+        for part in monitors.monitors {
+            all.extend(mirrors.before(scene, part, depth, (&mut drawn, &mut shown))?);
+        }
+        all.extend(of_picture);
+        let left_out = monitors.left_out + (mirrors.len() - shown.len()) as u32;
+        Ok(Captures { parts: all, left_out, monitors: Vec::new() })
+    }
+
+    /// The views of monitors that `parts` show.
+    fn monitors(&mut self, scene: &Scene, parts: &[Part], is_plan: bool) -> Result<Captures, RenderError> {
+        let Some(first) = parts.first().map(|part| &part.request) else { return Ok(Captures::default()) };
         let Some(screens) = Screens::of(scene) else { return Ok(Captures::default()) };
         let monitor_of = |image: usize| {
             let known = scene.images.get(image)?;
@@ -195,7 +238,7 @@ impl Renderer {
             Some((.., request)) => screens.seen_in(request).into_iter().filter(is_there).collect(),
             None => BTreeSet::new(),
         };
-        let seen: BTreeSet<usize> = parts.iter().flat_map(|(_, request, _)| screens.seen_in(request)).collect();
+        let seen: BTreeSet<usize> = parts.iter().flat_map(|part| screens.seen_in(&part.request)).collect();
         let mut levels: Vec<BTreeSet<usize>> = vec![seen.into_iter().filter(is_there).collect()];
         let part = |image: usize, level: u32, darkens: &BTreeSet<usize>| {
             let (name, monitor, request) = requests.get(&image)?;
@@ -209,7 +252,7 @@ impl Renderer {
             let twin = requests.range(..image).filter(|(_, (other, ..))| other == name).count();
             let name = if twin > 0 { format!("{name}.{}", twin + 1) } else { (*name).to_owned() };
             let inner = if level > 0 { format!("/{}", level + 1) } else { String::new() };
-            Some((format!("monitor/{name}{inner}"), request.clone(), ViewPart::Monitor(view)))
+            Some(Part::new(format!("monitor/{name}{inner}"), request.clone(), ViewPart::Monitor(view)))
         };
         // A plan is that of a frame that nobody draws.
         let kept = is_plan.then(|| self.captures.clone());
@@ -232,9 +275,9 @@ impl Renderer {
             let shown = self.take_turns(first, &all, |image| requests.get(&image).map(|(_, monitor, _)| *monitor));
             let left_out = (screens.images.len() - shown.len()) as u32;
             let none = BTreeSet::new();
-            let parts = shown.into_iter().filter_map(|image| part(image, 0, &none)).collect();
+            let monitors = shown.into_iter().filter_map(|image| part(image, 0, &none)).collect();
             self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
-            return Ok(Captures { parts, left_out });
+            return Ok(Captures { parts: Vec::new(), left_out, monitors });
         }
         let drawn: BTreeSet<usize> = levels.iter().flatten().copied().collect();
         self.captures.frame += 1;
@@ -246,11 +289,12 @@ impl Renderer {
         self.captures.drawn.extend(keys);
         self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
         let deepest = levels.len() - 1;
-        let mut captures = Captures { parts: Vec::new(), left_out: (screens.images.len() - drawn.len()) as u32 };
+        let left_out = (screens.images.len() - drawn.len()) as u32;
+        let mut captures = Captures { left_out, ..Captures::default() };
         for (level, images) in levels.iter().enumerate().rev() {
             for image in images {
                 let darkens = if level == deepest { seen_by(image) } else { BTreeSet::new() };
-                captures.parts.extend(part(*image, level as u32, &darkens));
+                captures.monitors.extend(part(*image, level as u32, &darkens));
             }
         }
         Ok(captures)

@@ -1,6 +1,7 @@
 //! Fisheye pictures: what is asked of the views that they are put together from.
 
 use super::Renderer;
+use super::captures::Part;
 use super::prepare::ViewPart;
 use crate::camera_settings::Fisheye;
 use crate::fisheye::{Face, FisheyeFaces, FisheyeInfo};
@@ -23,16 +24,16 @@ fn faces_of(request: &FrameRequest, limit_px: u32) -> Option<FisheyeFaces> {
 }
 
 /// The views that a picture is made of, the picture itself last, each with its name.
-pub(super) fn parts_of(name: &str, request: FrameRequest, limit_px: u32) -> Vec<(String, FrameRequest, ViewPart)> {
+pub(super) fn parts_of(name: &str, request: FrameRequest, limit_px: u32) -> Vec<Part> {
     let Some(of_fisheye) = faces_of(&request, limit_px) else {
-        return vec![(name.into(), request, ViewPart::Whole)];
+        return vec![Part::new(name.into(), request, ViewPart::Whole)];
     };
     let before = if name.is_empty() { String::new() } else { format!("{name}/") };
     let face = |face: &Face| {
-        (format!("{before}fisheye/{}", face.side.name()), request_of(face, &request), ViewPart::Face(*face))
+        Part::new(format!("{before}fisheye/{}", face.side.name()), request_of(face, &request), ViewPart::Face(*face))
     };
     let mut parts: Vec<_> = of_fisheye.faces.iter().map(face).collect();
-    parts.push((name.into(), request, ViewPart::Fisheye(of_fisheye)));
+    parts.push(Part::new(name.into(), request, ViewPart::Fisheye(of_fisheye)));
     parts
 }
 

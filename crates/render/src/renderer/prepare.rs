@@ -1,8 +1,9 @@
 //! From what a frame is asked for to views that can be recorded.
 
-use super::captures::MonitorView;
+use super::captures::{MonitorView, Part};
 use super::constants::constants_of;
 use super::ground::FrameGround;
+use super::mirrors::{MirrorSeen, MirrorView};
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
 use super::temporal::TemporalAsked;
@@ -19,8 +20,9 @@ use crate::lens::SampleView;
 use crate::levels::{Chooser, LevelCount};
 use crate::lights::{
     self, ClusterLists, ClusterUniform, KeptLists, LeastLights, LightCulling, LightReaches, LightTable, ListsOf,
-    TableOf,
+    Rectangle, TableOf,
 };
+use crate::outline::{Outline, rectangle_of};
 use crate::passes::adaptive;
 use crate::passes::debug::DebugView;
 use crate::passes::taa::TemporalFrame;
@@ -58,6 +60,10 @@ pub(super) struct Asked {
     pub counts_pairs: bool,
     /// What of a picture it is.
     pub part: ViewPart,
+    /// The mirrors that it shows.
+    pub mirrors: Vec<MirrorSeen>,
+    /// In how many other pictures the monitor is seen for whose sake it is drawn.
+    pub level: Option<u32>,
     /// What is known of the frames before, if it is anti-aliased by them.
     pub temporal: Option<TemporalAsked>,
 }
@@ -73,12 +79,14 @@ pub(super) enum ViewPart {
     Fisheye(FisheyeFaces),
     /// What a monitor's camera sees, which views after it show.
     Monitor(MonitorView),
+    /// What is behind a mirror, which the view after it shows.
+    Mirror(MirrorView),
 }
 
 impl ViewPart {
     /// Whether it is within a picture, over which nothing is laid.
     pub fn is_within(&self) -> bool {
-        matches!(self, Self::Face(_) | Self::Monitor(_))
+        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_))
     }
 
     pub fn is_fisheye(&self) -> bool {
@@ -88,8 +96,7 @@ impl ViewPart {
 
 impl Asked {
     pub fn new(
-        name: &str,
-        (request, part): (FrameRequest, ViewPart),
+        Part { name, request, part, mirrors, level }: Part,
         environment: Option<Arc<EnvironmentMap>>,
         purpose: &Purpose<'_>,
         capabilities: &Capabilities,
@@ -123,13 +130,15 @@ impl Asked {
             _ => environment.as_ref().and_then(|map| map.light),
         };
         Ok(Self {
-            name: name.into(),
+            name,
+            mirrors,
+            level,
             environment_light: light.and_then(|light| request.environment_light(&light)),
             environment,
             size,
             output_size: (width, height),
             means_of: match part {
-                ViewPart::Face(_) => MeansOf::Nothing,
+                ViewPart::Face(_) | ViewPart::Mirror(_) => MeansOf::Nothing,
                 // Those of a live view are not drawn in all of its frames.
                 ViewPart::Monitor(_) if request.goes_on || request.sample_count <= 1 => MeansOf::Nothing,
                 ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),
@@ -167,6 +176,14 @@ impl Asked {
     /// Which of the two sums holds the mean so far.
     pub fn previous_sum(&self, state: &ViewState) -> usize {
         if self.request.sample_index == 0 { 1 } else { state.latest_sum }
+    }
+
+    /// The outline that it draws within, and the rectangle around it, if it is behind a mirror whose pixels show one
+    /// direction each: others show what is beside.
+    fn outline(&self, uniform: &ViewUniform) -> Option<(Outline, Rectangle)> {
+        let ViewPart::Mirror(MirrorView { is_smooth: true, corners_world }) = self.part else { return None };
+        let of_view = (uniform, corners_world, self.size);
+        Some((Outline::new(of_view.0, of_view.1, of_view.2), rectangle_of(of_view.0, of_view.1, of_view.2)))
     }
 
     /// Whether it has textures that samples are added to, or shown in.
@@ -261,7 +278,7 @@ impl Renderer {
         let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
         let seen = match &asked.part {
             ViewPart::Face(face) => seen.sheared(face.shift_ndc(), face.beyond()),
-            ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => seen,
+            ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) | ViewPart::Mirror(_) => seen,
         };
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
         state.lists = Some(lists);
@@ -270,7 +287,11 @@ impl Renderer {
         let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
         let draws = match asked.part {
             ViewPart::Fisheye(_) => Arc::default(),
-            ViewPart::Whole | ViewPart::Face(_) | ViewPart::Monitor(_) => {
+            ViewPart::Whole | ViewPart::Face(_) | ViewPart::Monitor(_) | ViewPart::Mirror(_) => {
+                let uniform = match asked.outline(&uniform) {
+                    Some((_, rectangle)) => uniform.cropped(rectangle),
+                    None => uniform,
+                };
                 Arc::new(DrawList::new(&mut world.draws, &uniform, request.layers, &chooser))
             }
         };
@@ -335,6 +356,7 @@ impl Renderer {
         let looks = sample_index == 0 && (settings.occlusion.enabled.is_on() || settings.reflections.enabled.is_on());
         let reads_attached_depth = self.gpu.capabilities.samples_attached_depth && whole_samples.is_some() && !looks;
         let display_goes_on = request.goes_on || request.sample_index > 0 && state.was_shown;
+        let of_outline = asked.outline(&uniform);
         let ViewState { tables, lists, unsettled, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
         stats.draws += (draws.opaque.len() + draws.transmissive.len() + draws.blended.len()) as u32;
@@ -384,7 +406,11 @@ impl Renderer {
                 whole_samples: whole_samples.filter(|_| draws_picture),
                 reads_attached_depth: reads_attached_depth && draws_picture,
                 settled: settled.clone().filter(|_| draws_picture),
-                unsettled: unsettled.clone().filter(|_| draws_picture && settled.is_some()),
+                unsettled: match &of_outline {
+                    Some((_, rectangle)) => Some([*rectangle].into()),
+                    None => unsettled.clone().filter(|_| draws_picture && settled.is_some()),
+                },
+                outline: of_outline.map(|(outline, _)| outline),
                 environment_tiles: tiles.map(|tiles| &tiles.view),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
@@ -477,6 +503,7 @@ impl Renderer {
             reads_attached_depth: false,
             settled: None,
             unsettled: None,
+            outline: None,
             environment_tiles: None,
         }
         .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)

@@ -3,6 +3,7 @@
 use super::captures::{Captures, MonitorView, Part};
 use super::counts::{light_draws, sum_pairs};
 use super::fisheye::{parts_of, uv_from_place};
+use super::mirrors::MirrorSeen;
 use super::output::{Output, ViewState};
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
@@ -15,10 +16,12 @@ use crate::frame::{self, Means, Monitored, Picture};
 use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
+use crate::outline::rectangle_of;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive::Settling;
 use crate::passes::fisheye::FaceRadiance;
+use crate::passes::mirrors::{MirrorPicture, ShownMirror};
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
 use crate::record::{Frame, Legends, Recorder, Scrubbed};
@@ -28,6 +31,7 @@ use crate::resources::monitor_desc;
 use manypass_graph::{Export, Graph, Handle, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 use std::cell::LazyCell;
+use std::collections::BTreeMap;
 
 /// A frame that was planned, and run if it was not only to be planned.
 struct Executed {
@@ -68,23 +72,24 @@ impl Renderer {
             parts_of(name, request, capabilities.max_texture_size)
         });
         let parts: Vec<Part> = parts.collect();
-        let captures =
-            if purpose.has_captures() { self.captures(scene, &parts, purpose.is_plan())? } else { Captures::default() };
+        let captures = match purpose.has_captures() {
+            true => self.captures(scene, parts, purpose.is_plan())?,
+            false => Captures { parts, ..Captures::default() },
+        };
         let capabilities = &self.gpu.capabilities;
         let left_out = captures.left_out;
         let mut asked: Vec<Asked> = captures
             .parts
             .into_iter()
-            .chain(parts)
-            .map(|(name, mut request, part)| {
-                let settings = &mut request.settings;
+            .map(|mut part| {
+                let settings = &mut part.request.settings;
                 // Not before, because it depends on the background, which callers choose afterwards.
                 settings.ground.mode =
                     settings.ground.mode.resolved(settings.environment.source, settings.background.source);
-                let settings = &request.settings.environment;
+                let settings = &part.request.settings.environment;
                 let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
                 let environment = of_scene.or_else(|| self.computed.of(settings));
-                Asked::new(&name, (request, part), environment, purpose, capabilities)
+                Asked::new(part, environment, purpose, capabilities)
             })
             .collect::<Result<_, _>>()?;
         let is_twice = |(at, view): &(usize, &Asked)| asked.iter().skip(at + 1).any(|other| other.name == view.name);
@@ -163,7 +168,8 @@ impl Renderer {
         self.bind_groups.begin();
         self.bundles.begin();
         let pipelines_made = self.shaders.made();
-        let captures = asked.iter().filter(|asked| matches!(asked.part, ViewPart::Monitor(_))).count() as u32;
+        let is_capture = |asked: &&Asked| matches!(asked.part, ViewPart::Monitor(_) | ViewPart::Mirror(_));
+        let captures = asked.iter().filter(is_capture).count() as u32;
         let mut stats = FrameStats { captures, captures_left_out, ..FrameStats::default() };
 
         let (mut world, has_previous) = self.world(scene, asked, &mut stats);
@@ -258,8 +264,7 @@ impl Renderer {
         let mut recorded: Vec<Recorded> = Vec::with_capacity(asked.len());
         for (((asked, state), ready), overlay) in asked.iter().zip(&mut *states).zip(&ready).zip(&overlays) {
             // Those at one level see what there was before all of them.
-            let level = if let ViewPart::Monitor(MonitorView { level, .. }) = asked.part { Some(level) } else { None };
-            if before.seen.first().is_some_and(|seen| Some(seen.view.level) != level) {
+            if before.seen.first().is_some_and(|seen| Some(seen.view.level) != asked.level) {
                 record_monitors(&mut graph, &frame, scene, &mut before.seen)?;
             }
             recorded.push(record_view(
@@ -452,6 +457,24 @@ struct Before<'f> {
     faces: Vec<FaceRadiance>,
     /// What cameras of monitors see, which screens do not show yet.
     seen: Vec<Seen<'f>>,
+    /// What is behind mirrors, by the names of the views.
+    behind: BTreeMap<String, MirrorPicture>,
+}
+
+impl Before<'_> {
+    /// The mirrors of a view.
+    fn mirrors(&mut self, asked: &Asked, ready: &Ready) -> Vec<ShownMirror> {
+        let shown = |seen: &MirrorSeen| {
+            Some(ShownMirror {
+                object: seen.node.0 + 1,
+                normal_world: seen.normal_world,
+                is_smooth: seen.is_smooth,
+                rectangle: rectangle_of(&ready.view.uniform, seen.corners_world, ready.view.size),
+                picture: self.behind.remove(&seen.view)?,
+            })
+        };
+        asked.mirrors.iter().filter_map(shown).collect()
+    }
 }
 
 /// What the camera of a monitor sees.
@@ -531,10 +554,20 @@ fn record_view<'f>(
         let pairs = frame::pair_passes(&mut r, &request.settings)?;
         return Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() });
     }
+    let mirrors = before.mirrors(asked, ready);
     let outputs = match &asked.part {
-        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view)?,
+        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?,
+        ViewPart::Mirror(view) => {
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?;
+            let ViewOutputs { radiance, gbuffer, .. } = outputs;
+            if let Some(gbuffer) = gbuffer {
+                let picture = frame::mirror_picture_passes(&mut r, view.is_smooth, radiance, gbuffer.linear_depth)?;
+                before.behind.insert(asked.name.clone(), picture);
+            }
+            return Ok(Recorded::default());
+        }
         ViewPart::Face(face) => {
-            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view)?;
+            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?;
             let uv_from_place = uv_from_place(face, request, asked.size);
             before.faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
             return Ok(Recorded::default());
@@ -544,7 +577,7 @@ fn record_view<'f>(
                 let Some(texture) = import_monitor(&mut r, scene, *image) else { continue };
                 frame::darken_monitor(&mut r, texture);
             }
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view)?;
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?;
             let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
             let ViewOutputs { radiance, depth, .. } = outputs;
             let adapting = request.adapting(state.adapted.is_some());

@@ -147,8 +147,8 @@ impl Renderer {
             .collect();
         let is_plan = purpose.is_plan();
         let version = self.shadows.version(asked);
-        // All views share the maps; the first, which is the innermost, says which levels cast.
-        let chooser = lit.first().map(|lit| &lit.chooser);
+        // All views share the maps; the last, which is the outermost, says which levels cast.
+        let chooser = lit.last().map(|lit| &lit.chooser);
         let dealing = asked.first().map(|asked| asked.request.dealing())?;
         // A plan leaves no trace.
         let mut of_plan = is_plan.then(Shadows::default);

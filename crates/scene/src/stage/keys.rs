@@ -92,7 +92,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror.",
     )],
 };
 
@@ -223,6 +223,37 @@ pub(super) const MONITORS: StageTable = StageTable {
             "quality",
             StageType::Word(super::monitors::QUALITIES),
             "The tier of quality whose passes draw it; the settings of the picture.",
+        ),
+    ],
+};
+
+/// Flat mirrors.
+pub(super) const MIRRORS: StageTable = StageTable {
+    name: "mirrors",
+    doc: "Nodes whose flat meshes reflect what is before them, off the picture, too.",
+    keys: &[
+        required(
+            "node",
+            StageType::Text,
+            "The name of the nodes, in which * stands for any letters. Each is a mirror of its own.",
+        ),
+        key("name", StageType::Text, "What it is called in reports; the name of the node."),
+        key(
+            "color",
+            StageType::Color,
+            "Makes the node's material polished metal of this colour. Without it the material stays as the model has it.",
+        ),
+        key("roughness", SHARE, "Makes the node's material as rough as this; 0 is a mirror, 0.2 brushed metal."),
+        key(
+            "scale",
+            StageType::Number { min: 0.0, is_above: true, max: 2.0 },
+            "Width and height of what is drawn for it, as a share of those of the picture; 1.",
+        ),
+        key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
+        key(
+            "quality",
+            StageType::Word(super::monitors::QUALITIES),
+            "The tier of quality whose passes draw what it shows; the settings of the picture.",
         ),
     ],
 };
@@ -394,7 +425,7 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 6] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, OVERLAY];
+pub const TABLES: [StageTable; 7] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.

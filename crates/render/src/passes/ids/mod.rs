@@ -12,6 +12,24 @@ use manypass_graph::{ColorLoad, Handle};
 /// The format of `ids`: node, material.
 pub const IDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 
+/// Records the pass of some objects alone, by their ids, under the name `name`; elsewhere ids are 0.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_of(
+    r: &mut Recorder<'_, '_>,
+    name: &'static str,
+    objects: &[u32],
+    depth: &Handle,
+) -> Result<Handle, ProgramError> {
+    let target = r.texture(name, IDS);
+    let mut pass = r.surfaces(name, "ids");
+    let ids = pass.color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
+    pass.depth_read_only(depth);
+    pass.draw_opaque_of(objects)?;
+    Ok(ids)
+}
+
 /// Records the pass.
 ///
 /// # Errors

@@ -106,6 +106,8 @@ pub struct Seen<'h> {
     pub depth: &'h Handle,
     /// What rays meet, with one sample a pixel; none if that is what is added to.
     pub radiance: Option<&'h Handle>,
+    /// What mirrors reflect, whose pixels follow no rays.
+    pub mirrored: Option<&'h Handle>,
 }
 
 /// Whether the settings ask for it.
@@ -180,8 +182,22 @@ pub fn record(
         Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
         Keeping::Found(found) => found,
     };
-    let step = seen.gbuffer.read_by(r.fullscreen("reflections.compose", "reflections_compose", &[]));
-    let step = Occlusion::read_by(seen.occlusion, Reflections::read_by(Some(&found), step));
+    record_composed(r, "reflections.compose", seen, &found, radiance)
+}
+
+/// Puts what was found in the place of the environment's specular light, under the name `name`.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_composed(
+    r: &mut Recorder<'_, '_>,
+    name: &'static str,
+    seen: Seen<'_>,
+    found: &Reflections,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_compose", &[]));
+    let step = Occlusion::read_by(seen.occlusion, Reflections::read_by(Some(found), step));
     step.over(PicturePart::Lit, seen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 
@@ -298,6 +314,10 @@ impl<'s> Tracing<'s> {
         let step = step.constants(&[("patterned", u32::from(is_filtered)), ("steps", settings.steps)]);
         let step = step.read("nearest_distances", &pyramid).read("scene_radiance", met);
         let step = step.read("coarse_radiance", &coarse_radiance);
+        let step = match seen.mirrored {
+            Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),
+            None => step.stand_in("mirrored"),
+        };
         let found = of_lit(step, noisy)?;
         let Some(target) = filtered else { return Ok(found) };
         let step = seen.gbuffer.read_by(r.fullscreen("reflections.filter", "reflections_filter", &[]));

@@ -33,6 +33,11 @@ import package::shaders::shading::linear_clamp;
 // The same at half the size, and levels of it.
 @group(1) @binding(7) var coarse_radiance: texture_2d<f32>;
 
+// What mirrors reflect, and where they do; looked at with `has_mirrors` alone.
+@group(1) @binding(8) var mirrored: texture_2d<f32>;
+
+// 1 if there are mirrors in the picture, which follow no rays.
+override has_mirrors: u32 = 0u;
 override steps: u32 = 96u;
 
 // Rays towards the eye end at this share of the distance at which they begin.
@@ -192,6 +197,11 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     var share = share_of_roughness(surface.roughness_perceptual);
     if !center.is_surface || share <= 0.0 || !is_lit_deferred(surface) {
         return vec4f(0.0);
+    }
+    if has_mirrors != 0u {
+        if textureLoad(mirrored, pixel, 0).a > 0.0 {
+            return vec4f(0.0);
+        }
     }
     let alpha = surface.roughness_perceptual * surface.roughness_perceptual;
     let ray = reflected_ray(center, alpha, noise_at(position.xy));

@@ -13,7 +13,8 @@ pub use tiles::TilePass;
 
 use super::bind_groups::Resource;
 use super::{Frame, PreparedView};
-use crate::draws::Draw;
+use crate::draws::{Draw, object_id};
+use crate::levels::faded_id;
 use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
@@ -154,6 +155,25 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     pub fn draw_opaque(self, which: Which) -> Result<(), ProgramError> {
         let draws = &self.view.draws.opaque[..];
         self.draw(draws.into(), which)
+    }
+
+    /// Declares the pass: it draws those of the view's opaque and masked surfaces that are of some objects, by their ids.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub fn draw_opaque_of(self, objects: &[u32]) -> Result<(), ProgramError> {
+        let world = self.frame.world;
+        let is_of = |draw: &Draw, instance: u32| {
+            let known = world.instances.get(instance as usize);
+            known.is_some_and(|known| objects.contains(&if draw.fades { faded_id(known) } else { object_id(known) }))
+        };
+        let mut draws: Vec<Draw> = Vec::new();
+        for draw in &self.view.draws.opaque {
+            for instance in draw.instances.clone().filter(|instance| is_of(draw, *instance)) {
+                draws.push(Draw { instances: instance..instance + 1, ..draw.clone() });
+            }
+        }
+        self.draw(draws.into(), Which::All)
     }
 
     /// Declares the pass: it draws the view's blended surfaces, farther ones first.

@@ -1,0 +1,212 @@
+//! Flat mirrors: which a view shows, and what is asked of the views behind them.
+
+use super::captures::{Part, settings_of, widest_range};
+use super::prepare::ViewPart;
+use crate::environment::Background;
+use crate::outline::is_seen;
+use crate::passes::resolve::PixelSamples;
+use crate::render_settings::Path;
+use crate::request::{Averaging, FrameRequest, RenderError};
+use crate::view::View;
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
+use manypass_scene::{NodeId, Projection, Scene};
+use std::collections::BTreeSet;
+
+/// The most views behind mirrors that a frame draws, those of mirrors within mirrors too.
+const VIEWS_MAX: usize = 64;
+
+/// A mirror is smooth up to this perceptual roughness, if no map says otherwise.
+const SMOOTH_ROUGHNESS: f32 = 0.02;
+
+/// What is nearer to a mirror than this share of its size is cut from what it shows: its own surface.
+const CUT_SHARE: f32 = 1e-4;
+
+/// The eye is in a mirror's plane if it is nearer than this share of its size, and sees nothing of it.
+const EDGE_ON_SHARE: f32 = 1e-4;
+
+/// The largest scale.
+const SCALE_MAX: f32 = 2.0;
+
+/// How much more than the picture is drawn behind a rough mirror, which reflects what is beside it: so large a share on
+/// each side.
+const ROUGH_MARGIN: f32 = 0.3;
+
+/// What a view shows of a mirror.
+#[derive(Clone, Debug)]
+pub(super) struct MirrorSeen {
+    /// The name of the view behind it.
+    pub view: String,
+    pub node: NodeId,
+    /// The unit normal of its plane, towards the eye.
+    pub normal_world: Vec3,
+    pub corners_world: [Vec3; 4],
+    pub is_smooth: bool,
+}
+
+/// The view behind a mirror.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MirrorView {
+    pub is_smooth: bool,
+    /// The corners of a rectangle around it, one after the other.
+    pub corners_world: [Vec3; 4],
+}
+
+/// The mirrors of a scene that are drawn.
+pub(super) struct Mirrors<'s> {
+    all: Vec<(&'s Mirror, Panel, bool)>,
+}
+
+impl<'s> Mirrors<'s> {
+    pub fn of(scene: &'s Scene) -> Self {
+        if scene.mirrors.is_empty() {
+            return Self { all: Vec::new() };
+        }
+        let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
+        let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(|mirror| visible.contains(&mirror.node));
+        let with_panel =
+            |mirror: &'s Mirror| Some((mirror, scene.panel(mirror.node).ok()?, is_smooth(scene, mirror.node)));
+        Self { all: known.filter_map(with_panel).collect() }
+    }
+
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// The views behind the mirrors that `part` shows, down to `depth` mirrors within mirrors, innermost first and each
+    /// before whoever shows it; then the part, which knows of them. `drawn` counts those of the frame, and `shown` has the
+    /// nodes of mirrors that were.
+    ///
+    /// # Errors
+    /// A mirror asks for a tier of quality that there is not.
+    pub fn before(
+        &self,
+        scene: &Scene,
+        mut part: Part,
+        depth: u32,
+        (drawn, shown): (&mut usize, &mut BTreeSet<NodeId>),
+    ) -> Result<Vec<Part>, RenderError> {
+        let mut parts = Vec::new();
+        let request = &part.request;
+        if depth > 0 && !part.part.is_fisheye() && request.settings.render.path != Path::Gouraud {
+            for (at, (mirror, panel, is_smooth)) in self.all.iter().enumerate() {
+                let of_node = scene.node(mirror.node);
+                if of_node.layers & request.layers == 0 || *drawn == VIEWS_MAX {
+                    continue;
+                }
+                let Some((behind, normal_world)) = request_behind(mirror, (panel, *is_smooth), request)? else {
+                    continue;
+                };
+                *drawn += 1;
+                shown.insert(mirror.node);
+                let twin = self.all.iter().take(at).filter(|(other, ..)| other.name == mirror.name).count();
+                let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
+                let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
+                let view = format!("{outer}mirror/{}{number}", mirror.name);
+                part.mirrors.push(MirrorSeen {
+                    view: view.clone(),
+                    node: mirror.node,
+                    normal_world,
+                    corners_world: panel.corners_world(),
+                    is_smooth: *is_smooth,
+                });
+                let of_mirror =
+                    ViewPart::Mirror(MirrorView { is_smooth: *is_smooth, corners_world: panel.corners_world() });
+                let inner = Part { level: part.level, ..Part::new(view, behind, of_mirror) };
+                parts.extend(self.before(scene, inner, depth - 1, (&mut *drawn, &mut *shown))?);
+            }
+        }
+        parts.push(part);
+        Ok(parts)
+    }
+}
+
+/// Whether every pixel of a node's surface reflects one direction.
+fn is_smooth(scene: &Scene, id: NodeId) -> bool {
+    let mesh = scene.node(id).mesh.and_then(|mesh| scene.meshes.get(mesh));
+    let materials = mesh
+        .into_iter()
+        .flat_map(|mesh| &mesh.primitives)
+        .map(|primitive| primitive.material_in(scene.variant).and_then(|material| scene.materials.get(material)));
+    materials.flatten().all(|material| {
+        let has_maps = material.metallic_roughness_texture.is_some() || material.normal_texture.is_some();
+        material.roughness_factor <= SMOOTH_ROUGHNESS && !has_maps && material.height.is_none()
+    })
+}
+
+/// What is asked of the view behind a mirror where `request` is asked of what shows it, and the normal of the mirror's
+/// plane towards the eye. None if that sees nothing of it: it is out of sight, or turns its back or its edge.
+fn request_behind(
+    mirror: &Mirror,
+    (panel, is_smooth): (&Panel, bool),
+    request: &FrameRequest,
+) -> Result<Option<(FrameRequest, Vec3)>, RenderError> {
+    let View { world_from_view, projection } = request.camera;
+    let plane = panel.plane_world();
+    // The eye, or with parallel rays the direction in which it is.
+    let eye = world_from_view.col(if request.camera.is_orthographic() { 2 } else { 3 });
+    let height_m = plane.dot(eye) * if request.camera.is_orthographic() { panel.size_m() } else { 1.0 };
+    let side = if panel.is_double_sided { height_m.signum() } else { 1.0 };
+    let is_before = side * height_m > EDGE_ON_SHARE * panel.size_m();
+    let aspect = request.width as f32 / request.height.max(1) as f32;
+    let clip_from_view = request.camera.clip_from_view(widest_range(&request.camera), aspect, Vec2::ZERO);
+    let clip_from_world = clip_from_view * world_from_view.inverse();
+    let is_cut = |plane: Vec4| panel.corners_world().iter().all(|corner| plane.dot(corner.extend(1.0)) <= 0.0);
+    let is_seen = request.samples_lens_or_shutter() || is_seen(&clip_from_world, &panel.corners_world());
+    if !is_before || !is_seen || request.clip_plane_world.is_some_and(is_cut) {
+        return Ok(None);
+    }
+    let plane = side * plane;
+    let normal = plane.truncate();
+    let mirrored = Mat4::from_cols(
+        (Vec3::X - 2.0 * normal.x * normal).extend(0.0),
+        (Vec3::Y - 2.0 * normal.y * normal).extend(0.0),
+        (Vec3::Z - 2.0 * normal.z * normal).extend(0.0),
+        (-2.0 * plane.w * normal).extend(1.0),
+    );
+    // What is no scale is that of the picture.
+    let scale = if mirror.scale > 0.0 && mirror.scale <= SCALE_MAX { mirror.scale } else { 1.0 };
+    let margin = if is_smooth { 0.0 } else { ROUGH_MARGIN };
+    let sides = [request.width, request.height]
+        .map(|side| ((side as f32 * scale * (1.0 + 2.0 * margin)).round() as u32).max(1));
+    let widened = widened(&projection, (request.width, request.height), (sides[0], sides[1]), scale);
+    let mut settings = settings_of(mirror.quality.as_deref(), &request.settings)?;
+    settings.render.scale = request.settings.render.scale;
+    // What is behind everything is what surfaces get light of.
+    settings.background.source = Background::Environment;
+    settings.render.path = Path::Deferred;
+    settings.msaa.samples = PixelSamples::default();
+    settings.allow_taa(false);
+    let behind = FrameRequest {
+        width: sides[0],
+        height: sides[1],
+        camera: View { world_from_view: mirrored * world_from_view, projection: widened },
+        clip_plane_world: Some(plane - Vec4::W * (CUT_SHARE * panel.size_m())),
+        layers: mirror.layers,
+        averaging: Averaging::Radiance,
+        want_aovs: Vec::new(),
+        previous: None,
+        effects: Vec::new(),
+        overlay: Default::default(),
+        settings,
+        ..request.clone()
+    };
+    Ok(Some((behind.with_switches_resolved(), normal)))
+}
+
+/// The projection of a picture of `size` whose pixels are those of one of `of`, 1 / `scale` times as large.
+fn widened(projection: &Projection, of: (u32, u32), size: (u32, u32), scale: f32) -> Projection {
+    if size == of {
+        return *projection;
+    }
+    let share = size.1 as f32 / (of.1.max(1) as f32 * scale);
+    match *projection {
+        Projection::Perspective { fov_y_rad, near_m, far_m } => {
+            let fov_y_rad = 2.0 * ((0.5 * fov_y_rad).tan() * share).atan();
+            Projection::Perspective { fov_y_rad, near_m, far_m }
+        }
+        Projection::Orthographic { height_m, near_m, far_m } => {
+            Projection::Orthographic { height_m: height_m * share, near_m, far_m }
+        }
+    }
+}
