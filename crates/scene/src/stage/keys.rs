@@ -230,18 +230,22 @@ pub(super) const MONITORS: StageTable = StageTable {
 /// Flat mirrors.
 pub(super) const MIRRORS: StageTable = StageTable {
     name: "mirrors",
-    doc: "Nodes whose flat meshes reflect what is before them, off the picture, too.",
+    doc: "Flat surfaces that reflect what is before them, off the picture, too: nodes of the model, or a rectangle.",
     keys: &[
-        required(
+        key(
             "node",
             StageType::Text,
-            "The name of the nodes, in which * stands for any letters. Each is a mirror of its own.",
+            "The name of nodes of the model, in which * stands for any letters. Each is a mirror of its own. Without it `position`, \
+             `facing` and `size_m` put a rectangle into the scene.",
         ),
-        key("name", StageType::Text, "What it is called in reports; the name of the node."),
+        key("position", StageType::Vector, "Where the middle of the rectangle is, in metres."),
+        key("facing", StageType::Vector, "Where it faces: a direction of any length."),
+        key("size_m", StageType::Pair, "Its width and height in metres."),
+        key("name", StageType::Text, "What it is called in reports; the name of the node, or mirror."),
         key(
             "color",
             StageType::Color,
-            "Makes the node's material polished metal of this colour. Without it the material stays as the model has it.",
+            "Makes the node's material polished metal of this colour. Without it the material stays as the model has it; a rectangle is of silver.",
         ),
         key("roughness", SHARE, "Makes the node's material as rough as this; 0 is a mirror, 0.2 brushed metal."),
         key(

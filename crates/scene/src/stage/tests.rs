@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use super::*;
-use crate::{Levels, Light, LightKind, Material, Mesh, Node, Primitive, SceneRoots};
+use crate::{Levels, Light, LightKind, Material, Mesh, Node, NodeId, Primitive, SceneRoots};
 use glam::Vec3;
 use std::path::Path;
 
@@ -475,4 +475,60 @@ fn wrong_monitors_are_told_with_their_place() {
         .collect();
     let error = applied(&many).expect_err("ten thousand");
     assert!(error.contains("there are 10000 [[monitors]], and 64 are possible"), "{error}");
+}
+
+#[test]
+fn mirrors_are_flat_nodes_or_rectangles() {
+    let flat = |scene: &mut Scene| {
+        let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };
+        let ball = crate::primitives::uv_sphere(1.0, 8, 4);
+        for (name, primitive) in [("Pane.1", square.clone()), ("Pane.2", square), ("Ball", ball)] {
+            scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+            let mesh = Some(scene.meshes.len() - 1);
+            scene.add_node(None, Node { name: name.into(), mesh, ..Node::default() });
+        }
+    };
+    let applied = |text: &str| {
+        let stage = Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut scene = model();
+        flat(&mut scene);
+        stage.apply(&mut scene).map_err(|error| error.to_string())?;
+        Ok::<Scene, String>(scene)
+    };
+    let scene = applied(
+        "[[mirrors]]\nnode = \"Pane*\"\ncolor = \"ffffff\"\nroughness = 0.2\nscale = 0.5\nlayers = [1]\n\
+         [[mirrors]]\nname = \"wall\"\nposition = [0, 1, -3]\nfacing = [0, 0, 2]\nsize_m = [4, 2]\n",
+    )
+    .unwrap();
+    let [first, second, wall] = &scene.mirrors[..] else { panic!("{:?}", scene.mirrors) };
+    assert_eq!((first.name.as_str(), second.name.as_str(), wall.name.as_str()), ("Pane.1", "Pane.2", "wall"));
+    assert_eq!((first.scale, first.layers, wall.scale, wall.layers), (0.5, 2, 1.0, u32::MAX));
+    let material = |node: NodeId| {
+        let primitive = &scene.meshes[scene.node(node).mesh.unwrap()].primitives[0];
+        &scene.materials[primitive.material.unwrap()]
+    };
+    assert_eq!((material(first.node).metallic_factor, material(first.node).roughness_factor), (1.0, 0.2));
+    assert_eq!(scene.materials[0].roughness_factor, Material::default().roughness_factor);
+    let panel = scene.panel(wall.node).unwrap();
+    assert!(panel.normal_world.abs_diff_eq(Vec3::Z, 1e-6), "{panel:?}");
+    let [across, up] = panel.half_edges_world.map(Vec3::abs);
+    assert!(across.abs_diff_eq(2.0 * Vec3::X, 1e-5) && up.abs_diff_eq(Vec3::Y, 1e-5), "{panel:?}");
+    for (text, expected) in [
+        ("", "2:1: error: a mirror needs `node`, a flat surface of the model, or `position`, `facing` and `size_m`"),
+        ("node = \"Pan\"\n", "3:8: error: the model has no node called `Pan`"),
+        ("node = \"Ball\"\n", "3:8: error: a mirror is flat, and the node `Ball` is not flat"),
+        ("node = \"Post\"\n", "3:8: error: a mirror is flat, and the node `Post` has no mesh"),
+        ("node = \"Pane.1\"\n[[mirrors]]\nnode = \"Pane*\"\n", "5:8: error: the node `Pane.1` is a mirror already"),
+        ("node = \"Pane.1\"\nfacing = [0, 1, 0]\n", "4:10: error: `node` is a surface of the model; leave out `facing`"),
+        ("position = [0, 0, 0]\nfacing = [0, 0, 0]\nsize_m = [1, 1]\n", "4:10: error: a direction of no length"),
+        ("position = [0, 0, 0]\nfacing = [0, 1, 0]\nsize_m = [1, 0]\n", "5:10: error: `size_m` is a width and a height"),
+        ("node = \"Pane.1\"\nscale = 0\n", "4:9: error: `0` is no value of `scale`"),
+        ("node = \"Pane.1\"\nroughness = 2\n", "4:13: error: `2` is no value of `roughness`"),
+    ] {
+        let text = format!("[[mirrors]]\n{text}");
+        let error = applied(&text).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+    let many = "[[mirrors]]\nposition = [0, 0, 0]\nfacing = [0, 1, 0]\nsize_m = [1, 1]\n".repeat(65);
+    assert!(applied(&many).expect_err("65").contains("there are more mirrors than 64"));
 }
