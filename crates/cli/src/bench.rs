@@ -136,6 +136,8 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "effects": effect_values,
         "lights": stats.lights,
         "lights_too_small": stats.lights_too_small,
+        "captures": stats.captures,
+        "captures_left_out": stats.captures_left_out,
         "draws": stats.draws,
         "light_draws": stats.light_draws,
         "written_bytes": stats.written_bytes,

@@ -202,6 +202,8 @@ impl Report {
             // Of the plan, because only the first sample of several has the passes of variables.
             "texture_bytes": bytes.aliased,
             "texture_bytes_unaliased": bytes.unaliased,
+            "captures": stats.captures,
+            "captures_left_out": stats.captures_left_out,
             "draws": stats.draws,
             "light_draws": stats.light_draws,
             "written_bytes": stats.written_bytes,

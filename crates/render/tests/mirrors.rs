@@ -80,9 +80,16 @@ fn a_flat_mirror_shows_what_the_mirrored_camera_sees() {
     let (scene, request, place) = scene_with_mirror();
     let mut renderer = renderer();
     for path in [Path::Deferred, Path::Forward, Path::ForwardBatched] {
-        for sample_count in [1, 4] {
-            let request =
-                FrameRequest { sample_count, averaging: Averaging::Both, ..request.with(|s| s.render.path = path) };
+        for (sample_count, f_stop) in [(1, 0.0), (4, 0.0), (4, 0.25)] {
+            let request = FrameRequest {
+                sample_count,
+                averaging: Averaging::Both,
+                ..request.with(|settings| {
+                    settings.render.path = path;
+                    settings.camera.f_stop = f_stop;
+                    settings.camera.focus_m = 7.0;
+                })
+            };
             let shown = radiance(&mut renderer, &scene, &request);
             assert_eq!((renderer.stats().captures, renderer.stats().captures_left_out), (1, 0));
             let off = request.with(|settings| settings.captures.enabled = false);
@@ -111,7 +118,7 @@ fn a_flat_mirror_shows_what_the_mirrored_camera_sees() {
                 }
             }
             assert!(count > 1500 && lit > 200, "{path:?}: {count} pixels of the mirror, {lit} lit");
-            assert!(off_by * 100 <= count, "{path:?}, {sample_count} samples: {off_by} of {count} are off");
+            assert!(off_by * 100 <= count, "{path:?}, {sample_count} samples, {f_stop}: {off_by} of {count} are off");
         }
     }
     // Gouraud shading has none.
@@ -364,7 +371,12 @@ fn odd_mirrors_are_no_mirrors() {
     for node in [NodeId(ball as u32), empty, NodeId(1_000_000)] {
         scene.mirrors.push(Mirror::new("odd", node));
     }
-    scene.mirrors.retain(|mirror| (mirror.node.0 as usize) < scene.nodes.len());
+    renderer.load(&scene).unwrap();
+    let warnings = renderer.warnings();
+    for what in ["is not flat", "has no mesh", "is not there"] {
+        let is_said = |warning: &String| warning.contains("mirror `odd` is none") && warning.ends_with(what);
+        assert!(warnings.iter().any(is_said), "{what}: {warnings:?}");
+    }
     assert_eq!(radiance(&mut renderer, &scene, &request), before);
     assert_eq!(renderer.stats().captures, 0);
     let (mut scene, request, _) = scene_with_mirror();

@@ -256,10 +256,8 @@ impl Viewer {
     /// When there is no such scene.
     #[wasm_bindgen(js_name = loadDemo)]
     pub fn load_demo(&mut self, name: &str) -> Result<(), JsError> {
-        if name != "hall" {
-            return Err(JsError::new(&format!("unknown demo `{name}`: there is `hall`")));
-        }
-        let mut scene = demo::hall();
+        let known = || format!("unknown demo `{name}`: there are {}", demo::NAMES.join(", "));
+        let mut scene = demo::named(name).ok_or_else(|| JsError::new(&known()))?;
         scene.update_transforms();
         self.take(scene, Vec::new(), demo::stage(name).as_ref())
     }

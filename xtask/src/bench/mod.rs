@@ -3,6 +3,7 @@
 
 mod antialiasing;
 mod baseline;
+mod captures;
 mod effects;
 mod environment;
 mod fields;
@@ -88,6 +89,7 @@ impl Bench<'_> {
             (TableName::Effects, _) => effects::print(self),
             (TableName::Antialiasing, _) => antialiasing::print(self),
             (TableName::Quality, _) => quality::print(self),
+            (TableName::Captures, _) => captures::print(self),
             (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),

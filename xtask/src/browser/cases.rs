@@ -101,13 +101,17 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 57] = [
+pub(super) const CASES: [Case; 59] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
     Case { has_variables: true, settings: SHADOWLESS, ..case("hall", variables::MODEL, WIDE) },
     // Lights and fog that a stage adds to the hall, on top of surfaces, behind blended ones, and over the environment.
     case("hall-stage", "docs/examples/hall.stage.toml", WIDE),
+    // Screens that show what cameras of the scene see, within each other, too; a smooth mirror and a rough one.
+    case("monitors", "docs/examples/monitors.stage.toml", WIDE),
+    // Lamps in what the rough one reflects are met by some rays and missed by others, which round differently.
+    Case { tolerance: together(144, 30), ..case("mirror", "docs/examples/mirror.stage.toml", WIDE) },
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
     // Others from the page's own calls.

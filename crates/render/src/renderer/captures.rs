@@ -260,7 +260,6 @@ impl Renderer {
             requests.get(image).is_some_and(|(_, monitor, _)| (monitor.width, monitor.height) == (*width, *height))
         };
         self.captures.drawn.retain(|key, _| is_known(key));
-        let goes_on = first.goes_on;
         let depth = first.settings.captures.depth.max(1) as usize;
         while levels.len() < depth {
             let inner: BTreeSet<usize> = levels.last().into_iter().flatten().flat_map(seen_by).collect();
@@ -269,44 +268,30 @@ impl Renderer {
             }
             levels.push(inner);
         }
-        if goes_on {
-            // Those within each other show what the last frame left.
-            let all: BTreeSet<usize> = levels.into_iter().flatten().collect();
-            let shown = self.take_turns(first, &all, |image| requests.get(&image).map(|(_, monitor, _)| *monitor));
-            let left_out = (screens.images.len() - shown.len()) as u32;
-            let none = BTreeSet::new();
-            let monitors = shown.into_iter().filter_map(|image| part(image, 0, &none)).collect();
-            self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
-            return Ok(Captures { parts: Vec::new(), left_out, monitors });
-        }
-        let drawn: BTreeSet<usize> = levels.iter().flatten().copied().collect();
-        self.captures.frame += 1;
-        let frame = self.captures.frame;
-        let keys = drawn.iter().filter_map(|image| {
-            let (_, monitor, _) = requests.get(image)?;
-            Some(((*image, monitor.width, monitor.height), frame))
-        });
-        self.captures.drawn.extend(keys);
+        let shown: BTreeSet<usize> = levels.iter().flatten().copied().collect();
+        let due = self.take_turns(first, &shown, |image| requests.get(&image).map(|(_, monitor, _)| *monitor));
         self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
         let deepest = levels.len() - 1;
-        let left_out = (screens.images.len() - drawn.len()) as u32;
+        let left_out = (screens.images.len() - due.len()) as u32;
         let mut captures = Captures { left_out, ..Captures::default() };
         for (level, images) in levels.iter().enumerate().rev() {
-            for image in images {
-                let darkens = if level == deepest { seen_by(image) } else { BTreeSet::new() };
+            for image in images.intersection(&due) {
+                // What is shown and not drawn anew stays as it is.
+                let is_dark = |seen: &usize| level == deepest && (due.contains(seen) || !shown.contains(seen));
+                let darkens = seen_by(image).into_iter().filter(is_dark).collect();
                 captures.monitors.extend(part(*image, level as u32, &darkens));
             }
         }
         Ok(captures)
     }
 
-    /// Of the monitors that a frame of a live view shows those that it draws anew.
+    /// Of the monitors that a frame shows those that it draws anew: all of a still.
     fn take_turns<'m>(
         &mut self,
         request: &FrameRequest,
         shown: &BTreeSet<usize>,
         monitor_of: impl Fn(usize) -> Option<&'m Monitor>,
-    ) -> Vec<usize> {
+    ) -> BTreeSet<usize> {
         let CaptureState { frame, drawn } = &mut self.captures;
         *frame += 1;
         let mut due: Vec<(u64, (usize, u32, u32))> = Vec::new();
@@ -314,11 +299,12 @@ impl Renderer {
             let Some(monitor) = monitor_of(*image) else { continue };
             let key = (*image, monitor.width, monitor.height);
             let last = drawn.get(&key).copied();
-            let is_due = last.is_none_or(|last| match monitor.options.update {
-                Update::Always => true,
-                Update::Every(frames) => *frame - last >= u64::from(frames.max(1)),
-                Update::Once => false,
-            });
+            let is_due = !request.goes_on
+                || last.is_none_or(|last| match monitor.options.update {
+                    Update::Always => true,
+                    Update::Every(frames) => *frame - last >= u64::from(frames.max(1)),
+                    Update::Once => false,
+                });
             if is_due {
                 due.push((last.unwrap_or(0), key));
             }
@@ -326,7 +312,7 @@ impl Renderer {
         // Those that wait longest come first.
         due.sort_unstable();
         let most = request.settings.captures.per_frame as usize;
-        due.truncate(if most == 0 { usize::MAX } else { most });
+        due.truncate(if most == 0 || !request.goes_on { usize::MAX } else { most });
         drawn.extend(due.iter().map(|(_, key)| (*key, *frame)));
         due.into_iter().map(|(_, (image, ..))| image).collect()
     }

@@ -2,6 +2,7 @@
 
 use super::captures::{Part, settings_of, widest_range};
 use super::prepare::ViewPart;
+use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
 use crate::outline::is_seen;
 use crate::passes::resolve::PixelSamples;
@@ -30,7 +31,7 @@ const SCALE_MAX: f32 = 2.0;
 
 /// How much more than the picture is drawn behind a rough mirror, which reflects what is beside it: so large a share on
 /// each side.
-const ROUGH_MARGIN: f32 = 0.3;
+pub(super) const ROUGH_MARGIN: f32 = 0.3;
 
 /// What a view shows of a mirror.
 #[derive(Clone, Debug)]
@@ -121,6 +122,19 @@ impl<'s> Mirrors<'s> {
     }
 }
 
+/// What is wrong with mirrors of a scene, which are drawn as other surfaces then.
+pub(super) fn faults(scene: &Scene) -> Vec<String> {
+    let fault = |mirror: &Mirror| {
+        let what = scene.panel(mirror.node).err()?;
+        Some(format!("mirror `{}` is none: a mirror is flat, and its node {what}", mirror.name))
+    };
+    let mut faults: Vec<String> = scene.mirrors.iter().take(MIRRORS_MAX).filter_map(fault).collect();
+    if scene.mirrors.len() > MIRRORS_MAX {
+        faults.push(format!("only the first {MIRRORS_MAX} of {} mirrors are drawn", scene.mirrors.len()));
+    }
+    faults
+}
+
 /// Whether every pixel of a node's surface reflects one direction.
 fn is_smooth(scene: &Scene, id: NodeId) -> bool {
     let mesh = scene.node(id).mesh.and_then(|mesh| scene.meshes.get(mesh));
@@ -172,6 +186,9 @@ fn request_behind(
     let widened = widened(&projection, (request.width, request.height), (sides[0], sides[1]), scale);
     let mut settings = settings_of(mirror.quality.as_deref(), &request.settings)?;
     settings.render.scale = request.settings.render.scale;
+    // Through the same point of the lens, whose radius goes by the field of view.
+    let camera = request.settings.camera.clone();
+    settings.camera = CameraSettings { f_stop: camera.f_stop / (1.0 + 2.0 * margin), fisheye: Fisheye::None, ..camera };
     // What is behind everything is what surfaces get light of.
     settings.background.source = Background::Environment;
     settings.render.path = Path::Deferred;

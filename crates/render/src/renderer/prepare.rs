@@ -3,7 +3,7 @@
 use super::captures::{MonitorView, Part};
 use super::constants::constants_of;
 use super::ground::FrameGround;
-use super::mirrors::{MirrorSeen, MirrorView};
+use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN};
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
 use super::temporal::TemporalAsked;
@@ -66,6 +66,9 @@ pub(super) struct Asked {
     pub level: Option<u32>,
     /// What is known of the frames before, if it is anti-aliased by them.
     pub temporal: Option<TemporalAsked>,
+    /// By how many of its pixels a view behind a mirror is moved with the view that shows it, for the sake of the latter's
+    /// other frames.
+    pub viewer_jitter_px: Vec2,
 }
 
 /// What of a picture a view is.
@@ -147,6 +150,7 @@ impl Asked {
             counts_pairs: matches!(purpose, Purpose::Pairs(_)),
             part,
             temporal: None,
+            viewer_jitter_px: Vec2::ZERO,
             request,
         })
     }
@@ -184,6 +188,15 @@ impl Asked {
         let ViewPart::Mirror(MirrorView { is_smooth: true, corners_world }) = self.part else { return None };
         let of_view = (uniform, corners_world, self.size);
         Some((Outline::new(of_view.0, of_view.1, of_view.2), rectangle_of(of_view.0, of_view.1, of_view.2)))
+    }
+
+    /// How many times as wide what it draws is as what the view shows that it is drawn for.
+    pub fn margin(&self) -> f32 {
+        if let ViewPart::Mirror(MirrorView { is_smooth: false, .. }) = self.part {
+            1.0 + 2.0 * ROUGH_MARGIN
+        } else {
+            1.0
+        }
     }
 
     /// Whether it has textures that samples are added to, or shown in.

@@ -7,7 +7,7 @@ use super::mirrors::MirrorSeen;
 use super::output::{Output, ViewState};
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
-use super::temporal::TemporalAsked;
+use super::temporal::{TemporalAsked, move_mirrors};
 use super::{Purpose, Renderer};
 use crate::aov::AovExports;
 use crate::draws::Deformation;
@@ -110,6 +110,7 @@ impl Renderer {
         for (asked, state) in asked.iter_mut().zip(&states) {
             asked.temporal = TemporalAsked::new(&mut asked.request, state, scene);
         }
+        move_mirrors(&mut asked);
         let executed = self.execute(scene, (&asked, left_out), &mut states, purpose);
         if !purpose.is_plan() {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));

@@ -118,7 +118,23 @@ impl Asked {
 
     /// By how much the frame is moved for the sake of frames before and after it, in pixels.
     pub(super) fn temporal_jitter_px(&self) -> Vec2 {
-        self.temporal.as_ref().map_or(Vec2::ZERO, TemporalAsked::jitter_px)
+        self.temporal.as_ref().map_or(self.viewer_jitter_px, TemporalAsked::jitter_px)
+    }
+}
+
+/// Moves the views behind mirrors as those that show them, of which they are parts.
+pub(super) fn move_mirrors(asked: &mut [Asked]) {
+    // Those that show others come after them.
+    for viewer in (0..asked.len()).rev() {
+        let Some(Asked { size, mirrors, .. }) = asked.get(viewer) else { continue };
+        let (size, jitter_px) = (*size, asked[viewer].temporal_jitter_px());
+        let names: Vec<String> = mirrors.iter().map(|mirror| mirror.view.clone()).collect();
+        for behind in asked.iter_mut().filter(|behind| names.contains(&behind.name)) {
+            let larger =
+                Vec2::new(behind.size.0 as f32, behind.size.1 as f32) / Vec2::new(size.0 as f32, size.1 as f32);
+            // What is drawn beyond the viewer's picture makes no pixel larger.
+            behind.viewer_jitter_px = jitter_px * larger / behind.margin();
+        }
     }
 }
 

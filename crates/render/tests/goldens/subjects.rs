@@ -60,6 +60,8 @@ pub fn all() -> Vec<Subject> {
         exposure_that_adapts(),
         samples_of_pictures(),
         samples_of_frames(),
+        of_room("monitors"),
+        of_room("mirror"),
     ]
 }
 
@@ -323,6 +325,17 @@ fn hall() -> Subject {
     // As in a still, all of its lights have their maps.
     request.settings.shadows.maps = 65536;
     Subject { name: "hall", scene, strips: vec![request], effects: Vec::new(), tables: Vec::new(), known_failure: None }
+}
+
+/// A built-in scene with pictures within the picture.
+fn of_room(name: &'static str) -> Subject {
+    let scene = demo::named(name).unwrap();
+    let mut request = FrameRequest::of_scene(&scene, 128, 72);
+    request.settings.tone_map.dither = 0.0;
+    request.settings.exposure.stops = Exposure::Stops(-5.2);
+    request.settings.occlusion.enabled = Switch::Off;
+    request.settings.reflections.enabled = Switch::Off;
+    Subject { name, scene, strips: vec![request], effects: Vec::new(), tables: Vec::new(), known_failure: None }
 }
 
 /// Built-in effects, each in a strip, over boxes of colours and boxes that glow.

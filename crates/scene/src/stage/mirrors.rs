@@ -175,7 +175,8 @@ fn surface(table: &Table<'_>) -> Result<Surface, Box<Diagnostic>> {
         (None, _) => {
             let (position, facing, size_m) = (table.vector("position"), table.vector("facing"), table.pair("size_m"));
             let (Some(position), Some(facing), Some(size_m)) = (position, facing, size_m) else {
-                let message = "a mirror needs `node`, a flat surface of the model, or `position`, `facing` and `size_m`";
+                let message =
+                    "a mirror needs `node`, a flat surface of the model, or `position`, `facing` and `size_m`";
                 return Err(table.source.fault(table.range.clone(), message));
             };
             // It looks back along what it faces.

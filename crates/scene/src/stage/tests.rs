@@ -489,7 +489,8 @@ fn mirrors_are_flat_nodes_or_rectangles() {
         }
     };
     let applied = |text: &str| {
-        let stage = Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
         let mut scene = model();
         flat(&mut scene);
         stage.apply(&mut scene).map_err(|error| error.to_string())?;
@@ -519,9 +520,15 @@ fn mirrors_are_flat_nodes_or_rectangles() {
         ("node = \"Ball\"\n", "3:8: error: a mirror is flat, and the node `Ball` is not flat"),
         ("node = \"Post\"\n", "3:8: error: a mirror is flat, and the node `Post` has no mesh"),
         ("node = \"Pane.1\"\n[[mirrors]]\nnode = \"Pane*\"\n", "5:8: error: the node `Pane.1` is a mirror already"),
-        ("node = \"Pane.1\"\nfacing = [0, 1, 0]\n", "4:10: error: `node` is a surface of the model; leave out `facing`"),
+        (
+            "node = \"Pane.1\"\nfacing = [0, 1, 0]\n",
+            "4:10: error: `node` is a surface of the model; leave out `facing`",
+        ),
         ("position = [0, 0, 0]\nfacing = [0, 0, 0]\nsize_m = [1, 1]\n", "4:10: error: a direction of no length"),
-        ("position = [0, 0, 0]\nfacing = [0, 1, 0]\nsize_m = [1, 0]\n", "5:10: error: `size_m` is a width and a height"),
+        (
+            "position = [0, 0, 0]\nfacing = [0, 1, 0]\nsize_m = [1, 0]\n",
+            "5:10: error: `size_m` is a width and a height",
+        ),
         ("node = \"Pane.1\"\nscale = 0\n", "4:9: error: `0` is no value of `scale`"),
         ("node = \"Pane.1\"\nroughness = 2\n", "4:13: error: `2` is no value of `roughness`"),
     ] {
