@@ -60,7 +60,7 @@ pub fn monitor_passes(
     let shown = tone_map::Shown { radiance: mean.as_ref().unwrap_or(radiance), glow: None, adapted };
     let first = r.graph.subview(&texture, 0, 0);
     tone_map::record(r, "monitor", &settings.tone_map, left, shown, first)?;
-    mips::record(r, "monitor", &texture)?;
+    mips::record(r, "monitor", mips::Filter::Box, &texture)?;
     r.graph.export(texture);
     if let Some(mean) = mean {
         r.graph.export(mean);

@@ -1,5 +1,6 @@
 // mips: a level of a picture from the level above it; the first from a picture of its size.
-// Source: a tent over four by four texels, as four samples between them, so that coarse levels show no squares.
+// Source: a tent over four by four texels, as four samples between them, so that coarse levels show no squares; or a box
+// over two by two, as four samples in one place.
 // Reads: finer. Writes: radiance or linear colour, and coverage.
 // Program: mips.
 

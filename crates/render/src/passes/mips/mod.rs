@@ -1,7 +1,7 @@
 //! mips: the coarser levels of a picture, each half the size of the one before: of what lies behind surfaces that light
 //! comes through, and of what monitors show.
 //!
-//! Source: what transmission is seen before in KHR_materials_transmission; tents in place of boxes. Reads: radiance or
+//! Source: what transmission is seen before in KHR_materials_transmission, with tents in place of boxes. Reads: radiance or
 //! the first level. Writes: the levels.
 
 use crate::record::Recorder;
@@ -9,6 +9,15 @@ use crate::shader::program::ProgramError;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What a texel of a level is the mean of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// The four texels above it: as sharp as textures are.
+    Box,
+    /// A tent over sixteen, so that coarse levels show no squares where they are magnified.
+    Tent,
+}
 
 /// The uniform of `mips.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -18,7 +27,8 @@ struct Mips {
     step: Vec4,
 }
 
-/// Records the passes that draw all levels of `texture`, the first of `picture`, under names that begin with `name`.
+/// Records the passes that draw all levels of `texture` by tents, the first of `picture`, under names that begin with
+/// `name`.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -28,8 +38,8 @@ pub fn record_of(
     picture: &Handle,
     texture: &Handle,
 ) -> Result<(), ProgramError> {
-    record_level(r, name, (texture, 0), Some(picture))?;
-    record(r, name, texture)
+    record_level(r, name, (texture, 0, Filter::Tent), Some(picture))?;
+    record(r, name, Filter::Tent, texture)
 }
 
 /// Records the passes that draw all levels of `texture` but the first, which is there, under names that begin with
@@ -37,15 +47,20 @@ pub fn record_of(
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(r: &mut Recorder<'_, '_>, name: &'static str, texture: &Handle) -> Result<(), ProgramError> {
-    (1..texture.desc().mips).try_for_each(|level| record_level(r, name, (texture, level), None))
+pub fn record(
+    r: &mut Recorder<'_, '_>,
+    name: &'static str,
+    filter: Filter,
+    texture: &Handle,
+) -> Result<(), ProgramError> {
+    (1..texture.desc().mips).try_for_each(|level| record_level(r, name, (texture, level, filter), None))
 }
 
 /// A level of the one above it, or of a picture of its size.
 fn record_level(
     r: &mut Recorder<'_, '_>,
     name: &'static str,
-    (texture, level): (&Handle, u32),
+    (texture, level, filter): (&Handle, u32, Filter),
     picture: Option<&Handle>,
 ) -> Result<(), ProgramError> {
     let (width, height) = (texture.desc().width, texture.desc().height);
@@ -54,8 +69,8 @@ fn record_level(
     let above = picture.is_none().then(|| r.graph.subview(texture, level.saturating_sub(1), 0));
     let Some(finer) = picture.or(above.as_ref()) else { return Ok(()) };
     let (across, down) = size_of(level);
-    // Texels themselves of a picture of its size, else a texel of what is read to each side.
-    let spread = if picture.is_some() { 0.0 } else { 1.0 };
+    // Texels themselves of a picture of its size, and between four of them the mean of these; else a texel to each side.
+    let spread = if picture.is_some() || filter == Filter::Box { 0.0 } else { 1.0 };
     let (finer_across, finer_down) = size_of(level.saturating_sub(1));
     let step = Vec4::new(spread / finer_across, spread / finer_down, 1.0 / across, 1.0 / down);
     let step_name = if picture.is_some() { format!("{name}.copy") } else { format!("{name}.halve.{level}") };
