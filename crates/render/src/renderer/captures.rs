@@ -116,8 +116,8 @@ impl<'s> Screens<'s> {
     }
 
     /// The images of the monitors that a view may see.
-    fn seen_in(&self, request: &FrameRequest) -> BTreeSet<usize> {
-        let sees_all = request.settings.camera.fisheye != Fisheye::None || request.samples_lens_or_shutter();
+    fn seen_in(&self, request: &FrameRequest, is_sheared: bool) -> BTreeSet<usize> {
+        let sees_all = is_sheared || request.samples_lens_or_shutter();
         let aspect = request.width as f32 / request.height.max(1) as f32;
         let clip_from_view = request.camera.clip_from_view(widest_range(&request.camera), aspect, Vec2::ZERO);
         let clip_from_world = clip_from_view * request.camera.world_from_view.inverse();
@@ -203,15 +203,9 @@ impl Renderer {
         let mirrors = Mirrors::of(scene);
         let depth = first.settings.captures.depth.max(1);
         let (mut drawn, mut shown) = (0, BTreeSet::new());
-        let mut of_picture = Vec::new();
-        for part in parts {
-            of_picture.extend(mirrors.before(scene, part, depth, (&mut drawn, &mut shown))?);
-        }
+        let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
         let monitors = self.monitors(scene, &of_picture, is_plan)?;
-        let mut all = Vec::new();
-        for part in monitors.monitors {
-            all.extend(mirrors.before(scene, part, depth, (&mut drawn, &mut shown))?);
-        }
+        let mut all = mirrors.before(scene, monitors.monitors, depth, (&mut drawn, &mut shown))?;
         all.extend(of_picture);
         let left_out = monitors.left_out + (mirrors.len() - shown.len()) as u32;
         Ok(Captures { parts: all, left_out, monitors: Vec::new() })
@@ -235,10 +229,11 @@ impl Renderer {
         }
         let is_there = |image: &usize| requests.contains_key(image);
         let seen_by = |image: &usize| match requests.get(image) {
-            Some((.., request)) => screens.seen_in(request).into_iter().filter(is_there).collect(),
+            Some((.., request)) => screens.seen_in(request, false).into_iter().filter(is_there).collect(),
             None => BTreeSet::new(),
         };
-        let seen: BTreeSet<usize> = parts.iter().flat_map(|part| screens.seen_in(&part.request)).collect();
+        let seen: BTreeSet<usize> =
+            parts.iter().flat_map(|part| screens.seen_in(&part.request, part.part.is_of_fisheye())).collect();
         let mut levels: Vec<BTreeSet<usize>> = vec![seen.into_iter().filter(is_there).collect()];
         let part = |image: usize, level: u32, darkens: &BTreeSet<usize>| {
             let (name, monitor, request) = requests.get(&image)?;

@@ -8,10 +8,11 @@ use crate::outline::is_seen;
 use crate::passes::resolve::PixelSamples;
 use crate::render_settings::Path;
 use crate::request::{Averaging, FrameRequest, RenderError};
+use crate::resources::layers::ShadedIn;
 use crate::view::View;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
-use manypass_scene::{NodeId, Projection, Scene};
+use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
 use std::collections::BTreeSet;
 
 /// The most views behind mirrors that a frame draws, those of mirrors within mirrors too.
@@ -51,6 +52,9 @@ pub(super) struct MirrorView {
     pub is_smooth: bool,
     /// The corners of a rectangle around it, one after the other.
     pub corners_world: [Vec3; 4],
+    /// By how much its picture is moved, because that of the view that shows it is, and how far it then reaches beyond its
+    /// frustum, in metres a metre.
+    pub shear: (Vec2, f32),
 }
 
 /// The mirrors of a scene that are drawn.
@@ -64,7 +68,9 @@ impl<'s> Mirrors<'s> {
             return Self { all: Vec::new() };
         }
         let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
-        let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(|mirror| visible.contains(&mirror.node));
+        let is_drawn =
+            |mirror: &&Mirror| visible.contains(&mirror.node) && unsuited_material(scene, mirror.node).is_none();
+        let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(is_drawn);
         let with_panel =
             |mirror: &'s Mirror| Some((mirror, scene.panel(mirror.node).ok()?, is_smooth(scene, mirror.node)));
         Self { all: known.filter_map(with_panel).collect() }
@@ -74,50 +80,85 @@ impl<'s> Mirrors<'s> {
         self.all.len()
     }
 
-    /// The views behind the mirrors that `part` shows, down to `depth` mirrors within mirrors, innermost first and each
-    /// before whoever shows it; then the part, which knows of them. `drawn` counts those of the frame, and `shown` has the
-    /// nodes of mirrors that were.
+    /// The views behind the mirrors that `parts` show, down to `depth` mirrors within mirrors, each before whoever shows it;
+    /// and the parts, which know of them. Those that are in the fewest others come first where there are too many; `drawn`
+    /// counts those of the frame, and `shown` has the nodes of mirrors that were.
     ///
     /// # Errors
     /// A mirror asks for a tier of quality that there is not.
     pub fn before(
         &self,
         scene: &Scene,
-        mut part: Part,
+        parts: Vec<Part>,
         depth: u32,
         (drawn, shown): (&mut usize, &mut BTreeSet<NodeId>),
     ) -> Result<Vec<Part>, RenderError> {
-        let mut parts = Vec::new();
-        let request = &part.request;
-        if depth > 0 && !part.part.is_fisheye() && request.settings.render.path != Path::Gouraud {
-            for (at, (mirror, panel, is_smooth)) in self.all.iter().enumerate() {
-                let of_node = scene.node(mirror.node);
-                if of_node.layers & request.layers == 0 || *drawn == VIEWS_MAX {
-                    continue;
-                }
-                let Some((behind, normal_world)) = request_behind(mirror, (panel, *is_smooth), request)? else {
-                    continue;
-                };
-                *drawn += 1;
-                shown.insert(mirror.node);
-                let twin = self.all.iter().take(at).filter(|(other, ..)| other.name == mirror.name).count();
-                let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
-                let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
-                let view = format!("{outer}mirror/{}{number}", mirror.name);
-                part.mirrors.push(MirrorSeen {
-                    view: view.clone(),
-                    node: mirror.node,
-                    normal_world,
-                    corners_world: panel.corners_world(),
-                    is_smooth: *is_smooth,
-                });
-                let of_mirror =
-                    ViewPart::Mirror(MirrorView { is_smooth: *is_smooth, corners_world: panel.corners_world() });
-                let inner = Part { level: part.level, ..Part::new(view, behind, of_mirror) };
-                parts.extend(self.before(scene, inner, depth - 1, (&mut *drawn, &mut *shown))?);
+        // Every view with the one that shows it, and how deep it is; those that are deeper follow.
+        let mut all: Vec<(Part, usize, u32)> = parts.into_iter().map(|part| (part, usize::MAX, 0)).collect();
+        let mut next = 0;
+        while next < all.len() {
+            if all[next].2 < depth {
+                let inner = self.behind(scene, &mut all[next].0, (&mut *drawn, &mut *shown))?;
+                let level = all[next].2 + 1;
+                all.extend(inner.into_iter().map(|part| (part, next, level)));
+            }
+            next += 1;
+        }
+        // Backwards each comes before whoever shows it; parts keep their order.
+        let mut ordered: Vec<Vec<Part>> = all.iter().map(|_| Vec::new()).collect();
+        let mut done = Vec::new();
+        for (at, (part, shown_by, _)) in all.into_iter().enumerate().rev() {
+            let mut of_part = std::mem::take(&mut ordered[at]);
+            of_part.push(part);
+            match ordered.get_mut(shown_by) {
+                Some(before) => before.extend(of_part),
+                None => done.push(of_part),
             }
         }
-        parts.push(part);
+        Ok(done.into_iter().rev().flatten().collect())
+    }
+
+    /// The views behind the mirrors that a part shows, which knows of them from then on.
+    fn behind(
+        &self,
+        scene: &Scene,
+        part: &mut Part,
+        (drawn, shown): (&mut usize, &mut BTreeSet<NodeId>),
+    ) -> Result<Vec<Part>, RenderError> {
+        let mut parts = Vec::new();
+        if part.part.is_fisheye() || part.request.settings.render.path == Path::Gouraud {
+            return Ok(parts);
+        }
+        for (at, (mirror, panel, is_smooth)) in self.all.iter().enumerate() {
+            if scene.node(mirror.node).layers & part.request.layers == 0 || *drawn == VIEWS_MAX {
+                continue;
+            }
+            let of_viewer = (&part.request, part.part.is_of_fisheye());
+            let Some((behind, normal_world)) = request_behind(mirror, (panel, *is_smooth), of_viewer)? else {
+                continue;
+            };
+            *drawn += 1;
+            shown.insert(mirror.node);
+            let twin = self.all.iter().take(at).filter(|(other, ..)| other.name == mirror.name).count();
+            let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
+            let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
+            let view = format!("{outer}mirror/{}{number}", mirror.name);
+            part.mirrors.push(MirrorSeen {
+                view: view.clone(),
+                node: mirror.node,
+                normal_world,
+                corners_world: panel.corners_world(),
+                is_smooth: *is_smooth,
+            });
+            let (shift_ndc, beyond) = part.part.shear();
+            let margin = if *is_smooth { 1.0 } else { 1.0 + 2.0 * ROUGH_MARGIN };
+            let of_mirror = ViewPart::Mirror(MirrorView {
+                is_smooth: *is_smooth,
+                corners_world: panel.corners_world(),
+                shear: (shift_ndc / margin, beyond),
+            });
+            parts.push(Part { level: part.level, ..Part::new(view, behind, of_mirror) });
+        }
         Ok(parts)
     }
 }
@@ -128,11 +169,31 @@ pub(super) fn faults(scene: &Scene) -> Vec<String> {
         let what = scene.panel(mirror.node).err()?;
         Some(format!("mirror `{}` is none: a mirror is flat, and its node {what}", mirror.name))
     };
-    let mut faults: Vec<String> = scene.mirrors.iter().take(MIRRORS_MAX).filter_map(fault).collect();
+    let unsuited = |mirror: &Mirror| {
+        let material = unsuited_material(scene, mirror.node)?;
+        let remedy = "give it an opaque material without layers, such as by `color`";
+        Some(format!(
+            "mirror `{}` shows no picture, because its material `{material}` blends, has layers or is unlit; {remedy}",
+            mirror.name
+        ))
+    };
+    let known = || scene.mirrors.iter().take(MIRRORS_MAX);
+    let mut faults: Vec<String> = known().filter_map(fault).chain(known().filter_map(unsuited)).collect();
     if scene.mirrors.len() > MIRRORS_MAX {
         faults.push(format!("only the first {MIRRORS_MAX} of {} mirrors are drawn", scene.mirrors.len()));
     }
     faults
+}
+
+/// The name of a node's first material that the G-buffer does not hold, or that no light reaches.
+fn unsuited_material(scene: &Scene, id: NodeId) -> Option<&str> {
+    let mesh = scene.nodes.get(id.0 as usize)?.mesh.and_then(|mesh| scene.meshes.get(mesh))?;
+    let materials = mesh.primitives.iter().filter_map(|primitive| primitive.material_in(scene.variant));
+    let mut known = materials.filter_map(|material| scene.materials.get(material));
+    let is_unsuited = |material: &&Material| {
+        ShadedIn::of(material) != ShadedIn::Deferred || material.shading_model == ShadingModel::Unlit
+    };
+    known.find(is_unsuited).map(|material| material.name.as_str())
 }
 
 /// Whether every pixel of a node's surface reflects one direction.
@@ -153,7 +214,7 @@ fn is_smooth(scene: &Scene, id: NodeId) -> bool {
 fn request_behind(
     mirror: &Mirror,
     (panel, is_smooth): (&Panel, bool),
-    request: &FrameRequest,
+    (request, is_sheared): (&FrameRequest, bool),
 ) -> Result<Option<(FrameRequest, Vec3)>, RenderError> {
     let View { world_from_view, projection } = request.camera;
     let plane = panel.plane_world();
@@ -166,7 +227,7 @@ fn request_behind(
     let clip_from_view = request.camera.clip_from_view(widest_range(&request.camera), aspect, Vec2::ZERO);
     let clip_from_world = clip_from_view * world_from_view.inverse();
     let is_cut = |plane: Vec4| panel.corners_world().iter().all(|corner| plane.dot(corner.extend(1.0)) <= 0.0);
-    let is_seen = request.samples_lens_or_shutter() || is_seen(&clip_from_world, &panel.corners_world());
+    let is_seen = is_sheared || request.samples_lens_or_shutter() || is_seen(&clip_from_world, &panel.corners_world());
     if !is_before || !is_seen || request.clip_plane_world.is_some_and(is_cut) {
         return Ok(None);
     }

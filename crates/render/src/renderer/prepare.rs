@@ -92,6 +92,24 @@ impl ViewPart {
         matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_))
     }
 
+    /// Whether it is a picture of a fisheye, or a side of one, whose frustum is sheared; or what is behind a mirror in that.
+    pub fn is_of_fisheye(&self) -> bool {
+        match self {
+            Self::Face(_) | Self::Fisheye(_) => true,
+            Self::Mirror(view) => view.shear != (Vec2::ZERO, 0.0),
+            Self::Whole | Self::Monitor(_) => false,
+        }
+    }
+
+    /// By how much its picture is moved, and how far it then reaches beyond its frustum, in metres a metre.
+    pub fn shear(&self) -> (Vec2, f32) {
+        match self {
+            Self::Face(face) => (face.shift_ndc(), face.beyond()),
+            Self::Mirror(view) => view.shear,
+            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) => (Vec2::ZERO, 0.0),
+        }
+    }
+
     pub fn is_fisheye(&self) -> bool {
         matches!(self, Self::Fisheye(_))
     }
@@ -185,7 +203,7 @@ impl Asked {
     /// The outline that it draws within, and the rectangle around it, if it is behind a mirror whose pixels show one
     /// direction each: others show what is beside.
     fn outline(&self, uniform: &ViewUniform) -> Option<(Outline, Rectangle)> {
-        let ViewPart::Mirror(MirrorView { is_smooth: true, corners_world }) = self.part else { return None };
+        let ViewPart::Mirror(MirrorView { is_smooth: true, corners_world, .. }) = self.part else { return None };
         let of_view = (uniform, corners_world, self.size);
         Some((Outline::new(of_view.0, of_view.1, of_view.2), rectangle_of(of_view.0, of_view.1, of_view.2)))
     }
@@ -289,10 +307,8 @@ impl Renderer {
         let Asked { request, size, output_size, .. } = asked;
         let aspect = output_size.0 as f32 / output_size.1 as f32;
         let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
-        let seen = match &asked.part {
-            ViewPart::Face(face) => seen.sheared(face.shift_ndc(), face.beyond()),
-            ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) | ViewPart::Mirror(_) => seen,
-        };
+        let (shift_ndc, beyond) = asked.part.shear();
+        let seen = seen.sheared(shift_ndc, beyond);
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
         state.lists = Some(lists);
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);

@@ -245,7 +245,7 @@ pub(super) const MIRRORS: StageTable = StageTable {
         key(
             "color",
             StageType::Color,
-            "Makes the node's material polished metal of this colour. Without it the material stays as the model has it; a rectangle is of silver.",
+            "Makes the node's material polished metal of this colour, without layers; its normal map stays. Without it the material stays as the model has it; a rectangle is of silver.",
         ),
         key("roughness", SHARE, "Makes the node's material as rough as this; 0 is a mirror, 0.2 brushed metal."),
         key(

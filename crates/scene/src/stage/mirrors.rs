@@ -34,6 +34,9 @@ enum Surface {
 /// The reflectance of a mirror of the stage's own where nobody says: that of silver behind glass, about.
 const COLOR: Vec3 = Vec3::splat(0.93);
 
+/// The largest side.
+const SIZE_MAX_M: f32 = 1e6;
+
 impl MirrorEntry {
     pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         Ok(Self {
@@ -146,10 +149,19 @@ impl MirrorEntry {
             let own = primitive.material.and_then(|material| materials.get(material));
             let mut material = own.cloned().unwrap_or_default();
             if let Some(color) = self.color_linear {
-                material.base_color_factor = color.extend(1.0);
-                material.base_color_texture = None;
-                material.metallic_factor = 1.0;
-                material.metallic_roughness_texture = None;
+                // Metal without layers, whatever it was.
+                material = Material {
+                    name: material.name,
+                    base_color_factor: color.extend(1.0),
+                    metallic_factor: 1.0,
+                    roughness_factor: 0.0,
+                    normal_texture: material.normal_texture,
+                    normal_scale: material.normal_scale,
+                    has_normals_down: material.has_normals_down,
+                    double_sided: material.double_sided,
+                    casts_shadow: material.casts_shadow,
+                    ..Material::default()
+                };
             }
             if let Some(roughness) = self.roughness {
                 material.roughness_factor = roughness;
@@ -181,9 +193,11 @@ fn surface(table: &Table<'_>) -> Result<Surface, Box<Diagnostic>> {
             };
             // It looks back along what it faces.
             let rotation = look_along(-facing, Vec3::Y);
-            let rotation = rotation.ok_or_else(|| table.fault("facing", "a direction of no length"))?;
-            if size_m.min_element() <= 0.0 {
-                return Err(table.fault("size_m", "`size_m` is a width and a height above 0, in metres"));
+            let rotation =
+                rotation.ok_or_else(|| table.fault("facing", "`facing` is a direction, and has no length"))?;
+            if size_m.min_element() <= 0.0 || size_m.max_element() > SIZE_MAX_M {
+                let message = format!("`size_m` is a width and a height above 0, of at most {SIZE_MAX_M} metres");
+                return Err(table.fault("size_m", message));
             }
             Ok(Surface::New { position, rotation, size_m, range: table.range.clone() })
         }

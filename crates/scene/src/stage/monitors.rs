@@ -6,6 +6,7 @@ use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX,
 use crate::framing::{DEFAULT_FOV_Y_RAD, look_along};
 use crate::{Diagnostic, Image, NodeId, Projection, Sampler, Scene, Texture, TextureRef, Wrap};
 use glam::{Mat4, Vec3};
+use std::collections::BTreeMap;
 
 /// The words of `slot`.
 pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
@@ -112,6 +113,11 @@ impl MonitorEntry {
         scene.textures.push(Texture { image: scene.images.len() - 1, sampler });
         let texture = scene.textures.len() - 1;
         let pattern = &materials.value;
+        // The monitors that textures show already.
+        let monitor_of = |image: usize| scene.images.get(image).filter(|image| image.monitor().is_some());
+        let of_textures = scene.textures.iter().enumerate().filter(|(at, _)| *at != texture);
+        let shown: BTreeMap<usize, String> =
+            of_textures.filter_map(|(at, shown)| Some((at, monitor_of(shown.image)?.name.clone()))).collect();
         let mut found = Vec::new();
         for (index, material) in
             scene.materials.iter_mut().enumerate().filter(|(_, known)| pattern.matches(&known.name))
@@ -119,6 +125,10 @@ impl MonitorEntry {
             found.push(index);
             let slot = if self.is_emission { &mut material.emissive_texture } else { &mut material.base_color_texture };
             let placed = slot.unwrap_or_default();
+            if let Some(other) = slot.and_then(|slot| shown.get(&slot.texture)) {
+                let message = format!("the material `{}` shows the monitor `{other}` already", material.name);
+                return Err(source.fault(materials.range.clone(), message));
+            }
             let uv_set = self.uv_set.unwrap_or(placed.uv_set);
             *slot = Some(TextureRef { texture, uv_set, ..placed });
             if let Some(luminance_cd_m2) = self.luminance_cd_m2 {

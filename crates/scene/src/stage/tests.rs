@@ -524,7 +524,10 @@ fn mirrors_are_flat_nodes_or_rectangles() {
             "node = \"Pane.1\"\nfacing = [0, 1, 0]\n",
             "4:10: error: `node` is a surface of the model; leave out `facing`",
         ),
-        ("position = [0, 0, 0]\nfacing = [0, 0, 0]\nsize_m = [1, 1]\n", "4:10: error: a direction of no length"),
+        (
+            "position = [0, 0, 0]\nfacing = [0, 0, 0]\nsize_m = [1, 1]\n",
+            "4:10: error: `facing` is a direction, and has no length",
+        ),
         (
             "position = [0, 0, 0]\nfacing = [0, 1, 0]\nsize_m = [1, 0]\n",
             "5:10: error: `size_m` is a width and a height",

@@ -17,9 +17,10 @@ use manypass_graph::{ColorLoad, DepthLoad, Handle};
 const RAYS: u32 = 8;
 const RAYS_OF_FEW_SAMPLES: u32 = 16;
 
-/// The rays of so many samples together stand for all that a pixel reflects; those of more than these would be noise where
-/// few samples are drawn.
+/// The rays of so many samples together stand for all that a pixel reflects, of stills of so many times as many: what each
+/// brings of the picture overlaps, so that no noise is left where later samples leave out what is settled.
 const SAMPLES_OF_LOBE: u32 = 8;
+const SAMPLES_A_SHARE: u32 = 8;
 
 /// What is behind a mirror, as a view left it.
 #[derive(Debug)]
@@ -77,7 +78,7 @@ pub fn record(
     let mut load = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
     let few = r.view.shows_few_samples();
     let rays_of_rough = if few { RAYS_OF_FEW_SAMPLES } else { RAYS };
-    let samples = if few { 1 } else { r.view.sample_count.min(SAMPLES_OF_LOBE) };
+    let samples = if few { 1 } else { (r.view.sample_count / SAMPLES_A_SHARE).clamp(1, SAMPLES_OF_LOBE) };
     for ShownMirror { object, normal_world, is_smooth, rectangle, picture } in mirrors {
         let rays = if *is_smooth { 0 } else { rays_of_rough };
         let desc = picture.radiance.desc();

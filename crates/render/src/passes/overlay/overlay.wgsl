@@ -127,9 +127,15 @@ fn fs_overlay(quad: Quad) -> @location(0) vec4f {
     }
     if shows_monitor != 0u {
         let texels_a_px = quad.texels.zw / max(size, vec2f(1.0));
-        let level = log2(max(max(texels_a_px.x, texels_a_px.y), 1.0));
-        let shown = textureSampleLevel(monitor, linear_clamp, place / size, level);
-        return vec4f(srgb_from_linear(shown.rgb) * quad.tint.rgb, 1.0) * (quad.tint.a * coverage);
+        // The mean of four quarters of the pixel, each by a level whose texels are half as wide.
+        let level = max(log2(max(max(texels_a_px.x, texels_a_px.y), 1.0)) - 1.0, 0.0);
+        let quarter = select(vec2f(0.0), vec2f(0.25), texels_a_px > vec2f(1.0));
+        var shown = vec3f(0.0);
+        for (var part = 0u; part < 4u; part++) {
+            let offset = quarter * (vec2f(f32(part & 1u), f32(part >> 1u)) * 2.0 - 1.0);
+            shown += 0.25 * textureSampleLevel(monitor, linear_clamp, (place + offset) / size, level).rgb;
+        }
+        return vec4f(srgb_from_linear(shown) * quad.tint.rgb, 1.0) * (quad.tint.a * coverage);
     }
     // Half a texel from the edge, so that none of another image is seen.
     let inside = clamp(place / size * quad.texels.zw, vec2f(0.5), max(quad.texels.zw - 0.5, vec2f(0.5)));
