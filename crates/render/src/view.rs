@@ -82,8 +82,10 @@ impl ViewUniform {
     pub(crate) fn cut_by(mut self, plane_world: Vec4, range: DepthRange) -> Self {
         let plane = self.world_from_view.transpose() * plane_world;
         let is_orthographic = self.orthographic > 0.5;
-        // The greatest value of plane · p / w in the frustum, which has no far end if the projection is perspective.
-        let across = (plane.truncate().truncate() * self.view_from_ndc_scale).abs().element_sum();
+        // The greatest value of plane · p / w in the frustum, which has no far end if the projection is perspective. Where
+        // the picture is moved, as for a point of a lens, so is the frustum.
+        let slope = plane.truncate().truncate() * self.view_from_ndc_scale;
+        let across = slope.abs().element_sum() - slope.dot(self.jitter_ndc);
         let [near, far] = if is_orthographic {
             [range.near_m, range.far_m].map(|distance_m| across - plane.z * distance_m + plane.w)
         } else {

@@ -389,6 +389,13 @@ fn odd_mirrors_are_no_mirrors() {
     }
     scene.node_mut(node).scale = Vec3::splat(40.0);
     scene.update_transforms();
+    // As large a picture as the adapter draws: a rough mirror draws no larger one.
+    let limit = renderer.gpu().capabilities.max_texture_size;
+    scene.materials.last_mut().unwrap().roughness_factor = 0.3;
+    let wide = FrameRequest { width: limit, height: 2, averaging: Averaging::Display, ..request.clone() };
+    renderer.render(&scene, &wide).unwrap();
+    assert_eq!(renderer.stats().captures, 1);
+    scene.materials.last_mut().unwrap().roughness_factor = 0.0;
     let truth = radiance(&mut renderer, &scene, &request);
     for scale in [0.5, 0.001, f32::NAN, -1.0, f32::INFINITY] {
         scene.mirrors[0].scale = scale;

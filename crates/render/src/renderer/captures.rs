@@ -71,8 +71,6 @@ impl CaptureState {
 pub(super) struct Captures {
     pub parts: Vec<Part>,
     pub left_out: u32,
-    /// Those of monitors alone, whose own mirrors are not among them yet.
-    pub monitors: Vec<Part>,
 }
 
 /// Where the monitors of a scene are to be seen.
@@ -200,21 +198,21 @@ impl Renderer {
         if !first.settings.captures.enabled {
             return Ok(Captures { parts, ..Captures::default() });
         }
-        let mirrors = Mirrors::of(scene);
+        let mirrors = Mirrors::of(scene, self.gpu.capabilities.max_texture_size);
         let depth = first.settings.captures.depth.max(1);
         let (mut drawn, mut shown) = (0, BTreeSet::new());
         let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
-        let monitors = self.monitors(scene, &of_picture, is_plan)?;
-        let mut all = mirrors.before(scene, monitors.monitors, depth, (&mut drawn, &mut shown))?;
+        let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, is_plan)?;
+        let mut all = mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?;
         all.extend(of_picture);
-        let left_out = monitors.left_out + (mirrors.len() - shown.len()) as u32;
-        Ok(Captures { parts: all, left_out, monitors: Vec::new() })
+        let left_out = monitors_left_out + (mirrors.len() - shown.len()) as u32;
+        Ok(Captures { parts: all, left_out })
     }
 
-    /// The views of monitors that `parts` show.
-    fn monitors(&mut self, scene: &Scene, parts: &[Part], is_plan: bool) -> Result<Captures, RenderError> {
-        let Some(first) = parts.first().map(|part| &part.request) else { return Ok(Captures::default()) };
-        let Some(screens) = Screens::of(scene) else { return Ok(Captures::default()) };
+    /// The views of monitors that `parts` show, and how many it leaves out.
+    fn monitors(&mut self, scene: &Scene, parts: &[Part], is_plan: bool) -> Result<(Vec<Part>, u32), RenderError> {
+        let Some(first) = parts.first().map(|part| &part.request) else { return Ok(Default::default()) };
+        let Some(screens) = Screens::of(scene) else { return Ok(Default::default()) };
         let monitor_of = |image: usize| {
             let known = scene.images.get(image)?;
             Some((image, known.name.as_str(), known.monitor()?))
@@ -268,16 +266,16 @@ impl Renderer {
         self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
         let deepest = levels.len() - 1;
         let left_out = (screens.images.len() - due.len()) as u32;
-        let mut captures = Captures { left_out, ..Captures::default() };
+        let mut monitors = Vec::new();
         for (level, images) in levels.iter().enumerate().rev() {
             for image in images.intersection(&due) {
                 // What is shown and not drawn anew stays as it is.
                 let is_dark = |seen: &usize| level == deepest && (due.contains(seen) || !shown.contains(seen));
                 let darkens = seen_by(image).into_iter().filter(is_dark).collect();
-                captures.monitors.extend(part(*image, level as u32, &darkens));
+                monitors.extend(part(*image, level as u32, &darkens));
             }
         }
-        Ok(captures)
+        Ok((monitors, left_out))
     }
 
     /// Of the monitors that a frame shows those that it draws anew: all of a still.

@@ -60,12 +60,14 @@ pub(super) struct MirrorView {
 /// The mirrors of a scene that are drawn.
 pub(super) struct Mirrors<'s> {
     all: Vec<(&'s Mirror, Panel, bool)>,
+    /// The largest side of a picture.
+    limit_px: u32,
 }
 
 impl<'s> Mirrors<'s> {
-    pub fn of(scene: &'s Scene) -> Self {
+    pub fn of(scene: &'s Scene, limit_px: u32) -> Self {
         if scene.mirrors.is_empty() {
-            return Self { all: Vec::new() };
+            return Self { all: Vec::new(), limit_px };
         }
         let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
         let is_drawn =
@@ -73,7 +75,7 @@ impl<'s> Mirrors<'s> {
         let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(is_drawn);
         let with_panel =
             |mirror: &'s Mirror| Some((mirror, scene.panel(mirror.node).ok()?, is_smooth(scene, mirror.node)));
-        Self { all: known.filter_map(with_panel).collect() }
+        Self { all: known.filter_map(with_panel).collect(), limit_px }
     }
 
     pub fn len(&self) -> usize {
@@ -134,9 +136,8 @@ impl<'s> Mirrors<'s> {
                 continue;
             }
             let of_viewer = (&part.request, part.part.is_of_fisheye());
-            let Some((behind, normal_world)) = request_behind(mirror, (panel, *is_smooth), of_viewer)? else {
-                continue;
-            };
+            let of_mirror = (panel, *is_smooth, self.limit_px);
+            let Some((behind, normal_world)) = request_behind(mirror, of_mirror, of_viewer)? else { continue };
             *drawn += 1;
             shown.insert(mirror.node);
             let twin = self.all.iter().take(at).filter(|(other, ..)| other.name == mirror.name).count();
@@ -213,7 +214,7 @@ fn is_smooth(scene: &Scene, id: NodeId) -> bool {
 /// plane towards the eye. None if that sees nothing of it: it is out of sight, or turns its back or its edge.
 fn request_behind(
     mirror: &Mirror,
-    (panel, is_smooth): (&Panel, bool),
+    (panel, is_smooth, limit_px): (&Panel, bool, u32),
     (request, is_sheared): (&FrameRequest, bool),
 ) -> Result<Option<(FrameRequest, Vec3)>, RenderError> {
     let View { world_from_view, projection } = request.camera;
@@ -242,6 +243,10 @@ fn request_behind(
     // What is no scale is that of the picture.
     let scale = if mirror.scale > 0.0 && mirror.scale <= SCALE_MAX { mirror.scale } else { 1.0 };
     let margin = if is_smooth { 0.0 } else { ROUGH_MARGIN };
+    // Not larger than the adapter has it, with what is drawn beside the picture, and as it is shaded.
+    let largest =
+        request.width.max(request.height) as f32 * (1.0 + 2.0 * margin) * request.settings.render.scale.max(1.0);
+    let scale = scale.min((limit_px as f32 - 1.0) / largest);
     let sides = [request.width, request.height]
         .map(|side| ((side as f32 * scale * (1.0 + 2.0 * margin)).round() as u32).max(1));
     let widened = widened(&projection, (request.width, request.height), (sides[0], sides[1]), scale);
