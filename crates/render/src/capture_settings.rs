@@ -3,13 +3,14 @@
 use crate::setting::settings;
 
 settings! {
-    /// Settings of what cameras take within the scene for the picture: what monitors show.
+    /// Settings of what is drawn within the scene for the picture: what monitors show, and what mirrors reflect.
     pub struct CaptureSettings {
-        /// Whether pictures within the picture are drawn. Otherwise monitors are dark.
+        /// Whether pictures within the picture are drawn. Otherwise monitors are dark, and mirrors show the environment.
         enabled: bool = true;
-        /// How deep they are within each other: 1 leaves screens dark that are seen in what another one shows.
+        /// How deep they are within each other: 1 leaves screens dark that are seen in what another one shows, and mirrors
+        /// without each other.
         depth: u32 = 2, in 1..=8;
-        /// How many of them a frame of a live view draws anew at most, in turns; 0 for all. Stills draw all.
+        /// How many monitors a frame of a live view draws anew at most, in turns; 0 for all. Stills draw all.
         per_frame: u32 = 0, in 0..=64;
     }
 }

@@ -190,19 +190,19 @@ impl OverlayState {
         };
         let table = self.table.get_or_insert_with(new);
         let table_bytes = table.write(&gpu.device, &gpu.queue, &quads.texels).ok_or(OverlayError::TooMany)?;
-        let of_monitor = |(first, image): &(usize, usize)| {
-            let texture = textures.monitor(scene, *image).unwrap_or_else(|| textures.white());
-            (*first as u32, texture.clone())
-        };
+        let of_monitor = |(first, image): &(usize, usize)| (*first as u32, textures.monitor(scene, *image).cloned());
         let monitors: Vec<_> = quads.monitors.iter().map(of_monitor).collect();
+        let runs = OverlayRun::all(quads.count() as u32, &monitors);
         let draw = OverlayDraw {
             quads: table.view().clone(),
             atlas: ready.atlas.clone(),
             atlas_side: [ready.atlas_side; 2],
-            runs: OverlayRun::all(quads.count() as u32, &monitors),
+            runs,
             tests_depth: quads.tests_depth,
         };
-        Ok(Prepared { draw: Some(draw), uploaded_bytes: texture_bytes + table_bytes, texture_bytes })
+        // A monitor whose texture is not there is all that there is to draw.
+        let draw = Some(draw).filter(|draw| !draw.runs.is_empty());
+        Ok(Prepared { draw, uploaded_bytes: texture_bytes + table_bytes, texture_bytes })
     }
 }
 

@@ -324,6 +324,11 @@ fn what_is_wrong_with_monitors_is_said_and_leaves_them_dark() {
         let monitor = Monitor { width: size.0, height: size.1, ..monitor };
         *scene.images.last_mut().unwrap() = Image::of_monitor("screen", monitor);
         let shown = drawn(&mut renderer, &scene, &looking(&own, before(SCREEN)));
+        let inset = OverlayItem::monitor("screen", OverlayPlace::at_px(Vec2::ZERO));
+        let mut over = own.clone();
+        over.settings.background.source = Background::Transparent;
+        over.overlay = manypass_scene::Overlay { items: vec![inset] }.into();
+        drawn(&mut renderer, &scene, &over);
         // A texture that is not there makes its factor dark.
         assert_eq!(brightness(&shown), 0.0, "{size:?}");
         let warnings = renderer.warnings();

@@ -47,8 +47,8 @@ pub(crate) struct DrawList {
 }
 
 impl DrawList {
-    /// Everything of `world` in one of the `layers` that `view` may show, at the levels that are chosen. What fades has instances of its own,
-    /// which are added to the world's.
+    /// Everything of `world` in one of the `layers` that `view` may show, at the levels that are chosen. What fades has
+    /// instances of its own, which are added to the world's.
     pub fn new(world: &mut WorldDraws, view: &ViewUniform, layers: u32, chooser: &Chooser) -> Self {
         let mut list = Self::of(world, view, layers, chooser);
         world.instances.append(&mut list.fading);

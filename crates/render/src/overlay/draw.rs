@@ -24,8 +24,9 @@ pub struct OverlayRun {
 }
 
 impl OverlayRun {
-    /// Those of `count` rectangles, of which `monitors` show each a texture of their own.
-    pub(crate) fn all(count: u32, monitors: &[(u32, wgpu::TextureView)]) -> Vec<Self> {
+    /// Those of `count` rectangles, of which `monitors` show each a texture of their own; those whose texture is not there
+    /// are left out.
+    pub(crate) fn all(count: u32, monitors: &[(u32, Option<wgpu::TextureView>)]) -> Vec<Self> {
         let mut runs = Vec::new();
         let mut next = 0;
         let of_atlas = |from: u32, to: u32, runs: &mut Vec<Self>| {
@@ -35,7 +36,7 @@ impl OverlayRun {
         };
         for (first, texture) in monitors {
             of_atlas(next, *first, &mut runs);
-            runs.push(Self { first: *first, count: 1, monitor: Some(texture.clone()) });
+            runs.extend(texture.clone().map(|texture| Self { first: *first, count: 1, monitor: Some(texture) }));
             next = first + 1;
         }
         of_atlas(next, count, &mut runs);

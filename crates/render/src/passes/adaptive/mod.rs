@@ -100,8 +100,8 @@ struct SettlingUniform {
     padding: f32,
 }
 
-/// The depth that a frame of the view begins with, if nothing else says where it draws: the far plane, and where tiles are settled the near one. Also says
-/// how the first pass that draws surfaces loads it.
+/// The depth that a frame of the view begins with, if nothing else says where it draws: the far plane, and where tiles are
+/// settled the near one. Also says how the first pass that draws surfaces loads it.
 ///
 /// # Errors
 /// A program that does not compile.

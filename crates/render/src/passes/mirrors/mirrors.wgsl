@@ -12,12 +12,12 @@
 import package::view::view;
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::is_lit_deferred;
-import package::shaders::brdf::PI;
 import package::shaders::gbuffer_textures::surface_at;
 import package::shaders::hash::{plastic_turn, seed_of_pixel, unit_from_bits};
 import package::shaders::samplers::nearest_clamp;
 import package::shaders::screen_space::{Center, FARTHEST_M, center_at, tangents_of};
 import package::shaders::shading::linear_clamp;
+import package::shaders::visible_normals::{reflected_likelihood, visible_normal};
 
 struct Mirror {
     // The plane's unit normal in view space, towards the eye; the mirror's object.
@@ -66,12 +66,7 @@ fn radiance_at(uv: vec2f, level: f32) -> vec3f {
 fn reflected(center: Center, alpha: f32, noise: vec2f) -> vec4f {
     let tangents = tangents_of(center.normal);
     let to_eye = vec3f(center.to_eye * tangents, dot(center.to_eye, center.normal));
-    let stretched = normalize(vec3f(alpha * to_eye.xy, to_eye.z));
-    let turn = 2.0 * PI * noise.x;
-    let height = 1.0 - noise.y * (1.0 + stretched.z);
-    let across = sqrt(clamp(1.0 - height * height, 0.0, 1.0));
-    let cap = vec3f(across * cos(turn), across * sin(turn), height) + stretched;
-    let local = normalize(vec3f(alpha * cap.xy, max(cap.z, 1e-6)));
+    let local = visible_normal(to_eye, alpha, noise);
     let visible = tangents * local.xy + center.normal * local.z;
     let direction = reflect(-center.to_eye, visible);
     let rise = dot(direction, center.normal);
@@ -84,9 +79,7 @@ fn reflected(center: Center, alpha: f32, noise: vec2f) -> vec4f {
     let of_eye = sqrt(a2 / (to_eye.z * to_eye.z) + 1.0 - a2);
     let of_light = sqrt(a2 / (rise * rise) + 1.0 - a2);
     let weight = (1.0 + of_eye) / (of_eye + of_light);
-    let lobe = local.z * local.z * (a2 - 1.0) + 1.0;
-    let masking = to_eye.z + sqrt(a2 + (1.0 - a2) * to_eye.z * to_eye.z);
-    let likelihood = a2 / (2.0 * PI * max(lobe * lobe * masking, 1e-20));
+    let likelihood = reflected_likelihood(local, to_eye, a2);
     // Behind the mirror the ray goes on as its image.
     let image = direction - 2.0 * over_plane * mirror.normal_view;
     var length_m = length(behind_position(behind_uv(center.position)) - center.position);

@@ -63,8 +63,7 @@ struct MirrorUniform {
     padding: f32,
 }
 
-/// Draws what the mirrors of a view reflect. `depth` has one sample a pixel, and `ids` tells the objects of the mirrors
-/// where they are seen. None if there is none.
+/// Draws what the mirrors of a view reflect; `ids` tells their objects where they are seen.
 ///
 /// # Errors
 /// A program that does not compile.

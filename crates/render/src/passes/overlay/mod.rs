@@ -3,8 +3,8 @@
 //! Sources: Porter & Duff 1984, "over", in display colours; lines are covered by the share of a pixel's square that a
 //! line along an axis would cover. One draw for all items, in their order: an instance each of rectangles of any
 //! direction, from a table that the CPU fills (`overlay/quads.rs`); what monitors show is a draw of its own among them.
-//! Reads: the table, the atlas of letters and images, what monitors show, and the depth of opaque surfaces where an item is hidden by them. Writes: the picture, after everything else that
-//! changes it. Over a picture that may be transparent the items are drawn into a layer of their own first, because
+//! Reads: the table, the atlas of letters and images, what monitors show, and the depth of opaque surfaces where an item is
+//! hidden by them. Writes: the picture, after everything else that changes it. Over a picture that may be transparent the items are drawn into a layer of their own first, because
 //! unassociated alpha cannot be blended.
 
 use crate::overlay::draw::OverlayDraw;

@@ -16,7 +16,6 @@ import package::view::{view, pixel_from_position_view, position_view_from_pixel}
 import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 import package::gbuffer::is_lit_deferred;
 import package::passes::reflections::rays::{patterned, reflections, share_of_roughness, side};
-import package::shaders::brdf::PI;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{normal_world_at, surface_at};
@@ -27,6 +26,7 @@ import package::shaders::screen_space::{
     tangents_of,
 };
 import package::shaders::shading::linear_clamp;
+import package::shaders::visible_normals::{reflected_likelihood, visible_normal};
 
 @group(1) @binding(5) var nearest_distances: texture_2d<f32>;
 @group(1) @binding(6) var scene_radiance: texture_2d<f32>;
@@ -93,19 +93,12 @@ struct Ray {
 fn reflected_ray(center: Center, alpha: f32, noise: vec2f) -> Ray {
     let tangents = tangents_of(center.normal);
     let to_eye = vec3f(center.to_eye * tangents, dot(center.to_eye, center.normal));
-    let stretched = normalize(vec3f(alpha * to_eye.xy, to_eye.z));
-    let turn = 2.0 * PI * noise.x;
-    let height = 1.0 - noise.y * (1.0 + stretched.z);
-    let across = sqrt(clamp(1.0 - height * height, 0.0, 1.0));
-    let cap = vec3f(across * cos(turn), across * sin(turn), height) + stretched;
-    let local = normalize(vec3f(alpha * cap.xy, max(cap.z, 1e-6)));
+    let local = visible_normal(to_eye, alpha, noise);
     let visible = tangents * local.xy + center.normal * local.z;
     let reflected = reflect(-center.to_eye, visible);
     let direction = reflected + center.normal * (2.0 * max(-dot(reflected, center.normal), 0.0));
     let a2 = max(alpha * alpha, 1e-12);
-    let lobe = local.z * local.z * (a2 - 1.0) + 1.0;
-    let masking = to_eye.z + sqrt(a2 + (1.0 - a2) * to_eye.z * to_eye.z);
-    return Ray(direction, a2 / (2.0 * PI * max(lobe * lobe * masking, 1e-20)));
+    return Ray(direction, reflected_likelihood(local, to_eye, a2));
 }
 
 fn normal_view_at(middle_px: vec2f) -> vec3f {
