@@ -52,9 +52,14 @@ pub fn moment(
 
 /// Whether anything can move from frame to frame.
 pub fn moves(scene: &Scene, args: &RenderArgs) -> bool {
-    let is_animated = !scene.animations.is_empty();
+    let is_animated = !scene.animations.is_empty() || has_waves(scene);
     let plays = args.time.is_some() || args.frames.is_some() || args.animation.is_some();
     args.turntable.is_some() || is_animated && plays
+}
+
+/// Whether time alone moves anything.
+pub fn has_waves(scene: &Scene) -> bool {
+    scene.water.iter().any(|water| water.wind_m_s > 0.0)
 }
 
 /// What `camera.focus_m` is where nobody says: the distance of what the camera is told to look at, or else of the middle
@@ -107,6 +112,8 @@ pub fn time_secs(args: &RenderArgs, frame: u32) -> Option<f32> {
 
 /// Poses the scene where a time, frames or an animation are asked for.
 pub fn pose(scene: &mut Scene, args: &RenderArgs, time_secs: Option<f32>) -> Result<(), Failure> {
+    // What moves without keyframes, too.
+    scene.time_secs = time_secs.unwrap_or(0.0);
     if let Some(index) = animation(scene, args)? {
         scene.pose(index, time_secs.unwrap_or(0.0));
         scene.update_transforms();

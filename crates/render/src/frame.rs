@@ -16,14 +16,16 @@ use crate::fog::{FogMode, FogSettings};
 use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
+use crate::mirror_picture::MirrorPicture;
 use crate::occlusion::Occlusion;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
-use crate::passes::mirrors::{MirrorPicture, ShownMirror};
+use crate::passes::mirrors::ShownMirror;
+use crate::passes::water::ShownWater;
 use crate::passes::{
     adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
     ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, reflections, resolve, shadows, tile_depth,
-    transparency, volumes,
+    transparency, volumes, water,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -75,7 +77,16 @@ pub(crate) fn ground_passes(
     Ok(())
 }
 
-/// Everything from geometry to radiance, for one camera. `mirrors` are those that it shows, whose own views came before.
+/// Flat surfaces that a view shows, whose own views came before.
+#[derive(Debug, Default)]
+pub struct Flat {
+    /// Mirrors.
+    pub mirrors: Vec<ShownMirror>,
+    /// Water, the farthest first.
+    pub water: Vec<ShownWater>,
+}
+
+/// Everything from geometry to radiance, for one camera.
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
@@ -83,39 +94,10 @@ pub fn view_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     variables: &Variables,
-    mirrors: &[ShownMirror],
+    flat: &Flat,
 ) -> Result<ViewOutputs, ProgramError> {
     if settings.render.path != Path::Deferred {
-        let (begun, before) = before_forward(r, settings, variables, mirrors)?;
-        let Before { occlusion, reflects, linear_depth, mirrored } = before;
-        let (radiance, depth) = match &reflects {
-            None => forward_passes(r, settings, &settings.fog, begun, occlusion.as_ref())?,
-            Some(gbuffer) => {
-                reflecting_forward_passes(r, settings, begun, gbuffer, (occlusion.as_ref(), mirrored.as_ref()))?
-            }
-        };
-        let linear_depth = reflects.map(|gbuffer| gbuffer.linear_depth).or(linear_depth);
-        let radiance = coverage::record_masks(r, &depth, radiance)?;
-        let radiance = background::record(r, &settings.background, &depth, radiance)?;
-        let radiance = ground::record(r, &depth, radiance)?;
-        let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
-        let radiance = if settings.fog.scatters() {
-            let linear_depth = match linear_depth {
-                Some(linear_depth) => linear_depth,
-                None => {
-                    let of_middles =
-                        if r.view.pixel_samples > 1 { Some(forward::record_depth(r, "forward.depth")?) } else { None };
-                    linear_depth::record(r, "linear_depth", of_middles.as_ref().unwrap_or(&depth))?
-                }
-            };
-            fog::record_light(r, &settings.fog, &linear_depth, radiance)?
-        } else {
-            radiance
-        };
-        let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
-        let radiance = resolve::record(r, "resolve", radiance);
-        let occlusion = occlusion.map(|occlusion| occlusion.texture);
-        return Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion });
+        return forward_view_passes(r, settings, variables, flat);
     }
     let fills_background = settings.background.source == Background::Environment;
     let (outputs, gbuffer) = surface_passes(r, variables, fills_background)?;
@@ -130,7 +112,7 @@ pub fn view_passes(
     let found = InPicture { occlusion: hidden, reflections: kept.found() };
     let (radiance, depth) = light_passes(r, settings, &gbuffer, found, outputs.depth, outputs.radiance)?;
     let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
-    let mirrored = mirrored_passes(r, mirrors, &gbuffer, &depth)?;
+    let mirrored = mirrored_passes(r, &flat.mirrors, &gbuffer, &depth)?;
     let seen =
         reflections::Seen { gbuffer: &gbuffer, occlusion: hidden, depth: &depth, radiance: None, mirrored: None };
     let radiance = compose_mirrors(r, mirrored.as_ref(), seen, radiance)?;
@@ -138,14 +120,100 @@ pub fn view_passes(
     let mirrored = mirrored.as_ref().map(|mirrored| &mirrored.texture);
     let seen = reflections::Seen { mirrored, ..seen };
     let radiance = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
-    let radiance = fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = ground::record(r, &depth, radiance)?;
+    let Watered { radiance, depth, linear_depth } =
+        water_passes(r, &flat.water, &gbuffer.linear_depth, (radiance, depth))?;
+    let linear_depth = linear_depth.as_ref().unwrap_or(&gbuffer.linear_depth);
+    let radiance = fog::record(r, &settings.fog, linear_depth, &depth, radiance)?;
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
-    let radiance = fog::record_light(r, &settings.fog, &gbuffer.linear_depth, radiance)?;
+    let radiance = fog::record_light(r, &settings.fog, linear_depth, radiance)?;
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
+}
+
+/// As [`view_passes`], of surfaces that are shaded where they are drawn.
+fn forward_view_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    variables: &Variables,
+    flat: &Flat,
+) -> Result<ViewOutputs, ProgramError> {
+    let (begun, before) = before_forward(r, settings, variables, &flat.mirrors)?;
+    let Before { occlusion, reflects, linear_depth, mirrored } = before;
+    let of_middles = |r: &mut Recorder<'_, '_>, depth: &Handle| {
+        let of_middles = if r.view.pixel_samples > 1 { Some(forward::record_depth(r, "forward.depth")?) } else { None };
+        linear_depth::record(r, "linear_depth", of_middles.as_ref().unwrap_or(depth))
+    };
+    // Where something comes between surfaces and their fog, that has a pass of its own.
+    let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
+    let is_fogged_later = reflects.is_some() || !flat.water.is_empty();
+    let own_fog = if is_fogged_later { &no_fog } else { &settings.fog };
+    let (radiance, depth) = forward_passes(r, settings, own_fog, begun, occlusion.as_ref())?;
+    let radiance = match &reflects {
+        None => radiance,
+        Some(gbuffer) => {
+            let found = (occlusion.as_ref(), mirrored.as_ref());
+            reflected_passes(r, settings, gbuffer, found, (radiance, &depth))?
+        }
+    };
+    let linear_depth = reflects.map(|gbuffer| gbuffer.linear_depth).or(linear_depth);
+    let radiance = coverage::record_masks(r, &depth, radiance)?;
+    let radiance = background::record(r, &settings.background, &depth, radiance)?;
+    let radiance = ground::record(r, &depth, radiance)?;
+    let needs_distances = !flat.water.is_empty() || settings.fog.scatters();
+    let linear_depth = match linear_depth {
+        None if needs_distances => Some(of_middles(r, &depth)?),
+        linear_depth => linear_depth,
+    };
+    let (radiance, depth, linear_depth) = match linear_depth {
+        None => (radiance, depth, None),
+        Some(linear_depth) => {
+            let watered = water_passes(r, &flat.water, &linear_depth, (radiance, depth))?;
+            (watered.radiance, watered.depth, watered.linear_depth.or(Some(linear_depth)))
+        }
+    };
+    let radiance = match linear_depth.as_ref().filter(|_| is_fogged_later) {
+        Some(linear_depth) => fog::record(r, &settings.fog, linear_depth, &depth, radiance)?,
+        None => radiance,
+    };
+    let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
+    let radiance = match linear_depth.as_ref().filter(|_| settings.fog.scatters()) {
+        Some(linear_depth) => fog::record_light(r, &settings.fog, linear_depth, radiance)?,
+        None => radiance,
+    };
+    let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
+    let radiance = resolve::record(r, "resolve", radiance);
+    let occlusion = occlusion.map(|occlusion| occlusion.texture);
+    Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion })
+}
+
+/// What water leaves.
+struct Watered {
+    radiance: Handle,
+    depth: Handle,
+    /// Distances of water and of what is before it, if any is there and a pixel has one sample.
+    linear_depth: Option<Handle>,
+}
+
+/// Surfaces of water over all that is opaque and what lies behind that.
+fn water_passes(
+    r: &mut Recorder<'_, '_>,
+    all: &[ShownWater],
+    linear_depth: &Handle,
+    (radiance, depth): (Handle, Handle),
+) -> Result<Watered, ProgramError> {
+    if all.is_empty() || r.view.counts_pairs() {
+        return Ok(Watered { radiance, depth, linear_depth: None });
+    }
+    let (radiance, below) = behind_passes(r, "water.below", radiance)?;
+    let (radiance, depth) = water::record(r, all, (&below, linear_depth), (radiance, depth))?;
+    let linear_depth = match depth.desc().samples {
+        1 => Some(linear_depth::record(r, "water.linear_depth", &depth)?),
+        _ => None,
+    };
+    Ok(Watered { radiance, depth, linear_depth })
 }
 
 /// The depth that a view begins with: where nothing is to be drawn, because tiles are settled or lie outside of a mirror's
@@ -251,24 +319,21 @@ fn before_forward(
     Ok((of_samples.unwrap_or(drawn), before))
 }
 
-/// As [`forward_passes`], of surfaces that reflect the picture: before fog, which comes afterwards.
-fn reflecting_forward_passes(
+/// What surfaces reflect of the picture that are shaded where they are drawn, over their radiance, before fog.
+fn reflected_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
-    begun: OpaqueDepth,
     gbuffer: &Gbuffer,
     (occlusion, mirrored): (Option<&Occlusion>, Option<&Reflections>),
-) -> Result<(Handle, Handle), ProgramError> {
-    let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
-    let (radiance, depth) = forward_passes(r, settings, &no_fog, begun, occlusion)?;
-    let seen = reflections::Seen { gbuffer, occlusion, depth: &depth, radiance: None, mirrored: None };
+    (radiance, depth): (Handle, &Handle),
+) -> Result<Handle, ProgramError> {
+    let seen = reflections::Seen { gbuffer, occlusion, depth, radiance: None, mirrored: None };
     let radiance = compose_mirrors(r, mirrored, seen, radiance)?;
     let (radiance, mean) = resolve::record_between(r, "reflections.resolve", radiance);
     let mirrored = mirrored.map(|mirrored| &mirrored.texture);
-    let seen = reflections::Seen { gbuffer, occlusion, depth: &depth, radiance: mean.as_ref(), mirrored };
+    let seen = reflections::Seen { gbuffer, occlusion, depth, radiance: mean.as_ref(), mirrored };
     let kept = reflections::Kept::new(r, &settings.reflections);
-    let radiance = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
-    Ok((fog::record(r, &settings.fog, &gbuffer.linear_depth, &depth, radiance)?, depth))
+    reflections::record(r, &settings.reflections, (seen, kept), radiance)
 }
 
 /// Opaque surfaces that are shaded where they are drawn: radiance and depth.

@@ -38,6 +38,7 @@ mod ground;
 mod lens;
 mod levels;
 mod lights;
+mod mirror_picture;
 mod occlusion;
 mod octahedral;
 mod outline;
@@ -61,6 +62,7 @@ mod stage;
 mod tone_curve;
 mod transparency;
 mod view;
+mod waves;
 
 pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
 pub use camera_settings::{Fisheye, FisheyeFrame};

@@ -15,6 +15,7 @@ mod run;
 mod shadows;
 mod temporal;
 mod variables;
+mod water;
 
 pub use reading::RenderedView;
 
@@ -55,7 +56,8 @@ pub struct Renderer {
     /// Lights of visible nodes, be they drawn or too many.
     light_count: usize,
     /// What is wrong with mirrors of the scene.
-    mirror_faults: Vec<String>,
+    /// What is wrong with mirrors and water.
+    flat_faults: Vec<String>,
     bundles: Bundles,
     volumes: Volumes,
     resources: SceneResources,
@@ -142,7 +144,7 @@ impl Renderer {
             uniforms: UniformArena::new(&gpu.device),
             bind_groups: BindGroups::default(),
             light_count: 0,
-            mirror_faults: Vec::new(),
+            flat_faults: Vec::new(),
             bundles: Bundles::default(),
             volumes: Volumes::new(&gpu.device),
             resources: SceneResources::new(&gpu),
@@ -175,7 +177,8 @@ impl Renderer {
         self.follow(scene);
         let is_lit = |id: &NodeId| scene.node(*id).light.is_some();
         self.light_count = scene.visible_nodes().into_iter().filter(is_lit).count();
-        self.mirror_faults = mirrors::faults(scene);
+        self.flat_faults = mirrors::faults(scene);
+        self.flat_faults.extend(water::faults(scene));
         Ok(self.gpu.check()?)
     }
 
@@ -235,7 +238,7 @@ impl Renderer {
     /// What of the scene was left out, or replaced, on the device.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.resources.warnings();
-        warnings.extend(self.mirror_faults.iter().cloned());
+        warnings.extend(self.flat_faults.iter().cloned());
         let monitors = self.resources.textures.monitor_count();
         if monitors > MONITORS_MAX {
             warnings

@@ -171,6 +171,7 @@ impl Scene {
     /// Sets all that is animated to its value at a time; before the first keyframe and after the last
     /// they stay as there. Call [`Scene::update_transforms`] afterwards. An animation that does not exist does nothing.
     pub fn pose(&mut self, animation: usize, time_secs: f32) {
+        self.time_secs = time_secs;
         self.pose_properties(animation, time_secs);
         let Self { nodes, animations, .. } = self;
         for channel in animations.get(animation).into_iter().flat_map(|animation| &animation.channels) {

@@ -20,7 +20,7 @@
 //! ```
 
 use crate::{Image, ImageSource, NodeId, Primitive, Projection, Scene, Topology};
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
 /// The most monitors of a scene that are drawn.
@@ -262,6 +262,69 @@ impl Scene {
             is_double_sided: mesh.primitives.iter().any(is_double_sided),
         })
     }
+
+    /// The corners of the convex hull of a node's flat mesh, whose panel is `panel`, counterclockwise seen from its front; of
+    /// more than [`OUTLINE_CORNERS_MAX`] those that matter.
+    pub fn outline(&self, id: NodeId, panel: &Panel) -> Vec<Vec3> {
+        let node = self.nodes.get(id.0 as usize);
+        let mesh = node.and_then(|node| self.meshes.get(node.mesh?));
+        let primitives = mesh.iter().flat_map(|mesh| &mesh.primitives);
+        let of_triangles = primitives.filter(|primitive| primitive.topology == Topology::Triangles);
+        let matrix = node.map_or(Mat4::IDENTITY, |node| node.world_from_object);
+        let [across, up] = panel.half_edges_world.map(|edge| edge.normalize_or_zero());
+        let place = |at: &[f32; 3]| {
+            let away = matrix.transform_point3(Vec3::from(*at)) - panel.center_world;
+            Vec2::new(away.dot(across), away.dot(up))
+        };
+        let places = of_triangles.flat_map(|primitive| &primitive.positions).map(place);
+        let hull = simplified(hull(places.collect()));
+        hull.into_iter().map(|at| panel.center_world + at.x * across + at.y * up).collect()
+    }
+}
+
+/// The most corners of an outline.
+pub const OUTLINE_CORNERS_MAX: usize = 32;
+
+/// Twice the area of a triangle; positive if its corners go around counterclockwise.
+fn doubled_area(a: Vec2, b: Vec2, c: Vec2) -> f32 {
+    (b - a).perp_dot(c - a)
+}
+
+/// The convex hull of points, counterclockwise.
+///
+/// Source: Andrew 1979, "Another Efficient Algorithm for Convex Hulls in Two Dimensions".
+fn hull(mut points: Vec<Vec2>) -> Vec<Vec2> {
+    points.retain(|point| point.is_finite());
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    let half = |points: &mut dyn Iterator<Item = Vec2>| {
+        let mut chain: Vec<Vec2> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..]
+                && doubled_area(a, b, point) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        // Its last point is the first of the other half.
+        chain.pop();
+        chain
+    };
+    let mut lower = half(&mut points.iter().copied());
+    lower.extend(half(&mut points.iter().rev().copied()));
+    lower
+}
+
+/// A convex polygon without the corners that cut off the least, until it has few enough.
+fn simplified(mut corners: Vec<Vec2>) -> Vec<Vec2> {
+    while corners.len() > OUTLINE_CORNERS_MAX {
+        let count = corners.len();
+        let cut = |at: &usize| doubled_area(corners[(at + count - 1) % count], corners[*at], corners[(at + 1) % count]);
+        let Some(least) = (0..count).min_by(|a, b| cut(a).total_cmp(&cut(b))) else { break };
+        corners.remove(least);
+    }
+    corners
 }
 
 #[cfg(test)]
@@ -289,6 +352,23 @@ mod tests {
         assert!(panel.center_world.abs_diff_eq(Vec3::new(1.0, 2.0, 3.0), 1e-5));
         let [across, up] = panel.half_edges_world.map(Vec3::abs);
         assert!(across.abs_diff_eq(2.0 * Vec3::X, 1e-5) && up.abs_diff_eq(Vec3::Y, 1e-5), "{panel:?}");
+        let scene_of = |primitive: Primitive| {
+            let mut scene = Scene::default();
+            scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+            let id = scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
+            scene.update_transforms();
+            (scene, id)
+        };
+        let (square, id) = scene_of(plane(3.0));
+        let outline = square.outline(id, &square.panel(id).unwrap());
+        assert!(outline.len() == 4 && outline.iter().all(|at| at.abs().abs_diff_eq(Vec3::new(1.5, 0.0, 1.5), 1e-5)));
+        // The foot of a cylinder is a circle of more corners than an outline has.
+        let disc = crate::primitives::cylinder(2.0, 1.0, 200);
+        let flat: Vec<[f32; 3]> = disc.positions.iter().map(|[x, _, z]| [*x, 0.0, *z]).collect();
+        let fan = (1..flat.len() as u32 - 1).flat_map(|at| [0, at + 1, at]).collect();
+        let (disc, id) = scene_of(Primitive { positions: flat, indices: fan, ..Primitive::default() });
+        let outline = disc.outline(id, &disc.panel(id).unwrap());
+        assert!(outline.len() == OUTLINE_CORNERS_MAX && outline.iter().all(|at| (at.length() - 2.0).abs() < 1e-3));
         // Mirrored by its node, it faces the same way: corners and their order both turn.
         let mirrored = of(plane(1.0), Vec3::new(-4.0, 1.0, 2.0)).unwrap();
         assert!(mirrored.normal_world.abs_diff_eq(Vec3::Z, 1e-6), "{mirrored:?}");

@@ -6,11 +6,13 @@ mod crowd;
 mod materials;
 mod relief;
 mod room;
+mod shore;
 
 pub use crowd::crowd;
 pub use materials::materials;
 pub use relief::relief;
 pub use room::room;
+pub use shore::shore;
 
 use crate::framing::look_along;
 use crate::stage::Stage;
@@ -19,7 +21,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 7] = ["hall", "materials", "relief", "crowd", "room", "monitors", "mirror"];
+pub const NAMES: [&str; 9] = ["hall", "materials", "relief", "crowd", "room", "monitors", "mirror", "shore", "water"];
 
 /// The demo of a name.
 pub fn named(name: &str) -> Option<Scene> {
@@ -30,6 +32,8 @@ pub fn named(name: &str) -> Option<Scene> {
         "crowd" => Some(crowd()),
         "room" => Some(room()),
         "monitors" | "mirror" => staged(room(), name),
+        "shore" => Some(shore()),
+        "water" => staged(shore(), name),
         _ => None,
     }
 }
@@ -49,6 +53,10 @@ pub fn stage(name: &str) -> Option<Stage> {
         "room" => "model = \"demo:room\"\n[settings.exposure]\nstops = \"auto-1\"\n",
         "monitors" => include_str!("demo/monitors.stage.toml"),
         "mirror" => include_str!("demo/mirror.stage.toml"),
+        "shore" => {
+            "model = \"demo:shore\"\n[environment]\nsource = \"sky\"\nsun_elevation_deg = 24\nsun_azimuth_deg = -60\n[settings.exposure]\nstops = \"auto+0.7\"\n"
+        }
+        "water" => include_str!("demo/water.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -439,8 +447,12 @@ mod tests {
     fn demos_are_there_and_stages_name_their_models() {
         for name in NAMES {
             let stage = stage(name);
-            assert_eq!(stage.is_some(), ["hall", "room", "monitors", "mirror"].contains(&name), "{name}");
-            let model = if name == "hall" { "demo:hall" } else { "demo:room" };
+            assert_eq!(stage.is_some(), !["materials", "relief", "crowd"].contains(&name), "{name}");
+            let model = match name {
+                "hall" => "demo:hall",
+                "shore" | "water" => "demo:shore",
+                _ => "demo:room",
+            };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");
             assert!(named(name).is_some(), "{name}");
         }

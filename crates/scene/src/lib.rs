@@ -34,6 +34,7 @@ pub mod sky;
 pub mod spelling;
 pub mod stage;
 pub mod variants;
+pub mod water;
 
 pub use animation::{Animation, Channel, Interpolation, Keyframes, Skin};
 pub use bounds::Aabb;

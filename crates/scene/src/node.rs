@@ -3,6 +3,7 @@
 use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
+use crate::water::Water;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
 use std::sync::{Arc, Weak};
@@ -203,6 +204,10 @@ pub struct Scene {
     pub environment: Option<Arc<EnvironmentMap>>,
     /// Flat surfaces that reflect what is before them.
     pub mirrors: Vec<Mirror>,
+    /// Surfaces of water.
+    pub water: Vec<Water>,
+    /// The time that is shown of what moves without keyframes, such as waves, in seconds. [`Scene::pose`] sets it.
+    pub time_secs: f32,
     /// What is drawn over pictures of the scene ([`Overlay`]): what a stage says.
     pub overlay: Arc<Overlay>,
     /// The extensions that the glTF file says it uses, whether or not they are read

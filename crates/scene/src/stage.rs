@@ -24,7 +24,9 @@ mod mirrors;
 mod monitors;
 mod names;
 mod overlay;
+mod surfaces;
 mod table;
+mod water;
 
 pub use load::{
     LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_effects, named_environment,
@@ -34,7 +36,7 @@ pub use load::{
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
-use keys::{LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES};
+use keys::{LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES, WATER};
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
 use mirrors::MirrorEntry;
@@ -46,6 +48,7 @@ use std::path::{Path, PathBuf};
 use table::{Placed, Source, Table, tables};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use water::WaterEntry;
 
 /// A stage file that was read; see the [module](self).
 #[derive(Clone, Debug)]
@@ -58,6 +61,7 @@ pub struct Stage {
     materials: Vec<MaterialChange>,
     monitors: Vec<MonitorEntry>,
     mirrors: Vec<MirrorEntry>,
+    water: Vec<WaterEntry>,
     overlay: Vec<OverlayEntry>,
 }
 
@@ -79,7 +83,7 @@ impl Stage {
         let document = document(&source)?;
         let root = document.get_ref();
         let settings = SETTINGS_TABLES.map(|(name, _)| name);
-        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, MONITORS.name, MIRRORS.name, OVERLAY.name];
+        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, MONITORS.name, MIRRORS.name, WATER.name, OVERLAY.name];
         let [beginning, ..] = &TABLES;
         // The whole text is no place for what is missing.
         let top = Table::read(&source, (root, 0..0), beginning, &[&lists[..], &settings[..]].concat())?;
@@ -100,8 +104,9 @@ impl Stage {
         let monitors = list(&source, root, &MONITORS, MonitorEntry::read)?;
         monitors::check(&monitors, &source)?;
         let mirrors = list(&source, root, &MIRRORS, MirrorEntry::read)?;
+        let water = list(&source, root, &WATER, WaterEntry::read)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
-        Ok(Self { model, environment, lights, nodes, materials, monitors, mirrors, overlay, source })
+        Ok(Self { model, environment, lights, nodes, materials, monitors, mirrors, water, overlay, source })
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -129,12 +134,14 @@ impl Stage {
         self.environment().map(|name| self.path_of(name))
     }
 
-    /// The images that its materials name, and the sprites and fonts of its overlay, as they are written: paths from the
+    /// The images that its materials and its water name, and the sprites and fonts of its overlay, as they are written: paths from the
     /// stage's folder. Each once.
     pub fn images(&self) -> Vec<&str> {
         let of_materials = self.materials.iter().flat_map(MaterialChange::images);
         let of_overlay = self.overlay.iter().flat_map(OverlayEntry::files);
-        let mut names: Vec<&str> = of_materials.chain(of_overlay).map(|name| name.value.as_str()).collect();
+        let of_water = self.water.iter().flat_map(WaterEntry::images);
+        let mut names: Vec<&str> =
+            of_materials.chain(of_water).chain(of_overlay).map(|name| name.value.as_str()).collect();
         names.sort_unstable();
         names.dedup();
         names
@@ -154,11 +161,11 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, what is drawn over it. Brings its transforms up
-    /// to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, water, what is drawn over it.
+    /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
-    /// The model has no light, node, camera or material of a name, a mirror is not flat, or an image or font cannot be read; the scene may be changed
+    /// The model has no light, node, camera or material of a name, a mirror or water is not flat, or an image or font cannot be read; the scene may be changed
     /// in part.
     pub fn apply_with(
         &self,
@@ -169,7 +176,8 @@ impl Stage {
         for change in &self.nodes {
             change.apply(&self.source, scene)?;
         }
-        let images = StageImages::read(&self.source, self.materials.iter(), scene, resolve)?;
+        let of_water = self.water.iter().flat_map(WaterEntry::images);
+        let images = StageImages::read(&self.source, self.materials.iter(), of_water, scene, resolve)?;
         for change in &self.materials {
             change.apply(&self.source, scene, &images, &mut warnings)?;
         }
@@ -185,6 +193,9 @@ impl Stage {
         scene.update_transforms();
         for mirror in &self.mirrors {
             mirror.apply(&self.source, scene)?;
+        }
+        for water in &self.water {
+            water.apply(&self.source, scene, &images)?;
         }
         Ok(warnings)
     }

@@ -73,7 +73,8 @@ impl Batch<'_> {
         interrupt::check()?;
         warnings.extend(self.renderer.warnings());
         let args = self.args;
-        if scene.animations.is_empty() && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {
+        let is_still = scene.animations.is_empty() && !shot::has_waves(&scene);
+        if is_still && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {
             warnings.push("it has no animation; every time shows it as it stands".into());
         }
         if self.settings.environment.source == Environment::None && coverage::is_dark(&scene) {

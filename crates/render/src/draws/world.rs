@@ -11,6 +11,7 @@ use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, Sc
 use bytemuck::Zeroable;
 use glam::Vec3;
 use manypass_scene::{Aabb, Node, NodeId, Scene, Topology};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// The corners of the square around the disc of a point: as many instances it has.
@@ -187,6 +188,7 @@ impl WorldDraws {
         self.mesh_levels.clear();
         self.groups.clear();
         self.bounds_world = Aabb::EMPTY;
+        let water: BTreeSet<NodeId> = scene.water.iter().map(|water| water.node).collect();
         let mut groups = NodeGroups::default();
         for (id, of) in scene.visible_levels() {
             let node = scene.node(id);
@@ -196,7 +198,8 @@ impl WorldDraws {
                 self.lit.push(id);
             }
             let level = of.map(|of| groups.add(scene, of, &node.bounds_world, &mut self.groups));
-            if let Some(mesh) = node.mesh {
+            // Water is drawn as such, and casts no shadow.
+            if let Some(mesh) = node.mesh.filter(|_| !water.contains(&id)) {
                 self.collect(scene, resources, (id, level), mesh);
             }
         }

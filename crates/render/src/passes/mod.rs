@@ -36,3 +36,4 @@ pub mod tone_map;
 pub mod transparency;
 pub mod upscale;
 pub mod volumes;
+pub mod water;

@@ -174,6 +174,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         self
     }
 
+    /// Draws `count` triangles in its place, which the program's own vertex stage places.
+    pub fn triangles(mut self, count: u32) -> Self {
+        self.elements = (3 * count, 1);
+        self
+    }
+
     /// Draws into a rectangle alone: x and y of its corner, width and height, in texels.
     pub fn within(self, rectangle: [u32; 4]) -> Self {
         self.within_each(&[rectangle])
@@ -194,6 +200,26 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         let target = self.pass.color(target, load);
         self.draw(Some(desc.format), desc)?;
         Ok(target)
+    }
+
+    /// Declares the pass, which draws where what it draws is nearer than `depth`, and replaces that. Returns the versions
+    /// of `target` and `depth` that hold the result.
+    ///
+    /// # Errors
+    /// A program that does not compile, or declares what nobody binds.
+    pub fn draw_nearer_into(
+        mut self,
+        target: Handle,
+        load: ColorLoad,
+        depth: Handle,
+    ) -> Result<(Handle, Handle), ProgramError> {
+        let (desc, format) = (target.desc(), depth.desc().format);
+        let target = self.pass.color(target, load);
+        let depth = self.pass.depth_stencil(depth, DepthLoad::Keep);
+        let compare = wgpu::CompareFunction::Greater;
+        self.depth = Some(DepthTest { format, compare, writes: true, stencil: StencilUse::Ignored });
+        self.draw(Some(desc.format), desc)?;
+        Ok((target, depth))
     }
 
     /// Declares the pass: depth is that of the near plane, and the stencil says that it is settled; but wherever the
@@ -261,7 +287,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     pub(super) fn slots(&self, program: &Program) -> Result<Vec<Slot>, ProgramError> {
         let known = || {
             let names = self.bindings.iter().map(|(name, _)| &**name);
-            names.chain(["linear_clamp", "nearest_clamp"]).collect::<Vec<_>>().join(", ")
+            names.chain(["linear_clamp", "linear_repeat", "nearest_clamp"]).collect::<Vec<_>>().join(", ")
         };
         let slots = program.slots(1).iter().map(|slot| {
             let found = self.bindings.iter().find(|(name, _)| *name == slot.name).map(|(_, binding)| match binding {

@@ -4,6 +4,7 @@ use super::bind_groups::Resource;
 use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
 use crate::gpu::Gpu;
 use crate::resources::environment::{EnvironmentTiles, no_tiles};
+use crate::waves::waves_texture;
 use std::cell::OnceCell;
 
 /// A name of group 0. Its place in the list is its binding.
@@ -50,6 +51,7 @@ pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
 pub(crate) struct FrameTables {
     pub directional_albedo: wgpu::TextureView,
     pub linear_clamp: wgpu::Sampler,
+    pub linear_repeat: wgpu::Sampler,
     pub nearest_clamp: wgpu::Sampler,
     pub shadow_compare: wgpu::Sampler,
     /// Of a depth texture of one texel, where there are no shadows.
@@ -59,15 +61,18 @@ pub(crate) struct FrameTables {
     /// A texture without light, where the environment is no picture.
     pub no_environment: wgpu::TextureView,
     studio: OnceCell<EnvironmentTiles>,
+    waves: OnceCell<wgpu::TextureView>,
 }
 
 impl FrameTables {
     pub fn new(gpu: &Gpu) -> Self {
-        let sampler = |label, filter| {
+        let sampler = |label, filter, address_mode| {
             gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
                 mag_filter: filter,
                 min_filter: filter,
+                address_mode_u: address_mode,
+                address_mode_v: address_mode,
                 mipmap_filter: if filter == wgpu::FilterMode::Linear {
                     wgpu::MipmapFilterMode::Linear
                 } else {
@@ -76,10 +81,12 @@ impl FrameTables {
                 ..Default::default()
             })
         };
+        let clamp = wgpu::AddressMode::ClampToEdge;
         Self {
             directional_albedo: upload_directional_albedo(gpu),
-            linear_clamp: sampler("linear_clamp", wgpu::FilterMode::Linear),
-            nearest_clamp: sampler("nearest_clamp", wgpu::FilterMode::Nearest),
+            linear_clamp: sampler("linear_clamp", wgpu::FilterMode::Linear, clamp),
+            linear_repeat: sampler("linear_repeat", wgpu::FilterMode::Linear, wgpu::AddressMode::Repeat),
+            nearest_clamp: sampler("nearest_clamp", wgpu::FilterMode::Nearest, clamp),
             shadow_compare: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("shadow_compare"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -92,6 +99,7 @@ impl FrameTables {
             no_ids: no_ids(gpu),
             no_environment: no_tiles(gpu),
             studio: OnceCell::new(),
+            waves: OnceCell::new(),
         }
     }
 
@@ -100,10 +108,16 @@ impl FrameTables {
         self.studio.get_or_init(|| EnvironmentTiles::of_studio(gpu))
     }
 
+    /// The map of water's waves, made when it is first wanted.
+    pub fn waves(&self, gpu: &Gpu) -> &wgpu::TextureView {
+        self.waves.get_or_init(|| waves_texture(gpu))
+    }
+
     /// The samplers that every shader may name.
     pub fn sampler(&self, name: &str) -> Option<wgpu::Sampler> {
         match name {
             "linear_clamp" => Some(self.linear_clamp.clone()),
+            "linear_repeat" => Some(self.linear_repeat.clone()),
             "nearest_clamp" => Some(self.nearest_clamp.clone()),
             _ => None,
         }

@@ -12,6 +12,7 @@ use crate::resources::layers::ShadedIn;
 use crate::view::View;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
+use manypass_scene::water::{WATER_MAX, Water};
 use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
 use std::collections::BTreeSet;
 
@@ -34,12 +35,21 @@ const SCALE_MAX: f32 = 2.0;
 /// each side.
 pub(super) const ROUGH_MARGIN: f32 = 0.3;
 
+/// What reflects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reflector {
+    /// The mesh of a node.
+    Node(NodeId),
+    /// A surface of water of the scene, by its index.
+    Water(usize),
+}
+
 /// What a view shows of a mirror.
 #[derive(Clone, Debug)]
 pub(super) struct MirrorSeen {
     /// The name of the view behind it.
     pub view: String,
-    pub node: NodeId,
+    pub of: Reflector,
     /// The unit normal of its plane, towards the eye.
     pub normal_world: Vec3,
     pub corners_world: [Vec3; 4],
@@ -50,6 +60,8 @@ pub(super) struct MirrorSeen {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MirrorView {
     pub is_smooth: bool,
+    /// Whether it is water, which shows suns by the light that they are.
+    pub is_water: bool,
     /// The corners of a rectangle around it, one after the other.
     pub corners_world: [Vec3; 4],
     /// By how much its picture is moved, because that of the view that shows it is, and how far it then reaches beyond its
@@ -57,25 +69,72 @@ pub(super) struct MirrorView {
     pub shear: (Vec2, f32),
 }
 
-/// The mirrors of a scene that are drawn.
+/// A mirror that is drawn, or water.
+struct Known<'s> {
+    of: Reflector,
+    panel: Panel,
+    is_smooth: bool,
+    name: &'s str,
+    /// The node that it is, whose layers say who sees it.
+    node: NodeId,
+    scale: f32,
+    layers: u32,
+    quality: Option<&'s str>,
+}
+
+impl<'s> Known<'s> {
+    fn mirror(scene: &'s Scene, mirror: &'s Mirror) -> Option<Self> {
+        let Mirror { name, node, scale, layers, quality } = mirror;
+        let panel = scene.panel(*node).ok()?;
+        Some(Self {
+            of: Reflector::Node(*node),
+            panel,
+            is_smooth: is_smooth(scene, *node),
+            name,
+            node: *node,
+            scale: *scale,
+            layers: *layers,
+            quality: quality.as_deref(),
+        })
+    }
+
+    fn water(scene: &'s Scene, index: usize) -> Option<Self> {
+        let water = scene.water.get(index)?;
+        let panel = scene.panel(water.node).ok()?;
+        Some(Self {
+            of: Reflector::Water(index),
+            // Its lower side reflects, too.
+            panel: Panel { is_double_sided: true, ..panel },
+            is_smooth: !has_waves(water),
+            name: &water.name,
+            node: water.node,
+            scale: water.scale,
+            layers: water.layers,
+            quality: water.quality.as_deref(),
+        })
+    }
+}
+
+/// The mirrors of a scene that are drawn, and its water.
 pub(super) struct Mirrors<'s> {
-    all: Vec<(&'s Mirror, Panel, bool)>,
+    all: Vec<Known<'s>>,
     /// The largest side of a picture.
     limit_px: u32,
 }
 
 impl<'s> Mirrors<'s> {
     pub fn of(scene: &'s Scene, limit_px: u32) -> Self {
-        if scene.mirrors.is_empty() {
+        if scene.mirrors.is_empty() && scene.water.is_empty() {
             return Self { all: Vec::new(), limit_px };
         }
         let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
         let is_drawn =
             |mirror: &&Mirror| visible.contains(&mirror.node) && unsuited_material(scene, mirror.node).is_none();
         let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(is_drawn);
-        let with_panel =
-            |mirror: &'s Mirror| Some((mirror, scene.panel(mirror.node).ok()?, is_smooth(scene, mirror.node)));
-        Self { all: known.filter_map(with_panel).collect(), limit_px }
+        let mirrors = known.filter_map(|mirror| Known::mirror(scene, mirror));
+        let water = (0..scene.water.len().min(WATER_MAX)).filter_map(|index| Known::water(scene, index));
+        let all = mirrors.chain(water.filter(|water| visible.contains(&water.node))).collect();
+        Self { all, limit_px }
     }
 
     pub fn len(&self) -> usize {
@@ -84,7 +143,7 @@ impl<'s> Mirrors<'s> {
 
     /// The views behind the mirrors that `parts` show, down to `depth` mirrors within mirrors, each before whoever shows it;
     /// and the parts, which know of them. Those that are in the fewest others come first where there are too many; `drawn`
-    /// counts those of the frame, and `shown` has the nodes of mirrors that were.
+    /// counts those of the frame, and `shown` has what of them reflects.
     ///
     /// # Errors
     /// A mirror asks for a tier of quality that there is not.
@@ -93,7 +152,7 @@ impl<'s> Mirrors<'s> {
         scene: &Scene,
         parts: Vec<Part>,
         depth: u32,
-        (drawn, shown): (&mut usize, &mut BTreeSet<NodeId>),
+        (drawn, shown): (&mut usize, &mut BTreeSet<Reflector>),
     ) -> Result<Vec<Part>, RenderError> {
         // Every view with the one that shows it, and how deep it is; those that are deeper follow.
         let mut all: Vec<(Part, usize, u32)> = parts.into_iter().map(|part| (part, usize::MAX, 0)).collect();
@@ -125,28 +184,32 @@ impl<'s> Mirrors<'s> {
         &self,
         scene: &Scene,
         part: &mut Part,
-        (drawn, shown): (&mut usize, &mut BTreeSet<NodeId>),
+        (drawn, shown): (&mut usize, &mut BTreeSet<Reflector>),
     ) -> Result<Vec<Part>, RenderError> {
         let mut parts = Vec::new();
         if part.part.is_fisheye() || part.request.settings.render.path == Path::Gouraud {
             return Ok(parts);
         }
-        for (at, (mirror, panel, is_smooth)) in self.all.iter().enumerate() {
-            if scene.node(mirror.node).layers & part.request.layers == 0 || *drawn == VIEWS_MAX {
+        for (at, known) in self.all.iter().enumerate() {
+            let Known { of, panel, is_smooth, name, node, .. } = known;
+            if scene.node(*node).layers & part.request.layers == 0 || *drawn == VIEWS_MAX {
                 continue;
             }
             let of_viewer = (&part.request, part.part.is_of_fisheye());
-            let of_mirror = (panel, *is_smooth, self.limit_px);
-            let Some((behind, normal_world)) = request_behind(mirror, of_mirror, of_viewer)? else { continue };
+            let Some((behind, normal_world)) = request_behind(known, self.limit_px, of_viewer)? else { continue };
             *drawn += 1;
-            shown.insert(mirror.node);
-            let twin = self.all.iter().take(at).filter(|(other, ..)| other.name == mirror.name).count();
+            shown.insert(*of);
+            let is_water = matches!(of, Reflector::Water(_));
+            let is_twin =
+                |other: &&Known<'_>| other.name == *name && matches!(other.of, Reflector::Water(_)) == is_water;
+            let twin = self.all.iter().take(at).filter(is_twin).count();
             let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
             let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
-            let view = format!("{outer}mirror/{}{number}", mirror.name);
+            let kind = if is_water { "water" } else { "mirror" };
+            let view = format!("{outer}{kind}/{name}{number}");
             part.mirrors.push(MirrorSeen {
                 view: view.clone(),
-                node: mirror.node,
+                of: *of,
                 normal_world,
                 corners_world: panel.corners_world(),
                 is_smooth: *is_smooth,
@@ -155,6 +218,7 @@ impl<'s> Mirrors<'s> {
             let margin = if *is_smooth { 1.0 } else { 1.0 + 2.0 * ROUGH_MARGIN };
             let of_mirror = ViewPart::Mirror(MirrorView {
                 is_smooth: *is_smooth,
+                is_water,
                 corners_world: panel.corners_world(),
                 shear: (shift_ndc / margin, beyond),
             });
@@ -162,6 +226,11 @@ impl<'s> Mirrors<'s> {
         }
         Ok(parts)
     }
+}
+
+/// Whether pixels of water reflect more than one direction.
+pub(super) fn has_waves(water: &Water) -> bool {
+    water.wind_m_s > 0.0
 }
 
 /// What is wrong with mirrors of a scene, which are drawn as other surfaces then.
@@ -213,10 +282,11 @@ fn is_smooth(scene: &Scene, id: NodeId) -> bool {
 /// What is asked of the view behind a mirror where `request` is asked of what shows it, and the normal of the mirror's
 /// plane towards the eye. None if that sees nothing of it: it is out of sight, or turns its back or its edge.
 fn request_behind(
-    mirror: &Mirror,
-    (panel, is_smooth, limit_px): (&Panel, bool, u32),
+    known: &Known<'_>,
+    limit_px: u32,
     (request, is_sheared): (&FrameRequest, bool),
 ) -> Result<Option<(FrameRequest, Vec3)>, RenderError> {
+    let Known { panel, is_smooth, scale, layers, quality, .. } = known;
     let View { world_from_view, projection } = request.camera;
     let plane = panel.plane_world();
     // The eye, or with parallel rays the direction in which it is.
@@ -241,8 +311,8 @@ fn request_behind(
         (-2.0 * plane.w * normal).extend(1.0),
     );
     // What is no scale is that of the picture.
-    let scale = if mirror.scale > 0.0 && mirror.scale <= SCALE_MAX { mirror.scale } else { 1.0 };
-    let margin = if is_smooth { 0.0 } else { ROUGH_MARGIN };
+    let scale = if *scale > 0.0 && *scale <= SCALE_MAX { *scale } else { 1.0 };
+    let margin = if *is_smooth { 0.0 } else { ROUGH_MARGIN };
     // Not larger than the adapter has it, with what is drawn beside the picture, and as it is shaded.
     let largest =
         request.width.max(request.height) as f32 * (1.0 + 2.0 * margin) * request.settings.render.scale.max(1.0);
@@ -250,7 +320,7 @@ fn request_behind(
     let sides = [request.width, request.height]
         .map(|side| ((side as f32 * scale * (1.0 + 2.0 * margin)).round() as u32).max(1));
     let widened = widened(&projection, (request.width, request.height), (sides[0], sides[1]), scale);
-    let mut settings = settings_of(mirror.quality.as_deref(), &request.settings)?;
+    let mut settings = settings_of(*quality, &request.settings)?;
     settings.render.scale = request.settings.render.scale;
     // Through the same point of the lens, whose radius goes by the field of view.
     let camera = request.settings.camera.clone();
@@ -265,7 +335,7 @@ fn request_behind(
         height: sides[1],
         camera: View { world_from_view: mirrored * world_from_view, projection: widened },
         clip_plane_world: Some(plane - Vec4::W * (CUT_SHARE * panel.size_m())),
-        layers: mirror.layers,
+        layers: *layers,
         averaging: Averaging::Radiance,
         want_aovs: Vec::new(),
         previous: None,

@@ -324,7 +324,9 @@ impl Renderer {
                 Arc::new(DrawList::new(&mut world.draws, &uniform, request.layers, &chooser))
             }
         };
-        let is_adaptive = request.is_adaptive() && !world.draws.has_transmissive;
+        // What is settled is no picture to look through.
+        let looks_through = world.draws.has_transmissive || !world.scene.water.is_empty();
+        let is_adaptive = request.is_adaptive() && !looks_through;
         Lit { range, seen, chooser, draws, is_adaptive, made }
     }
 
@@ -402,7 +404,10 @@ impl Renderer {
         let cluster_grid =
             ClusterUniform { shadow_filter, contact: contact_uniform(&settings.shadows), ..lists.uniform };
         let tiles = self.tiles_of(asked);
-        let environment = request.environment_uniform(tiles);
+        let mut environment = request.environment_uniform(tiles);
+        if let ViewPart::Mirror(MirrorView { is_water: true, is_smooth, .. }) = asked.part {
+            environment.leave_suns_to_lights(is_smooth);
+        }
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
             ViewGround::new(settings.ground.mode, map, texture, &lists.table)
         });
@@ -554,7 +559,7 @@ impl Renderer {
         let culling = settings.lights.culling;
         let has_volumes = matches!(culling, LightCulling::Volumes | LightCulling::VolumesStencil);
         let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
-        let has_blended = world.draws.opaque_count < world.draws.items.len();
+        let has_blended = world.draws.opaque_count < world.draws.items.len() || !world.scene.water.is_empty();
         let is_drawn = !asked.part.is_fisheye();
         let reads_lists = match settings.render.path {
             Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,

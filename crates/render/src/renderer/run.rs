@@ -3,25 +3,27 @@
 use super::captures::{Captures, MonitorView, Part};
 use super::counts::{light_draws, sum_pairs};
 use super::fisheye::{parts_of, uv_from_place};
-use super::mirrors::MirrorSeen;
+use super::mirrors::{MirrorSeen, Reflector};
 use super::output::{Output, ViewState};
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
 use super::temporal::{TemporalAsked, move_mirrors};
+use super::water::Surfaces;
 use super::{Purpose, Renderer};
 use crate::aov::AovExports;
 use crate::draws::Deformation;
 use crate::environment::{Environment, stored};
-use crate::frame::{self, Means, Monitored, Picture};
+use crate::frame::{self, Flat, Means, Monitored, Picture};
 use crate::gbuffer::ViewOutputs;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
+use crate::mirror_picture::MirrorPicture;
 use crate::outline::rectangle_of;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive::Settling;
 use crate::passes::fisheye::FaceRadiance;
-use crate::passes::mirrors::{MirrorPicture, ShownMirror};
+use crate::passes::mirrors::ShownMirror;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
 use crate::record::{Frame, Legends, Recorder, Scrubbed};
@@ -262,6 +264,7 @@ impl Renderer {
             frame::shared_passes(&mut r, shadows, texture)?;
         }
         let mut before = Before::default();
+        let water = Surfaces::of(scene);
         let mut recorded: Vec<Recorded> = Vec::with_capacity(asked.len());
         for (((asked, state), ready), overlay) in asked.iter().zip(&mut *states).zip(&ready).zip(&overlays) {
             // Those at one level see what there was before all of them.
@@ -271,7 +274,7 @@ impl Renderer {
             recorded.push(record_view(
                 &mut graph,
                 &frame,
-                (scene, asked),
+                (scene, &water, asked),
                 (ready, overlay),
                 (state, &mut before),
                 purpose,
@@ -466,8 +469,9 @@ impl Before<'_> {
     /// The mirrors of a view.
     fn mirrors(&mut self, asked: &Asked, ready: &Ready) -> Vec<ShownMirror> {
         let shown = |seen: &MirrorSeen| {
+            let Reflector::Node(node) = seen.of else { return None };
             Some(ShownMirror {
-                object: seen.node.0 + 1,
+                object: node.0 + 1,
                 normal_world: seen.normal_world,
                 is_smooth: seen.is_smooth,
                 rectangle: rectangle_of(&ready.view.uniform, seen.corners_world, ready.view.size),
@@ -529,7 +533,7 @@ fn import_monitor(r: &mut Recorder<'_, '_>, scene: &Scene, image: usize) -> Opti
 fn record_view<'f>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
-    (scene, asked): (&Scene, &'f Asked),
+    (scene, water, asked): (&Scene, &Surfaces, &'f Asked),
     (ready, overlay): (&'f Ready, &Option<OverlayDraw>),
     (state, before): (&mut ViewState, &mut Before<'f>),
     purpose: &Purpose<'_>,
@@ -555,11 +559,14 @@ fn record_view<'f>(
         let pairs = frame::pair_passes(&mut r, &request.settings)?;
         return Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() });
     }
-    let mirrors = before.mirrors(asked, ready);
+    let flat = Flat {
+        mirrors: before.mirrors(asked, ready),
+        water: water.shown((scene, &frame.resources.textures), (asked, ready), &mut before.behind),
+    };
     let outputs = match &asked.part {
-        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?,
+        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,
         ViewPart::Mirror(view) => {
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?;
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             let ViewOutputs { radiance, gbuffer, .. } = outputs;
             if let Some(gbuffer) = gbuffer {
                 let picture = frame::mirror_picture_passes(&mut r, view.is_smooth, radiance, gbuffer.linear_depth)?;
@@ -568,7 +575,7 @@ fn record_view<'f>(
             return Ok(Recorded::default());
         }
         ViewPart::Face(face) => {
-            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?;
+            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             let uv_from_place = uv_from_place(face, request, asked.size);
             before.faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
             return Ok(Recorded::default());
@@ -578,7 +585,7 @@ fn record_view<'f>(
                 let Some(texture) = import_monitor(&mut r, scene, *image) else { continue };
                 frame::darken_monitor(&mut r, texture);
             }
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &mirrors)?;
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
             let ViewOutputs { radiance, depth, .. } = outputs;
             let adapting = request.adapting(state.adapted.is_some());

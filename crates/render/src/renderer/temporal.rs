@@ -10,6 +10,7 @@ use crate::request::FrameRequest;
 use crate::settings::Settings;
 use crate::view::{self, CameraStep};
 use glam::{Vec2, Vec4};
+use manypass_scene::water::Water;
 use manypass_scene::{Light, NodeId, Scene};
 use std::sync::Arc;
 
@@ -33,6 +34,9 @@ struct Shown {
     ground_height_m: Option<f32>,
     roots: Vec<NodeId>,
     lights: Vec<Light>,
+    water: Vec<Water>,
+    /// The scene's time, where anything goes by it.
+    time_secs: f32,
     /// Counts what changed of meshes, materials and textures on the device.
     scene_version: u64,
 }
@@ -47,6 +51,8 @@ impl Shown {
             ground_height_m: request.ground_height_m,
             roots: scene.roots.clone(),
             lights: scene.lights.clone(),
+            water: scene.water.clone(),
+            time_secs: if scene.water.is_empty() { 0.0 } else { scene.time_secs },
             scene_version,
         }
     }

@@ -148,6 +148,9 @@ pub(super) fn wanted(scene: &Scene) -> Vec<ImageSource> {
     for (index, material) in scene.materials.iter().enumerate() {
         want(scene, (index, material), &mut wanted);
     }
+    let of_water = scene.water.iter().filter_map(|water| scene.textures.get(water.normal_map?));
+    let of_water = of_water.map(|texture| texture.image).filter(|image| *image < scene.images.len());
+    wanted.extend(of_water.map(|image| ImageSource::Image { image, is_srgb: false }));
     wanted.extend(scene.monitors().map(|(image, ..)| ImageSource::Image { image, is_srgb: true }));
     wanted.into_iter().collect()
 }

@@ -184,6 +184,12 @@ impl Textures {
         self.uploaded.get(&content_of(scene, source)?)?.view.as_ref()
     }
 
+    /// What a texture of the scene shows, as numbers that are no colours.
+    pub fn linear(&self, scene: &Scene, texture: usize) -> Option<&wgpu::TextureView> {
+        let image = scene.textures.get(texture)?.image;
+        self.view(scene, ImageSource::Image { image, is_srgb: false })
+    }
+
     /// How many monitors there are.
     pub fn monitor_count(&self) -> usize {
         self.uploaded.keys().filter(|content| matches!(content, Content::Monitor { .. })).count()

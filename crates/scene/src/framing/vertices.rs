@@ -25,11 +25,11 @@ pub(super) fn animated(scene: &mut Scene, animation: usize) -> Vec<Vec3> {
     let last = if end_secs > start_secs { TIMES - 1 } else { 0 };
     let times = (0..=last).map(|i| start_secs + (end_secs - start_secs) * f32::from(i) / f32::from(last.max(1)));
     let times: Vec<f32> = times.collect();
-    let kept = kept_properties(scene, animation);
+    let (kept, time_secs) = (kept_properties(scene, animation), scene.time_secs);
     let mut collect = |has_vertices| {
         let mut collector = Collector::new(scene, has_vertices);
-        for time_secs in &times {
-            scene.pose(animation, *time_secs);
+        for at_secs in &times {
+            scene.pose(animation, *at_secs);
             scene.update_transforms();
             if !collector.add(scene) {
                 return None;
@@ -43,6 +43,7 @@ pub(super) fn animated(scene: &mut Scene, animation: usize) -> Vec<Vec3> {
         (node.translation, node.rotation, node.scale, node.morph_weights) =
             (translation, rotation, scale, morph_weights);
     }
+    scene.time_secs = time_secs;
     scene.update_transforms();
     points
 }

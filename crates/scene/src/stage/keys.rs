@@ -262,6 +262,79 @@ pub(super) const MIRRORS: StageTable = StageTable {
     ],
 };
 
+/// Surfaces of water.
+pub(super) const WATER: StageTable = StageTable {
+    name: "water",
+    doc: "Surfaces of water: flat nodes of the model, whose own mesh is not drawn then, or a rectangle that lies.",
+    keys: &[
+        key(
+            "node",
+            StageType::Text,
+            "The name of nodes of the model, in which * stands for any letters. Each is a surface of its own, as large as a rectangle around \
+             it. Without it `position` and `size_m` put a rectangle into the scene.",
+        ),
+        key("position", StageType::Vector, "Where the middle of the rectangle is, in metres."),
+        key("size_m", StageType::Pair, "Its width along X and its depth along Z, in metres."),
+        key(
+            "turn_deg",
+            FINITE,
+            "By how many degrees the rectangle is turned around the vertical, counterclockwise from above; 0.",
+        ),
+        key("name", StageType::Text, "What it is called in reports; the name of the node, or water."),
+        key(
+            "clarity",
+            StageType::Word(crate::water::Clarity::NAMES),
+            "How clear it is: absorption 0.34, 0.0565, 0.0092 and scattering 0.0035, 0.004, 0.0054 a metre (of red, green and blue), or absorption \
+             0.603, 0.3135, 1.0492 and scattering 0.84, 0.91, 0.99; clear.",
+        ),
+        key(
+            "absorption_per_m",
+            StageType::Vector,
+            "The share of red, green and blue that is absorbed in a metre; that of `clarity`.",
+        ),
+        key(
+            "scattering_per_m",
+            StageType::Vector,
+            "The share that is scattered in a metre, as if to all sides alike; that of `clarity`.",
+        ),
+        key("ior", StageType::Number { min: 1.0, is_above: true, max: 4.0 }, "The refractive index; 1.333."),
+        key(
+            "wind_m_s",
+            StageType::Number { min: 0.0, is_above: false, max: 100.0 },
+            "The wind that raises waves, in metres a second: slopes have a mean square of 0.00512 for each. 0 is a surface at rest, a mirror; 2.",
+        ),
+        key("wind_deg", FINITE, "Where the wind goes: 0 is +X, 90 is −Z; 0."),
+        key(
+            "wave_m",
+            StageType::Number { min: 0.0, is_above: true, max: 1e4 },
+            "How long the longest waves are, in metres; 1.",
+        ),
+        key(
+            "normal_map",
+            StageType::Text,
+            "An image of normals in place of the built-in waves, whose side is four of the longest waves: its path from the folder of the \
+             stage. At a wind of 5 m/s it is as steep as it says.",
+        ),
+        key(
+            "foam_depth_m",
+            StageType::Number { min: 0.0, is_above: false, max: 1e3 },
+            "Where the water is as shallow as this, in metres, foam begins; 0, none.",
+        ),
+        key("caustics", SHARE, "How strongly waves gather light on what lies below; 0."),
+        key(
+            "scale",
+            StageType::Number { min: 0.0, is_above: true, max: 2.0 },
+            "Width and height of what is drawn for its reflection, as a share of those of the picture; 0.5, at rest 1.",
+        ),
+        key("layers", StageType::Layers, "The layers that it reflects, by number (`layers` of `[[nodes]]`); all."),
+        key(
+            "quality",
+            StageType::Word(super::monitors::QUALITIES),
+            "The tier of quality whose passes draw what it reflects; the settings of the picture.",
+        ),
+    ],
+};
+
 /// Materials that are changed.
 pub(super) const MATERIALS: StageTable = StageTable {
     name: "materials",
@@ -429,7 +502,7 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 7] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, OVERLAY];
+pub const TABLES: [StageTable; 8] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, WATER, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.

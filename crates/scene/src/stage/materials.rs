@@ -286,20 +286,22 @@ pub(super) struct StageImages {
 }
 
 impl StageImages {
-    /// Reads all images that `changes` name, and adds them to the scene.
+    /// Reads all images that `changes` and `others` name, and adds them to the scene.
     ///
     /// # Errors
     /// One cannot be read, or all of them take too much memory together.
     pub(super) fn read<'c>(
         source: &Source,
         changes: impl Iterator<Item = &'c MaterialChange> + Clone,
+        others: impl Iterator<Item = &'c Placed<String>>,
         scene: &mut Scene,
         resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     ) -> Result<Self, Box<Diagnostic>> {
         let mut read = Self::default();
         let (mut encoded_bytes, mut texel_bytes) = (0_u64, 0_u64);
         let mut of_light = HashSet::new();
-        for name in changes.clone().flat_map(MaterialChange::images) {
+        let others: Vec<&Placed<String>> = others.collect();
+        for name in changes.clone().flat_map(MaterialChange::images).chain(others.iter().copied()) {
             if read.images.contains_key(&name.value) {
                 continue;
             }
@@ -321,6 +323,10 @@ impl StageImages {
             read.images.insert(name.value.clone(), scene.images.len());
             scene.images.push(image);
         }
+        if let Some(name) = others.into_iter().find(|name| of_light.contains(&name.value)) {
+            let message = format!("`{}` holds light; name a PNG, JPEG, WebP or KTX2 file", name.value);
+            return Err(source.fault(name.range.clone(), message));
+        }
         for change in changes {
             change.check_light(source, |name| of_light.contains(name))?;
         }
@@ -328,7 +334,7 @@ impl StageImages {
     }
 
     /// The texture that shows an image, which goes on beyond its edges as `wrap` says.
-    fn texture(&self, scene: &mut Scene, name: &Placed<String>, wrap: Wrap) -> usize {
+    pub(super) fn texture(&self, scene: &mut Scene, name: &Placed<String>, wrap: Wrap) -> usize {
         let image = self.images.get(&name.value).copied().unwrap_or(usize::MAX);
         let texture = Texture { image, sampler: Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() } };
         let known = scene.textures.iter().position(|known| *known == texture);

@@ -1,13 +1,10 @@
 //! Mirrors of a stage.
 
-use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::surfaces::{FACING, Surface, nodes_called};
+use super::table::{Source, Table};
 use crate::capture::{LAYERS_ALL, MIRRORS_MAX, Mirror};
-use crate::framing::look_along;
-use crate::primitives::plane;
-use crate::{Diagnostic, Material, Mesh, Node, NodeId, Primitive, Scene};
-use glam::{Quat, Vec2, Vec3};
-use std::ops::Range;
+use crate::{Diagnostic, Material, NodeId, Scene};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// An entry of `[[mirrors]]`.
@@ -22,25 +19,13 @@ pub(super) struct MirrorEntry {
     roughness: Option<f32>,
 }
 
-/// What is a mirror.
-#[derive(Clone, Debug)]
-enum Surface {
-    /// Nodes of the model.
-    Nodes(Placed<Pattern>),
-    /// A rectangle of the stage's own.
-    New { position: Vec3, rotation: Quat, size_m: Vec2, range: Range<usize> },
-}
-
 /// The reflectance of a mirror of the stage's own where nobody says: that of silver behind glass, about.
 const COLOR: Vec3 = Vec3::splat(0.93);
-
-/// The largest side.
-const SIZE_MAX_M: f32 = 1e6;
 
 impl MirrorEntry {
     pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         Ok(Self {
-            surface: surface(table)?,
+            surface: Surface::read(table, "a mirror", FACING)?,
             name: table.text("name").map(|name| name.value).filter(|name| !name.trim().is_empty()),
             scale: table.number("scale").unwrap_or(1.0),
             layers: table.layers("layers").unwrap_or(LAYERS_ALL),
@@ -57,25 +42,21 @@ impl MirrorEntry {
     pub(super) fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
         let nodes = match &self.surface {
             Surface::Nodes(nodes) => nodes,
-            Surface::New { position, rotation, size_m, range } => {
-                let (name, id) = self.put(scene, (*position, *rotation, *size_m));
-                return self.push(scene, name, id, |message| source.fault(range.clone(), message));
+            Surface::New(rectangle) => {
+                let name = self.name.clone().unwrap_or_else(|| "mirror".into());
+                let material = Material {
+                    name: "mirror".into(),
+                    base_color_factor: self.color_linear.unwrap_or(COLOR).extend(1.0),
+                    metallic_factor: 1.0,
+                    roughness_factor: self.roughness.unwrap_or(0.0),
+                    ..Material::default()
+                };
+                let id = rectangle.put(scene, &name, material);
+                return self.push(scene, name, id, |message| source.fault(rectangle.range.clone(), message));
             }
         };
-        let pattern = &nodes.value;
         let fault = |message: String| source.fault(nodes.range.clone(), message);
-        let found: Vec<NodeId> = (0..)
-            .map(NodeId)
-            .zip(&scene.nodes)
-            .filter(|(_, node)| pattern.matches(&node.name))
-            .map(|(id, _)| id)
-            .collect();
-        if found.is_empty() {
-            let message = format!("the model has no node called `{}`", pattern.text());
-            let known = scene.nodes.iter().map(|node| node.name.as_str());
-            return Err(source.unknown(nodes.range.clone(), message, pattern.text(), known));
-        }
-        for id in found {
+        for id in nodes_called(nodes, source, scene)? {
             let node = scene.node(id).name.clone();
             if scene.mirrors.iter().any(|mirror| mirror.node == id) {
                 return Err(fault(format!("the node `{node}` is a mirror already")));
@@ -106,34 +87,6 @@ impl MirrorEntry {
             ..Mirror::new(name, id)
         });
         Ok(())
-    }
-
-    /// Adds a rectangle to every scene of the file.
-    fn put(&self, scene: &mut Scene, (position, rotation, size_m): (Vec3, Quat, Vec2)) -> (String, NodeId) {
-        scene.materials.push(Material {
-            name: "mirror".into(),
-            base_color_factor: self.color_linear.unwrap_or(COLOR).extend(1.0),
-            metallic_factor: 1.0,
-            roughness_factor: self.roughness.unwrap_or(0.0),
-            ..Material::default()
-        });
-        let material = Some(scene.materials.len() - 1);
-        let square = Primitive { material, ..plane(1.0) };
-        scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() }.into());
-        let name = self.name.clone().unwrap_or_else(|| "mirror".into());
-        let node = Node {
-            name: name.clone(),
-            mesh: Some(scene.meshes.len() - 1),
-            translation: position,
-            // The plane faces up, and its v runs down the picture.
-            rotation: rotation * Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
-            scale: Vec3::new(size_m.x, 1.0, size_m.y),
-            ..Node::default()
-        };
-        let id = scene.add_node(None, node);
-        scene.scenes.iter_mut().for_each(|roots| roots.roots.push(id));
-        scene.update_transforms();
-        (name, id)
     }
 
     /// Gives a node materials of its own that are as the mirror is to be.
@@ -172,34 +125,5 @@ impl MirrorEntry {
         }
         meshes.push(mesh.into());
         node.mesh = Some(meshes.len() - 1);
-    }
-}
-
-/// What is a mirror: nodes of the model, or a rectangle.
-fn surface(table: &Table<'_>) -> Result<Surface, Box<Diagnostic>> {
-    let of_rectangle = ["position", "facing", "size_m"];
-    let given = of_rectangle.into_iter().find(|key| table.place(key).is_some());
-    match (table.text("node"), given) {
-        (Some(_), Some(key)) => {
-            Err(table.fault(key, format!("`node` is a surface of the model; leave out `{key}`, or `node`")))
-        }
-        (Some(node), None) => Ok(Surface::Nodes(Placed { value: Pattern::new(&node.value), range: node.range })),
-        (None, _) => {
-            let (position, facing, size_m) = (table.vector("position"), table.vector("facing"), table.pair("size_m"));
-            let (Some(position), Some(facing), Some(size_m)) = (position, facing, size_m) else {
-                let message =
-                    "a mirror needs `node`, a flat surface of the model, or `position`, `facing` and `size_m`";
-                return Err(table.source.fault(table.range.clone(), message));
-            };
-            // It looks back along what it faces.
-            let rotation = look_along(-facing, Vec3::Y);
-            let rotation =
-                rotation.ok_or_else(|| table.fault("facing", "`facing` is a direction, and has no length"))?;
-            if size_m.min_element() <= 0.0 || size_m.max_element() > SIZE_MAX_M {
-                let message = format!("`size_m` is a width and a height above 0, of at most {SIZE_MAX_M} metres");
-                return Err(table.fault("size_m", message));
-            }
-            Ok(Surface::New { position, rotation, size_m, range: table.range.clone() })
-        }
     }
 }

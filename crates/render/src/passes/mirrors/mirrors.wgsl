@@ -3,64 +3,23 @@
 // mirrors by rays to visible normals of GGX (Heitz 2018, by the caps of Dupuy & Benyoub 2023), weighted by how much of the
 // light of each gets out (height-correlated masking, Heitz 2014), that meet what is behind the mirror where its distances
 // say; each brings the mean of as much of the picture as it stands for (Colbert & Křivánek 2007).
-// In the space of the eye the world behind the mirror is as far away as what it is the image of: a ray that is reflected
-// goes on straight there.
 // Reads: ids, G-buffer, linear_depth, radiance and linear_depth of the view behind the mirror. Writes: radiance and how much
 // it is to be trusted, 1.
 // Program: mirrors.
 
 import package::view::view;
-import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
+import package::constants::RADIANCE_MAX;
 import package::gbuffer::is_lit_deferred;
+import package::shaders::behind_mirror::{behind_radiance_at, behind_uv, meeting_behind, mirror};
 import package::shaders::gbuffer_textures::surface_at;
 import package::shaders::hash::{plastic_turn, seed_of_pixel, unit_from_bits};
-import package::shaders::samplers::nearest_clamp;
-import package::shaders::screen_space::{Center, FARTHEST_M, center_at, tangents_of};
-import package::shaders::shading::linear_clamp;
+import package::shaders::screen_space::{Center, center_at, tangents_of};
 import package::shaders::visible_normals::{reflected_likelihood, visible_normal};
 
-struct Mirror {
-    // The plane's unit normal in view space, towards the eye; the mirror's object.
-    normal_view: vec3f,
-    object: u32,
-    // The offset of the sample within the pixels of the view behind it.
-    jitter_ndc: vec2f,
-    // 1 / its width and height in pixels.
-    inverse_size_px: vec2f,
-    // Half its extent in view space, as that of the view.
-    view_from_ndc_scale: vec2f,
-    // 1 / the number of rays of which a pixel shows the mean.
-    share_of_ray: f32,
-    padding: f32,
-}
-
-@group(1) @binding(5) var<uniform> mirror: Mirror;
 @group(1) @binding(6) var ids: texture_2d<u32>;
-@group(1) @binding(7) var behind_radiance: texture_2d<f32>;
-@group(1) @binding(8) var behind_distances: texture_2d<f32>;
 
 // Rays of a pixel; 0 where what is reflected is seen straight.
 override rays: u32 = 0u;
-
-// How often a ray looks again where it meets what is behind the mirror.
-const LOOKS: u32 = 4u;
-
-fn behind_uv(position: vec3f) -> vec2f {
-    let plane = position.xy / mix(max(-position.z, 1e-6), 1.0, view.orthographic);
-    return (plane / mirror.view_from_ndc_scale + mirror.jitter_ndc) * vec2f(0.5, -0.5) + 0.5;
-}
-
-// What the view behind shows at a place, as far away as it lies.
-fn behind_position(uv: vec2f) -> vec3f {
-    let distance_m = min(textureSampleLevel(behind_distances, nearest_clamp, uv, 0.0).r, FARTHEST_M);
-    let plane = (vec2f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0) - mirror.jitter_ndc) * mirror.view_from_ndc_scale;
-    return vec3f(plane * mix(distance_m, 1.0, view.orthographic), -distance_m);
-}
-
-// Radiance of a level, less the mark of what glows.
-fn radiance_at(uv: vec2f, level: f32) -> vec3f {
-    return textureSampleLevel(behind_radiance, linear_clamp, uv, level).rgb;
-}
 
 // Of a normal that the eye sees: the radiance that comes by it, times its weight, and that.
 fn reflected(center: Center, alpha: f32, noise: vec2f) -> vec4f {
@@ -82,19 +41,10 @@ fn reflected(center: Center, alpha: f32, noise: vec2f) -> vec4f {
     let likelihood = reflected_likelihood(local, to_eye, a2);
     // Behind the mirror the ray goes on as its image.
     let image = direction - 2.0 * over_plane * mirror.normal_view;
-    var length_m = length(behind_position(behind_uv(center.position)) - center.position);
-    var uv = vec2f(0.0);
-    for (var look = 0u; look < LOOKS; look++) {
-        uv = clamp(behind_uv(center.position + image * length_m), vec2f(0.0), vec2f(1.0));
-        let found = behind_position(uv) - center.position;
-        length_m = max(dot(found, image), 1e-4 * length(found));
-    }
-    uv = clamp(behind_uv(center.position + image * length_m), vec2f(0.0), vec2f(1.0));
-    let away_m = max(-(center.position + image * length_m).z, 1e-6);
-    let pixel_m = mix(away_m, 1.0, view.orthographic) * 2.0 * mirror.view_from_ndc_scale.y * mirror.inverse_size_px.y;
+    let met = meeting_behind(center.position, image);
     let solid_angle = mirror.share_of_ray / likelihood;
-    let level = log2(max(0.5 * length_m * sqrt(solid_angle) / pixel_m, 1e-3));
-    return vec4f(radiance_at(uv, max(level, 0.0)), 1.0) * weight;
+    let level = log2(max(0.5 * met.length_m * sqrt(solid_angle) / met.pixel_m, 1e-3));
+    return vec4f(behind_radiance_at(met.uv, max(level, 0.0)), 1.0) * weight;
 }
 
 @fragment
@@ -107,7 +57,7 @@ fn fs_mirrors(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let surface = surface_at(pixel);
     var radiance = vec3f(0.0);
     if rays == 0u {
-        radiance = radiance_at(behind_uv(center.position), 0.0);
+        radiance = behind_radiance_at(behind_uv(center.position), 0.0);
     } else {
         let alpha = surface.roughness_perceptual * surface.roughness_perceptual;
         let seed = vec2f(

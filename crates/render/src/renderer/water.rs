@@ -1,0 +1,90 @@
+//! Which surfaces of water a view shows.
+
+use super::mirrors::{Reflector, has_waves};
+use super::prepare::{Asked, Ready};
+use crate::mirror_picture::MirrorPicture;
+use crate::outline::is_seen;
+use crate::passes::water::{ShownWater, WaterUniform};
+use crate::resources::Textures;
+use glam::Vec3;
+use manypass_scene::capture::Panel;
+use manypass_scene::water::{WATER_MAX, Water};
+use manypass_scene::{NodeId, Scene};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The surfaces of water that a scene shows, by their indices.
+#[derive(Default)]
+pub(super) struct Surfaces(Vec<(usize, Panel, Vec<Vec3>)>);
+
+impl Surfaces {
+    pub fn of(scene: &Scene) -> Self {
+        if scene.water.is_empty() {
+            return Self::default();
+        }
+        let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
+        let known = scene.water.iter().take(WATER_MAX).enumerate();
+        let shown = known.filter(|(_, water)| visible.contains(&water.node));
+        let with_outline = |(index, water): (usize, &Water)| {
+            let panel = scene.panel(water.node).ok()?;
+            Some((index, panel, scene.outline(water.node, &panel)))
+        };
+        Self(shown.filter_map(with_outline).collect())
+    }
+
+    /// Those that a view shows, the farthest first; `behind` has what views behind them left, by the views' names.
+    pub fn shown(
+        &self,
+        (scene, textures): (&Scene, &Textures),
+        (asked, ready): (&Asked, &Ready),
+        behind: &mut BTreeMap<String, MirrorPicture>,
+    ) -> Vec<ShownWater> {
+        let uniform = &ready.view.uniform;
+        let column = if asked.request.camera.is_orthographic() { 2 } else { 3 };
+        let eye = uniform.world_from_view.col(column);
+        let shown = |(index, panel, outline): &(usize, Panel, Vec<Vec3>)| {
+            let water = scene.water.get(*index)?;
+            let corners = panel.corners_world();
+            let is_cut = asked
+                .request
+                .clip_plane_world
+                .is_some_and(|plane| corners.iter().all(|corner| plane.dot(corner.extend(1.0)) < 0.0));
+            let in_layers = scene.nodes.get(water.node.0 as usize)?.layers & asked.request.layers != 0;
+            if is_cut || !in_layers || !is_seen(&uniform.clip_from_world, &corners) {
+                return None;
+            }
+            let view = asked.mirrors.iter().find(|seen| seen.of == Reflector::Water(*index));
+            let picture = view.and_then(|seen| behind.remove(&seen.view));
+            let map = water.normal_map.and_then(|texture| textures.linear(scene, texture)).cloned();
+            let away_m = eye.truncate().distance(panel.center_world);
+            let water = ShownWater {
+                uniform: WaterUniform::new(
+                    water,
+                    (panel, outline),
+                    scene.time_secs,
+                    panel.plane_world().dot(eye) < 0.0,
+                ),
+                normal_map: map,
+                corner_count: outline.len() as u32,
+                has_waves: has_waves(water),
+                picture,
+            };
+            Some((away_m, water))
+        };
+        let mut all: Vec<(f32, ShownWater)> = self.0.iter().filter_map(shown).collect();
+        all.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        all.into_iter().map(|(_, water)| water).collect()
+    }
+}
+
+/// What is wrong with water of a scene, which is not drawn then.
+pub(super) fn faults(scene: &Scene) -> Vec<String> {
+    let fault = |water: &Water| {
+        let what = scene.panel(water.node).err()?;
+        Some(format!("water `{}` is not drawn: its surface is flat, and its node {what}", water.name))
+    };
+    let mut faults: Vec<String> = scene.water.iter().take(WATER_MAX).filter_map(fault).collect();
+    if scene.water.len() > WATER_MAX {
+        faults.push(format!("only the first {WATER_MAX} of {} surfaces of water are drawn", scene.water.len()));
+    }
+    faults
+}
