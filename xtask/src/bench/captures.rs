@@ -29,6 +29,7 @@ fn rows() -> Vec<(&'static str, String, Option<f64>)> {
         ("a mirror across the hall, half the size", mirror(0.5, 12.0, 1), Some(HALF_MIRROR_MAX)),
         ("the same, the whole size", mirror(1.0, 12.0, 1), None),
         ("a mirror that turns its back", mirror(1.0, 12.0, -1), None),
+        ("a lake and a pool, against the environment in them", "model = \"demo:water\"\n".into(), None),
         ("three monitors that see each other", "model = \"demo:monitors\"\n".into(), None),
     ]
 }

@@ -101,7 +101,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 59] = [
+pub(super) const CASES: [Case; 60] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -115,6 +115,11 @@ pub(super) const CASES: [Case; 59] = [
     Case {
         tolerance: Tolerance { share_between: 0.998, ..together(144, 30) },
         ..case("mirror", "docs/examples/mirror.stage.toml", WIDE)
+    },
+    // Waves, what they reflect and refract, absorption, foam; sparkles are met by some rays and missed by others.
+    Case {
+        tolerance: Tolerance { share_between: 0.998, ..together(144, 30) },
+        ..case("water", "docs/examples/water.stage.toml", WIDE)
     },
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),

@@ -62,6 +62,7 @@ pub fn all() -> Vec<Subject> {
         samples_of_frames(),
         of_room("monitors"),
         of_room("mirror"),
+        water(),
     ]
 }
 
@@ -336,6 +337,28 @@ fn of_room(name: &'static str) -> Subject {
     request.settings.occlusion.enabled = Switch::Off;
     request.settings.reflections.enabled = Switch::Off;
     Subject { name, scene, strips: vec![request], effects: Vec::new(), tables: Vec::new(), known_failure: None }
+}
+
+/// The lake and the pool of the demo, under its sky.
+fn water() -> Subject {
+    let mut scene = demo::named("water").unwrap();
+    scene.time_secs = 1.5;
+    let mut request = FrameRequest::of_scene(&scene, 128, 72);
+    let environment = &mut request.settings.environment;
+    environment.source = Environment::Sky;
+    (environment.sun_elevation_deg, environment.sun_azimuth_deg) = (24.0, -60.0);
+    request.settings.tone_map.dither = 0.0;
+    request.settings.exposure.stops = Exposure::Stops(0.7);
+    request.settings.occlusion.enabled = Switch::Off;
+    request.settings.reflections.enabled = Switch::Off;
+    Subject {
+        name: "water",
+        scene,
+        strips: vec![request],
+        effects: Vec::new(),
+        tables: Vec::new(),
+        known_failure: None,
+    }
 }
 
 /// Built-in effects, each in a strip, over boxes of colours and boxes that glow.

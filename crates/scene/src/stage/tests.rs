@@ -478,6 +478,58 @@ fn wrong_monitors_are_told_with_their_place() {
 }
 
 #[test]
+fn water_lies_in_flat_nodes_or_rectangles() {
+    let applied = |text: &str| {
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut scene = model();
+        let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };
+        scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() }.into());
+        let mesh = Some(scene.meshes.len() - 1);
+        scene.add_node(None, Node { name: "Pond".into(), mesh, ..Node::default() });
+        stage.apply(&mut scene).map_err(|error| error.to_string())?;
+        Ok::<Scene, String>(scene)
+    };
+    let scene = applied(
+        "[[water]]\nnode = \"Pond\"\nclarity = \"murky\"\nwind_m_s = 0\nfoam_depth_m = 0.1\nlayers = [1]\n\
+         [[water]]\nname = \"sea\"\nposition = [0, -1, 3]\nsize_m = [40, 20]\nturn_deg = 90\nabsorption_per_m = [1, 2, 3]\nwind_deg = 180\n",
+    )
+    .unwrap();
+    let [pond, sea] = &scene.water[..] else { panic!("{:?}", scene.water) };
+    assert_eq!((pond.name.as_str(), pond.wind_m_s, pond.scale, pond.layers), ("Pond", 0.0, 1.0, 2));
+    assert_eq!(pond.scattering_per_m, crate::water::Clarity::Murky.scattering_per_m());
+    assert_eq!((sea.name.as_str(), sea.wind_m_s, sea.scale), ("sea", 2.0, 0.5));
+    assert_eq!(sea.absorption_per_m, Vec3::new(1.0, 2.0, 3.0));
+    let panel = scene.panel(sea.node).unwrap();
+    assert!(
+        panel.normal_world.abs_diff_eq(Vec3::Y, 1e-6)
+            && panel.center_world.abs_diff_eq(Vec3::new(0.0, -1.0, 3.0), 1e-5)
+    );
+    let reach = panel.half_edges_world.iter().fold(Vec3::ZERO, |reach, edge| reach + edge.abs());
+    assert!(reach.abs_diff_eq(Vec3::new(10.0, 0.0, 20.0), 1e-4), "{reach}");
+    for (text, expected) in [
+        ("", "2:1: error: water needs `node`, a flat surface of the model, or `position` and `size_m`"),
+        ("node = \"Pont\"\n", "3:8: error: the model has no node called `Pont`"),
+        ("node = \"Post\"\n", "3:8: error: a surface of water is flat, and the node `Post` has no mesh"),
+        ("node = \"Pond\"\nturn_deg = 3\n", "4:12: error: `node` is a surface of the model; leave out `turn_deg`"),
+        ("node = \"Pond\"\n[[water]]\nnode = \"Po*d\"\n", "5:8: error: the node `Pond` is water already"),
+        ("node = \"Pond\"\n[[mirrors]]\nnode = \"Pond\"\n", "3:8: error: the node `Pond` is a mirror; it cannot be"),
+        ("node = \"Pond\"\nabsorption_per_m = [1, -1, 0]\n", "4:20: error: `absorption_per_m` is a share of light"),
+        ("node = \"Pond\"\nclarity = \"dirty\"\n", "4:11: error: `\"dirty\"` is no value of `clarity`"),
+        ("node = \"Pond\"\nior = 1\n", "4:7: error: `1` is no value of `ior`"),
+        ("node = \"Pond\"\nwind_m_s = -1\n", "4:12: error: `-1` is no value of `wind_m_s`"),
+        ("node = \"Pond\"\nnormal_map = \"waves.png\"\n", "4:14: error: `waves.png` was not given"),
+        ("position = [0, 0, 0]\nsize_m = [0, 1]\n", "4:10: error: `size_m` is a width and a height"),
+    ] {
+        let text = format!("[[water]]\n{text}");
+        let error = applied(&text).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+    let many = "[[water]]\nposition = [0, 0, 0]\nsize_m = [1, 1]\n".repeat(17);
+    assert!(applied(&many).expect_err("17").contains("there are more surfaces of water than 16"));
+}
+
+#[test]
 fn mirrors_are_flat_nodes_or_rectangles() {
     let flat = |scene: &mut Scene| {
         let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };

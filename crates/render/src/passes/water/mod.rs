@@ -100,6 +100,8 @@ impl WaterUniform {
             turned.extend(-moved).extend(0.0)
         };
         let wind_m_s = number(water.wind_m_s, 0.0, 100.0, 0.0);
+        // What is at rest has no time.
+        let secs = if wind_m_s > 0.0 { secs } else { 0.0 };
         let steepness = match water.normal_map {
             // Each of the two has half of it.
             None => (0.5 * SLOPES_OF_WIND * wind_m_s).sqrt(),

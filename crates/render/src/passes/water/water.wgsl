@@ -35,8 +35,11 @@ override has_mirror: u32 = 0u;
 // 1 if waves gather light on what is below.
 override has_caustics: u32 = 0u;
 
-// How often the refracted ray looks again where it meets what is below.
-const LOOKS_BELOW: u32 = 3u;
+// The steps of the refracted ray, which grow with the way, and how often it looks between two of them; and how near to it is
+// what it meets, as a share of the way.
+const STEPS_BELOW: u32 = 8u;
+const LOOKS_BELOW: u32 = 4u;
+const NEAR_SHARE: f32 = 0.15;
 // How much longer than straight down light goes to what is below, which comes from all sides.
 const WAY_DOWN: f32 = 1.15;
 // Over how much of a place what is below is spread by waves, of the way there.
@@ -102,12 +105,10 @@ fn gaussian(noise: vec2f) -> vec2f {
     return radius * vec2f(cos(2.0 * PI * noise.y), sin(2.0 * PI * noise.y));
 }
 
-// What is seen through the surface: the place in the picture, how long the ray is to what is there, and its height above
-// the plane, which is negative on the far side.
+// What is seen through the surface: the place in the picture, and how long the ray is to what is there.
 struct Through {
     uv: vec2f,
     length_m: f32,
-    height_m: f32,
 }
 
 fn surface_at_pixel(position_px: vec2f) -> vec3f {
@@ -116,17 +117,37 @@ fn surface_at_pixel(position_px: vec2f) -> vec3f {
 }
 
 fn seen_below(position_px: vec2f, position: vec3f, ray: vec3f, plane_normal: vec3f) -> Through {
-    let straight = surface_at_pixel(position_px);
-    let straight_m = length(straight - position);
-    var through = Through(position_px * view.inverse_size_px, straight_m, dot(straight - position, plane_normal));
-    var length_m = straight_m;
-    for (var look = 0u; look < LOOKS_BELOW; look++) {
-        let at = pixel_from_position_view(position + ray * length_m);
+    let straight = surface_at_pixel(position_px) - position;
+    let fall = max(-dot(ray, plane_normal), 1e-2);
+    let straight_m = max(-dot(straight, plane_normal), 0.0) / fall;
+    // What is there straight on, should nothing be found.
+    var through = Through(position_px * view.inverse_size_px, min(straight_m, length(straight)));
+    // The ray is before what the picture shows up to a place, and from another one on beyond it.
+    let longest_m = 1.5 * max(straight_m, length(straight));
+    var before_m = 0.0;
+    var beyond_m = longest_m;
+    var has_crossed = false;
+    for (var look = 1u; look <= STEPS_BELOW + LOOKS_BELOW; look++) {
+        let share = f32(look) / f32(STEPS_BELOW);
+        let is_between = has_crossed | (look > STEPS_BELOW);
+        let length_m = select(longest_m * share * share, 0.5 * (before_m + beyond_m), is_between);
+        let end = position + ray * length_m;
+        let at = pixel_from_position_view(end);
         let found = surface_at_pixel(at) - position;
-        // What stands before the surface is not seen through it.
-        if dot(found, plane_normal) < -1e-3 * length(found) {
-            length_m = max(dot(found, ray), 0.0);
-            through = Through(at * view.inverse_size_px, length_m, dot(found, plane_normal));
+        if -end.z < -(position + found).z {
+            before_m = length_m;
+        } else {
+            beyond_m = length_m;
+            has_crossed = true;
+            // What stands before the surface, or before what is below, is not what the ray meets.
+            let height_m = dot(found, plane_normal);
+            let off_m = length(found - ray * length_m);
+            if (height_m < -1e-4 * length(found)) & (off_m < NEAR_SHARE * length_m) {
+                // Of level ground this is exact, wherever in its pixel the ray ends.
+                let level_m = -height_m / fall;
+                let is_level = abs(level_m - length_m) < NEAR_SHARE * length_m;
+                through = Through(at * view.inverse_size_px, select(length_m, level_m, is_level));
+            }
         }
     }
     return through;
@@ -231,13 +252,13 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
     let pixel_m = mix(max(-position_view.z, 1e-6) + through.length_m, 1.0, view.orthographic)
         * 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
     let level = log2(max(2.0 * through.length_m * bend / pixel_m, 1.0));
+    let depth_m = through.length_m * abs(dot(ray_view, normal_view));
     var behind = textureSampleLevel(below, linear_clamp, clamp(through.uv, vec2f(0.0), vec2f(1.0)), level).rgb;
     if has_caustics != 0u {
         let way = (view.world_from_view * vec4f(ray_view * through.length_m, 0.0)).xyz;
         let over = at + vec2f(dot(way, water.x_world.xyz), dot(way, water.y_world.xyz));
         // What rays scatter that the surface bends is not seen as sharply; and deep down many waves shine on one place.
         let footprint_m = max(length(step_x), length(step_y)) + SCATTER * through.length_m;
-        let depth_m = -through.height_m;
         let strength = water.caustics * exp(-depth_m / (4.0 * water.focus_m));
         behind *= mix(1.0, gathered(over, depth_m, footprint_m), strength);
     }
@@ -274,7 +295,6 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
         let of_reflected = reflected.rgb * exp(-lost_per_m * min(reflected.w, 1e6));
         radiance = (of_reflected + (1.0 - share) * behind) * comes + scattered * (1.0 - comes);
     } else {
-        let depth_m = -through.height_m;
         let fall = clamp(-dot(refracted, water.normal.xyz), 0.0, 1.0);
         let comes = exp(-lost_per_m * min(through.length_m + WAY_DOWN * depth_m, 1e6));
         let part = (1.0 - exp(-lost_per_m * min(through.length_m * (1.0 + fall), 1e6))) / (1.0 + fall);
