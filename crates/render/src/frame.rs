@@ -21,11 +21,12 @@ use crate::occlusion::Occlusion;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::mirrors::ShownMirror;
+use crate::passes::portals::ShownPortal;
 use crate::passes::water::ShownWater;
 use crate::passes::{
     adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
-    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, reflections, resolve, shadows, tile_depth,
-    transparency, volumes, water,
+    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, portals, reflections, resolve, shadows,
+    tile_depth, transparency, volumes, water,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -84,6 +85,8 @@ pub struct Flat {
     pub mirrors: Vec<ShownMirror>,
     /// Water, the farthest first.
     pub water: Vec<ShownWater>,
+    /// Ends of portals.
+    pub portals: Vec<ShownPortal>,
 }
 
 /// Everything from geometry to radiance, for one camera.
@@ -128,6 +131,7 @@ pub fn view_passes(
     let radiance = fog::record(r, &settings.fog, linear_depth, &depth, radiance)?;
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = fog::record_light(r, &settings.fog, linear_depth, radiance)?;
+    let (radiance, depth) = portals::record(r, &flat.portals, (radiance, depth))?;
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
@@ -183,6 +187,7 @@ fn forward_view_passes(
         Some(linear_depth) => fog::record_light(r, &settings.fog, linear_depth, radiance)?,
         None => radiance,
     };
+    let (radiance, depth) = portals::record(r, &flat.portals, (radiance, depth))?;
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
     let radiance = resolve::record(r, "resolve", radiance);
     let occlusion = occlusion.map(|occlusion| occlusion.texture);

@@ -9,6 +9,7 @@ mod ground;
 mod metering;
 mod mirrors;
 mod output;
+mod portals;
 mod prepare;
 mod reading;
 mod run;
@@ -56,7 +57,7 @@ pub struct Renderer {
     /// Lights of visible nodes, be they drawn or too many.
     light_count: usize,
     /// What is wrong with mirrors of the scene.
-    /// What is wrong with mirrors and water.
+    /// What is wrong with mirrors, water and portals.
     flat_faults: Vec<String>,
     bundles: Bundles,
     volumes: Volumes,
@@ -179,6 +180,7 @@ impl Renderer {
         self.light_count = scene.visible_nodes().into_iter().filter(is_lit).count();
         self.flat_faults = mirrors::faults(scene);
         self.flat_faults.extend(water::faults(scene));
+        self.flat_faults.extend(portals::faults(scene));
         Ok(self.gpu.check()?)
     }
 

@@ -3,12 +3,14 @@
 //! things, and pictures within the picture in a room: with what their stages say.
 
 mod crowd;
+mod doors;
 mod materials;
 mod relief;
 mod room;
 mod shore;
 
 pub use crowd::crowd;
+pub use doors::doors;
 pub use materials::materials;
 pub use relief::relief;
 pub use room::room;
@@ -21,7 +23,8 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 9] = ["hall", "materials", "relief", "crowd", "room", "monitors", "mirror", "shore", "water"];
+pub const NAMES: [&str; 11] =
+    ["hall", "materials", "relief", "crowd", "room", "monitors", "mirror", "shore", "water", "doors", "portals"];
 
 /// The demo of a name.
 pub fn named(name: &str) -> Option<Scene> {
@@ -32,6 +35,8 @@ pub fn named(name: &str) -> Option<Scene> {
         "crowd" => Some(crowd()),
         "room" => Some(room()),
         "monitors" | "mirror" => staged(room(), name),
+        "doors" => Some(doors()),
+        "portals" => staged(doors(), name),
         "shore" => Some(shore()),
         "water" => staged(shore(), name),
         _ => None,
@@ -57,6 +62,8 @@ pub fn stage(name: &str) -> Option<Stage> {
             "model = \"demo:shore\"\n[environment]\nsource = \"sky\"\nsun_elevation_deg = 24\nsun_azimuth_deg = -60\n[settings.exposure]\nstops = \"auto+0.7\"\n"
         }
         "water" => include_str!("demo/water.stage.toml"),
+        "doors" => "model = \"demo:doors\"\n[settings.exposure]\nstops = \"auto-1\"\n",
+        "portals" => include_str!("demo/portals.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -451,6 +458,7 @@ mod tests {
             let model = match name {
                 "hall" => "demo:hall",
                 "shore" | "water" => "demo:shore",
+                "doors" | "portals" => "demo:doors",
                 _ => "demo:room",
             };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");

@@ -3,6 +3,7 @@
 use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
+use crate::portal::Portal;
 use crate::water::Water;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
@@ -204,6 +205,8 @@ pub struct Scene {
     pub environment: Option<Arc<EnvironmentMap>>,
     /// Flat surfaces that reflect what is before them.
     pub mirrors: Vec<Mirror>,
+    /// Flat places that lead into each other.
+    pub portals: Vec<Portal>,
     /// Surfaces of water.
     pub water: Vec<Water>,
     /// The time that is shown of what moves without keyframes, such as waves, in seconds. [`Scene::pose`] sets it.
@@ -275,8 +278,14 @@ impl Scene {
 
     /// Brings `world_from_object` and `bounds_world` of the nodes below the roots up to date, hidden ones too, where
     /// anything has changed since the last time: the node itself, one above it, its mesh, a joint of its skin or a
-    /// morph weight. Gives the number of nodes whose transform was computed anew.
+    /// morph weight; and what portals carry. Gives the number of nodes whose transform was computed anew.
     pub fn update_transforms(&mut self) -> usize {
+        let count = self.update_all();
+        // What portals carry follows what it stands for.
+        if self.carry_through_portals() { count + self.update_all() } else { count }
+    }
+
+    fn update_all(&mut self) -> usize {
         let order = self.reachable_nodes();
         let mut has_moved = vec![false; self.nodes.len()];
         for id in &order {

@@ -24,6 +24,7 @@ mod mirrors;
 mod monitors;
 mod names;
 mod overlay;
+mod portals;
 mod surfaces;
 mod table;
 mod water;
@@ -36,13 +37,14 @@ pub use load::{
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
-use keys::{LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, SETTINGS_TABLES, StageTable, TABLES, WATER};
+use keys::{LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PORTALS, SETTINGS_TABLES, StageTable, TABLES, WATER};
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
 use mirrors::MirrorEntry;
 use monitors::MonitorEntry;
 use names::Pattern;
 use overlay::OverlayEntry;
+use portals::PortalEntry;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use table::{Placed, Source, Table, tables};
@@ -62,6 +64,7 @@ pub struct Stage {
     monitors: Vec<MonitorEntry>,
     mirrors: Vec<MirrorEntry>,
     water: Vec<WaterEntry>,
+    portals: Vec<PortalEntry>,
     overlay: Vec<OverlayEntry>,
 }
 
@@ -83,7 +86,16 @@ impl Stage {
         let document = document(&source)?;
         let root = document.get_ref();
         let settings = SETTINGS_TABLES.map(|(name, _)| name);
-        let lists = [LIGHTS.name, NODES.name, MATERIALS.name, MONITORS.name, MIRRORS.name, WATER.name, OVERLAY.name];
+        let lists = [
+            LIGHTS.name,
+            NODES.name,
+            MATERIALS.name,
+            MONITORS.name,
+            MIRRORS.name,
+            WATER.name,
+            PORTALS.name,
+            OVERLAY.name,
+        ];
         let [beginning, ..] = &TABLES;
         // The whole text is no place for what is missing.
         let top = Table::read(&source, (root, 0..0), beginning, &[&lists[..], &settings[..]].concat())?;
@@ -105,8 +117,9 @@ impl Stage {
         monitors::check(&monitors, &source)?;
         let mirrors = list(&source, root, &MIRRORS, MirrorEntry::read)?;
         let water = list(&source, root, &WATER, WaterEntry::read)?;
+        let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
-        Ok(Self { model, environment, lights, nodes, materials, monitors, mirrors, water, overlay, source })
+        Ok(Self { model, environment, lights, nodes, materials, monitors, mirrors, water, portals, overlay, source })
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -161,11 +174,11 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, water, what is drawn over it.
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, water, portals, what is drawn over it.
     /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
-    /// The model has no light, node, camera or material of a name, a mirror or water is not flat, or an image or font cannot be read; the scene may be changed
+    /// The model has no light, node, camera or material of a name, a mirror, water or an end of a portal is not flat, or an image or font cannot be read; the scene may be changed
     /// in part.
     pub fn apply_with(
         &self,
@@ -196,6 +209,9 @@ impl Stage {
         }
         for water in &self.water {
             water.apply(&self.source, scene, &images)?;
+        }
+        for portal in &self.portals {
+            portal.apply(&self.source, scene)?;
         }
         Ok(warnings)
     }

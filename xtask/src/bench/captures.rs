@@ -30,6 +30,7 @@ fn rows() -> Vec<(&'static str, String, Option<f64>)> {
         ("the same, the whole size", mirror(1.0, 12.0, 1), None),
         ("a mirror that turns its back", mirror(1.0, 12.0, -1), None),
         ("a lake and a pool, against the environment in them", "model = \"demo:water\"\n".into(), None),
+        ("a doorway and two openings that face each other", "model = \"demo:portals\"\n".into(), None),
         ("three monitors that see each other", "model = \"demo:monitors\"\n".into(), None),
     ]
 }

@@ -188,7 +188,8 @@ impl WorldDraws {
         self.mesh_levels.clear();
         self.groups.clear();
         self.bounds_world = Aabb::EMPTY;
-        let water: BTreeSet<NodeId> = scene.water.iter().map(|water| water.node).collect();
+        let of_water = scene.water.iter().map(|water| water.node);
+        let flat: BTreeSet<NodeId> = of_water.chain(scene.portals.iter().flat_map(|portal| portal.nodes)).collect();
         let mut groups = NodeGroups::default();
         for (id, of) in scene.visible_levels() {
             let node = scene.node(id);
@@ -198,8 +199,8 @@ impl WorldDraws {
                 self.lit.push(id);
             }
             let level = of.map(|of| groups.add(scene, of, &node.bounds_world, &mut self.groups));
-            // Water is drawn as such, and casts no shadow.
-            if let Some(mesh) = node.mesh.filter(|_| !water.contains(&id)) {
+            // Water and portals are drawn as such, and cast no shadow.
+            if let Some(mesh) = node.mesh.filter(|_| !flat.contains(&id)) {
                 self.collect(scene, resources, (id, level), mesh);
             }
         }

@@ -12,6 +12,7 @@ use crate::resources::layers::ShadedIn;
 use crate::view::View;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
+use manypass_scene::portal::{PORTALS_MAX, Portal, through};
 use manypass_scene::water::{WATER_MAX, Water};
 use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
 use std::collections::BTreeSet;
@@ -42,6 +43,9 @@ pub(super) enum Reflector {
     Node(NodeId),
     /// A surface of water of the scene, by its index.
     Water(usize),
+    /// A portal of the scene, by its index, and one of its ends: it reflects nothing, but has a view behind it as mirrors
+    /// have.
+    Portal(usize, usize),
 }
 
 /// What a view shows of a mirror.
@@ -60,8 +64,8 @@ pub(super) struct MirrorSeen {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MirrorView {
     pub is_smooth: bool,
-    /// Whether it is water, which shows suns by the light that they are.
-    pub is_water: bool,
+    /// What shows it.
+    pub of: Reflector,
     /// The corners of a rectangle around it, one after the other.
     pub corners_world: [Vec3; 4],
     /// By how much its picture is moved, because that of the view that shows it is, and how far it then reaches beyond its
@@ -80,9 +84,31 @@ struct Known<'s> {
     scale: f32,
     layers: u32,
     quality: Option<&'s str>,
+    /// Where it leads, if it is an end of a portal: the matrix, and the other end.
+    through: Option<(Mat4, Panel)>,
+}
+
+impl Reflector {
+    /// What it is called.
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Node(_) => "mirror",
+            Self::Water(_) => "water",
+            Self::Portal(..) => "portal",
+        }
+    }
 }
 
 impl<'s> Known<'s> {
+    /// The corners of its panel in the space that the view behind it sees: those of a mirror stay where they are.
+    fn corners_behind(&self) -> [Vec3; 4] {
+        let corners = self.panel.corners_world();
+        match &self.through {
+            None => corners,
+            Some((matrix, _)) => corners.map(|corner| matrix.transform_point3(corner)),
+        }
+    }
+
     fn mirror(scene: &'s Scene, mirror: &'s Mirror) -> Option<Self> {
         let Mirror { name, node, scale, layers, quality } = mirror;
         let panel = scene.panel(*node).ok()?;
@@ -95,6 +121,7 @@ impl<'s> Known<'s> {
             scale: *scale,
             layers: *layers,
             quality: quality.as_deref(),
+            through: None,
         })
     }
 
@@ -111,6 +138,27 @@ impl<'s> Known<'s> {
             scale: water.scale,
             layers: water.layers,
             quality: water.quality.as_deref(),
+            through: None,
+        })
+    }
+
+    fn portal(scene: &'s Scene, (index, end): (usize, usize)) -> Option<Self> {
+        let Portal { name, nodes, scale, layers, quality, .. } = scene.portals.get(index)?;
+        if nodes[0] == nodes[1] {
+            return None;
+        }
+        let [panel, other] = [end, 1 - end].map(|end| scene.panel(nodes[end]).ok());
+        let (panel, other) = (panel?, other?);
+        Some(Self {
+            of: Reflector::Portal(index, end),
+            panel: Panel { is_double_sided: false, ..panel },
+            is_smooth: true,
+            name,
+            node: nodes[end],
+            scale: *scale,
+            layers: *layers,
+            quality: quality.as_deref(),
+            through: Some((through(&panel, &other), other)),
         })
     }
 }
@@ -124,7 +172,7 @@ pub(super) struct Mirrors<'s> {
 
 impl<'s> Mirrors<'s> {
     pub fn of(scene: &'s Scene, limit_px: u32) -> Self {
-        if scene.mirrors.is_empty() && scene.water.is_empty() {
+        if scene.mirrors.is_empty() && scene.water.is_empty() && scene.portals.is_empty() {
             return Self { all: Vec::new(), limit_px };
         }
         let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
@@ -133,7 +181,10 @@ impl<'s> Mirrors<'s> {
         let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(is_drawn);
         let mirrors = known.filter_map(|mirror| Known::mirror(scene, mirror));
         let water = (0..scene.water.len().min(WATER_MAX)).filter_map(|index| Known::water(scene, index));
-        let all = mirrors.chain(water.filter(|water| visible.contains(&water.node))).collect();
+        let ends = (0..scene.portals.len().min(PORTALS_MAX)).flat_map(|index| [(index, 0), (index, 1)]);
+        let portals = ends.filter_map(|end| Known::portal(scene, end));
+        let others = water.chain(portals).filter(|known| visible.contains(&known.node));
+        let all = mirrors.chain(others).collect();
         Self { all, limit_px }
     }
 
@@ -187,26 +238,25 @@ impl<'s> Mirrors<'s> {
         (drawn, shown): (&mut usize, &mut BTreeSet<Reflector>),
     ) -> Result<Vec<Part>, RenderError> {
         let mut parts = Vec::new();
-        if part.part.is_fisheye() || part.request.settings.render.path == Path::Gouraud {
+        if part.part.is_fisheye() {
             return Ok(parts);
         }
+        let has_reflections = part.request.settings.render.path != Path::Gouraud;
         for (at, known) in self.all.iter().enumerate() {
             let Known { of, panel, is_smooth, name, node, .. } = known;
-            if scene.node(*node).layers & part.request.layers == 0 || *drawn == VIEWS_MAX {
+            let is_possible = has_reflections || known.through.is_some();
+            if scene.node(*node).layers & part.request.layers == 0 || *drawn == VIEWS_MAX || !is_possible {
                 continue;
             }
             let of_viewer = (&part.request, part.part.is_of_fisheye());
             let Some((behind, normal_world)) = request_behind(known, self.limit_px, of_viewer)? else { continue };
             *drawn += 1;
             shown.insert(*of);
-            let is_water = matches!(of, Reflector::Water(_));
-            let is_twin =
-                |other: &&Known<'_>| other.name == *name && matches!(other.of, Reflector::Water(_)) == is_water;
+            let is_twin = |other: &&Known<'_>| other.name == *name && other.of.kind() == of.kind();
             let twin = self.all.iter().take(at).filter(is_twin).count();
             let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
             let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
-            let kind = if is_water { "water" } else { "mirror" };
-            let view = format!("{outer}{kind}/{name}{number}");
+            let view = format!("{outer}{}/{name}{number}", of.kind());
             part.mirrors.push(MirrorSeen {
                 view: view.clone(),
                 of: *of,
@@ -218,8 +268,8 @@ impl<'s> Mirrors<'s> {
             let margin = if *is_smooth { 1.0 } else { 1.0 + 2.0 * ROUGH_MARGIN };
             let of_mirror = ViewPart::Mirror(MirrorView {
                 is_smooth: *is_smooth,
-                is_water,
-                corners_world: panel.corners_world(),
+                of: *of,
+                corners_world: known.corners_behind(),
                 shear: (shift_ndc / margin, beyond),
             });
             parts.push(Part { level: part.level, ..Part::new(view, behind, of_mirror) });
@@ -286,7 +336,7 @@ fn request_behind(
     limit_px: u32,
     (request, is_sheared): (&FrameRequest, bool),
 ) -> Result<Option<(FrameRequest, Vec3)>, RenderError> {
-    let Known { panel, is_smooth, scale, layers, quality, .. } = known;
+    let Known { panel, is_smooth, scale, layers, quality, through, .. } = known;
     let View { world_from_view, projection } = request.camera;
     let plane = panel.plane_world();
     // The eye, or with parallel rays the direction in which it is.
@@ -310,6 +360,12 @@ fn request_behind(
         (Vec3::Z - 2.0 * normal.z * normal).extend(0.0),
         (-2.0 * plane.w * normal).extend(1.0),
     );
+    let cut = |plane: Vec4, panel: &Panel| plane - Vec4::W * (CUT_SHARE * panel.size_m());
+    // What an end of a portal shows lies before the other one.
+    let (world_from_view, clip_plane_world) = match through {
+        None => (mirrored * world_from_view, cut(plane, panel)),
+        Some((matrix, other)) => (*matrix * world_from_view, cut(other.plane_world(), other)),
+    };
     // What is no scale is that of the picture.
     let scale = if *scale > 0.0 && *scale <= SCALE_MAX { *scale } else { 1.0 };
     let margin = if *is_smooth { 0.0 } else { ROUGH_MARGIN };
@@ -325,16 +381,18 @@ fn request_behind(
     // Through the same point of the lens, whose radius goes by the field of view.
     let camera = request.settings.camera.clone();
     settings.camera = CameraSettings { f_stop: camera.f_stop / (1.0 + 2.0 * margin), fisheye: Fisheye::None, ..camera };
-    // What is behind everything is what surfaces get light of.
-    settings.background.source = Background::Environment;
-    settings.render.path = Path::Deferred;
-    settings.msaa.samples = PixelSamples::default();
     settings.allow_taa(false);
+    if through.is_none() {
+        // What is behind everything is what surfaces get light of.
+        settings.background.source = Background::Environment;
+        settings.render.path = Path::Deferred;
+        settings.msaa.samples = PixelSamples::default();
+    }
     let behind = FrameRequest {
         width: sides[0],
         height: sides[1],
-        camera: View { world_from_view: mirrored * world_from_view, projection: widened },
-        clip_plane_world: Some(plane - Vec4::W * (CUT_SHARE * panel.size_m())),
+        camera: View { world_from_view, projection: widened },
+        clip_plane_world: Some(clip_plane_world),
         layers: *layers,
         averaging: Averaging::Radiance,
         want_aovs: Vec::new(),

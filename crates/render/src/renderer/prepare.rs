@@ -3,7 +3,7 @@
 use super::captures::{MonitorView, Part};
 use super::constants::constants_of;
 use super::ground::FrameGround;
-use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN};
+use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN, Reflector};
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
 use super::temporal::TemporalAsked;
@@ -405,7 +405,7 @@ impl Renderer {
             ClusterUniform { shadow_filter, contact: contact_uniform(&settings.shadows), ..lists.uniform };
         let tiles = self.tiles_of(asked);
         let mut environment = request.environment_uniform(tiles);
-        if let ViewPart::Mirror(MirrorView { is_water: true, is_smooth, .. }) = asked.part {
+        if let ViewPart::Mirror(MirrorView { of: Reflector::Water(_), is_smooth, .. }) = asked.part {
             environment.leave_suns_to_lights(is_smooth);
         }
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {

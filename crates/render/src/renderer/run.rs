@@ -5,6 +5,7 @@ use super::counts::{light_draws, sum_pairs};
 use super::fisheye::{parts_of, uv_from_place};
 use super::mirrors::{MirrorSeen, Reflector};
 use super::output::{Output, ViewState};
+use super::portals::Doors;
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
 use super::temporal::{TemporalAsked, move_mirrors};
@@ -264,7 +265,7 @@ impl Renderer {
             frame::shared_passes(&mut r, shadows, texture)?;
         }
         let mut before = Before::default();
-        let water = Surfaces::of(scene);
+        let (water, doors) = (Surfaces::of(scene), Doors::of(scene));
         let mut recorded: Vec<Recorded> = Vec::with_capacity(asked.len());
         for (((asked, state), ready), overlay) in asked.iter().zip(&mut *states).zip(&ready).zip(&overlays) {
             // Those at one level see what there was before all of them.
@@ -274,7 +275,7 @@ impl Renderer {
             recorded.push(record_view(
                 &mut graph,
                 &frame,
-                (scene, &water, asked),
+                (scene, (&water, &doors), asked),
                 (ready, overlay),
                 (state, &mut before),
                 purpose,
@@ -463,6 +464,8 @@ struct Before<'f> {
     seen: Vec<Seen<'f>>,
     /// What is behind mirrors, by the names of the views.
     behind: BTreeMap<String, MirrorPicture>,
+    /// Radiance of what is seen through portals, by the names of the views.
+    through: BTreeMap<String, Handle>,
 }
 
 impl Before<'_> {
@@ -533,7 +536,7 @@ fn import_monitor(r: &mut Recorder<'_, '_>, scene: &Scene, image: usize) -> Opti
 fn record_view<'f>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
-    (scene, water, asked): (&Scene, &Surfaces, &'f Asked),
+    (scene, (water, doors), asked): (&Scene, (&Surfaces, &Doors), &'f Asked),
     (ready, overlay): (&'f Ready, &Option<OverlayDraw>),
     (state, before): (&mut ViewState, &mut Before<'f>),
     purpose: &Purpose<'_>,
@@ -562,13 +565,16 @@ fn record_view<'f>(
     let flat = Flat {
         mirrors: before.mirrors(asked, ready),
         water: water.shown((scene, &frame.resources.textures), (asked, ready), &mut before.behind),
+        portals: doors.shown(asked, &mut before.through),
     };
     let outputs = match &asked.part {
         ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,
         ViewPart::Mirror(view) => {
             let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             let ViewOutputs { radiance, gbuffer, .. } = outputs;
-            if let Some(gbuffer) = gbuffer {
+            if let Reflector::Portal(..) = view.of {
+                before.through.insert(asked.name.clone(), radiance);
+            } else if let Some(gbuffer) = gbuffer {
                 let picture = frame::mirror_picture_passes(&mut r, view.is_smooth, radiance, gbuffer.linear_depth)?;
                 before.behind.insert(asked.name.clone(), picture);
             }

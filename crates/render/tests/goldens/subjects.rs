@@ -63,6 +63,7 @@ pub fn all() -> Vec<Subject> {
         of_room("monitors"),
         of_room("mirror"),
         water(),
+        of_room("portals"),
     ]
 }
 

@@ -92,7 +92,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals.",
     )],
 };
 
@@ -335,6 +335,47 @@ pub(super) const WATER: StageTable = StageTable {
     ],
 };
 
+/// Portals.
+pub(super) const PORTALS: StageTable = StageTable {
+    name: "portals",
+    doc: "Two flat places that lead into each other: nodes of the model, whose own meshes are not drawn then, or rectangles.",
+    keys: &[
+        key(
+            "node",
+            StageType::Text,
+            "The name of the node that one end is. Without it `position`, `facing` and `size_m` say where that is.",
+        ),
+        key("position", StageType::Vector, "Where the middle of the one end is, in metres."),
+        key("facing", StageType::Vector, "Where it faces: a direction of any length."),
+        key("to_node", StageType::Text, "The name of the node that the other end is."),
+        key("to_position", StageType::Vector, "Where the middle of the other end is, in metres."),
+        key("to_facing", StageType::Vector, "Where that faces: what is seen in the one end is what lies there."),
+        key("size_m", StageType::Pair, "Width and height of ends that are rectangles, in metres."),
+        key("name", StageType::Text, "What it is called in reports; portal."),
+        key(
+            "carries",
+            StageType::Text,
+            "The name of nodes that go through, in which * stands for any letters, with all below them: meshes that are half through are drawn at \
+             both ends, and light shines through.",
+        ),
+        key(
+            "scale",
+            StageType::Number { min: 0.0, is_above: true, max: 2.0 },
+            "Width and height of what is drawn for it, as a share of those of the picture; 1.",
+        ),
+        key(
+            "layers",
+            StageType::Layers,
+            "The layers that are seen through it, by number (`layers` of `[[nodes]]`); all.",
+        ),
+        key(
+            "quality",
+            StageType::Word(super::monitors::QUALITIES),
+            "The tier of quality whose passes draw what is seen through it; the settings of the picture.",
+        ),
+    ],
+};
+
 /// Materials that are changed.
 pub(super) const MATERIALS: StageTable = StageTable {
     name: "materials",
@@ -502,7 +543,7 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 8] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, WATER, OVERLAY];
+pub const TABLES: [StageTable; 9] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, WATER, PORTALS, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.

@@ -36,17 +36,23 @@ pub(super) struct Rectangle {
 pub(super) type Turn = (&'static [&'static str], fn(&Table<'_>) -> Result<Option<Quat>, Box<Diagnostic>>);
 
 /// By `facing`, where it faces.
-pub(super) const FACING: Turn = (&["facing"], |table| {
-    let Some(facing) = table.vector("facing") else { return Ok(None) };
-    // It looks back along what it faces; and the plane faces up, and its v runs down the picture.
-    let rotation = look_along(-facing, Vec3::Y);
-    let rotation = rotation.ok_or_else(|| table.fault("facing", "`facing` is a direction, and has no length"))?;
-    Ok(Some(rotation * Quat::from_rotation_x(FRAC_PI_2)))
-});
+pub(super) const FACING: Turn = (&["facing"], |table| facing_rotation(table, "facing"));
 
 /// It lies, turned by `turn_deg` where that is there.
 pub(super) const LYING: Turn =
     (&["turn_deg"], |table| Ok(Some(Quat::from_rotation_y(table.number("turn_deg").unwrap_or(0.0).to_radians()))));
+
+/// The rotation of a rectangle that faces where a key says.
+///
+/// # Errors
+/// The direction has no length.
+pub(super) fn facing_rotation(table: &Table<'_>, key: &str) -> Result<Option<Quat>, Box<Diagnostic>> {
+    let Some(facing) = table.vector(key) else { return Ok(None) };
+    // It looks back along what it faces; and the plane faces up, and its v runs down the picture.
+    let rotation = look_along(-facing, Vec3::Y);
+    let rotation = rotation.ok_or_else(|| table.fault(key, format!("`{key}` is a direction, and has no length")))?;
+    Ok(Some(rotation * Quat::from_rotation_x(FRAC_PI_2)))
+}
 
 impl Surface {
     /// The surface of `what`, such as a mirror.
@@ -73,15 +79,27 @@ impl Surface {
             let message = format!("{what} needs `node`, a flat surface of the model, or {turned}");
             return Err(table.source.fault(table.range.clone(), message));
         };
-        if size_m.min_element() <= 0.0 || size_m.max_element() > SIZE_MAX_M {
-            let message = format!("`size_m` is a width and a height above 0, of at most {SIZE_MAX_M} metres");
-            return Err(table.fault("size_m", message));
-        }
-        Ok(Self::New(Rectangle { position, rotation, size_m, range: table.range.clone() }))
+        Ok(Self::New(Rectangle::new(table, (position, rotation), size_m)?))
     }
 }
 
 impl Rectangle {
+    /// At a place, of a size that `size_m` of the entry says.
+    ///
+    /// # Errors
+    /// It has no area, or is too large.
+    pub(super) fn new(
+        table: &Table<'_>,
+        (position, rotation): (Vec3, Quat),
+        size_m: Vec2,
+    ) -> Result<Self, Box<Diagnostic>> {
+        if size_m.min_element() <= 0.0 || size_m.max_element() > SIZE_MAX_M {
+            let message = format!("`size_m` is a width and a height above 0, of at most {SIZE_MAX_M} metres");
+            return Err(table.fault("size_m", message));
+        }
+        Ok(Self { position, rotation, size_m, range: table.range.clone() })
+    }
+
     /// Adds it to every scene of the file, as a node of its own.
     pub(super) fn put(&self, scene: &mut Scene, name: &str, material: Material) -> NodeId {
         scene.materials.push(material);

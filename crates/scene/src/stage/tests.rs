@@ -530,6 +530,77 @@ fn water_lies_in_flat_nodes_or_rectangles() {
 }
 
 #[test]
+fn portals_have_two_ends() {
+    let applied = |text: &str| {
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut scene = model();
+        let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };
+        scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() }.into());
+        let mesh = Some(scene.meshes.len() - 1);
+        for name in ["Door.1", "Door.2", "Goer"] {
+            scene.add_node(None, Node { name: name.into(), mesh, ..Node::default() });
+        }
+        stage.apply(&mut scene).map_err(|error| error.to_string())?;
+        Ok::<Scene, String>(scene)
+    };
+    let scene = applied(
+        "[[portals]]\nname = \"door\"\nnode = \"Door.1\"\nto_node = \"Door.2\"\ncarries = \"Go*\"\nscale = 0.5\n\
+         [[portals]]\nposition = [0, 1, 0]\nfacing = [0, 0, 1]\nto_position = [9, 1, 0]\nto_facing = [1, 0, 0]\nsize_m = [1, 2]\n",
+    )
+    .unwrap();
+    let [door, gate] = &scene.portals[..] else { panic!("{:?}", scene.portals) };
+    assert_eq!((door.name.as_str(), door.scale, door.carried.len()), ("door", 0.5, 2));
+    assert_eq!((gate.name.as_str(), gate.scale, gate.carried.len()), ("portal", 1.0, 0));
+    let [first, second] = gate.nodes.map(|id| scene.panel(id).unwrap());
+    assert!(first.normal_world.abs_diff_eq(Vec3::Z, 1e-6) && second.normal_world.abs_diff_eq(Vec3::X, 1e-6));
+    for (text, expected) in [
+        (
+            "",
+            "2:1: error: a portal has two ends: `node`, a flat surface of the model, or `position` and `facing`, with",
+        ),
+        ("node = \"Door.1\"\n", "2:1: error: a portal has two ends: `to_node`, a flat surface"),
+        ("node = \"Door.1\"\nto_node = \"Dor.2\"\n", "4:11: error: the model has no node called `Dor.2`"),
+        (
+            "node = \"Door.*\"\nto_node = \"Door.2\"\n",
+            "3:8: error: an end of a portal is one node, and 2 are called `Door.*`",
+        ),
+        ("node = \"Door.1\"\nto_node = \"Door.1\"\n", "2:1: error: both ends are the node `Door.1`"),
+        (
+            "node = \"Post\"\nto_node = \"Door.1\"\n",
+            "2:1: error: an end of a portal is flat, and the node `Post` has no mesh",
+        ),
+        (
+            "node = \"Door.1\"\nfacing = [0, 0, 1]\nto_node = \"Door.2\"\n",
+            "4:10: error: `node` is a surface of the model",
+        ),
+        ("node = \"Door.1\"\nto_node = \"Door.2\"\nsize_m = [1, 1]\n", "5:10: error: nodes have a size of their own"),
+        (
+            "node = \"Door.1\"\nto_node = \"Door.2\"\ncarries = \"Comer\"\n",
+            "5:11: error: the model has no node called `Comer`",
+        ),
+        (
+            "position = [0, 0, 0]\nfacing = [0, 0, 0]\nsize_m = [1, 1]\nto_node = \"Door.2\"\n",
+            "4:10: error: `facing` is a direction, and has no length",
+        ),
+        (
+            "position = [0, 0, 0]\nfacing = [0, 0, 1]\nsize_m = [1, 0]\nto_node = \"Door.2\"\n",
+            "5:10: error: `size_m` is a width and a height",
+        ),
+        (
+            "node = \"Door.1\"\nto_node = \"Door.2\"\n[[mirrors]]\nnode = \"Door.2\"\n",
+            "2:1: error: the node `Door.2` is a mirror, water or an end of a portal already",
+        ),
+    ] {
+        let text = format!("[[portals]]\n{text}");
+        let error = applied(&text).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+    let many = "[[portals]]\nposition = [0, 0, 0]\nfacing = [0, 1, 0]\nto_position = [0, 0, 1]\nto_facing = [0, 1, 0]\nsize_m = [1, 1]\n";
+    assert!(applied(&many.repeat(17)).expect_err("17").contains("there are more portals than 16"));
+}
+
+#[test]
 fn mirrors_are_flat_nodes_or_rectangles() {
     let flat = |scene: &mut Scene| {
         let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };
