@@ -7,6 +7,7 @@ use crate::job::Job;
 use crate::listing::choices;
 use crate::looks::Look;
 use manypass::{Adaptation, Aov, EffectFile, Pose, View};
+use manypass_scene::water::Water;
 use manypass_scene::{Framing, Scene};
 use std::sync::Arc;
 
@@ -59,7 +60,7 @@ pub fn moves(scene: &Scene, args: &RenderArgs) -> bool {
 
 /// Whether time alone moves anything.
 pub fn has_waves(scene: &Scene) -> bool {
-    scene.water.iter().any(|water| water.wind_m_s > 0.0)
+    scene.water.iter().any(Water::has_waves)
 }
 
 /// What `camera.focus_m` is where nobody says: the distance of what the camera is told to look at, or else of the middle

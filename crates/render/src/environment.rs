@@ -14,6 +14,7 @@ pub use settings::EnvironmentSettings;
 
 use crate::colour::{finite_product, linear_from_srgb, srgb_from_linear};
 use crate::resources::environment::EnvironmentTiles;
+use crate::surroundings::SurroundingsUniforms;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use manypass_scene::{Cache, EnvironmentLight, Scene};
@@ -152,6 +153,10 @@ pub struct EnvironmentUniform {
     /// The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half
     /// its angle.
     pub sun_disc: Vec4,
+    /// What stands for it in parts of the scene.
+    pub surroundings: SurroundingsUniforms,
+    /// The sides of their tiles, as `tile_sides`.
+    pub surrounding_sides: Vec4,
 }
 
 /// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials,
@@ -187,7 +192,7 @@ impl EnvironmentUniform {
 
     /// Whether no light comes from it.
     pub fn is_dark(&self) -> bool {
-        self.constant == Vec3::ZERO && self.picture.x == 0.0
+        self.constant == Vec3::ZERO && self.picture.x == 0.0 && self.surrounding_sides == Vec4::ZERO
     }
 }
 
@@ -278,7 +283,9 @@ mod tests {
                 backdrop_lobe,
                 sun_directions,
                 sun_irradiances,
-                sun_disc
+                sun_disc,
+                surroundings,
+                surrounding_sides
             ]
         );
     }

@@ -9,8 +9,10 @@ pub use picture::{
 };
 
 use crate::aov::AovPasses;
-use crate::draws::Tile;
+use crate::draws::Tile as DrawnTile;
 use crate::environment::Background;
+use crate::environment::lobe::{Lobe, LobeTable};
+use crate::environment::tiles::Tile;
 use crate::fisheye::FisheyeLens;
 use crate::fog::{FogMode, FogSettings};
 use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
@@ -63,6 +65,22 @@ pub(crate) fn environment_passes(
     Ok(())
 }
 
+/// What stands for the environment in a part of the scene, from what was seen around a place: six sides of a cube.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub(crate) fn surroundings_passes(
+    r: &mut Recorder<'_, '_>,
+    lobes: (&[Lobe], &LobeTable),
+    faces: &[Handle; 6],
+    tile: impl Fn(u32) -> Tile,
+    target: Handle,
+) -> Result<(), ProgramError> {
+    let drawn = environment::record_surroundings(r, lobes, faces, tile, target)?;
+    r.graph.export(drawn);
+    Ok(())
+}
+
 /// What the ground gets of light, once that or the scene changed: the map of the plane, in `target`.
 ///
 /// # Errors
@@ -70,7 +88,7 @@ pub(crate) fn environment_passes(
 pub(crate) fn ground_passes(
     r: &mut Recorder<'_, '_>,
     map: &GroundMap,
-    tiles: &[Tile],
+    tiles: &[DrawnTile],
     target: Handle,
 ) -> Result<(), ProgramError> {
     let drawn = ground::record_map(r, map, tiles, target)?;

@@ -59,6 +59,7 @@ pub mod shader;
 mod shading_settings;
 mod shadows;
 mod stage;
+mod surroundings;
 mod tone_curve;
 mod transparency;
 mod view;

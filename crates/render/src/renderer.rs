@@ -14,6 +14,7 @@ mod prepare;
 mod reading;
 mod run;
 mod shadows;
+mod surroundings;
 mod temporal;
 mod variables;
 mod water;
@@ -68,6 +69,7 @@ pub struct Renderer {
     shadows: ShadowState,
     ground: GroundState,
     captures: captures::CaptureState,
+    surroundings: surroundings::SurroundingsState,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
     stats: FrameStats,
@@ -155,6 +157,7 @@ impl Renderer {
             shadows: ShadowState::new(&gpu),
             ground: GroundState::new(&gpu),
             captures: captures::CaptureState::default(),
+            surroundings: surroundings::SurroundingsState::default(),
             views: BTreeMap::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
@@ -181,6 +184,7 @@ impl Renderer {
         self.flat_faults = mirrors::faults(scene);
         self.flat_faults.extend(water::faults(scene));
         self.flat_faults.extend(portals::faults(scene));
+        self.flat_faults.extend(surroundings::faults(scene));
         Ok(self.gpu.check()?)
     }
 
@@ -212,6 +216,7 @@ impl Renderer {
         self.shadows = ShadowState::new(&self.gpu);
         self.ground = GroundState::new(&self.gpu);
         self.captures.clear();
+        self.surroundings.clear();
         self.world_draws = WorldDraws::default();
         self.bind_groups.clear();
         self.bundles.clear();

@@ -13,7 +13,7 @@ pub use crowd::crowd;
 pub use doors::doors;
 pub use materials::materials;
 pub use relief::relief;
-pub use room::room;
+pub use room::{gallery, room};
 pub use shore::shore;
 
 use crate::framing::look_along;
@@ -23,8 +23,21 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 11] =
-    ["hall", "materials", "relief", "crowd", "room", "monitors", "mirror", "shore", "water", "doors", "portals"];
+pub const NAMES: [&str; 13] = [
+    "hall",
+    "materials",
+    "relief",
+    "crowd",
+    "room",
+    "monitors",
+    "mirror",
+    "shore",
+    "water",
+    "doors",
+    "portals",
+    "gallery",
+    "surroundings",
+];
 
 /// The demo of a name.
 pub fn named(name: &str) -> Option<Scene> {
@@ -37,6 +50,8 @@ pub fn named(name: &str) -> Option<Scene> {
         "monitors" | "mirror" => staged(room(), name),
         "doors" => Some(doors()),
         "portals" => staged(doors(), name),
+        "gallery" => Some(gallery()),
+        "surroundings" => staged(gallery(), name),
         "shore" => Some(shore()),
         "water" => staged(shore(), name),
         _ => None,
@@ -64,6 +79,8 @@ pub fn stage(name: &str) -> Option<Stage> {
         "water" => include_str!("demo/water.stage.toml"),
         "doors" => "model = \"demo:doors\"\n[settings.exposure]\nstops = \"auto-1\"\n",
         "portals" => include_str!("demo/portals.stage.toml"),
+        "gallery" => "model = \"demo:gallery\"\n[settings.exposure]\nstops = \"auto-1\"\n",
+        "surroundings" => include_str!("demo/surroundings.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -459,6 +476,7 @@ mod tests {
                 "hall" => "demo:hall",
                 "shore" | "water" => "demo:shore",
                 "doors" | "portals" => "demo:doors",
+                "gallery" | "surroundings" => "demo:gallery",
                 _ => "demo:room",
             };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");

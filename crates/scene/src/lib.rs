@@ -34,6 +34,7 @@ mod simplify;
 pub mod sky;
 pub mod spelling;
 pub mod stage;
+pub mod surroundings;
 pub mod variants;
 pub mod water;
 

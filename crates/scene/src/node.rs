@@ -4,6 +4,7 @@ use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
 use crate::portal::Portal;
+use crate::surroundings::Surroundings;
 use crate::water::Water;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
@@ -207,6 +208,8 @@ pub struct Scene {
     pub mirrors: Vec<Mirror>,
     /// Flat places that lead into each other.
     pub portals: Vec<Portal>,
+    /// What stands for the environment in parts of the scene.
+    pub surroundings: Vec<Surroundings>,
     /// Surfaces of water.
     pub water: Vec<Water>,
     /// The time that is shown of what moves without keyframes, such as waves, in seconds. [`Scene::pose`] sets it.

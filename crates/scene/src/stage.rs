@@ -26,6 +26,7 @@ mod names;
 mod overlay;
 mod portals;
 mod surfaces;
+mod surroundings;
 mod table;
 mod water;
 
@@ -37,7 +38,10 @@ pub use load::{
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
-use keys::{LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PORTALS, SETTINGS_TABLES, StageTable, TABLES, WATER};
+use keys::{
+    LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PORTALS, SETTINGS_TABLES, SURROUNDINGS, StageTable, TABLES,
+    WATER,
+};
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
 use mirrors::MirrorEntry;
@@ -47,6 +51,7 @@ use overlay::OverlayEntry;
 use portals::PortalEntry;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use surroundings::SurroundingsEntry;
 use table::{Placed, Source, Table, tables};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -65,6 +70,7 @@ pub struct Stage {
     mirrors: Vec<MirrorEntry>,
     water: Vec<WaterEntry>,
     portals: Vec<PortalEntry>,
+    surroundings: Vec<SurroundingsEntry>,
     overlay: Vec<OverlayEntry>,
 }
 
@@ -94,6 +100,7 @@ impl Stage {
             MIRRORS.name,
             WATER.name,
             PORTALS.name,
+            SURROUNDINGS.name,
             OVERLAY.name,
         ];
         let [beginning, ..] = &TABLES;
@@ -118,8 +125,22 @@ impl Stage {
         let mirrors = list(&source, root, &MIRRORS, MirrorEntry::read)?;
         let water = list(&source, root, &WATER, WaterEntry::read)?;
         let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
+        let surroundings = list(&source, root, &SURROUNDINGS, SurroundingsEntry::read)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
-        Ok(Self { model, environment, lights, nodes, materials, monitors, mirrors, water, portals, overlay, source })
+        Ok(Self {
+            model,
+            environment,
+            lights,
+            nodes,
+            materials,
+            monitors,
+            mirrors,
+            water,
+            portals,
+            surroundings,
+            overlay,
+            source,
+        })
     }
 
     /// The file, as [`Self::parse`] was told.
@@ -174,7 +195,7 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, water, portals, what is drawn over it.
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, water, portals, surroundings, what is drawn over it.
     /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
@@ -212,6 +233,9 @@ impl Stage {
         }
         for portal in &self.portals {
             portal.apply(&self.source, scene)?;
+        }
+        for surroundings in &self.surroundings {
+            surroundings.apply(&self.source, scene)?;
         }
         Ok(warnings)
     }

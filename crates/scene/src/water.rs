@@ -108,6 +108,11 @@ pub struct Water {
 }
 
 impl Water {
+    /// Whether it has waves, which go by the scene's time.
+    pub fn has_waves(&self) -> bool {
+        self.wind_m_s > 0.0
+    }
+
     /// At rest, without foam; what it reflects is as fine as the picture.
     pub fn new(name: impl Into<String>, node: NodeId, clarity: Clarity) -> Self {
         Self {

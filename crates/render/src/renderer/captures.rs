@@ -203,7 +203,8 @@ impl Renderer {
         let (mut drawn, mut shown) = (0, BTreeSet::new());
         let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
         let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, is_plan)?;
-        let mut all = mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?;
+        let mut all = self.sides(scene, &first, is_plan)?;
+        all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
         all.extend(of_picture);
         let left_out = monitors_left_out + (mirrors.len() - shown.len()) as u32;
         Ok(Captures { parts: all, left_out })

@@ -14,7 +14,7 @@ pub(super) fn constants_of(
     asked: &Asked,
     table: &LightTable,
     shadows: Option<&ViewShadows>,
-    tiles: Option<&EnvironmentTiles>,
+    (tiles, surrounding_count): (Option<&EnvironmentTiles>, u32),
 ) -> Vec<Constant> {
     let settings = &asked.request.settings;
     let mut constants = settings.shading.model.constants();
@@ -44,6 +44,9 @@ pub(super) fn constants_of(
     if let Some(tiles) = tiles {
         let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));
         constants.extend([("has_picture", 1), ("shows_picture", shows_picture), ("sun_count", tiles.sun_count())]);
+    }
+    if surrounding_count > 0 {
+        constants.push(("surrounding_count", surrounding_count));
     }
     if asked.counts_pairs {
         constants.push(COUNTS_PAIRS);

@@ -13,7 +13,7 @@ use crate::view::View;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
 use manypass_scene::portal::{PORTALS_MAX, Portal, through};
-use manypass_scene::water::{WATER_MAX, Water};
+use manypass_scene::water::WATER_MAX;
 use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
 use std::collections::BTreeSet;
 
@@ -132,7 +132,7 @@ impl<'s> Known<'s> {
             of: Reflector::Water(index),
             // Its lower side reflects, too.
             panel: Panel { is_double_sided: true, ..panel },
-            is_smooth: !has_waves(water),
+            is_smooth: !water.has_waves(),
             name: &water.name,
             node: water.node,
             scale: water.scale,
@@ -276,11 +276,6 @@ impl<'s> Mirrors<'s> {
         }
         Ok(parts)
     }
-}
-
-/// Whether pixels of water reflect more than one direction.
-pub(super) fn has_waves(water: &Water) -> bool {
-    water.wind_m_s > 0.0
 }
 
 /// What is wrong with mirrors of a scene, which are drawn as other surfaces then.

@@ -6,6 +6,7 @@ use super::ground::FrameGround;
 use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN, Reflector};
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
+use super::surroundings::{FrameSurroundings, SideView};
 use super::temporal::TemporalAsked;
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
@@ -84,12 +85,14 @@ pub(super) enum ViewPart {
     Monitor(MonitorView),
     /// What is behind a mirror, which the view after it shows.
     Mirror(MirrorView),
+    /// A side of the pictures around a place, which views after it have as their environment.
+    Side(SideView),
 }
 
 impl ViewPart {
     /// Whether it is within a picture, over which nothing is laid.
     pub fn is_within(&self) -> bool {
-        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_))
+        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_) | Self::Side(_))
     }
 
     /// Whether it is a picture of a fisheye, or a side of one, whose frustum is sheared; or what is behind a mirror in that.
@@ -97,7 +100,7 @@ impl ViewPart {
         match self {
             Self::Face(_) | Self::Fisheye(_) => true,
             Self::Mirror(view) => view.shear != (Vec2::ZERO, 0.0),
-            Self::Whole | Self::Monitor(_) => false,
+            Self::Whole | Self::Monitor(_) | Self::Side(_) => false,
         }
     }
 
@@ -106,7 +109,7 @@ impl ViewPart {
         match self {
             Self::Face(face) => (face.shift_ndc(), face.beyond()),
             Self::Mirror(view) => view.shear,
-            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) => (Vec2::ZERO, 0.0),
+            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) | Self::Side(_) => (Vec2::ZERO, 0.0),
         }
     }
 
@@ -159,7 +162,7 @@ impl Asked {
             size,
             output_size: (width, height),
             means_of: match part {
-                ViewPart::Face(_) | ViewPart::Mirror(_) => MeansOf::Nothing,
+                ViewPart::Face(_) | ViewPart::Mirror(_) | ViewPart::Side(_) => MeansOf::Nothing,
                 // Those of a live view are not drawn in all of its frames.
                 ViewPart::Monitor(_) if request.goes_on || request.sample_count <= 1 => MeansOf::Nothing,
                 ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),
@@ -316,7 +319,7 @@ impl Renderer {
         let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
         let draws = match asked.part {
             ViewPart::Fisheye(_) => Arc::default(),
-            ViewPart::Whole | ViewPart::Face(_) | ViewPart::Monitor(_) | ViewPart::Mirror(_) => {
+            _ => {
                 let uniform = match asked.outline(&uniform) {
                     Some((_, rectangle)) => uniform.cropped(rectangle),
                     None => uniform,
@@ -369,7 +372,11 @@ impl Renderer {
         &self,
         (scene, asked): (&Scene, &Asked),
         (state, lit): (&mut ViewState, Lit),
-        (shadows, ground): (Option<(&ViewShadows, &Atlas)>, Option<&FrameGround>),
+        (shadows, ground, surroundings): (
+            Option<(&ViewShadows, &Atlas)>,
+            Option<&FrameGround>,
+            Option<&FrameSurroundings>,
+        ),
         has_previous: bool,
         stats: &mut FrameStats,
     ) -> Result<Ready, RenderError> {
@@ -408,6 +415,11 @@ impl Renderer {
         if let ViewPart::Mirror(MirrorView { of: Reflector::Water(_), is_smooth, .. }) = asked.part {
             environment.leave_suns_to_lights(is_smooth);
         }
+        // The sides themselves have the environment's light alone.
+        let surroundings = surroundings.filter(|_| !matches!(asked.part, ViewPart::Side(_)));
+        if let Some(surroundings) = surroundings {
+            surroundings.place(&mut environment);
+        }
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
             ViewGround::new(settings.ground.mode, map, texture, &lists.table)
         });
@@ -429,7 +441,12 @@ impl Renderer {
                 sampling: if is_of_variables { filtering_of_variables.sampling } else { filtering.sampling },
                 light_count: lists.table.len(),
                 cluster_grid: &cluster_grid,
-                constants: constants_of(asked, &lists.table, shadows.map(|(shadows, _)| shadows), tiles),
+                constants: constants_of(
+                    asked,
+                    &lists.table,
+                    shadows.map(|(shadows, _)| shadows),
+                    (tiles, surroundings.map_or(0, |surroundings| surroundings.count)),
+                ),
                 lit_rectangles: lists.lit_rectangles.clone(),
                 volume_draws: lists.volume_draws.clone(),
                 object_lights: lists.object_lights.clone(),
@@ -445,7 +462,7 @@ impl Renderer {
                     None => unsettled.clone().filter(|_| draws_picture && settled.is_some()),
                 },
                 outline: of_outline.map(|(outline, _)| outline),
-                environment_tiles: tiles.map(|tiles| &tiles.view),
+                environment_tiles: surroundings.map(|of| &of.view).or(tiles.map(|tiles| &tiles.view)),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
         };
@@ -493,7 +510,7 @@ impl Renderer {
     }
 
     /// The tiles of a view's environment, if that is a picture or the studio.
-    fn tiles_of(&self, asked: &Asked) -> Option<&EnvironmentTiles> {
+    pub(super) fn tiles_of(&self, asked: &Asked) -> Option<&EnvironmentTiles> {
         if matches!(asked.request.settings.environment.source, Environment::Studio | Environment::Fill) {
             return Some(self.tables.studio(&self.gpu));
         }

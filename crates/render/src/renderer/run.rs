@@ -8,6 +8,7 @@ use super::output::{Output, ViewState};
 use super::portals::Doors;
 use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
 use super::shadows::Atlas;
+use super::surroundings::{self, SideView};
 use super::temporal::{TemporalAsked, move_mirrors};
 use super::water::Surfaces;
 use super::{Purpose, Renderer};
@@ -172,7 +173,8 @@ impl Renderer {
         self.bind_groups.begin();
         self.bundles.begin();
         let pipelines_made = self.shaders.made();
-        let is_capture = |asked: &&Asked| matches!(asked.part, ViewPart::Monitor(_) | ViewPart::Mirror(_));
+        let is_capture =
+            |asked: &&Asked| matches!(asked.part, ViewPart::Monitor(_) | ViewPart::Mirror(_) | ViewPart::Side(_));
         let captures = asked.iter().filter(is_capture).count() as u32;
         let mut stats = FrameStats { captures, captures_left_out, ..FrameStats::default() };
 
@@ -199,13 +201,23 @@ impl Renderer {
             return Ok(Executed { plan, run: None, exports: Vec::new(), legends: Legends::default() });
         }
         let ground = self.prepare_ground(asked, states, &world, &mut stats, purpose.is_plan());
+        let of_surroundings = asked.iter().find(|asked| !matches!(asked.part, ViewPart::Side(_)));
+        let of_environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
+        let surroundings =
+            of_surroundings.and_then(|asked| self.prepare_surroundings(scene, &asked.request, of_environment.as_ref()));
         let ready: Vec<Ready> = asked
             .iter()
             .zip(states.iter_mut().zip(lit))
             .enumerate()
             .map(|(at, (asked, lit))| {
                 let of_view = shadows.as_ref().and_then(|(shadows, atlas)| Some((shadows.views.get(at)?, atlas)));
-                self.ready((scene, asked), lit, (of_view, ground.as_ref()), has_previous, &mut stats)
+                self.ready(
+                    (scene, asked),
+                    lit,
+                    (of_view, ground.as_ref(), surroundings.as_ref()),
+                    has_previous,
+                    &mut stats,
+                )
             })
             .collect::<Result<_, _>>()?;
         let mut room = Room { budget_bytes: self.memory_budget_bytes, needed_bytes: output_bytes };
@@ -258,6 +270,9 @@ impl Renderer {
             let plan = graph.plan()?;
             self.executor.run(graph, &plan, &mut encoder, &RunOptions::default());
         }
+        if surroundings.is_some() && !purpose.is_plan() {
+            self.surroundings.copy_environment(&mut encoder, of_environment.as_ref(), !unfinished.is_empty());
+        }
         let mut graph = self.executor.graph(limits);
         if let (Some(view), Some((shadows, atlas))) = (&shared_view, &shadows) {
             let mut r = Recorder::new(&mut graph, &frame, view);
@@ -265,9 +280,19 @@ impl Renderer {
             frame::shared_passes(&mut r, shadows, texture)?;
         }
         let mut before = Before::default();
+        let mut last_side = None;
         let (water, doors) = (Surfaces::of(scene), Doors::of(scene));
         let mut recorded: Vec<Recorded> = Vec::with_capacity(asked.len());
         for (((asked, state), ready), overlay) in asked.iter().zip(&mut *states).zip(&ready).zip(&overlays) {
+            if !matches!(asked.part, ViewPart::Side(_))
+                && let (Some(surroundings), Some(view)) = (&surroundings, last_side.take())
+            {
+                let of_state = (&self.surroundings, surroundings, view);
+                surroundings::record(&mut graph, &frame, of_state, &mut before.sides)?;
+            }
+            if matches!(asked.part, ViewPart::Side(_)) {
+                last_side = Some(&ready.view);
+            }
             // Those at one level see what there was before all of them.
             if before.seen.first().is_some_and(|seen| Some(seen.view.level) != asked.level) {
                 record_monitors(&mut graph, &frame, scene, &mut before.seen)?;
@@ -462,6 +487,8 @@ struct Before<'f> {
     faces: Vec<FaceRadiance>,
     /// What cameras of monitors see, which screens do not show yet.
     seen: Vec<Seen<'f>>,
+    /// The sides of the pictures around places.
+    sides: BTreeMap<SideView, Handle>,
     /// What is behind mirrors, by the names of the views.
     behind: BTreeMap<String, MirrorPicture>,
     /// Radiance of what is seen through portals, by the names of the views.
@@ -578,6 +605,11 @@ fn record_view<'f>(
                 let picture = frame::mirror_picture_passes(&mut r, view.is_smooth, radiance, gbuffer.linear_depth)?;
                 before.behind.insert(asked.name.clone(), picture);
             }
+            return Ok(Recorded::default());
+        }
+        ViewPart::Side(side) => {
+            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
+            before.sides.insert(*side, radiance);
             return Ok(Recorded::default());
         }
         ViewPart::Face(face) => {

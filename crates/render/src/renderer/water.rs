@@ -1,10 +1,10 @@
 //! Which surfaces of water a view shows.
 
-use super::mirrors::{Reflector, has_waves};
+use super::mirrors::Reflector;
 use super::prepare::{Asked, Ready};
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::is_seen;
-use crate::passes::water::{ShownWater, WaterUniform};
+use crate::passes::water::ShownWater;
 use crate::resources::Textures;
 use glam::Vec3;
 use manypass_scene::capture::Panel;
@@ -57,15 +57,12 @@ impl Surfaces {
             let map = water.normal_map.and_then(|texture| textures.linear(scene, texture)).cloned();
             let away_m = eye.truncate().distance(panel.center_world);
             let water = ShownWater {
-                uniform: WaterUniform::new(
-                    water,
-                    (panel, outline),
-                    scene.time_secs,
-                    panel.plane_world().dot(eye) < 0.0,
-                ),
+                water: water.clone(),
+                panel: *panel,
+                corners_world: outline.clone(),
+                time_secs: scene.time_secs,
+                is_from_below: panel.plane_world().dot(eye) < 0.0,
                 normal_map: map,
-                corner_count: outline.len() as u32,
-                has_waves: has_waves(water),
                 picture,
             };
             Some((away_m, water))

@@ -7,7 +7,8 @@ import package::shaders::brdf::{Shading, PI, reflectance, reflectance_model};
 @if(layered) import package::shaders::layer_maps::has_layer;
 @if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::environment::{
-    environment, environment_irradiance, environment_reflection, grazing_share, lobe_direction, sun_count,
+    environment, environment_irradiance, environment_reflection, grazing_share, lobe_direction, outside_share,
+    sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
 import package::shaders::environment_suns::{disc_share, strip_share};
@@ -75,7 +76,7 @@ fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {
     if sun_count > 3u {
         sum += sun_radiance(environment.sun_directions[3], environment.sun_irradiances[3], shading, share);
     }
-    return sum;
+    return sum * outside_share();
 }
 
 // What nothing in the picture hides: the shares of diffuse and of specular light, and the direction around which

@@ -8,6 +8,21 @@ import package::shaders::environment_suns::disc_share;
 import package::shaders::octahedral::octahedral_from_direction;
 import package::shaders::environment_tiles::{environment_level, environment_texel};
 
+// What is to be seen around a place.
+struct Surroundings {
+    // The middle of the box of those that have it; one divided by how many metres it fades over.
+    center: vec4f,
+    // Half its extent; what the light of its tiles is multiplied by.
+    half_m: vec4f,
+    // Where it is seen from; 1 if it has walls.
+    place: vec4f,
+    // The middle and half the extent of its walls; zeros.
+    walls_center: vec4f,
+    walls_half_m: vec4f,
+    // The corner of its tiles in texels; zeros.
+    corner: vec4f,
+}
+
 struct Environment {
     // Constant radiance, pre-exposed.
     constant: vec3f,
@@ -32,6 +47,9 @@ struct Environment {
     // The radiance of the first of them where it is a disc that the camera sees, pre-exposed, and the cosine of half
     // its angle.
     sun_disc: vec4f,
+    // What stands for it in parts of the scene; its tiles have the sides that `surrounding_sides` has, as `tile_sides`.
+    surroundings: array<Surroundings, 4>,
+    surrounding_sides: vec4f,
 }
 
 @group(0) @binding(6) var<uniform> environment: Environment;
@@ -42,6 +60,8 @@ struct Environment {
 // 1 if the light of the environment is a picture, which is dear where it is none; 1 if the camera sees it, too.
 override has_picture: u32 = 0u;
 override shows_picture: u32 = 0u;
+// How many surroundings there are; the others have no size.
+override surrounding_count: u32 = 0u;
 // How many suns the picture has.
 override sun_count: u32 = 0u;
 
@@ -92,11 +112,79 @@ fn environment_backdrop(elevation_sin: f32) -> vec3f {
     return mix(environment.backdrop_below.rgb, environment.backdrop_above.rgb, share);
 }
 
+// Where the surface is that is shaded, and the shares of the surroundings there.
+var<private> surrounded_world: vec3f;
+var<private> surrounding_shares: vec4f;
+
+// From then on it is a place's environment that the functions here give.
+fn enter_surroundings(position_world: vec3f) {
+    if surrounding_count > 0u {
+        surrounded_world = position_world;
+        var left = 1.0;
+        var shares = vec4f(0.0);
+        for (var i = 0u; i < surrounding_count; i++) {
+            let seen_from = environment.surroundings[i];
+            let inside_m = seen_from.half_m.xyz - abs(position_world - seen_from.center.xyz);
+            let nearest_m = min(inside_m.x, min(inside_m.y, inside_m.z));
+            let share = left * clamp(nearest_m * seen_from.center.w, 0.0, 1.0);
+            shares += share * vec4f(vec4u(i) == vec4u(0u, 1u, 2u, 3u));
+            left -= share;
+        }
+        surrounding_shares = shares;
+    }
+}
+
+// The share of the environment itself.
+fn outside_share() -> f32 {
+    if surrounding_count == 0u {
+        return 1.0;
+    }
+    return max(1.0 - dot(surrounding_shares, vec4f(1.0)), 0.0);
+}
+
+// What is seen around a place in a direction, of a level; where there are walls, in the direction of what the ray meets.
+fn surroundings_at(index: u32, direction: vec3f, level: f32, meets_walls: f32) -> vec3f {
+    let seen_from = environment.surroundings[index];
+    let away = surrounded_world - seen_from.walls_center.xyz;
+    // Where the ray leaves the box (Lagarde & Zanuttini 2012, "Local Image-Based Lighting with Parallax-Corrected Cubemap").
+    let safe = select(vec3f(1e-6), direction, abs(direction) > vec3f(1e-6));
+    let ends = (sign(safe) * seen_from.walls_half_m.xyz - away) / safe;
+    let met = surrounded_world + direction * max(min(ends.x, min(ends.y, ends.z)), 0.0) - seen_from.place.xyz;
+    let seen = mix(direction, met, seen_from.place.w * meets_walls);
+    let place = octahedral_from_direction(normalize(seen));
+    let smooth_level = floor(level);
+    let rough_level = min(smooth_level + 1.0, ENVIRONMENT_LEVEL_LAST);
+    let sides = environment.surrounding_sides;
+    let smooth_uv = (seen_from.corner.xy + environment_texel(place, smooth_level, sides)) * environment.picture_backdrop.zw;
+    let rough_uv = (seen_from.corner.xy + environment_texel(place, rough_level, sides)) * environment.picture_backdrop.zw;
+    let smooth_radiance = textureSampleLevel(environment_tiles, linear_clamp, smooth_uv, 0.0).rgb;
+    let rough_radiance = textureSampleLevel(environment_tiles, linear_clamp, rough_uv, 0.0).rgb;
+    return mix(smooth_radiance, rough_radiance, level - smooth_level) * seen_from.half_m.w;
+}
+
+// The sum of all surroundings by their shares.
+fn surrounding_radiance(direction: vec3f, level: f32, meets_walls: f32) -> vec3f {
+    var radiance = vec3f(0.0);
+    for (var i = 0u; i < surrounding_count; i++) {
+        let share = dot(surrounding_shares, vec4f(vec4u(i) == vec4u(0u, 1u, 2u, 3u)));
+        if share > 0.0 {
+            radiance += share * surroundings_at(i, direction, level, meets_walls);
+        }
+    }
+    return radiance;
+}
+
 // Radiance averaged over the lobe of GGX about `direction`, seen along it.
 fn environment_reflection(direction: vec3f, roughness_alpha: f32) -> vec3f {
     var radiance = environment.constant;
+    let level = environment_level(sqrt(roughness_alpha));
     if has_picture != 0u {
-        radiance += picture_at(direction, environment_level(sqrt(roughness_alpha))) * environment.picture.x;
+        radiance += picture_at(direction, level) * environment.picture.x;
+    }
+    if surrounding_count > 0u {
+        // Of what is wide the middle says where it is seen no more.
+        let meets_walls = 1.0 - smoothstep(0.5, 1.0, sqrt(roughness_alpha));
+        radiance = radiance * outside_share() + surrounding_radiance(direction, level, meets_walls);
     }
     return radiance;
 }
@@ -124,6 +212,9 @@ fn environment_irradiance(normal: vec3f) -> vec3f {
         let place = octahedral_from_direction(picture_direction(normal));
         // Seen along the normal, what roughness 1 reflects is irradiance divided by pi.
         radiance += tile_at(place, ENVIRONMENT_LEVEL_LAST) * environment.picture.x;
+    }
+    if surrounding_count > 0u {
+        radiance = radiance * outside_share() + surrounding_radiance(normal, ENVIRONMENT_LEVEL_LAST, 0.0);
     }
     return radiance * PI;
 }

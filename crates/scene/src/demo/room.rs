@@ -32,6 +32,23 @@ pub fn room() -> Scene {
     scene
 }
 
+/// The room with three balls in its middle: polished, brushed, and glossy.
+pub fn gallery() -> Scene {
+    let mut gallery = Demo { scene: room() };
+    let balls = [
+        ("Polished", [0.95, 0.95, 0.96], 1.0, 0.02, 0.5, Vec2::new(0.75, 0.35)),
+        ("Brushed", [0.91, 0.78, 0.6], 1.0, 0.28, 0.32, Vec2::new(-0.15, 1.15)),
+        ("Glossy", [0.02, 0.09, 0.22], 0.0, 0.05, 0.26, Vec2::new(1.35, 1.25)),
+    ];
+    for (name, color, metallic, roughness, radius_m, place) in balls {
+        let material = gallery.material(name, color, metallic, roughness);
+        let ball = gallery.mesh(uv_sphere(radius_m, 96, 48), material);
+        gallery.put(ball, Vec3::new(place.x, radius_m, place.y), Vec3::ONE);
+    }
+    gallery.scene.update_transforms();
+    gallery.scene
+}
+
 fn cameras(room: &mut Demo) {
     let all = [
         ("Main", Vec3::new(2.3, 1.65, 3.1), Vec3::new(-0.75, 1.2, -1.2), 62.0_f32),

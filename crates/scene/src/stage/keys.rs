@@ -92,7 +92,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings.",
     )],
 };
 
@@ -376,6 +376,42 @@ pub(super) const PORTALS: StageTable = StageTable {
     ],
 };
 
+/// What stands for the environment within a box.
+pub(super) const SURROUNDINGS: StageTable = StageTable {
+    name: "surroundings",
+    doc: "What is to be seen around a place, in place of the environment of the surfaces within a box: a room, or what is around a glossy thing.",
+    keys: &[
+        required("center", StageType::Vector, "The middle of the box of the surfaces that have them, in metres."),
+        required("size_m", StageType::Vector, "Its extent along X, Y and Z, in metres."),
+        key("fade_m", from(0.0), "Over how many metres within its faces the environment takes over; 0."),
+        key("position", StageType::Vector, "From where they are seen, in metres; `center`."),
+        key(
+            "walls",
+            StageType::Boolean,
+            "Whether what is seen are walls, in which reflections are shifted as the place of a surface says; true.",
+        ),
+        key("walls_center", StageType::Vector, "The middle of the box that the walls are, in metres; `center`."),
+        key("walls_size_m", StageType::Vector, "The extent of that box along X, Y and Z, in metres; `size_m`."),
+        key("name", StageType::Text, "What it is called in reports; room."),
+        key("layers", StageType::Layers, "The layers that are seen, by number (`layers` of `[[nodes]]`); all."),
+        key(
+            "update",
+            StageType::Word(super::monitors::UPDATES),
+            "Whether a live view draws them anew in every frame, or once. Stills and sequences always do; always.",
+        ),
+        key(
+            "every",
+            StageType::Number { min: 1.0, is_above: false, max: 1e6 },
+            "In one of how many frames a live view draws them anew; 1.",
+        ),
+        key(
+            "quality",
+            StageType::Word(super::monitors::QUALITIES),
+            "The tier of quality whose passes draw them; the settings of the picture.",
+        ),
+    ],
+};
+
 /// Materials that are changed.
 pub(super) const MATERIALS: StageTable = StageTable {
     name: "materials",
@@ -543,7 +579,8 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 9] = [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, WATER, PORTALS, OVERLAY];
+pub const TABLES: [StageTable; 10] =
+    [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, WATER, PORTALS, SURROUNDINGS, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.

@@ -56,15 +56,7 @@ impl MonitorEntry {
         if let Some(key) = of_material.into_iter().find(|key| table.place(key).is_some() && materials.is_none()) {
             return Err(table.fault(key, format!("`{key}` says how materials show it, and needs `material`")));
         }
-        let every = table.number("every").map(|every| whole(table, "every", every)).transpose()?;
-        let update = match (table.text("update").map(|word| word.value == UPDATES[1]), every) {
-            (Some(true), Some(_)) => {
-                return Err(table.fault("every", "what is drawn once is not drawn every so many frames"));
-            }
-            (Some(true), None) => Update::Once,
-            (_, Some(frames)) if frames > 1 => Update::Every(frames),
-            _ => Update::Always,
-        };
+        let update = update_of(table)?;
         let layers = table.layers("layers").unwrap_or(LAYERS_ALL);
         let quality = table.text("quality").map(|word| word.value);
         Ok(Self {
@@ -240,4 +232,21 @@ pub(super) fn check(monitors: &[MonitorEntry], source: &Source) -> Result<(), Bo
         }
     }
     Ok(())
+}
+
+/// When something is drawn anew, by the keys `update` and `every`.
+///
+/// # Errors
+/// The two do not go together.
+pub(super) fn update_of(table: &Table<'_>) -> Result<Update, Box<Diagnostic>> {
+    let every = table.number("every").map(|every| whole(table, "every", every)).transpose()?;
+    let update = match (table.text("update").map(|word| word.value == UPDATES[1]), every) {
+        (Some(true), Some(_)) => {
+            return Err(table.fault("every", "what is drawn once is not drawn every so many frames"));
+        }
+        (Some(true), None) => Update::Once,
+        (_, Some(frames)) if frames > 1 => Update::Every(frames),
+        _ => Update::Always,
+    };
+    Ok(update)
 }

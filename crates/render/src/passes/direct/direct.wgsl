@@ -5,12 +5,12 @@
 // reflections that an earlier sample of a still found, and the environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: direct. Features: contact. Axes: tiled.
 
-import package::view::{view, position_world_from_pixel, direction_to_eye_world};
+import package::view::{view, position_world_from_pixel};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::surface_at;
 import package::shaders::lit_distance::{facet_normal_at, lit_distance_at};
-import package::shaders::shading::shading_from_surface;
+import package::shaders::shaded_place::shading_at;
 import package::shaders::ambient::ambient_radiance_seen;
 import package::shaders::coarse_occlusion::seen_by_sample;
 import package::shaders::coarse_reflections::reflected_at;
@@ -32,7 +32,7 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
         return vec4f(0.0);
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);
-    var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    var shading = shading_at(surface, position_world);
     if shadowed != 0u {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
         shading.contact = contact_origin(position.xy, distance_m, shading.facet_normal);

@@ -9,12 +9,13 @@
 //! Reads: the equirectangular picture. Writes: the tiles.
 
 use crate::environment::ENVIRONMENT_FORMAT;
-use crate::environment::lobe::FACES;
+use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::suns::{SUNS_MAX, Sun};
 use crate::environment::tiles::Tile;
 use crate::record::Recorder;
 use crate::resources::environment::{EnvironmentTiles, Unfinished};
 use crate::shader::program::ProgramError;
+use crate::surroundings::FACE_SIDE;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
@@ -112,20 +113,65 @@ pub(crate) fn record(
     // What a file brings prefiltered is there already.
     let skipped = if unfinished.is_prefiltered { lobes.len() - 1 } else { 0 };
     for (row, lobe) in (0..).zip(lobes).skip(skipped) {
-        let level = row + 1;
-        let tile = Tile::of_level(level, tiles.sides);
-        let uniform = PrefilterUniform {
-            corner: TileUniform::new(tile).corner,
-            samples: UVec4::new(row, lobe.samples.len() as u32, 0, 0),
-            scales: Vec4::new(lobe.alpha * lobe.alpha, lobe.source_level, 0.0, 0.0),
-        };
-        let step = r.fullscreen("environment.prefilter", "environment_prefilter", &[]);
-        let step = step.read_as("source", &source, Cube).table("lobe", table.view());
-        let step = step.constant("is_of_sphere", u32::from(lobe.is_of_sphere));
-        let step = step.uniform("environment_prefilter", &uniform).within(tile.rectangle());
-        target = step.draw_into(target, ColorLoad::Keep)?;
+        let tile = Tile::of_level(row + 1, tiles.sides);
+        target = prefilter(r, (&source, table), (row, lobe), tile, target)?;
     }
     Ok(target)
+}
+
+/// Draws a tile of what a surface of a roughness reflects of a cube map with its halves; the lobe is that of a row of the
+/// table.
+fn prefilter(
+    r: &mut Recorder<'_, '_>,
+    (source, table): (&Handle, &LobeTable),
+    (row, lobe): (u32, &Lobe),
+    tile: Tile,
+    target: Handle,
+) -> Result<Handle, ProgramError> {
+    let uniform = PrefilterUniform {
+        corner: TileUniform::new(tile).corner,
+        samples: UVec4::new(row, lobe.samples.len() as u32, 0, 0),
+        scales: Vec4::new(lobe.alpha * lobe.alpha, lobe.source_level, 0.0, 0.0),
+    };
+    let step = r.fullscreen("environment.prefilter", "environment_prefilter", &[]);
+    let step = step.read_as("source", source, Cube).table("lobe", table.view());
+    let step = step.constant("is_of_sphere", u32::from(lobe.is_of_sphere));
+    let step = step.uniform("environment_prefilter", &uniform).within(tile.rectangle());
+    step.draw_into(target, ColorLoad::Keep)
+}
+
+/// Records the passes that draw the tiles of surroundings into `target`, which `tile` places by their levels, from the
+/// radiance of the six sides of a cube.
+///
+/// # Errors
+/// A program that does not compile.
+pub(crate) fn record_surroundings(
+    r: &mut Recorder<'_, '_>,
+    (lobes, table): (&[Lobe], &LobeTable),
+    faces: &[Handle; 6],
+    tile: impl Fn(u32) -> Tile,
+    mut target: Handle,
+) -> Result<Handle, ProgramError> {
+    let source = r.texture_of("environment.halves", cube_desc(FACE_SIDE));
+    for (face, radiance) in (0..6).zip(faces) {
+        let side = r.graph.subview(&source, 0, face);
+        let step = r.fullscreen("environment.place", "environment_place", &[]).read("view_radiance", radiance);
+        step.draw_into(side, ColorLoad::Discard)?;
+    }
+    halve(r, &source)?;
+    let mirror = tile(0);
+    let step = r.fullscreen("environment.mirror", "environment_mirror_of_cube", &[]).read_as("source", &source, Cube);
+    let step = step.uniform("environment_tile", &TileUniform::new(mirror)).within(mirror.rectangle());
+    target = step.draw_into(target, ColorLoad::Keep)?;
+    for (row, lobe) in (0..).zip(lobes) {
+        target = prefilter(r, (&source, table), (row, lobe), tile(row + 1), target)?;
+    }
+    Ok(target)
+}
+
+/// A cube map with all its halves.
+fn cube_desc(side: u32) -> TextureDesc {
+    TextureDesc { layers: 6, mips: side.ilog2() + 1, ..TextureDesc::new_2d(side, side, ENVIRONMENT_FORMAT) }
 }
 
 /// A cube map of the picture without suns, each of whose levels is half as large.
@@ -135,8 +181,7 @@ fn halves(
     picture: &Handle,
     side: u32,
 ) -> Result<Handle, ProgramError> {
-    let desc = TextureDesc { layers: 6, mips: side.ilog2() + 1, ..TextureDesc::new_2d(side, side, ENVIRONMENT_FORMAT) };
-    let halves = r.texture_of("environment.halves", desc);
+    let halves = r.texture_of("environment.halves", cube_desc(side));
     let suns = tiles.suns.map(SunUniform::from);
     for face in 0..6 {
         let target = r.graph.subview(&halves, 0, face);
@@ -144,16 +189,23 @@ fn halves(
         let uniform = EnvironmentFace { face: FaceUniform::new(face as usize, side), suns };
         step.uniform("environment_face", &uniform).draw_into(target, ColorLoad::Discard)?;
     }
+    halve(r, &halves)?;
+    Ok(halves)
+}
+
+/// Draws all levels of a cube map from its first.
+fn halve(r: &mut Recorder<'_, '_>, halves: &Handle) -> Result<(), ProgramError> {
+    let desc = halves.desc();
     for level in 1..desc.mips {
         for face in 0..6 {
-            let finer = r.graph.subresources(&halves, level - 1..level, 0..6);
-            let target = r.graph.subview(&halves, level, face);
+            let finer = r.graph.subresources(halves, level - 1..level, 0..6);
+            let target = r.graph.subview(halves, level, face);
             let step = r.fullscreen("environment.halve", "environment_halve", &[]).read_as("finer", &finer, Cube);
-            let step = step.uniform("cube_face", &FaceUniform::new(face as usize, side >> level));
+            let step = step.uniform("cube_face", &FaceUniform::new(face as usize, desc.width >> level));
             step.draw_into(target, ColorLoad::Discard)?;
         }
     }
-    Ok(halves)
+    Ok(())
 }
 
 #[cfg(test)]
@@ -167,6 +219,7 @@ mod tests {
         assert_same_layout!("environment_face", "EnvironmentSun", SunUniform, [direction, surroundings]);
         assert_same_layout!("environment_face", "EnvironmentFace", EnvironmentFace, [face, suns]);
         assert_same_layout!("environment_mirror", "EnvironmentTile", TileUniform, [corner]);
+        assert_same_layout!("environment_mirror_of_cube", "EnvironmentTile", TileUniform, [corner]);
         assert_same_layout!(
             "environment_prefilter",
             "EnvironmentPrefilter",

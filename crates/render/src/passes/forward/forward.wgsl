@@ -5,14 +5,14 @@
 // `counts_pairs` the numbers of pairs in place of radiance.
 // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 
-import package::view::{view, direction_to_eye_world};
+import package::view::{view};
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, object_id, surface_varying};
 import package::shaders::level_fade::{fades, is_faded};
 import package::shaders::mask::mask_coverage;
 import package::shaders::surface_material::surface_mip_bias;
 import package::shaders::surface_material::surface_sample;
-import package::shaders::shading::shading_from_surface;
+import package::shaders::shaded_place::shading_at;
 import package::shaders::shadows::shadowed;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
@@ -119,7 +119,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     var sums: LightSums;
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
-        var shading = shading_from_surface(sample.surface, direction_to_eye_world(in.position_world));
+        var shading = shading_at(sample.surface, in.position_world);
         if shadowed != 0u {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
         }

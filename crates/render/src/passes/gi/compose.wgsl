@@ -4,7 +4,7 @@
 // Reads: found_light, G-buffer, linear_depth, the environment. Writes: the difference, to be added to radiance.
 // Program: gi_compose.
 
-import package::view::{position_world_from_pixel, direction_to_eye_world};
+import package::view::{position_world_from_pixel};
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::{diffuse_environment_share, is_lit_deferred};
 import package::passes::gi::gathered::{LIKENESS_REACH, patterned, side};
@@ -15,7 +15,7 @@ import package::shaders::colour::half_float_clamped;
 import package::shaders::environment::environment_irradiance;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::screen_space::tangent_plane_at;
-import package::shaders::shading::shading_from_surface;
+import package::shaders::shaded_place::shading_at;
 
 @group(1) @binding(5) var found_light: texture_2d<f32>;
 
@@ -45,7 +45,7 @@ fn fs_gi_compose(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     let found = found_at(position.xy, pixel, distance_m);
     let position_world = position_world_from_pixel(position.xy, distance_m);
-    let shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    let shading = shading_at(surface, position_world);
     let share = diffuse_environment_share(surface) * surface.occlusion;
     let reflected = shading.albedo * (1.0 - mirrored_albedo(shading)) * share;
     var taken = vec3f(0.0);

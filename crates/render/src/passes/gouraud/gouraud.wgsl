@@ -16,7 +16,7 @@ import package::shaders::surface_material::{occlusion_apart, textured};
     occlusion_sampler,
 };
 import package::shaders::brdf::set_lamp_terms;
-import package::shaders::shading::shading_from_surface;
+import package::shaders::shaded_place::shading_at;
 import package::shaders::shadows::shadowed;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::light_lists::object_light_sums;
@@ -92,7 +92,7 @@ fn pixel_of_vertex_ndc(vertex: u32, object: u32) -> vec2f {
 fn vs_gouraud(in: SurfaceInput) -> GouraudVarying {
     let vertex = surface_varying(in);
     let surface = surface_at_vertex(vertex);
-    var shading = shading_from_surface(surface, direction_to_eye_world(vertex.position_world));
+    var shading = shading_at(surface, vertex.position_world);
     if shadowed != 0u {
         shading.facet_normal = surface.normal_world;
     }

@@ -4,7 +4,7 @@
 // difference, to be added to radiance.
 // Program: reflections_compose.
 
-import package::view::{position_world_from_pixel, direction_to_eye_world};
+import package::view::{position_world_from_pixel};
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::is_lit_deferred;
 import package::shaders::ambient::mirrored_environment;
@@ -12,7 +12,7 @@ import package::shaders::coarse_occlusion::seen_by_sample;
 import package::shaders::coarse_reflections::reflected_at;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, normal_world_at};
-import package::shaders::shading::shading_from_surface;
+import package::shaders::shaded_place::shading_at;
 
 // Radiance is rounded to half floats: so much is left of what is taken away, that nothing is below 0.
 const LEFT_SHARE: f32 = 0.002;
@@ -30,7 +30,7 @@ fn fs_reflections_compose(@builtin(position) position: vec4f) -> @location(0) ve
         return vec4f(0.0);
     }
     let position_world = position_world_from_pixel(position.xy, distance_m);
-    let shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    let shading = shading_at(surface, position_world);
     let seen = seen_by_sample(position.xy, distance_m, surface, shading);
     let mirrored = mirrored_environment(shading);
     let of_environment = mirrored.radiance * mirrored.albedo * (surface.occlusion * seen.specular);

@@ -3,12 +3,12 @@
 // lights, the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: volumes. Features: contact.
 
-import package::view::{position_world_from_pixel, direction_to_eye_world};
+import package::view::{position_world_from_pixel};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::lit_distance::facet_normal_at;
-import package::shaders::shading::shading_from_surface;
+import package::shaders::shaded_place::shading_at;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;
 import package::shaders::contact::contact_origin;
@@ -30,7 +30,7 @@ fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
         return vec4f(0.0);
     }
     let position_world = position_world_from_pixel(in.position_clip.xy, distance_m);
-    var shading = shading_from_surface(surface, direction_to_eye_world(position_world));
+    var shading = shading_at(surface, position_world);
     if shadowed != 0u {
         shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
         shading.contact = contact_origin(in.position_clip.xy, distance_m, shading.facet_normal);

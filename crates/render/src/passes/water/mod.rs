@@ -42,14 +42,18 @@ const PERIOD_SECS: f64 = 86_400.0;
 /// A surface of water that a view shows.
 #[derive(Debug)]
 pub struct ShownWater {
-    /// Its uniform.
-    pub uniform: WaterUniform,
+    /// What it is made of.
+    pub water: Water,
+    /// Its plane.
+    pub panel: Panel,
+    /// Its outline in world space, at most [`OUTLINE_CORNERS_MAX`] corners.
+    pub corners_world: Vec<Vec3>,
+    /// The time by which its waves go.
+    pub time_secs: f32,
+    /// Whether the eye is in it.
+    pub is_from_below: bool,
     /// Its normal map, if it has one.
     pub normal_map: Option<wgpu::TextureView>,
-    /// The corners of its outline.
-    pub corner_count: u32,
-    /// Whether it has waves.
-    pub has_waves: bool,
     /// What is behind it, if there is a view of that.
     pub picture: Option<MirrorPicture>,
 }
@@ -57,7 +61,7 @@ pub struct ShownWater {
 /// The uniform of `uniform.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct WaterUniform {
+struct WaterUniform {
     corners: [Vec4; OUTLINE_CORNERS_MAX],
     normal: Vec4,
     x_world: Vec4,
@@ -78,8 +82,8 @@ pub struct WaterUniform {
 }
 
 impl WaterUniform {
-    /// Of a surface within an outline, at a time; `is_below` says that the eye is in the water.
-    pub fn new(water: &Water, (panel, outline): (&Panel, &[Vec3]), time_secs: f32, is_below: bool) -> Self {
+    fn new(shown: &ShownWater) -> Self {
+        let ShownWater { water, panel, corners_world, time_secs, is_from_below, .. } = shown;
         let normal = panel.normal_world;
         // From above, x goes to the right and y up, as on a map.
         let x_world = (Vec3::X - normal * normal.x).try_normalize().unwrap_or(Vec3::Z);
@@ -90,7 +94,7 @@ impl WaterUniform {
         let wave_m = number(water.wave_m, 1e-3, 1e4, 1.0);
         let wind_rad = number(water.wind_rad, -1e4, 1e4, 0.0);
         // In 64 bits, and from one day to the next, so that waves stay as smooth as they are.
-        let secs = f64::from(number(time_secs, -1e30, 1e30, 0.0)) % PERIOD_SECS;
+        let secs = f64::from(number(*time_secs, -1e30, 1e30, 0.0)) % PERIOD_SECS;
         let copy = |share: f32, turn_rad: f32| {
             let longest_m = wave_m * share;
             let side_m = WAVES_ACROSS * longest_m;
@@ -109,7 +113,7 @@ impl WaterUniform {
         };
         let color = |color: Vec3| color.map(|value| number(value, 0.0, 1e6, 0.0));
         Self {
-            corners: std::array::from_fn(|at| outline.get(at).copied().unwrap_or_default().extend(1.0)),
+            corners: std::array::from_fn(|at| corners_world.get(at).copied().unwrap_or_default().extend(1.0)),
             normal: normal.extend(normal.dot(panel.center_world)),
             x_world: x_world.extend(0.0),
             y_world: y_world.extend(0.0),
@@ -120,7 +124,7 @@ impl WaterUniform {
             steepness,
             foam_depth_m: number(water.foam_depth_m, 0.0, 1e3, 0.0),
             caustics: number(water.caustics, 0.0, 1.0, 0.0),
-            from_below: f32::from(u8::from(is_below)),
+            from_below: f32::from(u8::from(*is_from_below)),
             // Waves bend light by their curvature, the root of whose mean square is about that.
             focus_m: wave_m / (FOCUS * steepness).max(1e-3),
             time_secs: (secs % 3600.0) as f32,
@@ -144,21 +148,24 @@ pub fn record(
 ) -> Result<(Handle, Handle), ProgramError> {
     let few = r.view.shows_few_samples();
     let built_in = r.frame.tables.waves(r.frame.gpu).clone();
-    for ShownWater { uniform, normal_map, corner_count, has_waves, picture } in all {
+    for shown in all {
+        let ShownWater { water, corners_world, is_from_below, normal_map, picture, .. } = shown;
+        let (uniform, has_waves) = (WaterUniform::new(shown), water.has_waves());
         let rays = match (has_waves, few) {
             (false, _) => 0,
             (true, true) => RAYS_OF_FEW_SAMPLES,
             (true, false) => RAYS,
         };
-        let normal = if uniform.from_below > 0.5 { -uniform.normal } else { uniform.normal };
+        let normal = if *is_from_below { -uniform.normal } else { uniform.normal };
         let normal_view = r.view.uniform.view_from_world.transform_vector3(normal.truncate());
         let mirror = MirrorUniform::new(0, picture.as_ref(), normal_view, rays);
-        let step = r.fullscreen("water", "water", r.view.light_axes()).triangles(corner_count.saturating_sub(2));
+        let triangles = corners_world.len().min(OUTLINE_CORNERS_MAX).saturating_sub(2);
+        let step = r.fullscreen("water", "water", r.view.light_axes()).triangles(triangles as u32);
         let step = step.constant("rays", rays).constant("splits_specular", 1);
         let step = step.constant("has_mirror", u32::from(picture.is_some()));
         let step = step.constant("has_normal_map", u32::from(normal_map.is_some()));
-        let step = step.constant("has_caustics", u32::from(*has_waves && uniform.caustics > 0.0));
-        let step = step.uniform("water", uniform).uniform("mirror", &mirror);
+        let step = step.constant("has_caustics", u32::from(has_waves && uniform.caustics > 0.0));
+        let step = step.uniform("water", &uniform).uniform("mirror", &mirror);
         let step = step.table("waves", normal_map.as_ref().unwrap_or(&built_in));
         let step = step.read("linear_depth", linear_depth).read("below", below);
         let step = match picture {

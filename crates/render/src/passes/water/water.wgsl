@@ -17,7 +17,9 @@ import package::shaders::ambient::suns_radiance;
 import package::shaders::behind_mirror::{behind_radiance_at, behind_uv, meeting_behind, mirror};
 import package::shaders::brdf::PI;
 import package::shaders::colour::half_float_clamped;
-import package::shaders::environment::{environment_irradiance, environment_reflection, sun_count};
+import package::shaders::environment::{
+    enter_surroundings, environment_irradiance, environment_reflection, sun_count,
+};
 import package::shaders::gbuffer_textures::distance_at;
 import package::shaders::hash::{mixed, plastic_turn, seed_of_pixel, unit_from_bits};
 import package::shaders::light_lists::light_sums;
@@ -35,10 +37,10 @@ override has_mirror: u32 = 0u;
 // 1 if waves gather light on what is below.
 override has_caustics: u32 = 0u;
 
-// The steps of the refracted ray, which grow with the way, and how often it looks between two of them; and how near to it is
-// what it meets, as a share of the way.
+// The steps of the refracted ray, which grow with the way, and how often it looks with those between two of them; and how
+// near to it is what it meets, as a share of the way.
 const STEPS_BELOW: u32 = 8u;
-const LOOKS_BELOW: u32 = 4u;
+const LOOKS_BELOW: u32 = 12u;
 const NEAR_SHARE: f32 = 0.15;
 // How much longer than straight down light goes to what is below, which comes from all sides.
 const WAY_DOWN: f32 = 1.15;
@@ -127,9 +129,9 @@ fn seen_below(position_px: vec2f, position: vec3f, ray: vec3f, plane_normal: vec
     var before_m = 0.0;
     var beyond_m = longest_m;
     var has_crossed = false;
-    for (var look = 1u; look <= STEPS_BELOW + LOOKS_BELOW; look++) {
-        let share = f32(look) / f32(STEPS_BELOW);
-        let is_between = has_crossed | (look > STEPS_BELOW);
+    for (var look = 0u; look < LOOKS_BELOW; look++) {
+        let share = f32(look + 1u) / f32(STEPS_BELOW);
+        let is_between = has_crossed | (look >= STEPS_BELOW);
         let length_m = select(longest_m * share * share, 0.5 * (before_m + beyond_m), is_between);
         let end = position + ray * length_m;
         let at = pixel_from_position_view(end);
@@ -273,6 +275,7 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
     let f0 = (water.ior - 1.0) / (water.ior + 1.0);
     surface.f0_dielectric = f0 * f0;
     surface.shading_model = SHADING_MODEL_STANDARD;
+    enter_surroundings(position_world);
     var shading = shading_from_surface(surface, select(to_eye, water.normal.xyz, is_below));
     shading.facet_normal = water.normal.xyz;
     let sums = light_sums(position_px, -position_view.z, position_world, shading);

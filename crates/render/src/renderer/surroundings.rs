@@ -1,0 +1,275 @@
+//! Surroundings of a frame: which are drawn anew, what is asked of their views, and the texture that has their tiles
+//! beside those of the environment.
+
+use super::Renderer;
+use super::captures::{Part, settings_of};
+use super::prepare::ViewPart;
+use crate::environment::lobe::{FACES, Lobe, LobeTable};
+use crate::environment::{Background, ENVIRONMENT_FORMAT};
+use crate::frame;
+use crate::gpu::Gpu;
+use crate::passes::resolve::PixelSamples;
+use crate::record::{Frame, PreparedView, Recorder};
+use crate::render_settings::Path;
+use crate::request::{Averaging, FrameRequest, RenderError};
+use crate::surroundings::{Atlas, FACE_SIDE, SIDES, SurroundingsUniform, SurroundingsUniforms, face_camera, is_sound};
+use crate::view::View;
+use bytemuck::Zeroable;
+use glam::Vec4;
+use manypass_graph::{Graph, Handle, TextureDesc};
+use manypass_scene::capture::Update;
+use manypass_scene::surroundings::{SURROUNDINGS_MAX, Surroundings};
+use manypass_scene::{Projection, Scene};
+use std::collections::BTreeMap;
+use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// A side of the pictures around a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct SideView {
+    /// Which surroundings.
+    pub index: usize,
+    /// Which face of a cube map.
+    pub face: usize,
+}
+
+/// What the renderer keeps of surroundings.
+#[derive(Debug, Default)]
+pub(super) struct SurroundingsState {
+    /// What tiles are drawn from, once there are any.
+    lobes: Option<Arc<(Vec<Lobe>, LobeTable)>>,
+    texture: Option<Tiles>,
+    /// What each slot shows, and with which pre-exposure it was drawn.
+    drawn: [Option<Drawn>; SURROUNDINGS_MAX],
+    /// Counts frames.
+    frame: u64,
+}
+
+#[derive(Clone, Debug)]
+struct Drawn {
+    of: Surroundings,
+    pre_exposure: f32,
+    frame: u64,
+}
+
+/// The texture of all tiles.
+#[derive(Debug)]
+struct Tiles {
+    atlas: Atlas,
+    view: wgpu::TextureView,
+    /// The texture of the environment that was copied into it.
+    copied: Option<wgpu::Texture>,
+}
+
+/// The tiles of a frame's views that have surroundings.
+#[derive(Clone, Debug)]
+pub(super) struct FrameSurroundings {
+    pub view: wgpu::TextureView,
+    pub atlas: Atlas,
+    pub uniforms: SurroundingsUniforms,
+    pub count: u32,
+}
+
+impl SurroundingsState {
+    /// Copies the tiles of the environment beside those of surroundings, unless they are there; `is_new` says that they were
+    /// drawn anew.
+    pub fn copy_environment(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        environment: Option<&wgpu::TextureView>,
+        is_new: bool,
+    ) {
+        let Some(tiles) = &mut self.texture else { return };
+        let Some(from) = environment.map(|view| view.texture().clone()) else { return };
+        if tiles.copied.as_ref() == Some(&from) && !is_new {
+            return;
+        }
+        let extent = wgpu::Extent3d { width: from.width(), height: from.height(), depth_or_array_layers: 1 };
+        encoder.copy_texture_to_texture(from.as_image_copy(), tiles.view.texture().as_image_copy(), extent);
+        tiles.copied = Some(from);
+    }
+
+    /// Nothing is known to be there any more.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// The surroundings of a scene that are drawn.
+fn known(scene: &Scene) -> impl Iterator<Item = &Surroundings> {
+    scene.surroundings.iter().take(SURROUNDINGS_MAX).filter(|of| is_sound(of))
+}
+
+/// What is wrong with surroundings of a scene, which are not drawn then.
+pub(super) fn faults(scene: &Scene) -> Vec<String> {
+    let fault = |of: &&Surroundings| !is_sound(of);
+    let said =
+        |of: &Surroundings| format!("surroundings `{}` are left out: their boxes are no boxes, or too large", of.name);
+    let mut faults: Vec<String> = scene.surroundings.iter().take(SURROUNDINGS_MAX).filter(fault).map(said).collect();
+    if scene.surroundings.len() > SURROUNDINGS_MAX {
+        faults
+            .push(format!("only the first {SURROUNDINGS_MAX} of {} surroundings are drawn", scene.surroundings.len()));
+    }
+    faults
+}
+
+/// What is asked of a side of the pictures around a place where `request` is asked of the picture.
+fn request_of(of: &Surroundings, face: usize, request: &FrameRequest) -> Result<FrameRequest, RenderError> {
+    let mut settings = settings_of(of.quality.as_deref(), &request.settings)?;
+    settings.background.source = Background::Environment;
+    settings.render.path = Path::Deferred;
+    settings.msaa.samples = PixelSamples::default();
+    settings.allow_taa(false);
+    let projection = Projection::Perspective { fov_y_rad: FRAC_PI_2, near_m: 0.02, far_m: None };
+    let axes = FACES.get(face).copied().unwrap_or_default();
+    let side = FrameRequest {
+        width: FACE_SIDE,
+        height: FACE_SIDE,
+        camera: View { world_from_view: face_camera(axes, of.position_world), projection },
+        clip_plane_world: None,
+        layers: of.layers,
+        sample_index: 0,
+        sample_count: 1,
+        averaging: Averaging::Radiance,
+        want_aovs: Vec::new(),
+        previous: None,
+        effects: Vec::new(),
+        overlay: Default::default(),
+        settings,
+        ..request.clone()
+    };
+    Ok(side.with_switches_resolved())
+}
+
+impl Renderer {
+    /// The views of the sides of surroundings that a frame draws anew.
+    ///
+    /// # Errors
+    /// Surroundings ask for a tier of quality that there is not.
+    pub(super) fn sides(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        is_plan: bool,
+    ) -> Result<Vec<Part>, RenderError> {
+        let mut parts = Vec::new();
+        if scene.surroundings.is_empty() {
+            return Ok(parts);
+        }
+        let state = &mut self.surroundings;
+        state.frame += u64::from(!is_plan);
+        state.lobes.get_or_insert_with(|| {
+            let lobes = Lobe::of_levels(FACE_SIDE);
+            let table = LobeTable::new(&self.gpu, &lobes);
+            Arc::new((lobes, table))
+        });
+        for (index, of) in known(scene).enumerate() {
+            let last = state.drawn.get(index).and_then(Option::as_ref).filter(|drawn| drawn.of == *of);
+            let is_due = last.is_none_or(|last| match (request.goes_on, of.update) {
+                // The samples of a still have those of its first.
+                (false, _) => request.sample_index == 0,
+                (true, Update::Always) => true,
+                (true, Update::Every(frames)) => state.frame - last.frame >= u64::from(frames.max(1)),
+                (true, Update::Once) => false,
+            });
+            if !is_due {
+                continue;
+            }
+            if !is_plan && let Some(drawn) = state.drawn.get_mut(index) {
+                let pre_exposure = request.pre_exposure();
+                *drawn = Some(Drawn { of: of.clone(), pre_exposure, frame: state.frame });
+            }
+            for face in 0..FACES.len() {
+                let name = format!("surroundings/{}.{face}", of.name);
+                let name = if index > 0 { format!("{name}/{}", index + 1) } else { name };
+                parts.push(Part::new(name, request_of(of, face, request)?, ViewPart::Side(SideView { index, face })));
+            }
+        }
+        Ok(parts)
+    }
+
+    /// The texture for the tiles of a frame's surroundings, beside those of the environment, if a scene has any and the
+    /// adapter has room for it.
+    pub(super) fn prepare_surroundings(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        environment: Option<&wgpu::TextureView>,
+    ) -> Option<FrameSurroundings> {
+        let all: Vec<&Surroundings> = known(scene).collect();
+        if all.is_empty() || !request.settings.captures.enabled {
+            return None;
+        }
+        let of_environment = environment.map(|view| view.texture().clone());
+        let size = of_environment.as_ref().map_or((0, 0), |texture| (texture.width(), texture.height()));
+        let atlas = Atlas::new(all.len(), size, self.gpu.capabilities.max_texture_size)?;
+        let state = &mut self.surroundings;
+        let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);
+        if !is_known {
+            let view = create(&self.gpu, &atlas);
+            state.texture = Some(Tiles { atlas, view, copied: None });
+        }
+        let mut uniforms = SurroundingsUniforms::zeroed();
+        for (index, (uniform, of)) in uniforms.iter_mut().zip(&all).enumerate() {
+            let drawn = state.drawn.get(index).and_then(Option::as_ref);
+            let scale = drawn.map_or(0.0, |drawn| request.pre_exposure() / drawn.pre_exposure);
+            *uniform = SurroundingsUniform::new(of, atlas.corner(index), if scale.is_finite() { scale } else { 0.0 });
+        }
+        let view = state.texture.as_ref()?.view.clone();
+        Some(FrameSurroundings { view, atlas, uniforms, count: all.len() as u32 })
+    }
+}
+
+impl FrameSurroundings {
+    /// Puts them into the uniform and the tiles of a view's environment.
+    pub fn place(&self, uniform: &mut crate::environment::EnvironmentUniform) {
+        uniform.surroundings = self.uniforms;
+        uniform.surrounding_sides = SIDES.uniform();
+        let (width, height) = self.atlas.size;
+        let inverse = Vec4::new(0.0, 0.0, 1.0 / width as f32, 1.0 / height as f32);
+        uniform.picture_backdrop = uniform.picture_backdrop.truncate().truncate().extend(inverse.z).extend(inverse.w);
+    }
+}
+
+/// Draws the tiles of what the sides of a cube have shown.
+pub(super) fn record<'f>(
+    graph: &mut Graph<'f>,
+    frame: &'f Frame<'f>,
+    (state, surroundings, view): (&'f SurroundingsState, &FrameSurroundings, &'f PreparedView),
+    faces: &mut BTreeMap<SideView, Handle>,
+) -> Result<(), RenderError> {
+    let indices: Vec<usize> = faces.keys().filter(|side| side.face == 0).map(|side| side.index).collect();
+    let Some(of_state) = &state.lobes else { return Ok(()) };
+    let (lobes, table) = &**of_state;
+    for index in indices {
+        let mut of_side = |face: usize| faces.remove(&SideView { index, face });
+        let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = [0, 1, 2, 3, 4, 5].map(&mut of_side) else {
+            continue;
+        };
+        let mut r = Recorder::new(graph, frame, view);
+        let (width, height) = surroundings.atlas.size;
+        let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
+        let target = r.graph.import(format!("surroundings.{index}"), desc, surroundings.view.clone());
+        let tile = |level: u32| surroundings.atlas.tile(index, level);
+        frame::surroundings_passes(&mut r, (lobes, table), &[a, b, c, d, e, f], tile, target)?;
+    }
+    faces.clear();
+    Ok(())
+}
+
+fn create(gpu: &Gpu, atlas: &Atlas) -> wgpu::TextureView {
+    let (width, height) = atlas.size;
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("surroundings"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: ENVIRONMENT_FORMAT,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}

@@ -1,0 +1,76 @@
+//! Surroundings of a stage.
+
+use super::monitors::update_of;
+use super::table::{Source, Table};
+use crate::capture::LAYERS_ALL;
+use crate::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
+use crate::{Diagnostic, Scene};
+use std::ops::Range;
+
+/// The largest side of a box.
+const SIZE_MAX_M: f32 = 1e6;
+
+/// An entry of `[[surroundings]]`.
+#[derive(Clone, Debug)]
+pub(super) struct SurroundingsEntry {
+    surroundings: Surroundings,
+    range: Range<usize>,
+}
+
+/// A box by the keys of its middle and its size, if it is there.
+fn region(table: &Table<'_>, [center, size]: [&str; 2]) -> Result<Option<Region>, Box<Diagnostic>> {
+    let (Some(center_world), Some(size_m)) = (table.vector(center), table.vector(size)) else {
+        let lacking = [(center, size), (size, center)].into_iter().find(|(key, _)| table.place(key).is_some());
+        return match lacking {
+            Some((key, other)) => {
+                Err(table.fault(key, format!("a box has a middle and a size: `{key}` needs `{other}`")))
+            }
+            None => Ok(None),
+        };
+    };
+    if size_m.min_element() <= 0.0 || size_m.max_element() > SIZE_MAX_M {
+        let message = format!("`{size}` has three lengths above 0, of at most {SIZE_MAX_M} metres");
+        return Err(table.fault(size, message));
+    }
+    Ok(Some(Region { center_world, half_m: 0.5 * size_m }))
+}
+
+impl SurroundingsEntry {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
+        let Some(own) = region(table, ["center", "size_m"])? else {
+            let message = "surroundings need `center` and `size_m`: the box of those that have them";
+            return Err(table.source.fault(table.range.clone(), message));
+        };
+        let has_walls = table.boolean("walls").unwrap_or(true);
+        let walls = region(table, ["walls_center", "walls_size_m"])?;
+        if let (false, Some(_)) = (has_walls, &walls) {
+            return Err(
+                table.fault("walls", "without walls they have no place; leave out `walls_center` and `walls_size_m`")
+            );
+        }
+        let of_room = Surroundings::of_room(table.text("name").map_or("room".into(), |name| name.value), own);
+        let surroundings = Surroundings {
+            position_world: table.vector("position").unwrap_or(own.center_world),
+            fade_m: table.number("fade_m").unwrap_or(0.0),
+            walls: walls.or(has_walls.then_some(own)),
+            layers: table.layers("layers").unwrap_or(LAYERS_ALL),
+            quality: table.text("quality").map(|word| word.value),
+            update: update_of(table)?,
+            ..of_room
+        };
+        Ok(Self { surroundings, range: table.range.clone() })
+    }
+
+    /// Adds them to the scene.
+    ///
+    /// # Errors
+    /// There are too many.
+    pub(super) fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
+        if scene.surroundings.len() == SURROUNDINGS_MAX {
+            let message = format!("there are more surroundings than {SURROUNDINGS_MAX}");
+            return Err(source.fault(self.range.clone(), message));
+        }
+        scene.surroundings.push(self.surroundings.clone());
+        Ok(())
+    }
+}
