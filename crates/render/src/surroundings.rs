@@ -11,6 +11,9 @@ pub(crate) const FACE_SIDE: u32 = 256;
 /// The sides of the tiles of surroundings.
 pub(crate) const SIDES: TileSides = TileSides { mirror: 256, fine: 128, medium: 64, coarse: 32 };
 
+/// A region is larger by so much of its smallest extent.
+const SLACK_SHARE: f32 = 0.01;
+
 /// A region fades over so much of its smaller extents where it fades at once.
 const FADE_MIN_SHARE: f32 = 1e-3;
 
@@ -36,7 +39,8 @@ impl SurroundingsUniform {
     /// Of surroundings whose tiles lie at a corner, and whose light is multiplied by `scale`.
     pub fn new(of: &Surroundings, [x, y]: [u32; 2], scale: f32) -> Self {
         let Region { center_world, half_m } = of.region;
-        let half_m = half_m.max(Vec3::splat(1e-6));
+        // Walls that lie on its faces are in it.
+        let half_m = half_m.max(Vec3::splat(1e-6)) + SLACK_SHARE * half_m.min_element().max(1e-6);
         let least_m = FADE_MIN_SHARE * half_m.min_element();
         let fade_m = if of.fade_m > least_m { of.fade_m } else { least_m };
         let walls = of.walls.unwrap_or(of.region);

@@ -167,7 +167,7 @@ fn what_is_captured_of_the_environment_alone_is_the_environment() {
             scene.environment = Some(EnvironmentMap::from_fn("waves", 512, 256, picture).into());
             let request = request.with(|settings| settings.environment.source = Environment::File);
             let shown = radiance(&mut renderer, &scene, &request);
-            assert_eq!(renderer.stats().captures, 6);
+            assert_eq!(renderer.stats().captures, 12);
             scene.surroundings.clear();
             let expected = radiance(&mut renderer, &scene, &request);
             let (mut sum, mut difference) = (0.0, 0.0);
@@ -190,14 +190,14 @@ fn surroundings_are_drawn_when_they_are_to_be_and_end_at_their_box() {
     let (mut scene, request) = room(WALLS, metal(0.3), at);
     let mut renderer = renderer();
     let still = FrameRequest { sample_count: 3, ..request.clone() };
-    for (sample_index, captures) in [(0, 6), (1, 0), (2, 0)] {
+    for (sample_index, captures) in [(0, 12), (1, 0), (2, 0)] {
         renderer.render(&scene, &FrameRequest { sample_index, ..still.clone() }).unwrap();
         assert_eq!(renderer.stats().captures, captures, "sample {sample_index}");
     }
     // A live view: in every frame, in one of three, once.
     let live = FrameRequest { goes_on: true, ..request.clone() };
     for (update, expected) in
-        [(Update::Always, [6, 6, 6, 6]), (Update::Every(3), [6, 0, 0, 6]), (Update::Once, [6, 0, 0, 0])]
+        [(Update::Always, [12, 12, 12, 12]), (Update::Every(3), [12, 0, 0, 12]), (Update::Once, [12, 0, 0, 0])]
     {
         scene.surroundings[0].update = update;
         let counts = expected.map(|_| {
@@ -211,6 +211,34 @@ fn surroundings_are_drawn_when_they_are_to_be_and_end_at_their_box() {
     let outside = radiance(&mut renderer, &scene, &request);
     scene.surroundings.clear();
     assert!(radiance(&mut renderer, &scene, &request) == outside, "what is outside of the box has changed");
+}
+
+#[test]
+fn light_goes_back_and_forth_as_often_as_is_asked() {
+    // White walls that send back most of the light of one that glows.
+    let at = Vec3::new(0.4, -0.2, -0.3);
+    let white =
+        Material { base_color_factor: Vec3::splat(0.8).extend(1.0), roughness_factor: 1.0, ..Material::default() };
+    let (mut scene, request) = room([Vec3::ZERO; 6], white.clone(), at);
+    for (index, material) in scene.materials.iter_mut().take(6).enumerate() {
+        *material = Material {
+            emissive_factor: if index == 3 { Vec3::ONE } else { Vec3::ZERO },
+            double_sided: true,
+            ..white.clone()
+        };
+    }
+    let mut renderer = renderer();
+    let mut mean = |bounces: u32| {
+        scene.surroundings[0].bounces = bounces;
+        let shown = radiance(&mut renderer, &scene, &request);
+        assert_eq!(renderer.stats().captures, 6 * bounces.clamp(1, 4));
+        shown.iter().map(|pixel| pixel[1]).sum::<f32>() / shown.len() as f32
+    };
+    let means = [1, 2, 3, 4].map(&mut mean);
+    let steps: Vec<f32> = means.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    // Each time some of it is lost.
+    assert!(steps.iter().all(|step| *step > 0.03) && steps[2] < 0.8 * steps[1], "{means:?}");
+    assert_eq!((mean(0), mean(99)), (means[0], means[3]));
 }
 
 #[test]
@@ -239,7 +267,7 @@ fn odd_surroundings_are_left_out() {
     assert!(renderer.warnings().iter().any(|warning| warning == "only the first 4 of 6 surroundings are drawn"));
     let picture = radiance(&mut renderer, &scene, &request);
     assert!(picture.iter().flatten().all(|value| value.is_finite()));
-    assert_eq!(renderer.stats().captures, 24);
+    assert_eq!(renderer.stats().captures, 48);
     // From a place within a wall.
     scene.surroundings.truncate(1);
     scene.surroundings[0].position_world = Vec3::new(HALF_M.x + 0.05, 0.0, 0.0);

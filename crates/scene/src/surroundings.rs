@@ -15,6 +15,9 @@ use glam::Vec3;
 /// The most surroundings of a scene that are drawn.
 pub const SURROUNDINGS_MAX: usize = 4;
 
+/// The most times that surroundings are captured.
+pub const BOUNCES_MAX: u32 = 4;
+
 /// A box along the axes of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
@@ -27,7 +30,7 @@ pub struct Region {
 /// Six pictures around a place, which stand for the environment within a box: what surfaces there reflect, and the light
 /// that comes to them from everywhere.
 ///
-/// What is captured has the environment's light itself: it goes back and forth once.
+/// What is captured first has the environment's light itself; captured again, it has the light of what was captured before.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
     /// Its name: in the names of passes.
@@ -41,6 +44,9 @@ pub struct Surroundings {
     /// The walls that are seen, as a box: reflections in it are shifted as the place of a surface says. None for what is
     /// far away.
     pub walls: Option<Region>,
+    /// How often they are captured, each time in the light of what was captured before: so often light goes back and forth. 1
+    /// to [`BOUNCES_MAX`].
+    pub bounces: u32,
     /// The layers that are seen ([`crate::Node::layers`]), a bit each.
     pub layers: u32,
     /// The tier of quality whose passes draw them; none for that of the picture.
@@ -58,6 +64,7 @@ impl Surroundings {
             region: room,
             fade_m: 0.0,
             walls: Some(room),
+            bounces: 2,
             layers: LAYERS_ALL,
             quality: None,
             update: Update::Always,

@@ -20,7 +20,7 @@ Tables:
   effects   effects at 1920x1080 beside a plain copy, with the bytes that they read, write and hold; the blur and occlusion
             beside their textbook versions
   quality   tiers of quality: milliseconds of a live frame, beside the next tier's, and FLIP to the best with many samples
-  captures  mirrors, water, portals and monitors: milliseconds of a live frame beside the same frame without them
+  captures  mirrors, water, portals, surroundings and monitors: milliseconds of a live frame beside the same frame without them
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   antialiasing  ways of anti-aliasing and of upscaling at 480x270 against stills of 64 samples, over a move of 60 frames through
             the demo hall and around a skinned figure; every sixth frame is compared, or all with --all-frames

@@ -101,7 +101,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 61] = [
+pub(super) const CASES: [Case; 62] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -123,6 +123,8 @@ pub(super) const CASES: [Case; 61] = [
     },
     // Two places that lead into each other, and a ball and a lamp that go through.
     case("portals", "docs/examples/portals.stage.toml", WIDE),
+    // A room as the environment of what is in it.
+    case("surroundings", "docs/examples/surroundings.stage.toml", WIDE),
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
     // Others from the page's own calls.

@@ -415,8 +415,8 @@ impl Renderer {
         if let ViewPart::Mirror(MirrorView { of: Reflector::Water(_), is_smooth, .. }) = asked.part {
             environment.leave_suns_to_lights(is_smooth);
         }
-        // The sides themselves have the environment's light alone.
-        let surroundings = surroundings.filter(|_| !matches!(asked.part, ViewPart::Side(_)));
+        // Sides that are captured first have the environment's light alone.
+        let surroundings = surroundings.filter(|_| !matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })));
         if let Some(surroundings) = surroundings {
             surroundings.place(&mut environment);
         }

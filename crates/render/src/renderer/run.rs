@@ -280,18 +280,21 @@ impl Renderer {
             frame::shared_passes(&mut r, shadows, texture)?;
         }
         let mut before = Before::default();
-        let mut last_side = None;
+        let mut first_side = None;
         let (water, doors) = (Surfaces::of(scene), Doors::of(scene));
         let mut recorded: Vec<Recorded> = Vec::with_capacity(asked.len());
         for (((asked, state), ready), overlay) in asked.iter().zip(&mut *states).zip(&ready).zip(&overlays) {
-            if !matches!(asked.part, ViewPart::Side(_))
-                && let (Some(surroundings), Some(view)) = (&surroundings, last_side.take())
+            // Those that are captured again have the light of what was captured before.
+            let bounce = if let ViewPart::Side(side) = &asked.part { Some(side.bounce) } else { None };
+            if before.sides.keys().next().is_some_and(|side| Some(side.bounce) != bounce)
+                && let (Some(surroundings), Some(view)) = (&surroundings, first_side)
             {
                 let of_state = (&self.surroundings, surroundings, view);
                 surroundings::record(&mut graph, &frame, of_state, &mut before.sides)?;
             }
-            if matches!(asked.part, ViewPart::Side(_)) {
-                last_side = Some(&ready.view);
+            if bounce == Some(0) {
+                // What draws tiles is of a view that has none.
+                first_side.get_or_insert(&ready.view);
             }
             // Those at one level see what there was before all of them.
             if before.seen.first().is_some_and(|seen| Some(seen.view.level) != asked.level) {

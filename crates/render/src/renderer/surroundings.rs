@@ -18,7 +18,7 @@ use bytemuck::Zeroable;
 use glam::Vec4;
 use manypass_graph::{Graph, Handle, TextureDesc};
 use manypass_scene::capture::Update;
-use manypass_scene::surroundings::{SURROUNDINGS_MAX, Surroundings};
+use manypass_scene::surroundings::{BOUNCES_MAX, SURROUNDINGS_MAX, Surroundings};
 use manypass_scene::{Projection, Scene};
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
@@ -27,6 +27,8 @@ use std::sync::Arc;
 /// A side of the pictures around a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct SideView {
+    /// How often they were captured before, in this frame.
+    pub bounce: u32,
     /// Which surroundings.
     pub index: usize,
     /// Which face of a cube map.
@@ -152,7 +154,7 @@ impl Renderer {
         request: &FrameRequest,
         is_plan: bool,
     ) -> Result<Vec<Part>, RenderError> {
-        let mut parts = Vec::new();
+        let (mut parts, mut due) = (Vec::new(), Vec::new());
         if scene.surroundings.is_empty() {
             return Ok(parts);
         }
@@ -179,10 +181,18 @@ impl Renderer {
                 let pre_exposure = request.pre_exposure();
                 *drawn = Some(Drawn { of: of.clone(), pre_exposure, frame: state.frame });
             }
-            for face in 0..FACES.len() {
-                let name = format!("surroundings/{}.{face}", of.name);
-                let name = if index > 0 { format!("{name}/{}", index + 1) } else { name };
-                parts.push(Part::new(name, request_of(of, face, request)?, ViewPart::Side(SideView { index, face })));
+            due.push((index, of));
+        }
+        for bounce in 0..BOUNCES_MAX {
+            for (index, of) in due.iter().filter(|(_, of)| bounce < of.bounces.max(1)) {
+                let twin = known(scene).take(*index).filter(|other| other.name == of.name).count();
+                let twin = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
+                let again = if bounce > 0 { format!("/{}", bounce + 1) } else { String::new() };
+                for face in 0..FACES.len() {
+                    let name = format!("surroundings/{}{twin}.{face}{again}", of.name);
+                    let side = SideView { bounce, index: *index, face };
+                    parts.push(Part::new(name, request_of(of, face, request)?, ViewPart::Side(side)));
+                }
             }
         }
         Ok(parts)
@@ -238,11 +248,12 @@ pub(super) fn record<'f>(
     (state, surroundings, view): (&'f SurroundingsState, &FrameSurroundings, &'f PreparedView),
     faces: &mut BTreeMap<SideView, Handle>,
 ) -> Result<(), RenderError> {
-    let indices: Vec<usize> = faces.keys().filter(|side| side.face == 0).map(|side| side.index).collect();
+    let first: Vec<SideView> = faces.keys().filter(|side| side.face == 0).copied().collect();
     let Some(of_state) = &state.lobes else { return Ok(()) };
     let (lobes, table) = &**of_state;
-    for index in indices {
-        let mut of_side = |face: usize| faces.remove(&SideView { index, face });
+    for side in first {
+        let index = side.index;
+        let mut of_side = |face: usize| faces.remove(&SideView { face, ..side });
         let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = [0, 1, 2, 3, 4, 5].map(&mut of_side) else {
             continue;
         };

@@ -64,6 +64,7 @@ pub fn all() -> Vec<Subject> {
         of_room("mirror", -5.2),
         water(),
         of_room("portals", -2.6),
+        of_room("surroundings", -5.6),
     ]
 }
 

@@ -390,6 +390,11 @@ pub(super) const SURROUNDINGS: StageTable = StageTable {
             StageType::Boolean,
             "Whether what is seen are walls, in which reflections are shifted as the place of a surface says; true.",
         ),
+        key(
+            "bounces",
+            StageType::Number { min: 1.0, is_above: false, max: 4.0 },
+            "How often they are captured, each time in the light of what was captured before; 2.",
+        ),
         key("walls_center", StageType::Vector, "The middle of the box that the walls are, in metres; `center`."),
         key("walls_size_m", StageType::Vector, "The extent of that box along X, Y and Z, in metres; `size_m`."),
         key("name", StageType::Text, "What it is called in reports; room."),

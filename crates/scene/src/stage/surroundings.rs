@@ -53,6 +53,7 @@ impl SurroundingsEntry {
             position_world: table.vector("position").unwrap_or(own.center_world),
             fade_m: table.number("fade_m").unwrap_or(0.0),
             walls: walls.or(has_walls.then_some(own)),
+            bounces: table.number("bounces").map_or(of_room.bounces, |bounces| bounces as u32),
             layers: table.layers("layers").unwrap_or(LAYERS_ALL),
             quality: table.text("quality").map(|word| word.value),
             update: update_of(table)?,

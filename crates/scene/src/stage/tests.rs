@@ -601,6 +601,52 @@ fn portals_have_two_ends() {
 }
 
 #[test]
+fn surroundings_are_boxes() {
+    let applied = |text: &str| {
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut scene = model();
+        stage.apply(&mut scene).map_err(|error| error.to_string())?;
+        Ok::<Scene, String>(scene)
+    };
+    let scene = applied(
+        "[[surroundings]]\nname = \"hall\"\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\nupdate = \"once\"\n\
+         [[surroundings]]\ncenter = [9, 1, 0]\nsize_m = [1, 1, 1]\nposition = [9, 2, 0]\nwalls = false\nfade_m = 0.2\nlayers = [0]\n",
+    )
+    .unwrap();
+    let [hall, thing] = &scene.surroundings[..] else { panic!("{:?}", scene.surroundings) };
+    assert_eq!(
+        (hall.name.as_str(), hall.position_world, hall.region.half_m),
+        ("hall", Vec3::Y, Vec3::new(2.0, 1.0, 3.0))
+    );
+    assert_eq!((hall.walls, hall.update), (Some(hall.region), crate::capture::Update::Once));
+    assert_eq!((thing.walls, thing.fade_m, thing.layers, thing.position_world.y), (None, 0.2, 1, 2.0));
+    for (text, expected) in [
+        ("", "2:1: error: `center` is missing"),
+        ("center = [0, 0, 0]\n", "2:1: error: `size_m` is missing"),
+        ("center = [0, 0, 0]\nsize_m = [1, 0, 1]\n", "4:10: error: `size_m` has three lengths above 0"),
+        (
+            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nwalls_center = [0, 0, 0]\n",
+            "5:16: error: a box has a middle and a size",
+        ),
+        (
+            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nwalls = false\nwalls_center = [0, 0, 0]\nwalls_size_m = [1, 1, 1]\n",
+            "5:9: error: without walls they have no place",
+        ),
+        (
+            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nupdate = \"once\"\nevery = 3\n",
+            "6:9: error: what is drawn once is not drawn every",
+        ),
+    ] {
+        let text = format!("[[surroundings]]\n{text}");
+        let error = applied(&text).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+    let many = "[[surroundings]]\ncenter = [0, 0, 0]\nsize_m = [1, 1, 1]\n".repeat(5);
+    assert!(applied(&many).expect_err("5").contains("there are more surroundings than 4"));
+}
+
+#[test]
 fn mirrors_are_flat_nodes_or_rectangles() {
     let flat = |scene: &mut Scene| {
         let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };
