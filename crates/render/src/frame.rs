@@ -9,10 +9,10 @@ pub use picture::{
 };
 
 use crate::aov::AovPasses;
-use crate::draws::Tile as DrawnTile;
+use crate::draws::Tile;
 use crate::environment::Background;
 use crate::environment::lobe::{Lobe, LobeTable};
-use crate::environment::tiles::Tile;
+use crate::environment::tiles::Tile as EnvironmentTile;
 use crate::fisheye::FisheyeLens;
 use crate::fog::{FogMode, FogSettings};
 use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
@@ -73,7 +73,7 @@ pub(crate) fn surroundings_passes(
     r: &mut Recorder<'_, '_>,
     lobes: (&[Lobe], &LobeTable),
     faces: &[Handle; 6],
-    tile: impl Fn(u32) -> Tile,
+    tile: impl Fn(u32) -> EnvironmentTile,
     target: Handle,
 ) -> Result<(), ProgramError> {
     let drawn = environment::record_surroundings(r, lobes, faces, tile, target)?;
@@ -88,7 +88,7 @@ pub(crate) fn surroundings_passes(
 pub(crate) fn ground_passes(
     r: &mut Recorder<'_, '_>,
     map: &GroundMap,
-    tiles: &[DrawnTile],
+    tiles: &[Tile],
     target: Handle,
 ) -> Result<(), ProgramError> {
     let drawn = ground::record_map(r, map, tiles, target)?;
@@ -231,12 +231,15 @@ fn water_passes(
         return Ok(Watered { radiance, depth, linear_depth: None });
     }
     let (radiance, below) = behind_passes(r, "water.below", radiance)?;
-    let (radiance, depth) = water::record(r, all, (&below, linear_depth), (radiance, depth))?;
-    let linear_depth = match depth.desc().samples {
+    let (mut radiance, depth) = water::record(r, all, (&below, linear_depth), (radiance, depth))?;
+    let after = match depth.desc().samples {
         1 => Some(linear_depth::record(r, "water.linear_depth", &depth)?),
         _ => None,
     };
-    Ok(Watered { radiance, depth, linear_depth })
+    if let Some(within) = all.iter().find(|water| water.holds_eye) {
+        radiance = water::record_within(r, within, (linear_depth, after.as_ref().unwrap_or(linear_depth)), radiance)?;
+    }
+    Ok(Watered { radiance, depth, linear_depth: after })
 }
 
 /// The depth that a view begins with: where nothing is to be drawn, because tiles are settled or lie outside of a mirror's

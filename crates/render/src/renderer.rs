@@ -12,6 +12,7 @@ mod output;
 mod portals;
 mod prepare;
 mod reading;
+mod recording;
 mod run;
 mod shadows;
 mod surroundings;

@@ -202,6 +202,39 @@ fn what_lies_below_is_where_snell_says_and_as_dark_as_beer_and_lambert_say() {
 }
 
 #[test]
+fn an_eye_in_the_water_sees_through_as_much_as_lies_between() {
+    let (mut scene, mut request) = pool(1.5);
+    let eye = Vec3::new(8.0, -0.7, 0.0);
+    let rotation = look_along(Vec3::new(1.0, -0.5, 0.2), Vec3::Y).unwrap();
+    request.camera.world_from_view = Mat4::from_rotation_translation(rotation, eye);
+    let mut renderer = renderer();
+    let expected = |at: usize, (eye, ray): (Vec3, Vec3)| {
+        let way_m = (-1.5 - eye.y) / ray.y;
+        ([0.5f32, 0.1, 0.0].map(|absorbed| (-absorbed * way_m).exp()), ray.y < -0.1, at)
+    };
+    let shown = radiance(&mut renderer, &scene, &request);
+    let (mut count, mut off) = (0, 0);
+    for (at, ray) in rays(&request).into_iter().enumerate() {
+        let (expected, is_ground, at) = expected(at, ray);
+        if is_ground {
+            count += 1;
+            off += usize::from(shown[at].iter().zip(expected).any(|(a, b)| (a - b).abs() > 0.01 * b + 1e-4));
+        }
+    }
+    assert!(count > 3000 && off * 100 <= count, "{off} of {count} are off");
+    // Beside the pool, below its surface, the eye is in no water.
+    request.camera.world_from_view.w_axis.x = 40.0;
+    let beside = radiance(&mut renderer, &scene, &request);
+    assert!(beside.iter().any(|pixel| *pixel == [1.0; 3]));
+    // What is scattered has the light that comes down.
+    scene.water[0].scattering_per_m = Vec3::splat(0.3);
+    request.camera.world_from_view = Mat4::from_rotation_translation(rotation, eye);
+    let lit = request.with(|settings| settings.environment.source = Environment::Color([0.0, 4.0, 0.0]));
+    let murky = radiance(&mut renderer, &scene, &lit);
+    assert!(murky.iter().zip(&shown).filter(|(murky, clear)| murky[1] > clear[1] + 0.05).count() > 3000);
+}
+
+#[test]
 fn waves_go_on_with_time_and_are_the_same_twice() {
     let (mut scene, request) = pond();
     scene.water[0] = Water { wind_m_s: 4.0, wave_m: 0.7, foam_depth_m: 0.1, caustics: 1.0, ..scene.water[0].clone() };

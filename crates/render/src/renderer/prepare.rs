@@ -576,14 +576,16 @@ impl Renderer {
         let culling = settings.lights.culling;
         let has_volumes = matches!(culling, LightCulling::Volumes | LightCulling::VolumesStencil);
         let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
-        let has_blended = world.draws.opaque_count < world.draws.items.len() || !world.scene.water.is_empty();
+        let has_blended = world.draws.opaque_count < world.draws.items.len();
+        let has_water = !world.scene.water.is_empty();
         let is_drawn = !asked.part.is_fisheye();
-        let reads_lists = match settings.render.path {
-            Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,
-            Path::Forward => true,
-            Path::ForwardBatched => has_blended,
-            Path::Gouraud => world.draws.has_layers,
-        };
+        let reads_lists = has_water
+            || match settings.render.path {
+                Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,
+                Path::Forward => true,
+                Path::ForwardBatched => has_blended,
+                Path::Gouraud => world.draws.has_layers,
+            };
         let of = ListsOf {
             view: seen.camera,
             range,

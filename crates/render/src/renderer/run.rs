@@ -1,41 +1,28 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
-use super::captures::{Captures, MonitorView, Part};
+use super::captures::{Captures, Part};
 use super::counts::{light_draws, sum_pairs};
-use super::fisheye::{parts_of, uv_from_place};
-use super::mirrors::{MirrorSeen, Reflector};
+use super::fisheye::parts_of;
 use super::output::{Output, ViewState};
-use super::portals::Doors;
-use super::prepare::{Asked, Lit, Ready, ViewPart, World, output_of};
+use super::prepare::{Asked, Lit, Ready, ViewPart, World};
+use super::recording::{OfScene, Recorded, RecordedView, record_views};
 use super::shadows::Atlas;
-use super::surroundings::{self, SideView};
 use super::temporal::{TemporalAsked, move_mirrors};
-use super::water::Surfaces;
 use super::{Purpose, Renderer};
-use crate::aov::AovExports;
 use crate::draws::Deformation;
 use crate::environment::{Environment, stored};
-use crate::frame::{self, Flat, Means, Monitored, Picture};
-use crate::gbuffer::ViewOutputs;
+use crate::frame;
 use crate::gpu::readback;
 use crate::ground::GROUND_MAP;
-use crate::mirror_picture::MirrorPicture;
-use crate::outline::rectangle_of;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
-use crate::passes::adaptive::Settling;
-use crate::passes::fisheye::FaceRadiance;
-use crate::passes::mirrors::ShownMirror;
-use crate::passes::present::Target;
-use crate::passes::{adaptive, meter};
+use crate::passes::adaptive;
 use crate::record::{Frame, Legends, Recorder, Scrubbed};
 use crate::request::{FrameRequest, FrameStats, RenderError, SceneDefaults};
 use crate::resources::environment::Unfinished;
-use crate::resources::monitor_desc;
-use manypass_graph::{Export, Graph, Handle, Limits, Plan, Run, RunOptions, Taps, Timing};
+use manypass_graph::{Export, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
 use std::cell::LazyCell;
-use std::collections::BTreeMap;
 
 /// A frame that was planned, and run if it was not only to be planned.
 struct Executed {
@@ -44,15 +31,6 @@ struct Executed {
     /// What the purpose reads of a frame that is no picture.
     exports: Vec<Export>,
     legends: Legends,
-}
-
-/// What recording a view leaves to fetch.
-#[derive(Default)]
-struct Recorded {
-    variables: AovExports,
-    export: Option<Export>,
-    /// The stops of an exposure that adapts.
-    adapted: Option<Export>,
 }
 
 impl Renderer {
@@ -203,8 +181,9 @@ impl Renderer {
         let ground = self.prepare_ground(asked, states, &world, &mut stats, purpose.is_plan());
         let of_surroundings = asked.iter().find(|asked| !matches!(asked.part, ViewPart::Side(_)));
         let of_environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
-        let surroundings =
-            of_surroundings.and_then(|asked| self.prepare_surroundings(scene, &asked.request, of_environment.as_ref()));
+        let surroundings = of_surroundings.and_then(|asked| {
+            self.prepare_surroundings(scene, &asked.request, of_environment.as_ref(), purpose.is_plan())
+        });
         let ready: Vec<Ready> = asked
             .iter()
             .zip(states.iter_mut().zip(lit))
@@ -279,36 +258,10 @@ impl Renderer {
             let texture = r.graph.import("shadows.atlas", Atlas::desc(atlas.side), atlas.view.clone());
             frame::shared_passes(&mut r, shadows, texture)?;
         }
-        let mut before = Before::default();
-        let mut first_side = None;
-        let (water, doors) = (Surfaces::of(scene), Doors::of(scene));
-        let mut recorded: Vec<Recorded> = Vec::with_capacity(asked.len());
-        for (((asked, state), ready), overlay) in asked.iter().zip(&mut *states).zip(&ready).zip(&overlays) {
-            // Those that are captured again have the light of what was captured before.
-            let bounce = if let ViewPart::Side(side) = &asked.part { Some(side.bounce) } else { None };
-            if before.sides.keys().next().is_some_and(|side| Some(side.bounce) != bounce)
-                && let (Some(surroundings), Some(view)) = (&surroundings, first_side)
-            {
-                let of_state = (&self.surroundings, surroundings, view);
-                surroundings::record(&mut graph, &frame, of_state, &mut before.sides)?;
-            }
-            if bounce == Some(0) {
-                // What draws tiles is of a view that has none.
-                first_side.get_or_insert(&ready.view);
-            }
-            // Those at one level see what there was before all of them.
-            if before.seen.first().is_some_and(|seen| Some(seen.view.level) != asked.level) {
-                record_monitors(&mut graph, &frame, scene, &mut before.seen)?;
-            }
-            recorded.push(record_view(
-                &mut graph,
-                &frame,
-                (scene, (&water, &doors), asked),
-                (ready, overlay),
-                (state, &mut before),
-                purpose,
-            )?);
-        }
+        let of_scene = OfScene::new(scene, surroundings.as_ref().map(|of_frame| (&self.surroundings, of_frame)));
+        let views = asked.iter().zip(&mut *states).zip(&ready).zip(&overlays);
+        let views = views.map(|(((asked, state), ready), overlay)| RecordedView { asked, state, ready, overlay });
+        let recorded = record_views(&mut graph, &frame, &of_scene, views, purpose)?;
         let plan = graph.plan()?;
         let bytes = plan.bytes();
         (stats.texture_bytes, stats.texture_bytes_unaliased) = (bytes.aliased, bytes.unaliased);
@@ -481,228 +434,6 @@ fn keep(
         }
     }
     Ok(())
-}
-
-/// What views left for those that follow them.
-#[derive(Default)]
-struct Before<'f> {
-    /// The sides of a fisheye picture.
-    faces: Vec<FaceRadiance>,
-    /// What cameras of monitors see, which screens do not show yet.
-    seen: Vec<Seen<'f>>,
-    /// The sides of the pictures around places.
-    sides: BTreeMap<SideView, Handle>,
-    /// What is behind mirrors, by the names of the views.
-    behind: BTreeMap<String, MirrorPicture>,
-    /// Radiance of what is seen through portals, by the names of the views.
-    through: BTreeMap<String, Handle>,
-}
-
-impl Before<'_> {
-    /// The mirrors of a view.
-    fn mirrors(&mut self, asked: &Asked, ready: &Ready) -> Vec<ShownMirror> {
-        let shown = |seen: &MirrorSeen| {
-            let Reflector::Node(node) = seen.of else { return None };
-            Some(ShownMirror {
-                object: node.0 + 1,
-                normal_world: seen.normal_world,
-                is_smooth: seen.is_smooth,
-                rectangle: rectangle_of(&ready.view.uniform, seen.corners_world, ready.view.size),
-                picture: self.behind.remove(&seen.view)?,
-            })
-        };
-        asked.mirrors.iter().filter_map(shown).collect()
-    }
-}
-
-/// What the camera of a monitor sees.
-struct Seen<'f> {
-    view: &'f MonitorView,
-    asked: &'f Asked,
-    ready: &'f Ready,
-    radiance: Handle,
-    depth: Handle,
-    means: Means,
-    settling: Option<Settling>,
-    /// The stops of an exposure that adapts.
-    adapted: Option<Handle>,
-}
-
-/// Makes screens show what their cameras saw.
-fn record_monitors<'f>(
-    graph: &mut Graph<'f>,
-    frame: &'f Frame<'f>,
-    scene: &Scene,
-    seen: &mut Vec<Seen<'f>>,
-) -> Result<(), RenderError> {
-    for Seen { view, asked, ready, radiance, depth, means, settling, adapted } in seen.drain(..) {
-        let mut r = Recorder::new(graph, frame, &ready.view);
-        let Some(texture) = import_monitor(&mut r, scene, view.image) else { continue };
-        let request = &asked.request;
-        let monitored = Monitored {
-            radiance: &radiance,
-            depth: &depth,
-            means,
-            adaptive_step: adaptive_step(asked, ready),
-            settling,
-            sample_index: request.sample_index,
-            exposure: request.known_exposure() * view.exposure_stops.clamp(-64.0, 64.0).exp2(),
-            adapted: adapted.as_ref(),
-        };
-        frame::monitor_passes(&mut r, &request.settings, monitored, texture)?;
-    }
-    Ok(())
-}
-
-/// The texture that shows what the monitor of an image does.
-fn import_monitor(r: &mut Recorder<'_, '_>, scene: &Scene, image: usize) -> Option<Handle> {
-    let monitor = scene.images.get(image)?.monitor()?;
-    let view = r.frame.resources.textures.monitor(scene, image)?;
-    let desc = monitor_desc((monitor.width, monitor.height));
-    Some(r.graph.import(format!("monitor.{image}"), desc, view.clone()))
-}
-
-/// Records all passes of a view.
-fn record_view<'f>(
-    graph: &mut Graph<'f>,
-    frame: &'f Frame<'f>,
-    (scene, (water, doors), asked): (&Scene, (&Surfaces, &Doors), &'f Asked),
-    (ready, overlay): (&'f Ready, &Option<OverlayDraw>),
-    (state, before): (&mut ViewState, &mut Before<'f>),
-    purpose: &Purpose<'_>,
-) -> Result<Recorded, RenderError> {
-    let request = &asked.request;
-    if matches!(purpose, Purpose::Variables) {
-        let mut r = Recorder::new(graph, frame, &ready.view);
-        let outputs = frame::variable_passes(&mut r, &ready.variables)?;
-        return Ok(Recorded { variables: AovExports::new(r.graph, outputs), ..Recorded::default() });
-    }
-    let (variables, of_view) = match &ready.variables_view {
-        Some(view) => {
-            let mut r = Recorder::new(graph, frame, view);
-            (Some(frame::variable_passes(&mut r, &ready.variables)?), ready.of_effects)
-        }
-        None => (None, ready.variables.and(&ready.of_effects)),
-    };
-    let mut r = Recorder::new(graph, frame, &ready.view);
-    if matches!(purpose, Purpose::Pairs(_)) {
-        if asked.part.is_fisheye() {
-            return Ok(Recorded::default());
-        }
-        let pairs = frame::pair_passes(&mut r, &request.settings)?;
-        return Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() });
-    }
-    let flat = Flat {
-        mirrors: before.mirrors(asked, ready),
-        water: water.shown((scene, &frame.resources.textures), (asked, ready), &mut before.behind),
-        portals: doors.shown(asked, &mut before.through),
-    };
-    let outputs = match &asked.part {
-        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,
-        ViewPart::Mirror(view) => {
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
-            let ViewOutputs { radiance, gbuffer, .. } = outputs;
-            if let Reflector::Portal(..) = view.of {
-                before.through.insert(asked.name.clone(), radiance);
-            } else if let Some(gbuffer) = gbuffer {
-                let picture = frame::mirror_picture_passes(&mut r, view.is_smooth, radiance, gbuffer.linear_depth)?;
-                before.behind.insert(asked.name.clone(), picture);
-            }
-            return Ok(Recorded::default());
-        }
-        ViewPart::Side(side) => {
-            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
-            before.sides.insert(*side, radiance);
-            return Ok(Recorded::default());
-        }
-        ViewPart::Face(face) => {
-            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
-            let uv_from_place = uv_from_place(face, request, asked.size);
-            before.faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
-            return Ok(Recorded::default());
-        }
-        ViewPart::Monitor(view) => {
-            for image in &view.darkens {
-                let Some(texture) = import_monitor(&mut r, scene, *image) else { continue };
-                frame::darken_monitor(&mut r, texture);
-            }
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
-            let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
-            let ViewOutputs { radiance, depth, .. } = outputs;
-            let adapting = request.adapting(state.adapted.is_some());
-            let adapted = frame::exposure_passes(&mut r, adapting.as_ref(), &radiance)?;
-            let (previous_sum, settles) =
-                (asked.previous_sum(state), adaptive_step(asked, ready) != adaptive::Step::None);
-            let output = if asked.has_output() {
-                output_of(frame.gpu, asked, &mut state.output, (purpose, settles))
-            } else {
-                None
-            };
-            let means = output.map_or(Means::None, |output| output.means(r.graph, asked.means_of, previous_sum));
-            let settling = output.filter(|_| settles).and_then(|output| output.settling(r.graph));
-            before.seen.push(Seen { view, asked, ready, radiance, depth, means, settling, adapted });
-            return Ok(Recorded::default());
-        }
-        ViewPart::Fisheye(of_fisheye) => {
-            frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(&mut before.faces))?
-        }
-    };
-    let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
-    let (mut r, outputs) = match &ready.enlarged_view {
-        Some(view) => {
-            let outputs = frame::enlarged_passes(&mut r, view.size, outputs)?;
-            (Recorder::new(graph, frame, view), outputs)
-        }
-        None => (r, outputs),
-    };
-    let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
-    let (mut export, mut adapted) = (None, None);
-    let previous_sum = asked.previous_sum(state);
-    let step = adaptive_step(asked, ready);
-    match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None)) {
-        None => {
-            let meter = meter::record(&mut r, &outputs.radiance)?;
-            export = Some(r.graph.export(meter));
-        }
-        Some(output) => {
-            let adapting = request.adapting(state.adapted.is_some());
-            let stops = frame::exposure_passes(&mut r, adapting.as_ref(), &outputs.radiance)?;
-            let (settings, shaded) = (&request.settings, &outputs.radiance);
-            let enlarged =
-                frame::upscale_passes(&mut r, settings, request.display_exposure(), shaded, asked.output_size)?;
-            let means = output.means(r.graph, asked.means_of, previous_sum);
-            let picture = Picture {
-                display: output.display(r.graph),
-                target: target_of(purpose),
-                is_shown: !matches!(purpose, Purpose::Sample),
-                sample_index: request.sample_index,
-                exposure: request.known_exposure(),
-                adapted: stops.as_ref(),
-                depth: &outputs.depth,
-                adaptive_step: step,
-                overlay: overlay.as_ref(),
-                settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
-            };
-            let radiance = enlarged.as_ref().unwrap_or(shaded);
-            frame::output_passes(&mut r, settings, radiance, means, picture, &request.effects)?;
-            adapted = stops.map(|stops| r.graph.export(stops));
-        }
-    }
-    let variables = if asked.wants_variables {
-        AovExports::new(r.graph, variables.unwrap_or(outputs))
-    } else {
-        AovExports::default()
-    };
-    Ok(Recorded { variables, export, adapted })
-}
-
-/// What the view does after this sample.
-fn adaptive_step(asked: &Asked, ready: &Ready) -> adaptive::Step {
-    if ready.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None }
-}
-
-fn target_of<'t>(purpose: &Purpose<'t>) -> Option<&'t Target> {
-    if let Purpose::Target(target) = purpose { Some(target) } else { None }
 }
 
 /// Fails if a frame may not allocate `needed_bytes`.

@@ -205,6 +205,7 @@ impl Renderer {
         scene: &Scene,
         request: &FrameRequest,
         environment: Option<&wgpu::TextureView>,
+        is_plan: bool,
     ) -> Option<FrameSurroundings> {
         let all: Vec<&Surroundings> = known(scene).collect();
         if all.is_empty() || !request.settings.captures.enabled {
@@ -215,9 +216,12 @@ impl Renderer {
         let atlas = Atlas::new(all.len(), size, self.gpu.capabilities.max_texture_size)?;
         let state = &mut self.surroundings;
         let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);
-        if !is_known {
+        if !is_known && !is_plan {
             let view = create(&self.gpu, &atlas);
             state.texture = Some(Tiles { atlas, view, copied: None });
+            // What was drawn into another texture is to be drawn again; until the next frame there is none of it.
+            let frame = state.frame;
+            state.drawn.iter_mut().for_each(|drawn| *drawn = drawn.take().filter(|drawn| drawn.frame == frame));
         }
         let mut uniforms = SurroundingsUniforms::zeroed();
         for (index, (uniform, of)) in uniforms.iter_mut().zip(&all).enumerate() {
@@ -225,7 +229,11 @@ impl Renderer {
             let scale = drawn.map_or(0.0, |drawn| request.pre_exposure() / drawn.pre_exposure);
             *uniform = SurroundingsUniform::new(of, atlas.corner(index), if scale.is_finite() { scale } else { 0.0 });
         }
-        let view = state.texture.as_ref()?.view.clone();
+        // Nobody looks at that of a plan.
+        let view = match &state.texture {
+            Some(tiles) if is_known || !is_plan => tiles.view.clone(),
+            _ => self.tables.no_environment.clone(),
+        };
         Some(FrameSurroundings { view, atlas, uniforms, count: all.len() as u32 })
     }
 }
@@ -245,7 +253,7 @@ impl FrameSurroundings {
 pub(super) fn record<'f>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
-    (state, surroundings, view): (&'f SurroundingsState, &FrameSurroundings, &'f PreparedView),
+    (state, surroundings, view): (&SurroundingsState, &FrameSurroundings, &'f PreparedView),
     faces: &mut BTreeMap<SideView, Handle>,
 ) -> Result<(), RenderError> {
     let first: Vec<SideView> = faces.keys().filter(|side| side.face == 0).copied().collect();

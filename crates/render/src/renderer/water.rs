@@ -49,7 +49,12 @@ impl Surfaces {
                 .clip_plane_world
                 .is_some_and(|plane| corners.iter().all(|corner| plane.dot(corner.extend(1.0)) < 0.0));
             let in_layers = scene.nodes.get(water.node.0 as usize)?.layers & asked.request.layers != 0;
-            if is_cut || !in_layers || !is_seen(&uniform.clip_from_world, &corners) {
+            let is_from_below = panel.plane_world().dot(eye) < 0.0;
+            // The eye of a view that is cut by a plane is none of this side.
+            let has_eye = column == 3 && asked.request.clip_plane_world.is_none();
+            let holds_eye = has_eye && is_from_below && is_below(outline, panel.normal_world, eye.truncate());
+            let is_shown = !is_cut && is_seen(&uniform.clip_from_world, &corners);
+            if !in_layers || !is_shown && !holds_eye {
                 return None;
             }
             let view = asked.mirrors.iter().find(|seen| seen.of == Reflector::Water(*index));
@@ -61,7 +66,8 @@ impl Surfaces {
                 panel: *panel,
                 corners_world: outline.clone(),
                 time_secs: scene.time_secs,
-                is_from_below: panel.plane_world().dot(eye) < 0.0,
+                is_from_below,
+                holds_eye,
                 normal_map: map,
                 picture,
             };
@@ -71,6 +77,12 @@ impl Surfaces {
         all.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         all.into_iter().map(|(_, water)| water).collect()
     }
+}
+
+/// Whether a point lies within a convex outline, along its normal; the outline goes around counterclockwise.
+fn is_below(outline: &[Vec3], normal: Vec3, point: Vec3) -> bool {
+    let next = outline.iter().cycle().skip(1);
+    outline.len() > 2 && outline.iter().zip(next).all(|(a, b)| (*b - *a).cross(point - *a).dot(normal) >= 0.0)
 }
 
 /// What is wrong with water of a scene, which is not drawn then.

@@ -5,7 +5,7 @@
 //! depth.
 
 use crate::mirror_picture::{MirrorPicture, MirrorUniform};
-use crate::record::Recorder;
+use crate::record::{ADD, Recorder};
 use crate::shader::program::ProgramError;
 use crate::waves::WAVES_ACROSS;
 use glam::{Vec2, Vec3, Vec4};
@@ -50,8 +50,10 @@ pub struct ShownWater {
     pub corners_world: Vec<Vec3>,
     /// The time by which its waves go.
     pub time_secs: f32,
-    /// Whether the eye is in it.
+    /// Whether the eye is below its surface.
     pub is_from_below: bool,
+    /// Whether it is below the outline, too, and so in the water.
+    pub holds_eye: bool,
     /// Its normal map, if it has one.
     pub normal_map: Option<wgpu::TextureView>,
     /// What is behind it, if there is a view of that.
@@ -133,6 +135,40 @@ impl WaterUniform {
             padding_b: 0.0,
         }
     }
+}
+
+/// What is drawn multiplies what is there.
+const MULTIPLY: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::Zero,
+        dst_factor: wgpu::BlendFactor::Src,
+        operation: wgpu::BlendOperation::Add,
+    },
+    alpha: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::Zero,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    },
+};
+
+/// Draws what water that the eye is in takes of light, and what it scatters; `before` and `after` are linear depth without
+/// its surface and with it.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_within(
+    r: &mut Recorder<'_, '_>,
+    water: &ShownWater,
+    (before, after): (&Handle, &Handle),
+    mut radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    let uniform = WaterUniform::new(water);
+    for (adds, blend) in [(0, MULTIPLY), (1, ADD)] {
+        let step = r.fullscreen("water.within", "water_within", r.view.light_axes()).constant("adds", adds);
+        let step = step.uniform("water", &uniform).read("linear_depth", before).read("surface_depth", after);
+        radiance = step.blend(blend).draw_into(radiance, ColorLoad::Keep)?;
+    }
+    Ok(radiance)
 }
 
 /// Draws surfaces of water over radiance. Returns that and depth; `below` is the picture so far with mips, and
