@@ -238,19 +238,6 @@ impl PlacedPicture<'_> {
     }
 }
 
-impl EnvironmentUniform {
-    /// Takes the suns out of what the camera sees, for whoever shows them as the lights that they are: that of the scene's
-    /// table, and unless others are seen as sharply as they are, those of the picture.
-    pub fn leave_suns_to_lights(&mut self, shows_suns_of_picture: bool) {
-        self.sun_disc = Vec4::new(0.0, 0.0, 0.0, 2.0);
-        if !shows_suns_of_picture {
-            self.backdrop_lobe.y = 0.0;
-            // The mirror's tile alone has them.
-            self.picture_backdrop.y = self.picture_backdrop.y.max(1.0);
-        }
-    }
-}
-
 /// The disc of a light as the camera sees it. It is kept below what counts as too bright for half floats: in most
 /// pictures of the sun it is beyond them.
 fn disc(light: &EnvironmentLight, scale: f32) -> Vec4 {

@@ -67,6 +67,11 @@ pub(crate) struct ViewGround {
 }
 
 impl ViewGround {
+    /// The height of the plane.
+    pub fn height_m(&self) -> f32 {
+        self.uniform.plane.x
+    }
+
     /// `ground` is resolved; none where there is nothing.
     pub fn new(ground: Ground, map: &GroundMap, texture: &wgpu::TextureView, table: &LightTable) -> Option<Self> {
         let color = match ground {

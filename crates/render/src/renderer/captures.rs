@@ -2,7 +2,7 @@
 //! cameras.
 
 use super::Renderer;
-use super::mirrors::{MirrorSeen, Mirrors};
+use super::mirrors::{MirrorSeen, Mirrors, VIEWS_MAX};
 use super::prepare::ViewPart;
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;
@@ -206,7 +206,8 @@ impl Renderer {
         let mut all = self.sides(scene, &first, is_plan)?;
         all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
         all.extend(of_picture);
-        let left_out = monitors_left_out + (mirrors.len() - shown.len()) as u32;
+        let beyond = drawn.saturating_sub(VIEWS_MAX) as u32;
+        let left_out = monitors_left_out + (mirrors.len() - shown.len()) as u32 + beyond;
         Ok(Captures { parts: all, left_out })
     }
 

@@ -1,6 +1,7 @@
 //! What the pipelines of a view know when they are made.
 
-use super::prepare::Asked;
+use super::mirrors::{MirrorView, Reflector};
+use super::prepare::{Asked, ViewPart};
 use super::shadows::takes_one_tap;
 use crate::environment::Environment;
 use crate::lights::{self, LightTable};
@@ -44,6 +45,16 @@ pub(super) fn constants_of(
     if let Some(tiles) = tiles {
         let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));
         constants.extend([("has_picture", 1), ("shows_picture", shows_picture), ("sun_count", tiles.sun_count())]);
+    }
+    // What lies behind everything is what surfaces get light of; suns are lights on water with waves.
+    match &asked.part {
+        ViewPart::Mirror(MirrorView { of: Reflector::Water(_), is_smooth: false, .. }) => {
+            constants.push(("shows_light", 2));
+        }
+        ViewPart::Mirror(MirrorView { of: Reflector::Water(_) | Reflector::Node(_), .. }) | ViewPart::Side(_) => {
+            constants.push(("shows_light", 1));
+        }
+        _ => {}
     }
     if surrounding_count > 0 {
         constants.push(("surrounding_count", surrounding_count));

@@ -18,7 +18,7 @@ use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
 use std::collections::BTreeSet;
 
 /// The most views behind mirrors that a frame draws, those of mirrors within mirrors too.
-const VIEWS_MAX: usize = 64;
+pub(super) const VIEWS_MAX: usize = 64;
 
 /// A mirror is smooth up to this perceptual roughness, if no map says otherwise.
 const SMOOTH_ROUGHNESS: f32 = 0.02;
@@ -245,12 +245,16 @@ impl<'s> Mirrors<'s> {
         for (at, known) in self.all.iter().enumerate() {
             let Known { of, panel, is_smooth, name, node, .. } = known;
             let is_possible = has_reflections || known.through.is_some();
-            if scene.node(*node).layers & part.request.layers == 0 || *drawn == VIEWS_MAX || !is_possible {
+            if scene.node(*node).layers & part.request.layers == 0 || !is_possible {
                 continue;
             }
             let of_viewer = (&part.request, part.part.is_of_fisheye());
             let Some((behind, normal_world)) = request_behind(known, self.limit_px, of_viewer)? else { continue };
             *drawn += 1;
+            // Those beyond are counted, but not drawn.
+            if *drawn > VIEWS_MAX {
+                continue;
+            }
             shown.insert(*of);
             let is_twin = |other: &&Known<'_>| other.name == *name && other.of.kind() == of.kind();
             let twin = self.all.iter().take(at).filter(is_twin).count();

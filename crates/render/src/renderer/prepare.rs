@@ -3,7 +3,7 @@
 use super::captures::{MonitorView, Part};
 use super::constants::constants_of;
 use super::ground::FrameGround;
-use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN, Reflector};
+use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN};
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
 use super::surroundings::{FrameSurroundings, SideView};
@@ -412,9 +412,6 @@ impl Renderer {
             ClusterUniform { shadow_filter, contact: contact_uniform(&settings.shadows), ..lists.uniform };
         let tiles = self.tiles_of(asked);
         let mut environment = request.environment_uniform(tiles);
-        if let ViewPart::Mirror(MirrorView { of: Reflector::Water(_), is_smooth, .. }) = asked.part {
-            environment.leave_suns_to_lights(is_smooth);
-        }
         // Sides that are captured first have the environment's light alone.
         let surroundings = surroundings.filter(|_| !matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })));
         if let Some(surroundings) = surroundings {

@@ -13,6 +13,11 @@ impl Pattern {
         &self.0
     }
 
+    /// Whether it may name several.
+    pub(super) fn has_stars(&self) -> bool {
+        self.0.contains('*')
+    }
+
     /// Whether it names `name`.
     pub(super) fn matches(&self, name: &str) -> bool {
         let Some((first, rest)) = self.0.split_once('*') else { return self.0 == name };

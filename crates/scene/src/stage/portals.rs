@@ -111,11 +111,15 @@ impl PortalEntry {
         }
         for id in nodes {
             let node = scene.node(id).name.clone();
-            let is_taken = scene.portals.iter().any(|portal| portal.nodes.contains(&id))
-                || scene.mirrors.iter().any(|mirror| mirror.node == id)
-                || scene.water.iter().any(|water| water.node == id);
-            if is_taken {
-                return Err(fault(format!("the node `{node}` is a mirror, water or an end of a portal already")));
+            let taken = [
+                ("an end of a portal", scene.portals.iter().any(|portal| portal.nodes.contains(&id))),
+                ("a mirror", scene.mirrors.iter().any(|mirror| mirror.node == id)),
+                ("water", scene.water.iter().any(|water| water.node == id)),
+            ];
+            if let Some((what, _)) = taken.into_iter().find(|(_, is_taken)| *is_taken) {
+                return Err(fault(format!(
+                    "the node `{node}` is {what} already; it cannot be an end of a portal, too"
+                )));
             }
             if let Err(what) = scene.panel(id) {
                 return Err(fault(format!("an end of a portal is flat, and the node `{node}` {what}")));

@@ -133,6 +133,13 @@ pub(super) fn nodes_called(
     let pattern = &names.value;
     let named = (0..).map(NodeId).zip(&scene.nodes).filter(|(_, node)| pattern.matches(&node.name));
     let found: Vec<NodeId> = named.map(|(id, _)| id).collect();
+    // Of many those that have a surface are meant.
+    let has_mesh = |id: &NodeId| scene.node(*id).mesh.is_some();
+    let found: Vec<NodeId> = if pattern.has_stars() && found.iter().any(has_mesh) {
+        found.into_iter().filter(has_mesh).collect()
+    } else {
+        found
+    };
     if found.is_empty() {
         let message = format!("the model has no node called `{}`", pattern.text());
         let known = scene.nodes.iter().map(|node| node.name.as_str());

@@ -1,6 +1,6 @@
 //! Surroundings of a stage.
 
-use super::monitors::update_of;
+use super::monitors::{update_of, whole};
 use super::table::{Source, Table};
 use crate::capture::LAYERS_ALL;
 use crate::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
@@ -53,7 +53,11 @@ impl SurroundingsEntry {
             position_world: table.vector("position").unwrap_or(own.center_world),
             fade_m: table.number("fade_m").unwrap_or(0.0),
             walls: walls.or(has_walls.then_some(own)),
-            bounces: table.number("bounces").map_or(of_room.bounces, |bounces| bounces as u32),
+            bounces: table
+                .number("bounces")
+                .map(|bounces| whole(table, "bounces", bounces))
+                .transpose()?
+                .unwrap_or(of_room.bounces),
             layers: table.layers("layers").unwrap_or(LAYERS_ALL),
             quality: table.text("quality").map(|word| word.value),
             update: update_of(table)?,

@@ -589,7 +589,7 @@ fn portals_have_two_ends() {
         ),
         (
             "node = \"Door.1\"\nto_node = \"Door.2\"\n[[mirrors]]\nnode = \"Door.2\"\n",
-            "2:1: error: the node `Door.2` is a mirror, water or an end of a portal already",
+            "2:1: error: the node `Door.2` is a mirror already",
         ),
     ] {
         let text = format!("[[portals]]\n{text}");

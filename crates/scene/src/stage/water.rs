@@ -17,6 +17,9 @@ const WIND_M_S: f32 = 2.0;
 /// The share of what is drawn for reflections in waves where nobody says: waves hide what is finer.
 const SCALE_OF_WAVES: f32 = 0.5;
 
+/// The least height of the unit normal of a surface that lies.
+const LYING_MIN: f32 = 0.5;
+
 /// An entry of `[[water]]`.
 #[derive(Clone, Debug)]
 pub(super) struct WaterEntry {
@@ -92,6 +95,9 @@ impl WaterEntry {
             }
             if let Err(what) = scene.panel(id) {
                 return fault(format!("a surface of water is flat, and the node `{node}` {what}"));
+            }
+            if scene.panel(id).is_ok_and(|panel| panel.normal_world.y.abs() < LYING_MIN) {
+                return fault(format!("a surface of water lies, and the node `{node}` stands"));
             }
             if scene.water.len() == WATER_MAX {
                 return fault(format!("there are more surfaces of water than {WATER_MAX}"));

@@ -4,6 +4,7 @@
 //! Reads: the picture so far, linear_depth, radiance and linear_depth of the view behind the surface. Writes: radiance,
 //! depth.
 
+use crate::ground::ViewGround;
 use crate::mirror_picture::{MirrorPicture, MirrorUniform};
 use crate::record::{ADD, Recorder};
 use crate::shader::program::ProgramError;
@@ -79,12 +80,12 @@ struct WaterUniform {
     focus_m: f32,
     time_secs: f32,
     step_m: f32,
-    padding_a: f32,
+    ground_m: f32,
     padding_b: f32,
 }
 
 impl WaterUniform {
-    fn new(shown: &ShownWater) -> Self {
+    fn new(shown: &ShownWater, ground_m: Option<f32>) -> Self {
         let ShownWater { water, panel, corners_world, time_secs, is_from_below, .. } = shown;
         let normal = panel.normal_world;
         // From above, x goes to the right and y up, as on a map.
@@ -131,7 +132,7 @@ impl WaterUniform {
             focus_m: wave_m / (FOCUS * steepness).max(1e-3),
             time_secs: (secs % 3600.0) as f32,
             step_m: STEP_SHARE * wave_m,
-            padding_a: 0.0,
+            ground_m: ground_m.unwrap_or(0.0),
             padding_b: 0.0,
         }
     }
@@ -162,7 +163,7 @@ pub fn record_within(
     (before, after): (&Handle, &Handle),
     mut radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    let uniform = WaterUniform::new(water);
+    let uniform = WaterUniform::new(water, None);
     for (adds, blend) in [(0, MULTIPLY), (1, ADD)] {
         let step = r.fullscreen("water.within", "water_within", r.view.light_axes()).constant("adds", adds);
         let step = step.uniform("water", &uniform).read("linear_depth", before).read("surface_depth", after);
@@ -184,9 +185,10 @@ pub fn record(
 ) -> Result<(Handle, Handle), ProgramError> {
     let few = r.view.shows_few_samples();
     let built_in = r.frame.tables.waves(r.frame.gpu).clone();
+    let ground_m = r.view.ground.as_ref().map(ViewGround::height_m);
     for shown in all {
         let ShownWater { water, corners_world, is_from_below, normal_map, picture, .. } = shown;
-        let (uniform, has_waves) = (WaterUniform::new(shown), water.has_waves());
+        let (uniform, has_waves) = (WaterUniform::new(shown, ground_m), water.has_waves());
         let rays = match (has_waves, few) {
             (false, _) => 0,
             (true, true) => RAYS_OF_FEW_SAMPLES,
@@ -200,6 +202,7 @@ pub fn record(
         let step = step.constant("rays", rays).constant("splits_specular", 1);
         let step = step.constant("has_mirror", u32::from(picture.is_some()));
         let step = step.constant("has_normal_map", u32::from(normal_map.is_some()));
+        let step = step.constant("has_ground", u32::from(ground_m.is_some()));
         let step = step.constant("has_caustics", u32::from(has_waves && uniform.caustics > 0.0));
         let step = step.uniform("water", &uniform).uniform("mirror", &mirror);
         let step = step.table("waves", normal_map.as_ref().unwrap_or(&built_in));
@@ -242,7 +245,7 @@ mod tests {
                 focus_m,
                 time_secs,
                 step_m,
-                padding_a,
+                ground_m,
                 padding_b
             ]
         );

@@ -29,7 +29,8 @@ struct Water {
     time_secs: f32,
     // Of a step on the surface over which slopes change.
     step_m: f32,
-    padding_a: f32,
+    // The height of the ground, if there is one.
+    ground_m: f32,
     padding_b: f32,
 }
 

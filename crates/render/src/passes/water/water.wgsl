@@ -8,7 +8,9 @@
 // of lights, clusters and shadows, the environment. Writes: radiance, and depth.
 // Program: water.
 
-import package::view::{view, direction_to_eye_world, pixel_from_position_view, position_view_from_pixel};
+import package::view::{
+    view, direction_to_eye_world, pixel_from_position_view, position_view_from_pixel, position_world_from_pixel,
+};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::{SHADING_MODEL_STANDARD, Surface};
 import package::passes::water::uniform::water;
@@ -34,14 +36,18 @@ override rays: u32 = 0u;
 // 1 if there is a view behind the surface; else the environment stands for it.
 override has_mirror: u32 = 0u;
 
+// 1 if there is a ground where the picture shows nothing.
+override has_ground: u32 = 0u;
 // 1 if waves gather light on what is below.
 override has_caustics: u32 = 0u;
 
 // The steps of the refracted ray, which grow with the way, and how often it looks with those between two of them; and how
 // near to it is what it meets, as a share of the way.
 const STEPS_BELOW: u32 = 8u;
-const LOOKS_BELOW: u32 = 12u;
+const LOOKS_BELOW: u32 = 13u;
 const NEAR_SHARE: f32 = 0.15;
+// How far from the edges of the picture what is refracted is seen less and less, as a share of it.
+const EDGE: f32 = 0.06;
 // How much longer than straight down light goes to what is below, which comes from all sides.
 const WAY_DOWN: f32 = 1.15;
 // Over how much of a place what is below is spread by waves, of the way there.
@@ -113,9 +119,18 @@ struct Through {
     length_m: f32,
 }
 
+// What the picture shows at a place, in view space: where it shows nothing the ground, if there is one.
 fn surface_at_pixel(position_px: vec2f) -> vec3f {
     let pixel = clamp(vec2i(position_px), vec2i(0), vec2i(view.size_px) - 1);
-    return position_view_from_pixel(vec2f(pixel) + 0.5, min(distance_at(pixel), FARTHEST_M));
+    let middle_px = vec2f(pixel) + 0.5;
+    var distance_m = min(distance_at(pixel), FARTHEST_M);
+    if has_ground != 0u {
+        let near = position_world_from_pixel(middle_px, 0.0);
+        let fall = position_world_from_pixel(middle_px, 1.0).y - near.y;
+        let ground_m = (water.ground_m - near.y) / min(fall, -1e-9);
+        distance_m = select(distance_m, min(distance_m, ground_m), (fall < 0.0) & (ground_m > 0.0));
+    }
+    return position_view_from_pixel(middle_px, distance_m);
 }
 
 fn seen_below(position_px: vec2f, position: vec3f, ray: vec3f, plane_normal: vec3f) -> Through {
@@ -123,35 +138,47 @@ fn seen_below(position_px: vec2f, position: vec3f, ray: vec3f, plane_normal: vec
     let fall = max(-dot(ray, plane_normal), 1e-2);
     let straight_m = max(-dot(straight, plane_normal), 0.0) / fall;
     // What is there straight on, should nothing be found.
-    var through = Through(position_px * view.inverse_size_px, min(straight_m, length(straight)));
+    let straight_uv = position_px * view.inverse_size_px;
+    var through = Through(straight_uv, min(straight_m, length(straight)));
     // The ray is before what the picture shows up to a place, and from another one on beyond it.
     let longest_m = 1.5 * max(straight_m, length(straight));
     var before_m = 0.0;
     var beyond_m = longest_m;
     var has_crossed = false;
+    var is_settled = false;
     for (var look = 0u; look < LOOKS_BELOW; look++) {
-        let share = f32(look + 1u) / f32(STEPS_BELOW);
-        let is_between = has_crossed | (look >= STEPS_BELOW);
-        let length_m = select(longest_m * share * share, 0.5 * (before_m + beyond_m), is_between);
+        // First as if all of it lay level, then step by step.
+        let share = f32(look) / f32(STEPS_BELOW);
+        let is_between = has_crossed | (look > STEPS_BELOW);
+        let stepped_m = select(longest_m * share * share, 0.5 * (before_m + beyond_m), is_between);
+        let length_m = select(stepped_m, straight_m, look == 0u);
         let end = position + ray * length_m;
-        let at = pixel_from_position_view(end);
-        let found = surface_at_pixel(at) - position;
-        if -end.z < -(position + found).z {
-            before_m = length_m;
-        } else {
-            beyond_m = length_m;
-            has_crossed = true;
-            // What stands before the surface, or before what is below, is not what the ray meets.
-            let height_m = dot(found, plane_normal);
-            let off_m = length(found - ray * length_m);
-            if (height_m < -1e-4 * length(found)) & (off_m < NEAR_SHARE * length_m) {
-                // Of level ground this is exact, wherever in its pixel the ray ends.
-                let level_m = -height_m / fall;
-                let is_level = abs(level_m - length_m) < NEAR_SHARE * length_m;
-                through = Through(at * view.inverse_size_px, select(length_m, level_m, is_level));
-            }
+        let found = surface_at_pixel(pixel_from_position_view(end)) - position;
+        let height_m = dot(found, plane_normal);
+        let off_m = length(found - ray * length_m);
+        let level_m = -height_m / fall;
+        let is_level = abs(level_m - length_m) < NEAR_SHARE * length_m;
+        let is_beyond = -end.z >= -(position + found).z;
+        // What stands before the surface, or before what is below, is not what the ray meets.
+        let is_below = height_m < -1e-4 * length(found);
+        let is_first = (look == 0u) & (off_m < 0.4 * NEAR_SHARE * length_m);
+        let is_met = is_first | ((look > 0u) & is_beyond & (off_m < NEAR_SHARE * length_m));
+        if !is_settled & is_below & is_met {
+            // Of level ground this is exact, wherever in its pixel the ray ends.
+            let met_m = select(length_m, level_m, is_level);
+            through = Through(pixel_from_position_view(position + ray * met_m) * view.inverse_size_px, met_m);
+        }
+        is_settled |= is_first & is_below & is_level;
+        if look > 0u {
+            before_m = select(length_m, before_m, is_beyond);
+            beyond_m = select(beyond_m, length_m, is_beyond);
+            has_crossed |= is_beyond;
         }
     }
+    // Towards the picture's edges, beyond which nothing is known, less of it.
+    let inside = min(through.uv, 1.0 - through.uv);
+    let known = smoothstep(0.0, EDGE, min(inside.x, inside.y));
+    through.uv = mix(straight_uv, through.uv, known);
     return through;
 }
 
@@ -255,7 +282,8 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
         * 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
     let level = log2(max(2.0 * through.length_m * bend / pixel_m, 1.0));
     let depth_m = through.length_m * abs(dot(ray_view, normal_view));
-    var behind = textureSampleLevel(below, linear_clamp, clamp(through.uv, vec2f(0.0), vec2f(1.0)), level).rgb;
+    let behind_texel = textureSampleLevel(below, linear_clamp, clamp(through.uv, vec2f(0.0), vec2f(1.0)), level);
+    var behind = behind_texel.rgb;
     if has_caustics != 0u {
         let way = (view.world_from_view * vec4f(ray_view * through.length_m, 0.0)).xyz;
         let over = at + vec2f(dot(way, water.x_world.xyz), dot(way, water.y_world.xyz));
@@ -292,19 +320,24 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
     // Of light that is as strong below the surface on every side of the upper half.
     let scattered = 0.5 * light * water.scattering_per_m / max(lost_per_m, vec3f(1e-9));
     var radiance: vec3f;
+    // Before nothing what is seen through it is nothing, too.
+    var coverage = 1.0;
     if is_below {
         let way_m = select(length(position_view), max(-position_view.z, 0.0), view.orthographic > 0.5);
         let comes = exp(-lost_per_m * way_m);
-        let of_reflected = reflected.rgb * exp(-lost_per_m * min(reflected.w, 1e6));
+        let returns = exp(-lost_per_m * min(reflected.w, 1e6));
+        let of_reflected = reflected.rgb * returns + share * scattered * (1.0 - returns);
         radiance = (of_reflected + (1.0 - share) * behind) * comes + scattered * (1.0 - comes);
     } else {
         let fall = clamp(-dot(refracted, water.normal.xyz), 0.0, 1.0);
         let comes = exp(-lost_per_m * min(through.length_m + WAY_DOWN * depth_m, 1e6));
+        coverage = 1.0 - (1.0 - clamp(behind_texel.a, 0.0, 1.0)) * (1.0 - share) * dot(comes, vec3f(1.0 / 3.0));
         let part = (1.0 - exp(-lost_per_m * min(through.length_m * (1.0 + fall), 1e6))) / (1.0 + fall);
         radiance = reflected.rgb + (1.0 - share) * (behind * (LETS_IN * comes) + scattered * part) + highlights;
         let straight_m = -dot(surface_at_pixel(position_px) - position_view, normal_view);
         let foam = foam_at(at, straight_m);
         radiance = mix(radiance, light * FOAM_ALBEDO, foam);
+        coverage = mix(coverage, 1.0, foam);
     }
-    return vec4f(half_float_clamped(radiance), 1.0);
+    return vec4f(half_float_clamped(radiance), coverage);
 }
