@@ -133,13 +133,10 @@ pub(super) fn nodes_called(
     let pattern = &names.value;
     let named = (0..).map(NodeId).zip(&scene.nodes).filter(|(_, node)| pattern.matches(&node.name));
     let found: Vec<NodeId> = named.map(|(id, _)| id).collect();
-    // Of many those that have a surface are meant.
-    let has_mesh = |id: &NodeId| scene.node(*id).mesh.is_some();
-    let found: Vec<NodeId> = if pattern.has_stars() && found.iter().any(has_mesh) {
-        found.into_iter().filter(has_mesh).collect()
-    } else {
-        found
-    };
+    // Of many those are meant that are something.
+    let is_thing = |id: &NodeId| scene.node(*id).mesh.is_some() || scene.node(*id).light.is_some();
+    let has_things = pattern.has_stars() && found.iter().any(is_thing);
+    let found: Vec<NodeId> = found.into_iter().filter(|id| !has_things || is_thing(id)).collect();
     if found.is_empty() {
         let message = format!("the model has no node called `{}`", pattern.text());
         let known = scene.nodes.iter().map(|node| node.name.as_str());
