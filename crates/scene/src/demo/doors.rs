@@ -15,6 +15,8 @@ const APART_M: f32 = 40.0;
 /// The width and height of doorways; width, height and middle of the openings.
 const DOOR: Vec2 = Vec2::new(1.6, 2.2);
 const OPENING: Vec3 = Vec3::new(1.8, 1.4, 1.55);
+/// How far panes reach into walls.
+const EDGE_M: f32 = 0.03;
 /// When the ball has gone through the doorway, and when it stops, in seconds.
 const THROUGH_SECS: f32 = 2.0;
 const END_SECS: f32 = 4.0;
@@ -81,12 +83,13 @@ fn chamber(doors: &mut Demo, at: Vec3, [walls, floor, frames]: [[f32; 3]; 3], is
             }
         }
         if hole.x > 0.0 {
-            let (border, depth) = (0.07, WALL_M + 0.04);
+            // Over the edges of the wall, so that no two faces lie in one plane.
+            let (border, depth, inset) = (0.08, WALL_M + 0.04, 0.012);
             for side in [-1.0, 1.0] {
-                let middle = Vec3::new(side * 0.5 * (hole.x + border), 0.5 * (low + high), 0.0);
+                let middle = Vec3::new(side * (0.5 * (hole.x + border) - inset), 0.5 * (low + high), 0.0);
                 put(frame, middle, Vec3::new(border, high - low, depth));
             }
-            for (height, is_there) in [(high + 0.5 * border, true), (low - 0.5 * border, low > 0.0)] {
+            for (height, is_there) in [(high + 0.5 * border - inset, true), (low - 0.5 * border + inset, low > 0.0)] {
                 if is_there {
                     put(frame, height * Vec3::Y, Vec3::new(hole.x + 2.0 * border, border, depth));
                 }
@@ -103,7 +106,8 @@ fn chamber(doors: &mut Demo, at: Vec3, [walls, floor, frames]: [[f32; 3]; 3], is
             mesh: Some(pane),
             translation: at + height_m * Vec3::Y + turn * (-(HALF_M + 0.5 * WALL_M) * Vec3::Z),
             rotation: turn * Quat::from_rotation_x(FRAC_PI_2),
-            scale: Vec3::new(size.x, 1.0, size.y),
+            // Its edges lie within the walls, where nobody sees them.
+            scale: Vec3::new(size.x + 2.0 * EDGE_M, 1.0, size.y + 2.0 * EDGE_M),
             ..Node::default()
         };
         doors.scene.add_node(None, node);
