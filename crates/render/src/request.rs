@@ -283,6 +283,19 @@ impl FrameRequest {
         self
     }
 
+    /// What is asked of a picture within this one: radiance, without what variables, effects and overlays would be.
+    pub(crate) fn within(&self, settings: Settings) -> Self {
+        Self {
+            averaging: Averaging::Radiance,
+            want_aovs: Vec::new(),
+            previous: None,
+            effects: Vec::new(),
+            overlay: Default::default(),
+            settings,
+            ..self.clone()
+        }
+    }
+
     /// The same with what the settings leave open, as they allow it.
     pub(crate) fn with_switches_resolved(mut self) -> Self {
         let is_of_one_view = !self.is_fisheye();

@@ -7,7 +7,7 @@ mod common;
 
 use common::{plain_request, renderer};
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use manypass::{Environment, FrameRequest, Path, Renderer};
+use manypass::{Environment, Exposure, FrameRequest, Path, Renderer};
 use manypass_scene::capture::Update;
 use manypass_scene::framing::look_along;
 use manypass_scene::primitives::{cube, uv_sphere};
@@ -239,6 +239,18 @@ fn light_goes_back_and_forth_as_often_as_is_asked() {
     // Each time some of it is lost.
     assert!(steps.iter().all(|step| *step > 0.03) && steps[2] < 0.8 * steps[1], "{means:?}");
     assert_eq!((mean(0), mean(99)), (means[0], means[3]));
+}
+
+#[test]
+fn every_view_of_a_frame_has_them_as_it_has_them_alone() {
+    let (scene, request) = room(WALLS, metal(0.3), Vec3::new(0.4, -0.2, -0.3));
+    let mut renderer = renderer();
+    let alone = radiance(&mut renderer, &scene, &request);
+    let brighter = request.with(|settings| settings.exposure.stops = Exposure::Stops(-6.0));
+    renderer.render_views(&scene, &[("other", &brighter), ("", &request)]).unwrap();
+    let beside: Vec<[f32; 3]> = renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect();
+    let differs = |(a, b): &(&[f32; 3], &[f32; 3])| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 0.01 * b + 1e-3);
+    assert_eq!(beside.iter().zip(&alone).filter(differs).count(), 0);
 }
 
 #[test]

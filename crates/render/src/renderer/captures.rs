@@ -160,13 +160,7 @@ fn request_of(scene: &Scene, monitor: &Monitor, request: &FrameRequest) -> Resul
             true => Averaging::Radiance,
             false => Averaging::Display,
         },
-        // Without what its variables and effects would be.
-        want_aovs: Vec::new(),
-        previous: None,
-        effects: Vec::new(),
-        overlay: Default::default(),
-        settings: settings_of(monitor.options.quality.as_deref(), &request.settings)?,
-        ..request.clone()
+        ..request.within(settings_of(monitor.options.quality.as_deref(), &request.settings)?)
     };
     Ok(Some(of_monitor.with_switches_resolved()))
 }

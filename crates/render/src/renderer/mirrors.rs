@@ -7,7 +7,7 @@ use crate::environment::Background;
 use crate::outline::is_seen;
 use crate::passes::resolve::PixelSamples;
 use crate::render_settings::Path;
-use crate::request::{Averaging, FrameRequest, RenderError};
+use crate::request::{FrameRequest, RenderError};
 use crate::resources::layers::ShadedIn;
 use crate::view::View;
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -393,13 +393,7 @@ fn request_behind(
         camera: View { world_from_view, projection: widened },
         clip_plane_world: Some(clip_plane_world),
         layers: *layers,
-        averaging: Averaging::Radiance,
-        want_aovs: Vec::new(),
-        previous: None,
-        effects: Vec::new(),
-        overlay: Default::default(),
-        settings,
-        ..request.clone()
+        ..request.within(settings)
     };
     Ok(Some((behind.with_switches_resolved(), normal)))
 }

@@ -413,9 +413,11 @@ impl Renderer {
         let tiles = self.tiles_of(asked);
         let mut environment = request.environment_uniform(tiles);
         // Sides that are captured first have the environment's light alone.
-        let surroundings = surroundings.filter(|_| !matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })));
+        let surroundings = surroundings
+            .filter(|_| !matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })))
+            .filter(|surroundings| surroundings.have(tiles.map(|tiles| &tiles.view)));
         if let Some(surroundings) = surroundings {
-            surroundings.place(&mut environment);
+            surroundings.place(&mut environment, request.pre_exposure());
         }
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
             ViewGround::new(settings.ground.mode, map, texture, &lists.table)

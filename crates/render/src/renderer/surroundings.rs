@@ -5,13 +5,13 @@ use super::Renderer;
 use super::captures::{Part, settings_of};
 use super::prepare::ViewPart;
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
-use crate::environment::{Background, ENVIRONMENT_FORMAT};
+use crate::environment::{Background, ENVIRONMENT_FORMAT, EnvironmentUniform};
 use crate::frame;
 use crate::gpu::Gpu;
 use crate::passes::resolve::PixelSamples;
 use crate::record::{Frame, PreparedView, Recorder};
 use crate::render_settings::Path;
-use crate::request::{Averaging, FrameRequest, RenderError};
+use crate::request::{FrameRequest, RenderError};
 use crate::surroundings::{Atlas, FACE_SIDE, SIDES, SurroundingsUniform, SurroundingsUniforms, face_camera, is_sound};
 use crate::view::View;
 use bytemuck::Zeroable;
@@ -68,8 +68,11 @@ struct Tiles {
 pub(super) struct FrameSurroundings {
     pub view: wgpu::TextureView,
     pub atlas: Atlas,
-    pub uniforms: SurroundingsUniforms,
+    /// For radiance that is not pre-exposed.
+    uniforms: SurroundingsUniforms,
     pub count: u32,
+    /// The texture of the environment whose tiles are there: views with another one have no surroundings.
+    environment: Option<wgpu::Texture>,
 }
 
 impl SurroundingsState {
@@ -132,13 +135,7 @@ fn request_of(of: &Surroundings, face: usize, request: &FrameRequest) -> Result<
         layers: of.layers,
         sample_index: 0,
         sample_count: 1,
-        averaging: Averaging::Radiance,
-        want_aovs: Vec::new(),
-        previous: None,
-        effects: Vec::new(),
-        overlay: Default::default(),
-        settings,
-        ..request.clone()
+        ..request.within(settings)
     };
     Ok(side.with_switches_resolved())
 }
@@ -226,7 +223,7 @@ impl Renderer {
         let mut uniforms = SurroundingsUniforms::zeroed();
         for (index, (uniform, of)) in uniforms.iter_mut().zip(&all).enumerate() {
             let drawn = state.drawn.get(index).and_then(Option::as_ref);
-            let scale = drawn.map_or(0.0, |drawn| request.pre_exposure() / drawn.pre_exposure);
+            let scale = drawn.map_or(0.0, |drawn| drawn.pre_exposure.recip());
             *uniform = SurroundingsUniform::new(of, atlas.corner(index), if scale.is_finite() { scale } else { 0.0 });
         }
         // Nobody looks at that of a plan.
@@ -234,14 +231,22 @@ impl Renderer {
             Some(tiles) if is_known || !is_plan => tiles.view.clone(),
             _ => self.tables.no_environment.clone(),
         };
-        Some(FrameSurroundings { view, atlas, uniforms, count: all.len() as u32 })
+        Some(FrameSurroundings { view, atlas, uniforms, count: all.len() as u32, environment: of_environment })
     }
 }
 
 impl FrameSurroundings {
-    /// Puts them into the uniform and the tiles of a view's environment.
-    pub fn place(&self, uniform: &mut crate::environment::EnvironmentUniform) {
+    /// Whether their texture has the tiles of a view's environment.
+    pub fn have(&self, environment: Option<&wgpu::TextureView>) -> bool {
+        self.environment.as_ref() == environment.map(wgpu::TextureView::texture)
+    }
+
+    /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed.
+    pub fn place(&self, uniform: &mut EnvironmentUniform, pre_exposure: f32) {
         uniform.surroundings = self.uniforms;
+        for of in &mut uniform.surroundings {
+            of.half_m.w *= pre_exposure;
+        }
         uniform.surrounding_sides = SIDES.uniform();
         let (width, height) = self.atlas.size;
         let inverse = Vec4::new(0.0, 0.0, 1.0 / width as f32, 1.0 / height as f32);

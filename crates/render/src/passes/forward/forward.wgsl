@@ -5,7 +5,7 @@
 // `counts_pairs` the numbers of pairs in place of radiance.
 // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 
-import package::view::{view};
+import package::view::view;
 import package::gbuffer::SHADING_MODEL_UNLIT;
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, object_id, surface_varying};
 import package::shaders::level_fade::{fades, is_faded};

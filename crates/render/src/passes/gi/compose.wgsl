@@ -4,7 +4,7 @@
 // Reads: found_light, G-buffer, linear_depth, the environment. Writes: the difference, to be added to radiance.
 // Program: gi_compose.
 
-import package::view::{position_world_from_pixel};
+import package::view::position_world_from_pixel;
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::{diffuse_environment_share, is_lit_deferred};
 import package::passes::gi::gathered::{LIKENESS_REACH, patterned, side};

@@ -5,6 +5,7 @@
 // Program: portals.
 
 import package::view::view;
+import package::shaders::outline_fan::corner_of_vertex;
 
 struct Portal {
     // The outline in world space, one corner after the other; w is 1.
@@ -17,10 +18,7 @@ struct Portal {
 
 @vertex
 fn vs_portals(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
-    // A fan of triangles around the first corner.
-    let triangle = vertex / 3u;
-    let of_triangle = vertex % 3u;
-    return view.clip_from_world * portal.corners[select(triangle + of_triangle, 0u, of_triangle == 0u)];
+    return view.clip_from_world * portal.corners[corner_of_vertex(vertex)];
 }
 
 @fragment

@@ -4,7 +4,7 @@
 // difference, to be added to radiance.
 // Program: reflections_compose.
 
-import package::view::{position_world_from_pixel};
+import package::view::position_world_from_pixel;
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::is_lit_deferred;
 import package::shaders::ambient::mirrored_environment;

@@ -3,7 +3,7 @@
 // lights, the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: volumes. Features: contact.
 
-import package::view::{position_world_from_pixel};
+import package::view::position_world_from_pixel;
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};

@@ -34,4 +34,8 @@ struct Water {
     padding_b: f32,
 }
 
+// The mean of what the surface lets through of light from everywhere: 1 less the diffuse Fresnel reflectance of 1.333
+// (Walsh 1926, 0.066).
+const LETS_IN: f32 = 0.934;
+
 @group(1) @binding(9) var<uniform> water: Water;

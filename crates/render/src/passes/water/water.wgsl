@@ -11,12 +11,11 @@
 import package::view::{
     view, direction_to_eye_world, pixel_from_position_view, position_view_from_pixel, position_world_from_pixel,
 };
-import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::{SHADING_MODEL_STANDARD, Surface};
-import package::passes::water::uniform::water;
+import package::passes::water::uniform::{LETS_IN, water};
 import package::passes::water::waves::{Slopes, slopes_at};
 import package::shaders::ambient::suns_radiance;
-import package::shaders::behind_mirror::{behind_radiance_at, behind_uv, meeting_behind, mirror};
+import package::shaders::behind_mirror::{behind_radiance_at, meeting_behind, mirror};
 import package::shaders::brdf::PI;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::environment::{
@@ -25,6 +24,7 @@ import package::shaders::environment::{
 import package::shaders::gbuffer_textures::distance_at;
 import package::shaders::hash::{mixed, plastic_turn, seed_of_pixel, unit_from_bits};
 import package::shaders::light_lists::light_sums;
+import package::shaders::outline_fan::corner_of_vertex;
 import package::shaders::screen_space::FARTHEST_M;
 import package::shaders::shading::{linear_clamp, shading_from_surface};
 
@@ -52,8 +52,6 @@ const EDGE: f32 = 0.06;
 const WAY_DOWN: f32 = 1.15;
 // Over how much of a place what is below is spread by waves, of the way there.
 const SCATTER: f32 = 0.02;
-// The mean of what the surface lets through of light from everywhere.
-const LETS_IN: f32 = 0.934;
 // Of foam.
 const FOAM_ALBEDO: f32 = 0.72;
 
@@ -64,10 +62,7 @@ struct WaterVarying {
 
 @vertex
 fn vs_water(@builtin(vertex_index) vertex: u32) -> WaterVarying {
-    // A fan of triangles around the first corner.
-    let triangle = vertex / 3u;
-    let of_triangle = vertex % 3u;
-    let position = water.corners[select(triangle + of_triangle, 0u, of_triangle == 0u)];
+    let position = water.corners[corner_of_vertex(vertex)];
     return WaterVarying(view.clip_from_world * position, position.xyz);
 }
 

@@ -6,7 +6,7 @@
 
 import package::view::{view, position_view_from_pixel};
 import package::gbuffer::{SHADING_MODEL_STANDARD, Surface};
-import package::passes::water::uniform::water;
+import package::passes::water::uniform::{LETS_IN, water};
 import package::shaders::brdf::PI;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::environment::{enter_surroundings, environment_irradiance};
@@ -20,8 +20,6 @@ import package::shaders::shading::shading_from_surface;
 // 1 if what is scattered is added; else light is taken.
 override adds: u32 = 0u;
 
-// The mean of what the surface lets through of light from everywhere.
-const LETS_IN: f32 = 0.934;
 // Nearer than this to the eye there is no cluster of lights.
 const NEAR_M: f32 = 0.05;
 
