@@ -11,14 +11,10 @@ mod file;
 mod fused;
 mod header;
 mod library;
-mod loops;
 mod lut;
-mod padding;
 mod rename;
-mod scan;
 mod settings;
 mod steps;
-mod uniforms;
 mod wgsl;
 
 pub use file::EffectFile;

@@ -62,6 +62,7 @@ mod stage;
 mod surroundings;
 mod tone_curve;
 mod transparency;
+mod user_shader;
 mod view;
 mod waves;
 

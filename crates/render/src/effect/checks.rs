@@ -2,14 +2,15 @@
 
 use super::declarations::{Borrowed, FIRST_TEXTURE, declarations, texture_declaration};
 use super::fused::PIXEL_ENTRY;
-use super::header::{Header, READS, Source};
-use super::loops::Loops;
-use super::scan::Scan;
-use super::steps::{self, Rounds, STEPS_MAX, Step};
-use super::uniforms::{OWN_GROUP, Uniforms};
+use super::header::{Header, READS};
+use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
 use crate::shader::locate;
 use crate::shader::program::Slot;
+use crate::user_shader::Source;
+use crate::user_shader::checks::check_functions;
+use crate::user_shader::scan::Scan;
+use crate::user_shader::uniforms::OWN_GROUP;
 use std::ops::Range;
 
 /// A stage of WebGL 2 has so many textures.
@@ -152,19 +153,6 @@ fn with_types(fault: Box<Diagnostic>) -> Box<Diagnostic> {
     Box::new(fault.note("a pass gives back colour and coverage: of a `vec3f`, `vec4f(color, 1.0)`"))
 }
 
-/// The member of a struct that is a `bool`, if a uniform that holds such a thing is what is wrong.
-pub(super) fn fault_of_bool(source: Source<'_>, scan: &Scan, fault: Box<Diagnostic>) -> Box<Diagnostic> {
-    let is_bool =
-        |declared: &&super::scan::Declared| source.text.get(declared.ty.clone()).map(str::trim) == Some("bool");
-    let members = scan.members.values().chain(scan.variables.values()).filter(is_bool);
-    let first = members.min_by_key(|declared| declared.ty.start).filter(|_| fault.message.contains("host-shareable"));
-    let Some(declared) = first else { return fault };
-    let name = source.text.get(declared.name.clone()).unwrap_or_default();
-    let message = format!("`{name}` is a `bool`, and uniforms hold numbers alone");
-    let note = format!("write `{name}: u32` with `// = 1 in 0..1` above it, and `{name} != 0u` where it is asked");
-    Box::new(source.fault(declared.ty.clone(), message).note(note))
-}
-
 /// The fault of a file that uses what only words of its header declare, with these words.
 fn with_words(fault: Box<Diagnostic>) -> Box<Diagnostic> {
     let is_unknown =
@@ -181,54 +169,12 @@ fn with_words(fault: Box<Diagnostic>) -> Box<Diagnostic> {
     Box::new(fault.note(note))
 }
 
-/// Whether the setting is there that says how often a pass is drawn, and bounds that.
-pub(super) fn check_rounds(
-    source: Source<'_>,
-    step: &Step,
-    effect: &str,
-    uniforms: &Uniforms,
-) -> Result<(), Box<Diagnostic>> {
-    let Rounds::Setting(setting) = &step.rounds else { return Ok(()) };
-    let range = uniforms.range_of_count(effect, &format!("{effect}.{setting}"));
-    if range.is_some_and(|(least, most)| least >= 1.0 && most <= STEPS_MAX as f64) {
-        return Ok(());
-    }
-    let message =
-        format!("`{setting}` is no number of rounds: a setting that is a `u32` and stays within 1..{STEPS_MAX}");
-    let note = format!("it is a member of a uniform, `u32`, with a line such as `// = 4 in 1..{STEPS_MAX}` above it");
-    let several = "where two uniforms have a member of that name, it is called `UNIFORM.MEMBER`";
-    Err(Box::new(source.fault(step.place.clone(), message).note(note).note(several)))
-}
-
 /// Whether the module's entry points are fragment shaders from a position to a colour.
 pub(super) fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Module) -> Result<(), Box<Diagnostic>> {
-    use naga::AddressSpace;
     for entry in &module.entry_points {
         check_entry_point(source, scan, module, entry)?;
     }
-    let functions = module.functions.iter().map(|(_, function)| function);
-    for function in functions.chain(module.entry_points.iter().map(|entry| &entry.function)) {
-        if let Some(span) = (Loops { module, function }).endless() {
-            let start = span.to_range().map_or(0, |range| range.start);
-            // `loop`, `while` or `for`.
-            let word = source.text.get(start..).and_then(|rest| rest.find(|letter: char| !letter.is_alphabetic()));
-            let message = "this loop never ends: it has no `break` or `return` that is ever met";
-            return Err(source.fault(start..start + word.unwrap_or(0), message));
-        }
-    }
-    if let Some((handle, _)) = module.overrides.iter().find(|(_, constant)| constant.init.is_none()) {
-        let place = module.overrides.get_span(handle).to_range().unwrap_or(0..0);
-        return Err(source.fault(place, "nobody gives a value to an `override` without one; use a uniform"));
-    }
-    for (handle, global) in module.global_variables.iter() {
-        let is_good = matches!(global.space, AddressSpace::Private | AddressSpace::Uniform | AddressSpace::Handle);
-        if !is_good {
-            let place = module.global_variables.get_span(handle).to_range().unwrap_or(0..0);
-            let name = global.name.as_deref().unwrap_or_default();
-            return Err(source.fault(place, format!("`{name}` is neither a uniform nor a texture nor a sampler")));
-        }
-    }
-    Ok(())
+    check_functions(source, module)
 }
 
 fn check_entry_point(

@@ -4,12 +4,12 @@ use super::EffectStage;
 use super::declarations::Borrowed;
 use super::fused::Pixel;
 use super::steps::Step;
-use super::uniforms::OWN_GROUP;
 use crate::gbuffer::RADIANCE;
 use crate::gpu::Gpu;
 use crate::shader::cache::{FullscreenPipeline, FullscreenTarget};
 use crate::shader::compose;
 use crate::shader::program::{FrameLayout, Program, ProgramError, Slot};
+use crate::user_shader::uniforms::OWN_GROUP;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -35,7 +35,7 @@ impl Borrowed {
 /// The declarations that a shader finds which reads `display`, finds `drawn`, and reads its own `textures` and those that
 /// it borrows.
 pub(super) fn declarations(reads_display: bool, finds_drawn: bool, textures: &[&str], borrowed: &[Borrowed]) -> String {
-    let mut declarations = String::new();
+    let mut declarations = format!("{}\n", crate::shader::compose::EFFECT_PRELUDE);
     if reads_display {
         declarations.push_str(include_str!("display.wgsl"));
     }

@@ -1,12 +1,13 @@
 //! What is drawn in place of an effect where time is short: the word `fallback` of its header, and the setting
 //! `effects.fallbacks`.
 
-use super::header::{Header, NO_FALLBACK, Source};
+use super::header::{Header, NO_FALLBACK};
 use super::library::text_of;
-use super::scan::scan;
 use super::{Effect, EffectFile, EffectStage, WgslEffect};
 use crate::diagnostic::Diagnostic;
 use crate::shader::program::ProgramError;
+use crate::user_shader::Source;
+use crate::user_shader::scan::scan;
 use std::ops::Range;
 use std::sync::Arc;
 

@@ -1,22 +1,23 @@
 //! An effect as its file has it, before a device compiles it.
 
 use super::EffectStage;
-use super::checks::{
-    check_module, check_names, check_pixel, check_rounds, check_slots, check_textures, fault_of_bool, fault_of_names,
-};
+use super::checks::{check_module, check_names, check_pixel, check_slots, check_textures, fault_of_names};
 use super::declarations::{Borrowed, declarations, table_declarations};
 use super::fallback::{self, Fallback};
 use super::fused::entry_point;
-use super::header::{Header, Source};
+use super::header::Header;
 use super::lut::{self, Table};
-use super::scan::{Scan, scan};
 use super::steps::Step;
-use super::uniforms::{OWN_GROUP, Uniforms};
 use crate::diagnostic::Diagnostic;
 use crate::settings::{SettingInfo, SettingValue, SettingsError, Written};
 use crate::shader::locate;
 use crate::shader::program::{ProgramError, Slot};
 use crate::shader::reflection::reflect_bindings_of;
+use crate::user_shader::Source;
+use crate::user_shader::checks::fault_of_bool;
+use crate::user_shader::rounds::check_rounds;
+use crate::user_shader::scan::{Scan, scan};
+use crate::user_shader::uniforms::{OWN_GROUP, Uniforms};
 use std::sync::Arc;
 
 /// The text of a [`super::WgslEffect`], checked without a device: its name, its settings and their values.
@@ -107,7 +108,7 @@ impl EffectFile {
         let uniforms = Uniforms::reflect(&name, source, &scan, &module, &names(OWN_GROUP as usize))?;
         header.check_conditions(source, |setting| uniforms.number(&name, &format!("{name}.{setting}")).is_some())?;
         for (step, _) in &steps {
-            check_rounds(source, step, &name, &uniforms)?;
+            check_rounds(source, (&step.rounds, &step.place), &name, &uniforms)?;
         }
         Ok(Self {
             file: file.into(),
@@ -175,7 +176,8 @@ impl EffectFile {
 
     /// Whether it is drawn and reads how far surfaces moved since the frame before.
     pub fn reads_motion(&self) -> bool {
-        let looks = |borrowed: &Borrowed| borrowed.key == "motion" && self.uniforms.wants(&self.name, borrowed);
+        let looks =
+            |borrowed: &Borrowed| borrowed.key == "motion" && self.uniforms.wants(&self.name, &borrowed.settings);
         !self.uniforms.is_off && self.borrowed.iter().any(looks)
     }
 

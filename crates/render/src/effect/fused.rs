@@ -5,12 +5,12 @@ use super::EffectStage;
 use super::compiled::{Compiled, compiled_steps};
 use super::declarations::{Borrowed, declarations, table_declarations};
 use super::rename::renamed;
-use super::scan::scan;
 use super::steps::Step;
 use crate::gpu::Gpu;
 use crate::shader::locate;
 use crate::shader::program::Slot;
 use crate::shader::reflection::reflect_bindings_of;
+use crate::user_shader::scan::scan;
 use std::fmt::Write;
 use std::sync::Arc;
 

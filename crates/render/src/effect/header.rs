@@ -1,9 +1,11 @@
 //! The header of an effect's file: its first lines, which begin with `//!`.
 
 use super::declarations::Borrowed;
-use super::scan::Scan;
 use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
+use crate::user_shader::Source;
+use crate::user_shader::scan::Scan;
+use crate::user_shader::source::{entries, is_identifier, is_name};
 use std::ops::Range;
 
 /// The words that a header may hold.
@@ -32,9 +34,6 @@ const OR: &str = " or ";
 pub(super) const IDS: &str = "ids";
 /// What an effect reads that stands after the tone curve.
 pub(super) const DISPLAY: &str = "display";
-/// The longest name of an effect.
-const NAME_CHARACTERS: usize = 64;
-
 /// A word of a header, and its place.
 type Placed = (String, Range<usize>);
 
@@ -55,22 +54,6 @@ pub(super) struct Header {
     pub fallback: Option<(String, Range<usize>)>,
 }
 
-/// A text of the user's, and how a fault in it is told.
-#[derive(Clone, Copy)]
-pub(super) struct Source<'t> {
-    /// The file's name, for errors.
-    pub file: &'t str,
-    /// The file's text.
-    pub text: &'t str,
-}
-
-impl Source<'_> {
-    /// A fault at a place.
-    pub fn fault(&self, range: Range<usize>, message: impl std::fmt::Display) -> Box<Diagnostic> {
-        Box::new(Diagnostic::new(self.file, self.text, range, message))
-    }
-}
-
 fn version() -> &'static str {
     concat!("manypass ", env!("CARGO_PKG_VERSION"))
 }
@@ -82,16 +65,8 @@ impl Header {
     /// A line that is not of the form, or not at the top.
     pub fn parse(source: Source<'_>, scan: &Scan) -> Result<Self, Box<Diagnostic>> {
         let mut header = Self::default();
-        for comment in &scan.comments {
-            let Some(line) = source.text[comment.range.clone()].strip_prefix("//!") else { continue };
-            if comment.range.start > scan.first_token {
-                let message = "a line of the header stands below the first declaration";
-                let fault = source.fault(comment.range.clone(), message);
-                return Err(Box::new(
-                    fault.note("header lines (`//!`) are the first lines; other remarks begin with `//`"),
-                ));
-            }
-            header.line(source, comment.range.end - line.len(), line)?;
+        for (start, line) in source.header_lines(scan)? {
+            header.line(source, start, line)?;
         }
         Ok(header)
     }
@@ -153,7 +128,7 @@ impl Header {
                 let name = rest.trim();
                 let start = word_start + line.len() - rest.trim_start().len();
                 let place = start..start + name.len();
-                if !steps::is_identifier(name) {
+                if !is_identifier(name) {
                     let note = "it is `fn NAME(color: vec4f, position: vec2f) -> vec4f`: what a pixel was, where it is, and \
                                 what it becomes";
                     return Err(Box::new(source.fault(place, "this is no name of a function").note(note)));
@@ -274,23 +249,6 @@ impl Header {
     }
 }
 
-fn is_name(name: &str) -> bool {
-    name.starts_with(|c: char| c.is_ascii_alphabetic())
-        && name.len() <= NAME_CHARACTERS
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))
-}
-
-/// The entries of a list with commas, each with its bytes; the list begins at the byte `start`.
-fn entries(list: &str, start: usize) -> impl Iterator<Item = (&str, Range<usize>)> {
-    let mut at = start;
-    list.split(',').map(move |part| {
-        let begin = at + part.len() - part.trim_start().len();
-        at += part.len() + 1;
-        let name = part.trim();
-        (name, begin..begin + name.len().max(1))
-    })
-}
-
 /// The settings that a texture is for, each with its place: those of a `list` with `or` between, which begins at a byte.
 fn settings(
     source: Source<'_>,
@@ -316,7 +274,7 @@ fn settings(
 fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<String, Box<Diagnostic>> {
     let of_effect = name.split_once('.');
     let is_known = READS.iter().any(|(known, _)| *known == name)
-        || of_effect.is_some_and(|(effect, texture)| is_name(effect) && steps::is_identifier(texture));
+        || of_effect.is_some_and(|(effect, texture)| is_name(effect) && is_identifier(texture));
     if is_known {
         return Ok(name.into());
     }

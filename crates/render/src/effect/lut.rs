@@ -2,8 +2,8 @@
 //!
 //! Source: Adobe 2013, "Cube LUT Specification 1.0"; and the ranges that DaVinci Resolve writes.
 
-use super::header::Source;
 use crate::diagnostic::Diagnostic;
+use crate::user_shader::Source;
 use half::f16;
 use std::ops::Range;
 use std::path::Path;

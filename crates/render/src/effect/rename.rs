@@ -1,6 +1,6 @@
 //! An effect's text with other names, so that several can stand in one module.
 
-use super::scan::{Scan, words};
+use crate::user_shader::scan::{Scan, words};
 use std::collections::HashSet;
 
 /// `text`, whose scan is `scan`, with `prefix` before every name that it declares itself outside of functions, and its

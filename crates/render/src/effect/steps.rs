@@ -1,12 +1,11 @@
 //! The passes of an effect, as the line `//! passes:` of its header has them.
 
-use super::header::Source;
 use crate::diagnostic::Diagnostic;
+use crate::user_shader::Source;
+use crate::user_shader::rounds::{Rounds, STEPS_MAX, number};
+use crate::user_shader::source::is_identifier;
 use std::collections::BTreeSet;
 use std::ops::Range;
-
-/// An effect has at most so many passes, each drawn at most so often.
-pub(super) const STEPS_MAX: usize = 64;
 
 /// A pass of an effect.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,15 +22,6 @@ pub(super) struct Step {
     pub rounds: Rounds,
     /// The bytes of its entry.
     pub place: Range<usize>,
-}
-
-/// How often a pass is drawn, each time with what it left the time before.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Rounds {
-    /// So often.
-    Count(u32),
-    /// As often as this setting says.
-    Setting(String),
 }
 
 impl Step {
@@ -106,31 +96,12 @@ fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Bo
         step.divisor = divisor.ok_or_else(|| malformed(format!("`{size}` is no size: 1/1 to 1/64 of each side")))?;
     }
     if words.next_if_eq(&"x").is_some() {
-        let rounds = words.next().and_then(|word| match number(word) {
-            Some(count) => (1..=STEPS_MAX as u32).contains(&count).then_some(Rounds::Count(count)),
-            None => word.split('.').all(is_identifier).then(|| Rounds::Setting(word.into())),
-        });
-        let message = || format!("`x` is followed by a number of rounds from 1 to {STEPS_MAX}, or by a setting");
-        step.rounds = rounds.ok_or_else(|| malformed(message()))?;
+        step.rounds = words.next().and_then(Rounds::parse).ok_or_else(|| malformed(Rounds::expected()))?;
     }
     match words.next() {
         Some(word) => Err(malformed(format!("`{word}` is not understood"))),
         None => Ok(step),
     }
-}
-
-/// A number as it is written for good: digits, of which the first is not 0.
-fn number(word: &str) -> Option<u32> {
-    let is_plain = word.bytes().all(|byte| byte.is_ascii_digit()) && !word.starts_with('0');
-    word.parse().ok().filter(|_| is_plain)
-}
-
-/// Whether a word can name something in a shader, but for the language's own words.
-pub(super) fn is_identifier(word: &str) -> bool {
-    word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && word != "_"
-        && !word.starts_with("__")
 }
 
 /// Checks that each pass reads what is there, and that all that is written is read; with each pass the names of the

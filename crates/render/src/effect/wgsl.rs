@@ -1,19 +1,19 @@
 //! Effects of WGSL files on a device.
 
-use super::compiled::{Compiled, compiled_steps};
+use super::compiled::{Compiled, CompiledStep, compiled_steps};
 use super::declarations::Borrowed;
 use super::fallback::Fallback;
 use super::fused::{Fused, Pixel};
 use super::lut::Table;
-use super::steps::{Rounds, STEPS_MAX};
-use super::uniforms::{Block, Uniforms};
-use super::{Effect, EffectFile, EffectStage, chain, draw, padding};
+use super::{Effect, EffectFile, EffectStage, chain, draw};
 use crate::gbuffer::Gbuffer;
 use crate::gpu::Gpu;
 use crate::record::Recorder;
 use crate::settings::{SettingInfo, SettingValue, SettingsError};
 use crate::shader::locate;
 use crate::shader::program::ProgramError;
+use crate::user_shader::padding;
+use crate::user_shader::uniforms::Uniforms;
 use manypass_graph::Handle;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -202,7 +202,7 @@ impl WgslEffect {
 
     /// Whether its settings let it look at what it borrows.
     pub(super) fn wants(&self, borrowed: &Borrowed) -> bool {
-        self.state().uniforms.wants(&self.name, borrowed)
+        self.state().uniforms.wants(&self.name, &borrowed.settings)
     }
 
     /// What it knows of others in the chain.
@@ -236,13 +236,8 @@ impl WgslEffect {
     /// How often each of its passes is drawn.
     pub(super) fn rounds(&self, compiled: &Compiled) -> Vec<u32> {
         let state = self.state();
-        let of = |rounds: &Rounds| match rounds {
-            Rounds::Count(count) => Some(*count),
-            Rounds::Setting(setting) => state.uniforms.count(&self.name, &format!("{}.{setting}", self.name)),
-        };
-        // A whole uniform that was set by its bytes has passed no range.
-        let passes = compiled.passes.iter();
-        passes.map(|pass| of(&pass.step.rounds).unwrap_or(1).clamp(1, STEPS_MAX as u32)).collect()
+        let rounds = |pass: &CompiledStep| pass.step.rounds.count(&self.name, &state.uniforms);
+        compiled.passes.iter().map(rounds).collect()
     }
 
     /// The pass that it shares with `followers`, made by `make` when they first follow it.
@@ -298,25 +293,14 @@ fn compiled(gpu: &Gpu, effect: EffectFile) -> Result<(Compiled, Uniforms), Progr
     if !gpu.capabilities.uniforms_of_any_size {
         (text, module) = padding::filled_up((&file, &name), (text, &further), module, &uniforms)?;
     }
-    let buffers = uniforms.blocks.iter().map(|block| (block.name.clone(), block.is_used.then(|| buffer(gpu, block))));
+    let buffers =
+        uniforms.blocks.iter().map(|block| (block.name.clone(), block.is_used.then(|| padding::buffer(gpu, block))));
     let buffers: Vec<_> = buffers.collect();
     let composed = locate::composed(&text, &further);
     let passes = compiled_steps(gpu, (&name, &file), (composed, &module), steps, &buffers)?;
     let pixel = pixel.map(|function| Pixel { text, function, finds_drawn: stage == EffectStage::Display });
     let tables = table.iter().map(|table| (table.variable.clone(), texture(gpu, table))).collect();
     Ok((Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms: buffers, tables, pixel }, uniforms))
-}
-
-fn buffer(gpu: &Gpu, block: &Block) -> wgpu::Buffer {
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(&block.name),
-        // Where uniforms are filled up, what the members leave is never read.
-        size: block.bytes.len().next_multiple_of(padding::BLOCK_STEP_BYTES) as u64,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    gpu.queue.write_buffer(&buffer, 0, &block.bytes);
-    buffer
 }
 
 fn texture(gpu: &Gpu, table: &Table) -> wgpu::TextureView {

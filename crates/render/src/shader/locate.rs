@@ -1,6 +1,5 @@
 //! Parsing a shader of the user's, with errors at places of its own text.
 
-use super::compose;
 use crate::diagnostic::Diagnostic;
 use naga::front::wgsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -14,18 +13,17 @@ struct Fault {
     notes: Vec<String>,
 }
 
-/// An effect's own text with what it finds declared after it, so that its lines keep their numbers; `further` are
-/// declarations that not every effect finds.
-pub(crate) fn composed(own: &str, further: &str) -> String {
-    format!("{own}\n{}\n{further}", compose::EFFECT_PRELUDE)
+/// A shader's own text with what it finds declared after it, so that its lines keep their numbers.
+pub(crate) fn composed(own: &str, declared: &str) -> String {
+    format!("{own}\n{declared}")
 }
 
-/// Parses and validates `own` with what effects find declared, and with `further` declarations.
+/// Parses and validates `own` with what it finds `declared`.
 ///
 /// # Errors
 /// It is not valid; the place is one of `own`.
-pub(crate) fn parse(file: &str, own: &str, further: &str) -> Result<(naga::Module, ModuleInfo), Box<Diagnostic>> {
-    let source = composed(own, further);
+pub(crate) fn parse(file: &str, own: &str, declared: &str) -> Result<(naga::Module, ModuleInfo), Box<Diagnostic>> {
+    let source = composed(own, declared);
     let module = match wgsl::parse_str(&source) {
         Ok(module) => module,
         Err(error) => return Err(Box::new(located(file, own, parse_fault(&error)))),
@@ -86,13 +84,13 @@ fn located(file: &str, own: &str, fault: Fault) -> Diagnostic {
         diagnostic = diagnostic.note(format!("{label} ({}:{}:{})", place.file, place.line, place.column));
     }
     for (_, label) in outside.iter().filter(|(_, label)| !label.is_empty()) {
-        diagnostic = diagnostic.note(format!("{label} (in what effects find declared)"));
+        diagnostic = diagnostic.note(format!("{label} (in what is declared for it)"));
     }
     fault.notes.iter().fold(diagnostic, |diagnostic, note| diagnostic.note(note))
 }
 
 /// The compiler found nothing wrong before the end of `own`. If that is cut off it says so by itself; else the fault shows
-/// in what effects find declared.
+/// in what is declared for it.
 fn located_at_end(file: &str, own: &str, fault: &Fault) -> Diagnostic {
     let end = own.trim_end().len();
     if let Err(error) = wgsl::parse_str(own) {
@@ -107,7 +105,7 @@ fn located_at_end(file: &str, own: &str, fault: &Fault) -> Diagnostic {
         return diagnostic;
     }
     diagnostic
-        .note("it shows in what every effect finds declared: a name of this file's may hide one that is used there")
+        .note("it shows in what every such file finds declared: a name of this file's may hide one that is used there")
 }
 
 #[cfg(test)]
@@ -115,7 +113,7 @@ mod tests {
     use super::*;
 
     fn error(own: &str) -> String {
-        parse("a.wgsl", own, "").map(drop).expect_err(own).to_string()
+        parse("a.wgsl", own, crate::shader::compose::EFFECT_PRELUDE).map(drop).expect_err(own).to_string()
     }
 
     const MAIN: &str = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {";

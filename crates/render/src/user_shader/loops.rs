@@ -3,7 +3,7 @@
 use naga::{Block, Expression, Handle, Literal, Statement};
 
 /// A function whose loops are looked at.
-pub(super) struct Loops<'a> {
+pub(crate) struct Loops<'a> {
     pub module: &'a naga::Module,
     pub function: &'a naga::Function,
 }

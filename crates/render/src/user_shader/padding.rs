@@ -3,22 +3,36 @@
 
 use super::scan::scan;
 use super::uniforms::{Block, Uniforms};
+use crate::gpu::Gpu;
 use crate::shader::locate;
 use crate::shader::program::ProgramError;
 use naga::{Expression, GlobalVariable, Handle, Module, TypeInner};
 use std::ops::Range;
 
 /// Bytes of which the size of a block is a multiple.
-pub(super) const BLOCK_STEP_BYTES: usize = 16;
+pub(crate) const BLOCK_STEP_BYTES: usize = 16;
 
 /// A piece of the text, and what takes its place.
 type Edit = (Range<usize>, String);
+
+/// The buffer of a uniform, as large as WebGL 2 takes it.
+pub(crate) fn buffer(gpu: &Gpu, block: &Block) -> wgpu::Buffer {
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(&block.name),
+        // Where uniforms are filled up, what the members leave is never read.
+        size: block.bytes.len().next_multiple_of(BLOCK_STEP_BYTES) as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, &block.bytes);
+    buffer
+}
 
 /// Text and module of an effect whose uniforms are of the sizes that WebGL 2 takes.
 ///
 /// # Errors
 /// A uniform that cannot be filled up.
-pub(super) fn filled_up(
+pub(crate) fn filled_up(
     (file, name): (&str, &str),
     (text, further): (String, &str),
     module: naga::Module,

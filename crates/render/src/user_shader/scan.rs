@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// A line comment.
 #[derive(Clone, Debug)]
-pub(super) struct Comment {
+pub(crate) struct Comment {
     /// Its bytes, from the first slash to the end of the line.
     pub range: Range<usize>,
     /// Whether nothing but space stands before it on its line.
@@ -20,7 +20,7 @@ struct Token {
 
 /// A declaration with a name: a member of a struct, or a variable.
 #[derive(Clone, Debug)]
-pub(super) struct Declared {
+pub(crate) struct Declared {
     /// The bytes of its name.
     pub name: Range<usize>,
     /// The bytes of its type.
@@ -31,7 +31,7 @@ pub(super) struct Declared {
 
 /// The comments of a shader, and its declarations by their names.
 #[derive(Debug, Default)]
-pub(super) struct Scan {
+pub(crate) struct Scan {
     /// All line comments.
     pub comments: Vec<Comment>,
     /// Where the first declaration begins; the text's end if there is none.
@@ -52,7 +52,7 @@ const OPERATORS_MAX: usize = 4000;
 const BLOCKS_MAX: usize = 1000;
 
 /// Scans a text, which need not be valid.
-pub(super) fn scan(text: &str) -> Scan {
+pub(crate) fn scan(text: &str) -> Scan {
     let mut scan = Scan::default();
     let tokens = tokens(text, &mut scan.comments);
     scan.overlong = overlong(text, &tokens);
@@ -65,7 +65,7 @@ fn is_word(c: char) -> bool {
 }
 
 /// The bytes of all words and single other characters outside of comments.
-pub(super) fn words(text: &str) -> Vec<Range<usize>> {
+pub(crate) fn words(text: &str) -> Vec<Range<usize>> {
     tokens(text, &mut Vec::new()).into_iter().map(|token| token.range).collect()
 }
 

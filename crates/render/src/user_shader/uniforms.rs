@@ -1,8 +1,7 @@
 //! The uniforms of an effect as settings: found by reflection, with defaults and ranges from the comments above them.
 
-use super::declarations::Borrowed;
-use super::header::Source;
 use super::scan::{Declared, Scan};
+use super::source::Source;
 use crate::diagnostic::Diagnostic;
 use crate::settings::{NumberType, Scalar, SettingInfo, SettingType, SettingValue, SettingsError, Written};
 use naga::{Handle, Module, Type, TypeInner};
@@ -11,7 +10,7 @@ use std::ops::Range;
 
 /// The uniforms of an effect, and the settings that their members are.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Uniforms {
+pub(crate) struct Uniforms {
     /// The settings, in the order of their declaration; those of members that text can give.
     pub settings: Vec<SettingInfo>,
     fields: Vec<Field>,
@@ -28,7 +27,7 @@ const SWITCH: &str = "enabled";
 
 /// A uniform variable.
 #[derive(Clone, Debug)]
-pub(super) struct Block {
+pub(crate) struct Block {
     /// The WGSL name.
     pub name: String,
     /// Its bytes as WGSL lays them out.
@@ -62,7 +61,7 @@ struct Remarks {
 /// The largest uniform that every device has; WebGL 2 promises no more.
 const BLOCK_BYTES_MAX: usize = 16384;
 /// The group of an effect's own uniforms.
-pub(super) const OWN_GROUP: u32 = 2;
+pub(crate) const OWN_GROUP: u32 = 2;
 
 impl Uniforms {
     /// The uniforms of a valid module; `used` are the names of those that its entry point uses.
@@ -154,10 +153,10 @@ impl Uniforms {
         read(&self.blocks.get(field.block)?.bytes, field.offset, kind).first().copied()
     }
 
-    /// Whether the settings let the shader look at what it borrows.
-    pub fn wants(&self, effect: &str, borrowed: &Borrowed) -> bool {
+    /// Whether one of `settings` is other than 0, if there are any.
+    pub fn wants(&self, effect: &str, settings: &[String]) -> bool {
         let is_on = |setting: &String| self.number(effect, &format!("{effect}.{setting}")) != Some(0.0);
-        borrowed.settings.is_empty() || borrowed.settings.iter().any(is_on)
+        settings.is_empty() || settings.iter().any(is_on)
     }
 
     /// The present value of the number that a key sets.
