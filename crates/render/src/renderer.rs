@@ -15,6 +15,7 @@ mod reading;
 mod recording;
 mod run;
 mod shadows;
+mod simulations;
 mod surroundings;
 mod temporal;
 mod variables;
@@ -58,8 +59,7 @@ pub struct Renderer {
     bind_groups: BindGroups,
     /// Lights of visible nodes, be they drawn or too many.
     light_count: usize,
-    /// What is wrong with mirrors of the scene.
-    /// What is wrong with mirrors, water and portals.
+    /// What is wrong with mirrors, water, portals and simulations.
     flat_faults: Vec<String>,
     bundles: Bundles,
     volumes: Volumes,
@@ -71,6 +71,7 @@ pub struct Renderer {
     ground: GroundState,
     captures: captures::CaptureState,
     surroundings: surroundings::SurroundingsState,
+    simulations: simulations::SimulationState,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
     stats: FrameStats,
@@ -106,6 +107,11 @@ impl Purpose<'_> {
     /// Whether the frame is one of those that make the picture.
     fn is_picture(&self) -> bool {
         matches!(self, Self::Picture | Self::Sample | Self::Target(_))
+    }
+
+    /// Whether simulations go on to the scene's time; whoever looks at the same picture once more finds them as they are.
+    fn goes_on(&self) -> bool {
+        self.is_picture() || matches!(self, Self::Meter(_))
     }
 
     /// Whether the frame is not run.
@@ -159,6 +165,7 @@ impl Renderer {
             ground: GroundState::new(&gpu),
             captures: captures::CaptureState::default(),
             surroundings: surroundings::SurroundingsState::default(),
+            simulations: simulations::SimulationState::default(),
             views: BTreeMap::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
@@ -179,6 +186,7 @@ impl Renderer {
     /// # Errors
     /// The scene does not fit the device's memory, or the device was lost.
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
+        self.follow_simulations(scene)?;
         self.follow(scene);
         let is_lit = |id: &NodeId| scene.node(*id).light.is_some();
         self.light_count = scene.visible_nodes().into_iter().filter(is_lit).count();
@@ -186,6 +194,7 @@ impl Renderer {
         self.flat_faults.extend(water::faults(scene));
         self.flat_faults.extend(portals::faults(scene));
         self.flat_faults.extend(surroundings::faults(scene));
+        self.flat_faults.extend(simulations::faults(scene, &self.simulations));
         Ok(self.gpu.check()?)
     }
 
@@ -218,6 +227,7 @@ impl Renderer {
         self.ground = GroundState::new(&self.gpu);
         self.captures.clear();
         self.surroundings.clear();
+        self.simulations.clear();
         self.world_draws = WorldDraws::default();
         self.bind_groups.clear();
         self.bundles.clear();
@@ -238,9 +248,9 @@ impl Renderer {
         }
     }
 
-    /// Bytes of the scene's meshes and textures on the device.
+    /// Bytes of the scene's meshes, textures and simulations on the device.
     pub fn scene_bytes(&self) -> u64 {
-        self.resources.bytes()
+        self.resources.bytes() + self.simulations.bytes()
     }
 
     /// What of the scene was left out, or replaced, on the device.

@@ -130,6 +130,12 @@ fn of_key(key: &StageKey) -> Value {
         StageType::Layers => json!({ "type": "array", "items": { "type": "integer", "minimum": 0, "maximum": 31 } }),
         StageType::Pairs => json!({ "type": "array", "items": numbers(2), "minItems": 2 }),
         StageType::Vectors => json!({ "type": "array", "items": numbers(3), "minItems": 2 }),
+        StageType::Texts => json!({ "type": "array", "items": { "type": "string" } }),
+        StageType::Values => {
+            let number = json!({ "type": "number" });
+            let list = json!({ "type": "array", "items": number, "minItems": 1, "maxItems": 4 });
+            json!({ "type": "object", "additionalProperties": { "anyOf": [number, list] } })
+        }
         StageType::Number { min, is_above, max } => {
             let least = if is_above { "exclusiveMinimum" } else { "minimum" };
             let mut schema = json!({ "type": "number", "maximum": number(max) });

@@ -7,6 +7,9 @@ use std::f32::consts::TAU;
 /// Its width and height in texels.
 const WAVES_SIDE: usize = 256;
 
+/// What a simulation calls its picture of slopes and their squares.
+pub const SIMULATED: &str = "waves";
+
 /// How many of the longest waves follow each other along a side.
 pub const WAVES_ACROSS: f32 = 4.0;
 

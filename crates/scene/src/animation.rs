@@ -138,6 +138,65 @@ fn sample<T: Copy>(
     }
 }
 
+/// Where a node is, seen from the one above it.
+#[derive(Clone, Copy, Debug)]
+struct Local {
+    translation: Vec3,
+    rotation: Quat,
+    scale: Vec3,
+}
+
+impl Channel {
+    /// What it makes of where a node is.
+    fn moved(&self, mut local: Local, time_secs: f32) -> Local {
+        let Some(span) = span(&self.times_secs, time_secs) else { return local };
+        match &self.keyframes {
+            Keyframes::Translation(values) => {
+                local.translation = sample_vec3(values, self.interpolation, &span).unwrap_or(local.translation);
+            }
+            Keyframes::Rotation(values) => {
+                local.rotation = sample_quat(values, self.interpolation, &span).unwrap_or(local.rotation);
+            }
+            Keyframes::Scale(values) => {
+                local.scale = sample_vec3(values, self.interpolation, &span).unwrap_or(local.scale);
+            }
+            Keyframes::MorphWeights { .. } => {}
+        }
+        local
+    }
+}
+
+/// How a node moves in an animation, with all above it.
+#[derive(Clone, Debug)]
+pub struct Path<'s> {
+    /// From the node upwards.
+    links: Vec<Link<'s>>,
+}
+
+#[derive(Clone, Debug)]
+struct Link<'s> {
+    node: &'s Node,
+    channels: Vec<&'s Channel>,
+}
+
+impl Path<'_> {
+    /// [`Node::world_from_object`] at a time; what the animation does not move is as it is.
+    pub fn world_from_object(&self, time_secs: f32) -> Mat4 {
+        let local = |link: &Link<'_>| {
+            let Link { node: Node { translation, rotation, scale, .. }, channels } = link;
+            let local = Local { translation: *translation, rotation: *rotation, scale: *scale };
+            let local = channels.iter().fold(local, |local, channel| channel.moved(local, time_secs));
+            Mat4::from_scale_rotation_translation(local.scale, local.rotation, local.translation)
+        };
+        self.links.iter().rev().fold(Mat4::IDENTITY, |matrix, link| matrix * local(link))
+    }
+
+    /// Whether the animation moves it.
+    pub fn moves(&self) -> bool {
+        self.links.iter().any(|link| !link.channels.is_empty())
+    }
+}
+
 fn sample_vec3(values: &[Vec3], interpolation: Interpolation, span: &Span) -> Option<Vec3> {
     let sum = |terms: [(Vec3, f32); 4]| terms.iter().map(|&(value, weight)| value * weight).sum();
     sample(values, interpolation, span, Vec3::lerp, sum)
@@ -172,29 +231,36 @@ impl Scene {
     /// they stay as there. Call [`Scene::update_transforms`] afterwards. An animation that does not exist does nothing.
     pub fn pose(&mut self, animation: usize, time_secs: f32) {
         self.time_secs = time_secs;
+        self.posed = Some(animation);
         self.pose_properties(animation, time_secs);
         let Self { nodes, animations, .. } = self;
         for channel in animations.get(animation).into_iter().flat_map(|animation| &animation.channels) {
             let Some(node) = nodes.get_mut(channel.node.0 as usize) else { continue };
-            let Some(span) = span(&channel.times_secs, time_secs) else { continue };
-            let interpolation = channel.interpolation;
-            match &channel.keyframes {
-                Keyframes::Translation(values) => {
-                    node.translation = sample_vec3(values, interpolation, &span).unwrap_or(node.translation);
-                }
-                Keyframes::Rotation(values) => {
-                    node.rotation = sample_quat(values, interpolation, &span).unwrap_or(node.rotation);
-                }
-                Keyframes::Scale(values) => {
-                    node.scale = sample_vec3(values, interpolation, &span).unwrap_or(node.scale);
-                }
-                Keyframes::MorphWeights { count, values } => {
-                    if let Some(weights) = sample_weights(values, *count, interpolation, &span) {
-                        node.morph_weights = weights;
-                    }
-                }
+            if let Keyframes::MorphWeights { count, values } = &channel.keyframes {
+                let weights = span(&channel.times_secs, time_secs)
+                    .and_then(|span| sample_weights(values, *count, channel.interpolation, &span));
+                node.morph_weights = weights.unwrap_or(std::mem::take(&mut node.morph_weights));
+            } else {
+                let local = channel.moved(
+                    Local { translation: node.translation, rotation: node.rotation, scale: node.scale },
+                    time_secs,
+                );
+                (node.translation, node.rotation, node.scale) = (local.translation, local.rotation, local.scale);
             }
         }
+    }
+
+    /// How a node moves in the animation that was last posed, with all above it.
+    pub fn path_of(&self, id: NodeId) -> Path<'_> {
+        let channels = self.posed.and_then(|index| self.animations.get(index)).map_or(&[][..], |posed| &posed.channels);
+        let (mut links, mut next) = (Vec::new(), Some(id));
+        while let Some((id, node)) = next.and_then(|id| Some((id, self.nodes.get(id.0 as usize)?))) {
+            let own = channels.iter().filter(|channel| channel.node == id);
+            links.push(Link { node, channels: own.collect() });
+            // A tree has no way that is longer.
+            next = node.parent.filter(|_| links.len() < self.nodes.len());
+        }
+        Path { links }
     }
 
     /// `world_from_mesh` of every joint: the joint's `world_from_object` times its inverse bind matrix, as of the last

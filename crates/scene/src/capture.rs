@@ -125,6 +125,11 @@ impl Image {
     pub fn monitor(&self) -> Option<&Monitor> {
         if let ImageSource::Monitor(monitor) = &self.source { Some(monitor) } else { None }
     }
+
+    /// Whether its texels are drawn, frame by frame, by who draws the scene.
+    pub fn is_drawn(&self) -> bool {
+        matches!(self.source, ImageSource::Monitor(_) | ImageSource::Simulation(_))
+    }
 }
 
 impl Scene {

@@ -10,6 +10,7 @@ pub use light::HalfFloats;
 use crate::capture::Monitor;
 use crate::environment::light_size;
 use crate::ktx2::{DeclaredColors, is_ktx2};
+use crate::simulation::SimulatedImage;
 use std::io::Cursor;
 use std::sync::Arc;
 
@@ -25,15 +26,17 @@ pub enum ImageSource {
     Loading(Arc<str>),
     /// What a camera of the scene sees, frame by frame: only who draws the scene knows its texels.
     Monitor(Arc<Monitor>),
+    /// A picture that a simulation makes: only who draws the scene knows its texels.
+    Simulation(Arc<SimulatedImage>),
 }
 
 impl ImageSource {
-    /// The bytes that it is held in; 0 while they are on their way, and of monitors.
+    /// The bytes that it is held in; 0 while they are on their way, and of what is drawn.
     pub fn bytes(&self) -> u64 {
         match self {
             Self::Encoded(bytes) => bytes.len() as u64,
             Self::Pixels(pixels) => pixels.data.len() as u64,
-            Self::Loading(_) | Self::Monitor(_) => 0,
+            Self::Loading(_) | Self::Monitor(_) | Self::Simulation(_) => 0,
         }
     }
 }
@@ -230,6 +233,9 @@ impl Image {
             ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
             ImageSource::Loading(_) => return Err(self.error("it is still on its way")),
             ImageSource::Monitor(monitor) => (monitor.width, monitor.height),
+            ImageSource::Simulation(_) => {
+                return Err(self.error("only who draws a simulation knows the size of its pictures"));
+            }
         };
         if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIZE_TEXELS {
             return Err(self.error(format!("it has {width} by {height} texels")));
@@ -288,6 +294,7 @@ impl Image {
             ImageSource::Encoded(bytes) => bytes,
             ImageSource::Loading(_) => return Err(self.error("it is still on its way")),
             ImageSource::Monitor(_) => return Err(self.error("it is what a monitor shows, which has no file")),
+            ImageSource::Simulation(_) => return Err(self.error("it is a picture of a simulation, which has no file")),
         };
         let (width, height) = self.dimensions()?;
         if u64::from(width) * u64::from(height) * 4 > MAX_DECODE_BYTES {

@@ -31,6 +31,7 @@ pub mod portal;
 pub mod primitives;
 pub mod scenes;
 mod simplify;
+pub mod simulation;
 pub mod sky;
 pub mod spelling;
 pub mod stage;

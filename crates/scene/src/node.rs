@@ -4,6 +4,7 @@ use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
 use crate::portal::Portal;
+use crate::simulation::Simulation;
 use crate::surroundings::Surroundings;
 use crate::water::Water;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
@@ -212,8 +213,13 @@ pub struct Scene {
     pub surroundings: Vec<Surroundings>,
     /// Surfaces of water.
     pub water: Vec<Water>,
+    /// Pictures that follow from themselves, step by step.
+    pub simulations: Vec<Simulation>,
     /// The time that is shown of what moves without keyframes, such as waves, in seconds. [`Scene::pose`] sets it.
     pub time_secs: f32,
+    /// The animation that [`Scene::pose`] last posed, by which simulations know where bodies were; none where whoever moves
+    /// nodes does so without.
+    pub posed: Option<usize>,
     /// What is drawn over pictures of the scene ([`Overlay`]): what a stage says.
     pub overlay: Arc<Overlay>,
     /// The extensions that the glTF file says it uses, whether or not they are read

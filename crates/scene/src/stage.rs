@@ -25,6 +25,8 @@ mod monitors;
 mod names;
 mod overlay;
 mod portals;
+mod screens;
+mod simulations;
 mod surfaces;
 mod surroundings;
 mod table;
@@ -39,8 +41,8 @@ use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
 use keys::{
-    LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PORTALS, SETTINGS_TABLES, SURROUNDINGS, StageTable, TABLES,
-    WATER,
+    LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PORTALS, SETTINGS_TABLES, SIMULATIONS, SURROUNDINGS,
+    StageTable, TABLES, WATER,
 };
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
@@ -49,6 +51,7 @@ use monitors::MonitorEntry;
 use names::Pattern;
 use overlay::OverlayEntry;
 use portals::PortalEntry;
+use simulations::SimulationEntry;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use surroundings::SurroundingsEntry;
@@ -68,6 +71,7 @@ pub struct Stage {
     materials: Vec<MaterialChange>,
     monitors: Vec<MonitorEntry>,
     mirrors: Vec<MirrorEntry>,
+    simulations: Vec<SimulationEntry>,
     water: Vec<WaterEntry>,
     portals: Vec<PortalEntry>,
     surroundings: Vec<SurroundingsEntry>,
@@ -98,6 +102,7 @@ impl Stage {
             MATERIALS.name,
             MONITORS.name,
             MIRRORS.name,
+            SIMULATIONS.name,
             WATER.name,
             PORTALS.name,
             SURROUNDINGS.name,
@@ -123,6 +128,7 @@ impl Stage {
         let monitors = list(&source, root, &MONITORS, MonitorEntry::read)?;
         monitors::check(&monitors, &source)?;
         let mirrors = list(&source, root, &MIRRORS, MirrorEntry::read)?;
+        let simulations = list(&source, root, &SIMULATIONS, SimulationEntry::read)?;
         let water = list(&source, root, &WATER, WaterEntry::read)?;
         let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
         let surroundings = list(&source, root, &SURROUNDINGS, SurroundingsEntry::read)?;
@@ -135,6 +141,7 @@ impl Stage {
             materials,
             monitors,
             mirrors,
+            simulations,
             water,
             portals,
             surroundings,
@@ -168,14 +175,15 @@ impl Stage {
         self.environment().map(|name| self.path_of(name))
     }
 
-    /// The images that its materials and its water name, and the sprites and fonts of its overlay, as they are written: paths from the
-    /// stage's folder. Each once.
+    /// The images that its materials and its water name, the sprites and fonts of its overlay, and the files of its
+    /// simulations, as they are written: paths from the stage's folder. Each once.
     pub fn images(&self) -> Vec<&str> {
         let of_materials = self.materials.iter().flat_map(MaterialChange::images);
         let of_overlay = self.overlay.iter().flat_map(OverlayEntry::files);
         let of_water = self.water.iter().flat_map(WaterEntry::images);
         let mut names: Vec<&str> =
             of_materials.chain(of_water).chain(of_overlay).map(|name| name.value.as_str()).collect();
+        names.extend(self.simulations.iter().filter_map(SimulationEntry::file));
         names.sort_unstable();
         names.dedup();
         names
@@ -195,7 +203,7 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, water, portals, surroundings, what is drawn over it.
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, simulations, water, portals, surroundings, what is drawn over it.
     /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
@@ -228,6 +236,9 @@ impl Stage {
         for mirror in &self.mirrors {
             mirror.apply(&self.source, scene)?;
         }
+        for simulation in &self.simulations {
+            simulation.apply(&self.source, scene, resolve, &mut warnings)?;
+        }
         for water in &self.water {
             water.apply(&self.source, scene, &images)?;
         }
@@ -237,6 +248,7 @@ impl Stage {
         for surroundings in &self.surroundings {
             surroundings.apply(&self.source, scene)?;
         }
+        warnings.extend(self.simulations.iter().filter_map(|simulation| simulation.unshown(scene)));
         Ok(warnings)
     }
 

@@ -94,6 +94,9 @@ pub struct Water {
     /// A normal map in place of the built-in waves, whose side is 4 times the longest waves: an index into
     /// [`crate::Scene::textures`]. Two of it move over each other.
     pub normal_map: Option<usize>,
+    /// A simulation whose picture `waves` its waves are, in place of those of the wind, over the rectangle around the node:
+    /// an index into [`crate::Scene::simulations`].
+    pub simulation: Option<usize>,
     /// Where the water is as shallow as that, in metres, foam begins; 0 for none.
     pub foam_depth_m: f32,
     /// How strongly waves gather light on what lies below, from 0 (not at all) to 1 (all of the light comes from one
@@ -110,7 +113,7 @@ pub struct Water {
 impl Water {
     /// Whether it has waves, which go by the scene's time.
     pub fn has_waves(&self) -> bool {
-        self.wind_m_s > 0.0
+        self.wind_m_s > 0.0 || self.simulation.is_some()
     }
 
     /// At rest, without foam; what it reflects is as fine as the picture.
@@ -125,6 +128,7 @@ impl Water {
             wind_rad: 0.0,
             wave_m: 1.0,
             normal_map: None,
+            simulation: None,
             foam_depth_m: 0.0,
             caustics: 0.0,
             scale: 1.0,

@@ -41,6 +41,11 @@ impl Renderer {
         views: &[(&str, &FrameRequest)],
         purpose: &mut Purpose<'_>,
     ) -> Result<Plan, RenderError> {
+        if purpose.goes_on() && views.iter().all(|(_, request)| request.sample_index == 0) {
+            self.simulate(scene, &mut |_| true)?;
+        } else {
+            self.follow_simulations(scene)?;
+        }
         let capabilities = &self.gpu.capabilities;
         let defaults = LazyCell::new(|| SceneDefaults::of(scene));
         let mut requests: Vec<FrameRequest> = views.iter().map(|(_, request)| request.resolved_by(&defaults)).collect();

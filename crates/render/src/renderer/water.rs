@@ -6,6 +6,7 @@ use crate::mirror_picture::MirrorPicture;
 use crate::outline::is_seen;
 use crate::passes::water::ShownWater;
 use crate::resources::Textures;
+use crate::waves::SIMULATED;
 use glam::Vec3;
 use manypass_scene::capture::Panel;
 use manypass_scene::water::{WATER_MAX, Water};
@@ -60,6 +61,10 @@ impl Surfaces {
             let view = asked.mirrors.iter().find(|seen| seen.of == Reflector::Water(*index));
             let picture = view.and_then(|seen| behind.remove(&seen.view));
             let map = water.normal_map.and_then(|texture| textures.linear(scene, texture)).cloned();
+            let simulated = water.simulation.and_then(|simulation| {
+                let waves = textures.simulated(simulation, SIMULATED)?.clone();
+                Some((waves, scene.place_of_simulation(simulation)))
+            });
             let away_m = eye.truncate().distance(panel.center_world);
             let water = ShownWater {
                 water: water.clone(),
@@ -69,6 +74,7 @@ impl Surfaces {
                 is_from_below,
                 holds_eye,
                 normal_map: map,
+                simulated,
                 picture,
             };
             Some((away_m, water))

@@ -8,6 +8,7 @@ use super::{Followed, STAGED_BYTES, WRITE_BYTES};
 use crate::gpu::Gpu;
 use manypass_graph::TextureDesc;
 use manypass_scene::capture::MONITOR_SIDE_MAX;
+use manypass_scene::simulation::SimulatedImage;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
 use std::cmp::Reverse;
@@ -49,9 +50,11 @@ enum Content {
         image: usize,
         size: (u32, u32),
     },
+    /// A picture of a simulation.
+    Simulation(SimulatedImage),
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Uploaded {
     /// None if the image cannot be decoded.
     view: Option<wgpu::TextureView>,
@@ -74,6 +77,10 @@ pub(crate) struct Textures {
     /// The same as a texture of one layer.
     white_layer: wgpu::TextureView,
     uploaded: BTreeMap<Content, Uploaded>,
+    /// The pictures of simulations.
+    simulated: BTreeMap<SimulatedImage, wgpu::TextureView>,
+    /// Whether any of them took the place of another one.
+    has_lost: bool,
     /// The greatest width and height that is wanted, if any is.
     max_px: Option<NonZeroU32>,
     /// Whether what is uploaded was made for another one.
@@ -94,6 +101,8 @@ impl Textures {
             white_layer: create(gpu, "white", &white, false, true),
             device: gpu.device.clone(),
             uploaded: BTreeMap::new(),
+            simulated: BTreeMap::new(),
+            has_lost: false,
             max_px: None,
             is_stale: false,
             samplers: RefCell::default(),
@@ -120,7 +129,7 @@ impl Textures {
         let known = self.uploaded.len();
         let is_stale = std::mem::take(&mut self.is_stale);
         self.uploaded.retain(|content, _| !is_stale && contents.contains(content));
-        let has_moved = self.uploaded.len() < known;
+        let has_moved = std::mem::take(&mut self.has_lost) || self.uploaded.len() < known;
         let is_new = |(_, content): &&(ImageSource, Content)| !self.uploaded.contains_key(content);
         let new: BTreeMap<Content, ImageSource> =
             all.iter().filter(is_new).map(|(source, content)| (content.clone(), *source)).collect();
@@ -137,7 +146,14 @@ impl Textures {
                 self.uploaded.insert(content.clone(), Uploaded::of_monitor(gpu, name, size));
             }
         }
-        let of_files = new.into_iter().filter(|(content, _)| !is_monitor(content));
+        for content in new.keys() {
+            if let Content::Simulation(image) = content {
+                let uploaded = Uploaded { view: self.simulated.get(image).cloned(), ..Uploaded::default() };
+                self.uploaded.insert(content.clone(), uploaded);
+            }
+        }
+        let is_file = |content: &Content| !matches!(content, Content::Monitor { .. } | Content::Simulation(_));
+        let of_files = new.into_iter().filter(|(content, _)| is_file(content));
         let mut sources: Vec<ImageSource> = of_files.map(|(_, source)| source).collect();
         // What takes longest comes first, so that no thread is left alone with it at the end.
         let bytes_of = |image: &usize| scene.images.get(*image).map_or(0, |image| image.source.bytes());
@@ -188,6 +204,20 @@ impl Textures {
     pub fn linear(&self, scene: &Scene, texture: usize) -> Option<&wgpu::TextureView> {
         let image = scene.textures.get(texture)?.image;
         self.view(scene, ImageSource::Image { image, is_srgb: false })
+    }
+
+    /// Takes the pictures of simulations, which materials and water show from now on.
+    pub fn show_simulations(&mut self, pictures: BTreeMap<SimulatedImage, wgpu::TextureView>) {
+        let is_same = |image: &SimulatedImage| self.simulated.get(image) == pictures.get(image);
+        let known = self.uploaded.len();
+        self.uploaded.retain(|content, _| !matches!(content, Content::Simulation(image) if !is_same(image)));
+        self.has_lost |= self.uploaded.len() < known;
+        self.simulated = pictures;
+    }
+
+    /// A picture of a simulation.
+    pub fn simulated(&self, simulation: usize, picture: &str) -> Option<&wgpu::TextureView> {
+        self.simulated.get(&SimulatedImage { simulation, picture: picture.into() })
     }
 
     /// How many monitors there are.
@@ -272,6 +302,7 @@ pub(super) fn address_of(image: &manypass_scene::Image) -> Address {
         Source::Pixels(pixels) => Arc::as_ptr(pixels) as Address,
         Source::Loading(_) => 0,
         Source::Monitor(monitor) => (monitor.width as Address) << 16 | monitor.height as Address,
+        Source::Simulation(image) => Arc::as_ptr(image) as Address,
     }
 }
 
@@ -281,15 +312,19 @@ fn texels_of(scene: &Scene, image: usize) -> Option<(Address, Held)> {
     let texels = match &image.source {
         Source::Encoded(bytes) => Held::Encoded { _held: Arc::downgrade(bytes) },
         Source::Pixels(pixels) => Held::Pixels { _held: Arc::downgrade(pixels) },
-        Source::Loading(_) | Source::Monitor(_) => return None,
+        Source::Loading(_) | Source::Monitor(_) | Source::Simulation(_) => return None,
     };
     Some((address_of(image), texels))
 }
 
 fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
-    use manypass_scene::image::ImageSource::{Loading, Monitor};
+    use manypass_scene::image::ImageSource::{Loading, Monitor, Simulation};
     // What is still on its way makes no texture: materials do without it. What a monitor shows has no other form.
-    let is_there = |image: &&manypass_scene::Image| !matches!(image.source, Loading(_) | Monitor(_));
+    let is_there = |image: &&manypass_scene::Image| !matches!(image.source, Loading(_) | Monitor(_) | Simulation(_));
+    let simulated = |image: usize| match &scene.images.get(image)?.source {
+        Simulation(simulated) => Some(SimulatedImage::clone(simulated)),
+        _ => None,
+    };
     let size_of_monitor = |image: usize| {
         let monitor = scene.images.get(image).and_then(manypass_scene::Image::monitor)?;
         Some((monitor.width, monitor.height))
@@ -301,9 +336,10 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
             let images = layers.map(|layer| Some((address(layer.image)?, layer.is_height)));
             Content::Layers { images: images.collect::<Option<_>>()?, is_srgb }
         }
-        ImageSource::Image { image, is_srgb } => match size_of_monitor(image) {
-            Some(size) => Content::Monitor { image, size },
-            None => Content::Image { image: address(image)?, is_srgb },
+        ImageSource::Image { image, is_srgb } => match (size_of_monitor(image), simulated(image)) {
+            (Some(size), _) => Content::Monitor { image, size },
+            (None, Some(simulated)) => Content::Simulation(simulated),
+            (None, None) => Content::Image { image: address(image)?, is_srgb },
         },
         ImageSource::Light { image } => Content::Light { image: address(image)? },
         ImageSource::Packed { occlusion, metallic_roughness } => {

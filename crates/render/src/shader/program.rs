@@ -50,6 +50,14 @@ pub enum ProgramError {
         /// Why not.
         message: String,
     },
+    /// A simulation cannot be run, or goes no further.
+    #[error("the simulation `{simulation}` cannot be shown: {message}")]
+    Simulation {
+        /// The simulation.
+        simulation: String,
+        /// Why not.
+        message: String,
+    },
     /// A uniform of an effect cannot be set.
     #[error("pass `{pass}`: the uniform `{uniform}` cannot be set: {message}")]
     Uniform {

@@ -24,6 +24,10 @@ pub enum StageType {
     Pairs,
     /// A list of two or more times three finite numbers.
     Vectors,
+    /// A list of texts.
+    Texts,
+    /// A table of numbers, and of lists of up to four.
+    Values,
     /// A finite number of 32 bits.
     Number {
         /// The least one.
@@ -193,7 +197,7 @@ pub(super) const MONITORS: StageTable = StageTable {
         key("material", StageType::Text, "The name of the materials that show it, in which * stands for any letters."),
         key(
             "slot",
-            StageType::Word(super::monitors::SLOTS),
+            StageType::Word(super::screens::SLOTS),
             "Whether it is what they emit, as screens do, or their base colour, which light reaches; emission.",
         ),
         key(
@@ -262,6 +266,68 @@ pub(super) const MIRRORS: StageTable = StageTable {
     ],
 };
 
+/// Simulations.
+pub(super) const SIMULATIONS: StageTable = StageTable {
+    name: "simulations",
+    doc: "Pictures that follow from themselves, step by step: waves of water, or what a material shows.",
+    keys: &[
+        required("name", StageType::Text, "Its name: in reports, and for `simulation` of `[[water]]`."),
+        required(
+            "program",
+            StageType::Text,
+            "What it does: ripples, gray_scott or fluid, which are built in, or a .wgsl file, its path from the folder of the stage.",
+        ),
+        key(
+            "parameters",
+            StageType::Values,
+            "The values of its parameters by their names, { damping_per_s = 0.2 }; those that its program says.",
+        ),
+        key("cells", StageType::Pair, "Width and height in cells, 1 to 2048 each; those that its program says."),
+        key(
+            "rate_hz",
+            StageType::Number { min: 0.0, is_above: true, max: 1e6 },
+            "How many steps there are in a second; as many as its program says.",
+        ),
+        key(
+            "seed",
+            StageType::Number { min: 0.0, is_above: false, max: 16_777_216.0 },
+            "Another number is another course of what chance decides; 0.",
+        ),
+        key(
+            "over",
+            StageType::Text,
+            "The name of a node with a flat mesh whose rectangle its cells lie over; the water that shows it. Without either they are a square of 1 m.",
+        ),
+        key(
+            "bodies",
+            StageType::Texts,
+            "The names of nodes that move through it, as spheres, in which * stands for any letters; none.",
+        ),
+        key(
+            "walls",
+            StageType::Texts,
+            "The names of nodes that stand in its way, as boxes; none. Bodies and walls are 16 at most.",
+        ),
+        key(
+            "material",
+            StageType::Text,
+            "The name of the materials that show a picture of it, in which * stands for any letters.",
+        ),
+        key("picture", StageType::Text, "Which of its pictures materials show; color."),
+        key(
+            "slot",
+            StageType::Word(super::screens::SLOTS),
+            "Whether it is what they emit, as screens do, or their base colour, which light reaches; emission.",
+        ),
+        key(
+            "luminance_cd_m2",
+            from(0.0),
+            "How bright white is. Without it the materials' own factor of emission, or 1 where that is 0.",
+        ),
+        key("texcoord", UV_SET, "The UV set that it lies on; that of the map whose place it takes, or 0."),
+    ],
+};
+
 /// Surfaces of water.
 pub(super) const WATER: StageTable = StageTable {
     name: "water",
@@ -314,6 +380,11 @@ pub(super) const WATER: StageTable = StageTable {
             StageType::Text,
             "An image of normals in place of the built-in waves, whose side is four of the longest waves: its path from the folder of the \
              stage. At a wind of 5 m/s it is as steep as it says.",
+        ),
+        key(
+            "simulation",
+            StageType::Text,
+            "The name of one of `[[simulations]]` whose waves it has, over the rectangle around the node, in place of those of the wind.",
         ),
         key(
             "foam_depth_m",
@@ -584,8 +655,8 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 10] =
-    [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, WATER, PORTALS, SURROUNDINGS, OVERLAY];
+pub const TABLES: [StageTable; 11] =
+    [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, SIMULATIONS, WATER, PORTALS, SURROUNDINGS, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.
@@ -603,6 +674,8 @@ impl StageType {
             Self::Layers => "a list of whole numbers from 0 to 31, [0, 3]".into(),
             Self::Pairs => "a list of points of two finite numbers, [[x, y], [x, y]]".into(),
             Self::Vectors => "a list of points of three finite numbers, [[x, y, z], [x, y, z]]".into(),
+            Self::Texts => "a list of texts in quotes, [\"a\", \"b\"]".into(),
+            Self::Values => "a table of numbers and lists of numbers, { strength = 0.5, center = [0, 1] }".into(),
             Self::Number { min, is_above, max } => {
                 let least = if *is_above { format!("above {min}") } else { format!("of at least {min}") };
                 if *max < f64::from(f32::MAX) {
@@ -625,6 +698,8 @@ impl StageType {
             Self::Layers => "list of u32".into(),
             Self::Pairs => "list of vec2f".into(),
             Self::Vectors => "list of vec3f".into(),
+            Self::Texts => "list of text".into(),
+            Self::Values => "table".into(),
             Self::Number { min, is_above, max } => {
                 let sign = if *is_above { ">" } else { "≥" };
                 let most = if *max < f64::from(f32::MAX) { format!(", ≤ {max}") } else { String::new() };

@@ -1,7 +1,9 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
-use super::keys::{MATERIALS, OVERLAY, WATER};
-use super::{Stage, document, environment_file, materials::MAPS, overlay::FILES, table::Source, value, water};
+use super::keys::{MATERIALS, OVERLAY, SIMULATIONS, WATER};
+use super::{
+    Stage, document, environment_file, materials::MAPS, overlay::FILES, simulations, table::Source, value, water,
+};
 use crate::formats;
 use crate::gltf_file::{LoadError, Loaded, read_file};
 use crate::{Diagnostic, EnvironmentMap, Scene, demo};
@@ -134,19 +136,27 @@ pub fn named_environment(path: &Path) -> Option<PathBuf> {
     Some(path.parent().unwrap_or(Path::new("")).join(file.value))
 }
 
-/// The images that the materials and the water of a stage name, and the sprites and fonts of its overlay, as [`named_model`].
+/// The images that the materials and the water of a stage name, and the sprites and fonts of its overlay, and the files of its simulations, as [`named_model`].
 pub fn named_images(path: &Path) -> Vec<PathBuf> {
     let Ok(text) = read_text(path) else { return Vec::new() };
     let folder = path.parent().unwrap_or(Path::new(""));
     let source = Source { file: String::new(), text };
     let Ok(document) = document(&source) else { return Vec::new() };
-    let named = [(MATERIALS.name, &MAPS[..]), (WATER.name, &water::IMAGES[..]), (OVERLAY.name, &FILES[..])];
+    let named = [
+        (MATERIALS.name, &MAPS[..]),
+        (WATER.name, &water::IMAGES[..]),
+        (OVERLAY.name, &FILES[..]),
+        (SIMULATIONS.name, &["program"][..]),
+    ];
     let named = named.into_iter().flat_map(|(list, keys)| {
         let entries = value(document.get_ref(), list).and_then(|list| list.get_ref().as_array());
         let tables = entries.into_iter().flatten().filter_map(|entry| entry.get_ref().as_table());
-        tables.flat_map(|table| keys.iter().filter_map(|key| value(table, key)?.get_ref().as_str()))
+        let names = tables.flat_map(|table| keys.iter().filter_map(|key| value(table, key)?.get_ref().as_str()));
+        // Programs of simulations that are no files are built in.
+        names.filter(move |name| list != SIMULATIONS.name || simulations::is_file(name))
     });
-    named.filter(|name| !name.is_empty()).map(|name| folder.join(name)).collect()
+    let is_file = |name: &&str| !name.is_empty();
+    named.filter(is_file).map(|name| folder.join(name)).collect()
 }
 
 /// The effects that the chain of a stage names by their files, as [`named_model`].

@@ -1,15 +1,12 @@
 //! Monitors of a stage: what cameras of the scene see, and where it is shown.
 
-use super::names::Pattern;
+use super::screens::Screen;
 use super::table::{Placed, Source, Table};
 use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera, Update};
 use crate::framing::{DEFAULT_FOV_Y_RAD, look_along};
-use crate::{Diagnostic, Image, NodeId, Projection, Sampler, Scene, Texture, TextureRef, Wrap};
+use crate::{Diagnostic, Image, NodeId, Projection, Scene, Wrap};
 use glam::{Mat4, Vec3};
-use std::collections::BTreeMap;
 
-/// The words of `slot`.
-pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
 /// The words of `update`.
 pub(super) const UPDATES: &[&str] = &["always", "once"];
 /// The words of `quality`; whoever draws knows what they mean.
@@ -25,10 +22,7 @@ const NEAR_M: f32 = 0.01;
 pub(super) struct MonitorEntry {
     name: Placed<String>,
     camera: Seen,
-    materials: Option<Placed<Pattern>>,
-    is_emission: bool,
-    luminance_cd_m2: Option<f32>,
-    uv_set: Option<u32>,
+    screen: Screen,
     size_px: (u32, u32),
     exposure_stops: f32,
     options: CaptureOptions,
@@ -46,25 +40,12 @@ impl MonitorEntry {
     pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         let name = table.text("name").filter(|name| !name.value.trim().is_empty());
         let name = name.ok_or_else(|| table.fault("name", "a monitor needs a name"))?;
-        let materials = table.text("material");
-        let is_emission = table.text("slot").is_none_or(|slot| slot.value == SLOTS[0]);
-        if !is_emission && table.place("luminance_cd_m2").is_some() {
-            let message = "`luminance_cd_m2` is of screens; a base colour is as bright as the light that reaches it";
-            return Err(table.fault("luminance_cd_m2", message));
-        }
-        let of_material = ["slot", "luminance_cd_m2", "texcoord"];
-        if let Some(key) = of_material.into_iter().find(|key| table.place(key).is_some() && materials.is_none()) {
-            return Err(table.fault(key, format!("`{key}` says how materials show it, and needs `material`")));
-        }
         let update = update_of(table)?;
         let layers = table.layers("layers").unwrap_or(LAYERS_ALL);
         let quality = table.text("quality").map(|word| word.value);
         Ok(Self {
             camera: seen(table)?,
-            materials: materials.map(|name| Placed { value: Pattern::new(&name.value), range: name.range }),
-            is_emission,
-            luminance_cd_m2: table.number("luminance_cd_m2"),
-            uv_set: table.number("texcoord").map(|set| whole(table, "texcoord", set)).transpose()?,
+            screen: Screen::read(table)?,
             size_px: size_px(table)?,
             exposure_stops: table.number("exposure_stops").unwrap_or(0.0),
             options: CaptureOptions { update, layers, quality },
@@ -93,68 +74,12 @@ impl MonitorEntry {
         };
         let name = &self.name.value;
         scene.images.push(Image::of_monitor(name, monitor));
-        let Some(materials) = &self.materials else {
-            if !over_picture.contains(&name.as_str()) {
-                warnings.push(format!(
-                    "nothing shows the monitor `{name}`: give it `material`, or an [[overlay]] that names it"
-                ));
-            }
-            return Ok(());
-        };
-        let sampler = Sampler { wrap_u: Wrap::ClampToEdge, wrap_v: Wrap::ClampToEdge, ..Sampler::default() };
-        scene.textures.push(Texture { image: scene.images.len() - 1, sampler });
-        let texture = scene.textures.len() - 1;
-        let pattern = &materials.value;
-        // The monitors that textures show already.
-        let monitor_of = |image: usize| scene.images.get(image).filter(|image| image.monitor().is_some());
-        let of_textures = scene.textures.iter().enumerate().filter(|(at, _)| *at != texture);
-        let shown: BTreeMap<usize, String> =
-            of_textures.filter_map(|(at, shown)| Some((at, monitor_of(shown.image)?.name.clone()))).collect();
-        let mut found = Vec::new();
-        for (index, material) in
-            scene.materials.iter_mut().enumerate().filter(|(_, known)| pattern.matches(&known.name))
-        {
-            found.push(index);
-            let slot = if self.is_emission { &mut material.emissive_texture } else { &mut material.base_color_texture };
-            let placed = slot.unwrap_or_default();
-            if let Some(other) = slot.and_then(|slot| shown.get(&slot.texture)) {
-                let message = format!("the material `{}` shows the monitor `{other}` already", material.name);
-                return Err(source.fault(materials.range.clone(), message));
-            }
-            let uv_set = self.uv_set.unwrap_or(placed.uv_set);
-            *slot = Some(TextureRef { texture, uv_set, ..placed });
-            if let Some(luminance_cd_m2) = self.luminance_cd_m2 {
-                material.emissive_factor = Vec3::splat(luminance_cd_m2);
-            } else if self.is_emission && material.emissive_factor == Vec3::ZERO {
-                material.emissive_factor = Vec3::ONE;
-            }
-        }
-        if found.is_empty() {
-            let message = format!("the model has no material called `{}`", pattern.text());
-            let known = scene.materials.iter().map(|material| material.name.as_str());
-            return Err(source.unknown(materials.range.clone(), message, pattern.text(), known));
-        }
-        if self.lacks_uvs(scene, &found, texture) {
+        if !self.screen.has_materials() && !over_picture.contains(&name.as_str()) {
             warnings.push(format!(
-                "some surfaces of `{}` lack the UV set that the monitor `{name}` lies on: they show its first texel; give \
-                 the model UVs",
-                pattern.text()
+                "nothing shows the monitor `{name}`: give it `material`, or an [[overlay]] that names it"
             ));
         }
-        Ok(())
-    }
-
-    /// Whether surfaces of materials lack the UVs that their map lies on.
-    fn lacks_uvs(&self, scene: &Scene, materials: &[usize], texture: usize) -> bool {
-        let set_of = |material: usize| {
-            let material = scene.materials.get(material).filter(|_| materials.contains(&material))?;
-            let maps = [material.emissive_texture, material.base_color_texture];
-            maps.into_iter().flatten().find(|map| map.texture == texture).map(|map| map.uv_set)
-        };
-        scene.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| {
-            let sets = primitive.material.and_then(set_of);
-            sets.is_some_and(|set| if set == 0 { primitive.uv0.is_empty() } else { primitive.uv1.is_empty() })
-        })
+        self.screen.show_last_image(source, scene, (&format!("the monitor `{name}`"), Wrap::ClampToEdge), warnings)
     }
 
     fn camera_in(&self, source: &Source, scene: &Scene) -> Result<MonitorCamera, Box<Diagnostic>> {

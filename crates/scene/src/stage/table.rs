@@ -56,6 +56,8 @@ enum Value {
     Layers(u32),
     Pairs(Vec<Vec2>),
     Vectors(Vec<Vec3>),
+    Texts(Vec<Placed<String>>),
+    Values(Vec<(String, String)>),
 }
 
 /// A table that was checked.
@@ -144,6 +146,15 @@ impl<'s> Table<'s> {
         if let Value::Vectors(vectors) = &self.value(key)?.value { Some(vectors) } else { None }
     }
 
+    pub(super) fn texts(&self, key: &str) -> Option<&[Placed<String>]> {
+        if let Value::Texts(texts) = &self.value(key)?.value { Some(texts) } else { None }
+    }
+
+    /// Names, and numbers with commas between those of a list.
+    pub(super) fn values(&self, key: &str) -> Option<&[(String, String)]> {
+        if let Value::Values(values) = &self.value(key)?.value { Some(values) } else { None }
+    }
+
     /// An error at a key's value, or where the table begins if it is not there.
     pub(super) fn fault(&self, key: &str, message: impl Display) -> Box<Diagnostic> {
         self.source.fault(self.place(key).unwrap_or_else(|| self.range.clone()), message)
@@ -188,6 +199,8 @@ fn read(key: &StageKey, value: &DeValue<'_>) -> Option<Value> {
         (StageType::Layers, value) => layers(value).map(Value::Layers),
         (StageType::Pairs, value) => points(value, |pair| Some(Vec2::from_array(numbers(pair)?))).map(Value::Pairs),
         (StageType::Vectors, value) => points(value, vector).map(Value::Vectors),
+        (StageType::Texts, value) => texts(value).map(Value::Texts),
+        (StageType::Values, DeValue::Table(table)) => values(table).map(Value::Values),
         (StageType::Number { min, is_above, max }, value) => {
             let number = number(value)?;
             let is_within = number <= max && number >= min && !(is_above && number <= min);
@@ -231,6 +244,30 @@ fn points<T>(value: &DeValue<'_>, read: impl Fn(&DeValue<'_>) -> Option<T>) -> O
     let DeValue::Array(entries) = value else { return None };
     let points: Vec<T> = entries.iter().map(|entry| read(entry.get_ref())).collect::<Option<_>>()?;
     (points.len() >= 2).then_some(points)
+}
+
+fn texts(value: &DeValue<'_>) -> Option<Vec<Placed<String>>> {
+    let DeValue::Array(entries) = value else { return None };
+    let text = |entry: &Spanned<DeValue<'_>>| match entry.get_ref() {
+        DeValue::String(text) if !text.is_empty() => Some(Placed { value: text.to_string(), range: entry.span() }),
+        _ => None,
+    };
+    entries.iter().map(text).collect()
+}
+
+/// Names with numbers, or with lists of up to four.
+fn values(table: &DeTable<'_>) -> Option<Vec<(String, String)>> {
+    let text = |value: &DeValue<'_>| match value {
+        DeValue::Array(entries) => {
+            let numbers: Option<Vec<f64>> = entries.iter().map(|entry| number(entry.get_ref())).collect();
+            let numbers = numbers.filter(|numbers| (1..=4).contains(&numbers.len()))?;
+            Some(numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(","))
+        }
+        value => number(value).map(|number| number.to_string()),
+    };
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    entries.into_iter().map(|(key, value)| Some((key.get_ref().to_string(), text(value.get_ref())?))).collect()
 }
 
 /// The linear colour of six hexadecimal digits in sRGB (IEC 61966-2-1), `#` optional.

@@ -28,6 +28,7 @@ pub(super) struct WaterEntry {
     /// Without a node, and with the name of the entry.
     water: Water,
     normal_map: Option<Placed<String>>,
+    simulation: Option<Placed<String>>,
 }
 
 impl WaterEntry {
@@ -57,7 +58,13 @@ impl WaterEntry {
             quality: table.text("quality").map(|word| word.value),
             ..plain
         };
-        Ok(Self { surface, name, water, normal_map: table.text("normal_map") })
+        let (normal_map, simulation) = (table.text("normal_map"), table.text("simulation"));
+        if simulation.is_some()
+            && let Some(key) = ["normal_map", "wind_m_s"].into_iter().find(|key| table.place(key).is_some())
+        {
+            return Err(table.fault(key, format!("the waves are those of `simulation`; leave out `{key}`, or that")));
+        }
+        Ok(Self { surface, name, water, normal_map, simulation })
     }
 
     /// The image that it names.
@@ -76,6 +83,15 @@ impl WaterEntry {
         images: &StageImages,
     ) -> Result<(), Box<Diagnostic>> {
         let normal_map = self.normal_map.as_ref().map(|image| images.texture(scene, image, Wrap::Repeat));
+        let simulation = self.simulation.as_ref().map(|name| {
+            let is_it = |known: &crate::simulation::Simulation| known.name == name.value;
+            scene.simulations.iter().position(is_it).ok_or_else(|| {
+                let message = format!("there is no simulation called `{}`; [[simulations]] lists them", name.value);
+                let known = scene.simulations.iter().map(|known| known.name.as_str());
+                source.unknown(name.range.clone(), message, &name.value, known)
+            })
+        });
+        let simulation = simulation.transpose()?;
         let (found, range) = match &self.surface {
             Surface::Nodes(nodes) => (nodes_called(nodes, source, scene)?, &nodes.range),
             Surface::New(rectangle) => {
@@ -99,11 +115,14 @@ impl WaterEntry {
             if scene.panel(id).is_ok_and(|panel| panel.normal_world.y.abs() < LYING_MIN) {
                 return fault(format!("a surface of water lies, and the node `{node}` stands"));
             }
+            if simulation.is_some() && scene.water.iter().any(|water| water.simulation == simulation) {
+                return fault("a simulation has the waves of one surface of water alone".into());
+            }
             if scene.water.len() == WATER_MAX {
                 return fault(format!("there are more surfaces of water than {WATER_MAX}"));
             }
             let name = self.name.clone().unwrap_or(node);
-            scene.water.push(Water { name, node: id, normal_map, ..self.water.clone() });
+            scene.water.push(Water { name, node: id, normal_map, simulation, ..self.water.clone() });
         }
         Ok(())
     }

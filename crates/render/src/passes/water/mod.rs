@@ -12,6 +12,7 @@ use crate::waves::WAVES_ACROSS;
 use glam::{Vec2, Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle};
 use manypass_scene::capture::{OUTLINE_CORNERS_MAX, Panel};
+use manypass_scene::simulation::Place;
 use manypass_scene::water::Water;
 
 /// Rays of a pixel of moving water, in each sample of a still of several, and in a picture of few.
@@ -33,6 +34,9 @@ const FOCUS: f32 = 9.0;
 
 /// Over which share of the longest waves slopes are compared for that.
 const STEP_SHARE: f32 = 0.03;
+
+/// Where the waves of a simulation gather light at most, in metres, because how sharp they are is not known before.
+const FOCUS_OF_SIMULATIONS_M: f32 = 1.0;
 
 /// The acceleration of gravity in m/s², which sets how fast waves go.
 const GRAVITY: f32 = 9.81;
@@ -57,6 +61,8 @@ pub struct ShownWater {
     pub holds_eye: bool,
     /// Its normal map, if it has one.
     pub normal_map: Option<wgpu::TextureView>,
+    /// The waves that a simulation has made, if one does, and the rectangle that they lie over.
+    pub simulated: Option<(wgpu::TextureView, Place)>,
     /// What is behind it, if there is a view of that.
     pub picture: Option<MirrorPicture>,
 }
@@ -115,12 +121,29 @@ impl WaterUniform {
             Some(_) => (0.5 * wind_m_s / WIND_OF_MAPS_M_S).sqrt(),
         };
         let color = |color: Vec3| color.map(|value| number(value, 0.0, 1e6, 0.0));
+        let (mut copies, mut focus_m, mut step_m) = (
+            [copy(1.0, TURN_RAD), copy(SECOND_SHARE, -TURN_RAD)],
+            wave_m / (FOCUS * steepness).max(1e-3),
+            STEP_SHARE * wave_m,
+        );
+        if let Some((map, place)) = &shown.simulated {
+            let axis = |axis: Vec4, side_m: f32| {
+                let axis = Vec2::new(axis.truncate().dot(x_world), axis.truncate().dot(y_world)) / side_m.max(1e-6);
+                let middle = place.world_from_place.w_axis.truncate();
+                let begin = 0.5 - axis.dot(Vec2::new(middle.dot(x_world), middle.dot(y_world)));
+                axis.extend(begin).extend(0.0)
+            };
+            let matrix = &place.world_from_place;
+            copies = [axis(matrix.x_axis, place.size_m.x), axis(matrix.y_axis, place.size_m.y)];
+            focus_m = FOCUS_OF_SIMULATIONS_M;
+            step_m = place.size_m.x / map.texture().width().max(1) as f32;
+        }
         Self {
             corners: std::array::from_fn(|at| corners_world.get(at).copied().unwrap_or_default().extend(1.0)),
             normal: normal.extend(normal.dot(panel.center_world)),
             x_world: x_world.extend(0.0),
             y_world: y_world.extend(0.0),
-            copies: [copy(1.0, TURN_RAD), copy(SECOND_SHARE, -TURN_RAD)],
+            copies,
             absorption_per_m: color(water.absorption_per_m),
             ior: number(water.ior, 1.0001, 4.0, manypass_scene::water::WATER_IOR),
             scattering_per_m: color(water.scattering_per_m),
@@ -129,9 +152,9 @@ impl WaterUniform {
             caustics: number(water.caustics, 0.0, 1.0, 0.0),
             from_below: f32::from(u8::from(*is_from_below)),
             // Waves bend light by their curvature, the root of whose mean square is about that.
-            focus_m: wave_m / (FOCUS * steepness).max(1e-3),
+            focus_m,
             time_secs: (secs % 3600.0) as f32,
-            step_m: STEP_SHARE * wave_m,
+            step_m,
             ground_m: ground_m.unwrap_or(0.0),
             padding_b: 0.0,
         }
@@ -187,7 +210,7 @@ pub fn record(
     let built_in = r.frame.tables.waves(r.frame.gpu).clone();
     let ground_m = r.view.ground.as_ref().map(ViewGround::height_m);
     for shown in all {
-        let ShownWater { water, corners_world, is_from_below, normal_map, picture, .. } = shown;
+        let ShownWater { water, corners_world, is_from_below, normal_map, simulated, picture, .. } = shown;
         let (uniform, has_waves) = (WaterUniform::new(shown, ground_m), water.has_waves());
         let rays = match (has_waves, few) {
             (false, _) => 0,
@@ -202,10 +225,12 @@ pub fn record(
         let step = step.constant("rays", rays).constant("splits_specular", 1);
         let step = step.constant("has_mirror", u32::from(picture.is_some()));
         let step = step.constant("has_normal_map", u32::from(normal_map.is_some()));
+        let step = step.constant("has_simulation", u32::from(simulated.is_some()));
         let step = step.constant("has_ground", u32::from(ground_m.is_some()));
         let step = step.constant("has_caustics", u32::from(has_waves && uniform.caustics > 0.0));
         let step = step.uniform("water", &uniform).uniform("mirror", &mirror);
-        let step = step.table("waves", normal_map.as_ref().unwrap_or(&built_in));
+        let simulated = simulated.as_ref().map(|(waves, _)| waves);
+        let step = step.table("waves", simulated.or(normal_map.as_ref()).unwrap_or(&built_in));
         let step = step.read("linear_depth", linear_depth).read("below", below);
         let step = match picture {
             None => step.stand_in("behind_radiance").stand_in("behind_distances"),

@@ -9,7 +9,7 @@ struct Water {
     x_world: vec4f,
     y_world: vec4f,
     // Of the two copies of the map of waves: the cosine and the sine of their turn, divided by their side in metres; and
-    // how far they have moved, in sides.
+    // how far they have moved, in sides. Of a simulation the two axes of its rectangle, divided by its sides, and where that begins.
     copies: array<vec4f, 2>,
     absorption_per_m: vec3f,
     // Water's refractive index.

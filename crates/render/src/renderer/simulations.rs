@@ -1,0 +1,145 @@
+//! Simulations of a scene: made ready, brought to the scene's time, and given to materials and water.
+
+use super::Renderer;
+use crate::gpu::Gpu;
+use crate::request::RenderError;
+use crate::simulation::{Moving, Running, SimulationProgress, SimulationReport};
+use manypass_scene::Scene;
+use manypass_scene::simulation::{SIMULATIONS_MAX, SimulatedImage};
+use std::collections::BTreeMap;
+
+/// What the renderer keeps of simulations, in the order of the scene.
+#[derive(Debug, Default)]
+pub(super) struct SimulationState {
+    running: Vec<Running>,
+}
+
+impl SimulationState {
+    /// Forgets all of them.
+    pub fn clear(&mut self) {
+        self.running.clear();
+    }
+
+    /// Bytes of all states and pictures.
+    pub fn bytes(&self) -> u64 {
+        self.running.iter().map(Running::bytes).sum()
+    }
+
+    /// Makes what the scene has and is not there yet, and drops what it no longer has. True if pictures are others now.
+    fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Result<bool, RenderError> {
+        let known = std::mem::take(&mut self.running);
+        let mut known = known.into_iter().map(Some).collect::<Vec<_>>();
+        let mut is_new = known.len() != scene.simulations.len().min(SIMULATIONS_MAX);
+        for (index, simulation) in scene.simulations.iter().take(SIMULATIONS_MAX).enumerate() {
+            let size_m = scene.place_of_simulation(index).size_m;
+            let same = known.get_mut(index).and_then(|slot| slot.take_if(|running| running.is(simulation, size_m)));
+            is_new |= same.is_none();
+            self.running.push(match same {
+                Some(running) => running,
+                None => Running::new(gpu, simulation, size_m)?,
+            });
+        }
+        Ok(is_new)
+    }
+
+    fn pictures(&self) -> BTreeMap<SimulatedImage, wgpu::TextureView> {
+        let of = |(simulation, running): (usize, &Running)| {
+            let pictures = running.pictures().map(|(name, view)| (name.clone(), view.clone()));
+            pictures.map(|(picture, view)| (SimulatedImage { simulation, picture }, view)).collect::<Vec<_>>()
+        };
+        self.running.iter().enumerate().flat_map(of).collect()
+    }
+}
+
+/// What is wrong with simulations of a scene, or with who shows them.
+pub(super) fn faults(scene: &Scene, state: &SimulationState) -> Vec<String> {
+    let mut faults = Vec::new();
+    if scene.simulations.len() > SIMULATIONS_MAX {
+        faults.push(format!("only the first {SIMULATIONS_MAX} of {} simulations are run", scene.simulations.len()));
+    }
+    let mut check = |simulation: usize, picture: &str, who: String| {
+        let name = scene.simulations.get(simulation).map_or("", |simulation| &simulation.name);
+        let Some(running) = state.running.get(simulation) else {
+            faults.push(format!("{who} shows the simulation {simulation}, and there is none"));
+            return;
+        };
+        if running.pictures().all(|(known, _)| known != picture) {
+            let known: Vec<&str> = running.pictures().map(|(known, _)| known.as_str()).collect();
+            let known = known.join(", ");
+            faults.push(format!("{who} shows the picture `{picture}` of `{name}`, which has: {known}"));
+        }
+    };
+    for water in &scene.water {
+        if let Some(simulation) = water.simulation {
+            check(simulation, crate::waves::SIMULATED, format!("the water `{}`", water.name));
+        }
+    }
+    for image in &scene.images {
+        if let manypass_scene::ImageSource::Simulation(shown) = &image.source {
+            check(shown.simulation, &shown.picture, format!("the image `{}`", image.name));
+        }
+    }
+    faults
+}
+
+impl Renderer {
+    /// Makes simulations ready, as they begin.
+    ///
+    /// # Errors
+    /// One that cannot be run.
+    pub(super) fn follow_simulations(&mut self, scene: &Scene) -> Result<(), RenderError> {
+        if scene.simulations.is_empty() && self.simulations.running.is_empty() {
+            return Ok(());
+        }
+        if self.simulations.follow(&self.gpu, scene)? {
+            self.resources.textures.show_simulations(self.simulations.pictures());
+        }
+        Ok(())
+    }
+
+    /// Brings the simulations of `scene` to its time ([`Scene::time_secs`]). A frame does so by itself; whoever shows how far
+    /// that is, or lets it be stopped, does it before. `progress` is called for every step, and says whether to go on.
+    ///
+    /// Bodies are where the animation that was last posed has them at each step.
+    ///
+    /// # Errors
+    /// One that cannot be run, takes more than [`crate::SIMULATION_STEPS_MAX`] steps to that time, or was stopped.
+    pub fn simulate(
+        &mut self,
+        scene: &Scene,
+        progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
+    ) -> Result<(), RenderError> {
+        self.follow_simulations(scene)?;
+        for (index, running) in self.simulations.running.iter_mut().enumerate() {
+            let moving = Moving { place: scene.place_of_simulation(index), bodies: scene.bodies_of_simulation(index) };
+            running.advance(&self.gpu, &moving, scene.time_secs, progress)?;
+        }
+        Ok(())
+    }
+
+    /// Lets simulations begin anew: for another scene, or where bodies were moved otherwise than by an animation.
+    pub fn forget_simulations(&mut self) {
+        self.simulations.clear();
+        self.resources.textures.show_simulations(BTreeMap::new());
+    }
+
+    /// What became of the simulations of the last frame.
+    ///
+    /// # Errors
+    /// The device failed.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn simulation_reports(&self) -> Result<Vec<SimulationReport>, RenderError> {
+        let reports = self.simulations.running.iter().map(|running| pollster::block_on(running.report(&self.gpu)));
+        Ok(reports.collect::<Result<_, _>>()?)
+    }
+
+    /// The numbers of a state of a simulation, four a cell, row by row from the top; none where there is no such state.
+    ///
+    /// # Errors
+    /// The device failed.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_simulation(&self, simulation: usize, state: &str) -> Result<Option<Vec<[f32; 4]>>, RenderError> {
+        let Some(running) = self.simulations.running.get(simulation) else { return Ok(None) };
+        Ok(pollster::block_on(running.read(&self.gpu, state))?)
+    }
+}

@@ -1,0 +1,50 @@
+//! Simulations: pictures that follow from themselves, step by step, each one file in WGSL with states, steps, pictures and
+//! parameters; see docs/simulations.md.
+//!
+//! States are pairs of textures of four 32-bit floats a cell: a pass reads what is there and writes the other one
+//! (ping-pong). Steps are as long as the rate says, so that the state after a time follows from that alone, in whatever
+//! frames it is looked at.
+
+mod compiled;
+mod file;
+mod header;
+mod library;
+mod running;
+
+pub use file::SimulationFile;
+pub(crate) use running::{Moving, Running};
+
+/// How far a simulation has come on its way to the time of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SimulationProgress<'s> {
+    /// Its name.
+    pub name: &'s str,
+    /// How many steps were made.
+    pub done: u64,
+    /// How many there are.
+    pub total: u64,
+}
+
+/// What became of a simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulationReport {
+    /// Its name.
+    pub name: String,
+    /// Columns and rows.
+    pub cells: (u32, u32),
+    /// How many steps led to its state.
+    pub steps: u64,
+    /// How many passes a step has.
+    pub passes: u32,
+    /// Bytes of its states and pictures on the device.
+    pub bytes: u64,
+    /// How many numbers of its states are held at ±10⁶, because they would be larger, or no numbers at all: it
+    /// exploded.
+    pub held_numbers: u64,
+}
+
+/// The most steps that are made for one picture.
+pub const STEPS_MAX: u64 = 1_000_000;
+
+/// How large a number of a state is at most.
+pub(crate) const NUMBER_MAX: f32 = 1e6;

@@ -1,0 +1,443 @@
+//! A simulation that runs: its states, and how they become the next ones.
+
+use super::compiled::{Compiled, CompiledPass, PICTURE, STATE, compiled};
+use super::{NUMBER_MAX, STEPS_MAX, SimulationFile, SimulationProgress, SimulationReport};
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::shader::program::ProgramError;
+use glam::{IVec2, Vec2, Vec3};
+use manypass_scene::simulation::{BODIES_MAX, Body, Place, Simulation};
+use std::collections::{BTreeMap, HashMap};
+
+/// After so many steps the device is waited for, so that it is never far behind.
+const STEPS_AT_ONCE: u64 = 32;
+
+/// By how much of a step, and of all of them, a time may be too early, because it is a number of 32 bits.
+const ROUNDING_STEPS: f64 = 1e-3;
+const ROUNDING: f64 = 1e-7;
+
+/// What a simulation knows of its bodies at a step.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+struct BodyUniform {
+    middle_m: Vec3,
+    radius_m: f32,
+    half_m: Vec3,
+    is_wall: f32,
+    before_m: Vec3,
+    padding: f32,
+}
+
+/// The uniform of `prelude.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+struct SimulationUniform {
+    cells: IVec2,
+    cell_m: Vec2,
+    step: u32,
+    step_secs: f32,
+    time_secs: f32,
+    seed: u32,
+    body_count: u32,
+    padding_a: u32,
+    padding_b: Vec2,
+    bodies: [BodyUniform; BODIES_MAX],
+}
+
+/// Where a simulation is, and what moves through it.
+pub(crate) struct Moving<'s> {
+    pub place: Place,
+    pub bodies: Vec<Body<'s>>,
+}
+
+/// A simulation on a device.
+#[derive(Debug)]
+pub(crate) struct Running {
+    simulation: Simulation,
+    size_m: Vec2,
+    compiled: Compiled,
+    cells: (u32, u32),
+    rate_hz: f64,
+    states: BTreeMap<String, State>,
+    pictures: BTreeMap<String, wgpu::TextureView>,
+    uniform: wgpu::Buffer,
+    /// Which round a pass is in, of how many.
+    turns: HashMap<(u32, u32), wgpu::Buffer>,
+    groups: HashMap<(Phase, usize, u32, u32), wgpu::BindGroup>,
+    /// How many steps were made; none before it has begun.
+    steps: Option<u64>,
+}
+
+/// Two textures, of which one is read while the other is written.
+#[derive(Debug)]
+struct State {
+    views: [wgpu::TextureView; 2],
+    /// Which one holds what there is.
+    current: usize,
+}
+
+/// Which list of passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Phase {
+    Start,
+    Step,
+    Shows,
+}
+
+impl Running {
+    /// It has not begun.
+    ///
+    /// # Errors
+    /// Its program is none, or has no such parameter; it does not fit the adapter.
+    pub fn new(gpu: &Gpu, simulation: &Simulation, size_m: Vec2) -> Result<Self, ProgramError> {
+        let fault = |message: String| ProgramError::Simulation { simulation: simulation.name.clone(), message };
+        let mut file = SimulationFile::of_program(&simulation.program)?;
+        for (parameter, value) in &simulation.parameters {
+            file.set(parameter, value).map_err(|error| fault(error.to_string()))?;
+        }
+        let cells = simulation.cells.unwrap_or(file.cells());
+        let most = gpu.capabilities.max_texture_size.min(manypass_scene::simulation::CELLS_SIDE_MAX);
+        if cells.0.min(cells.1) == 0 || cells.0.max(cells.1) > most {
+            return Err(fault(format!("{} by {} cells are none: each side is 1 to {most}", cells.0, cells.1)));
+        }
+        let rate_hz = simulation.rate_hz.unwrap_or(file.rate_hz());
+        if !(rate_hz.is_finite() && rate_hz > 0.0) {
+            return Err(fault(format!("{rate_hz} steps a second are none; give rate_hz a number above 0")));
+        }
+        if !(size_m.is_finite() && size_m.min_element() > 0.0) {
+            return Err(fault("the place that it lies over has no size".into()));
+        }
+        let texture = |label: &str, format, mips| {
+            let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: cells.0, height: cells.1, depth_or_array_layers: 1 },
+                mip_level_count: mips,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            });
+            texture.create_view(&Default::default())
+        };
+        let state =
+            |name: &String| (name.clone(), State { views: [(); 2].map(|()| texture(name, STATE, 1)), current: 0 });
+        let states = file.states().iter().map(state).collect();
+        let mips = cells.0.max(cells.1).ilog2() + 1;
+        let pictures = file.pictures().map(|name| (name.to_owned(), texture(name, PICTURE, mips))).collect();
+        let compiled = compiled(gpu, file)?;
+        Ok(Self {
+            simulation: simulation.clone(),
+            size_m,
+            compiled,
+            cells,
+            rate_hz: f64::from(rate_hz),
+            states,
+            pictures,
+            uniform: uniform_buffer(gpu, &SimulationUniform::default()),
+            turns: HashMap::new(),
+            groups: HashMap::new(),
+            steps: None,
+        })
+    }
+
+    /// Whether it is what a scene says.
+    pub fn is(&self, simulation: &Simulation, size_m: Vec2) -> bool {
+        self.simulation == *simulation && self.size_m == size_m
+    }
+
+    /// The pictures that it makes, by their names.
+    pub fn pictures(&self) -> impl Iterator<Item = (&String, &wgpu::TextureView)> {
+        self.pictures.iter()
+    }
+
+    /// How many steps lead to a time.
+    fn steps_to(&self, time_secs: f32) -> u64 {
+        let time_secs = if time_secs.is_finite() { f64::from(time_secs) } else { 0.0 };
+        let steps = time_secs * self.rate_hz;
+        (steps + ROUNDING_STEPS + ROUNDING * steps.abs()).max(0.0) as u64
+    }
+
+    /// Goes on to a time, or begins anew where that lies before what it shows. `progress` is told of it now and then,
+    /// and says whether to go on.
+    ///
+    /// # Errors
+    /// The time lies too many steps ahead, or `progress` says no.
+    pub fn advance(
+        &mut self,
+        gpu: &Gpu,
+        moving: &Moving<'_>,
+        time_secs: f32,
+        progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
+    ) -> Result<(), ProgramError> {
+        let until = self.steps_to(time_secs);
+        if self.steps == Some(until) {
+            return Ok(());
+        }
+        let from = self.steps.filter(|steps| *steps < until);
+        let total = until - from.unwrap_or(0);
+        let name = self.simulation.name.clone();
+        if total > STEPS_MAX {
+            let message = format!(
+                "{total} steps lead to {time_secs} s, and {STEPS_MAX} are made at most; show an earlier time, or give it a \
+                 smaller rate_hz than {}",
+                self.rate_hz
+            );
+            return Err(ProgramError::Simulation { simulation: name, message });
+        }
+        if from.is_none() {
+            self.begin(gpu, moving);
+        }
+        let stopped = || ProgramError::Simulation { simulation: name.clone(), message: "it was interrupted".into() };
+        for done in 0..total {
+            if !progress(SimulationProgress { name: &name, done, total }) {
+                // What is there would be taken for the state at another time.
+                self.steps = None;
+                return Err(stopped());
+            }
+            let step = from.unwrap_or(0) + done;
+            self.write_uniform(gpu, moving, Some(step));
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            self.record(gpu, Phase::Step, &mut encoder);
+            gpu.queue.submit([encoder.finish()]);
+            if done % STEPS_AT_ONCE == STEPS_AT_ONCE - 1 {
+                gpu.wait();
+            }
+        }
+        progress(SimulationProgress { name: &name, done: total, total });
+        self.steps = Some(until);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        self.record(gpu, Phase::Shows, &mut encoder);
+        self.record_mips(gpu, &mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Makes the states as they are at first.
+    fn begin(&mut self, gpu: &Gpu, moving: &Moving<'_>) {
+        self.write_uniform(gpu, moving, None);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for state in self.states.values() {
+            for view in &state.views {
+                drop(begin_pass(&mut encoder, view, wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)));
+            }
+        }
+        self.record(gpu, Phase::Start, &mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Writes what the passes of a step know, or of the beginning.
+    fn write_uniform(&self, gpu: &Gpu, moving: &Moving<'_>, step: Option<u64>) {
+        let secs = |steps: u64| (steps as f64 / self.rate_hz) as f32;
+        let before = step.unwrap_or(0);
+        let (before_secs, time_secs) = (secs(before), step.map_or(0.0, |step| secs(step + 1)));
+        let mut uniform = SimulationUniform {
+            cells: IVec2::new(self.cells.0 as i32, self.cells.1 as i32),
+            cell_m: self.size_m / Vec2::new(self.cells.0 as f32, self.cells.1 as f32),
+            step: before as u32,
+            step_secs: self.rate_hz.recip() as f32,
+            time_secs,
+            seed: self.simulation.seed,
+            body_count: moving.bodies.len().min(BODIES_MAX) as u32,
+            ..SimulationUniform::default()
+        };
+        for (slot, body) in uniform.bodies.iter_mut().zip(&moving.bodies) {
+            let (middle_m, radius_m) = body.sphere_in(&moving.place, time_secs);
+            let (before_m, _) = body.sphere_in(&moving.place, before_secs);
+            let bounds = body.bounds_in(&moving.place, time_secs);
+            let is_wall = if body.is_wall { 1.0 } else { 0.0 };
+            let half_m = 0.5 * (bounds.max - bounds.min);
+            *slot = BodyUniform { middle_m, radius_m, half_m, is_wall, before_m, padding: 0.0 };
+        }
+        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+    }
+
+    /// Records a list of passes.
+    fn record(&mut self, gpu: &Gpu, phase: Phase, encoder: &mut wgpu::CommandEncoder) {
+        let Self { compiled, states, pictures, groups, uniform, turns, .. } = self;
+        let passes = match phase {
+            Phase::Start => &compiled.start,
+            Phase::Step => &compiled.step,
+            Phase::Shows => &compiled.shows,
+        };
+        for (at, pass) in passes.iter().enumerate() {
+            for round in 0..pass.rounds {
+                let read: u32 = states.values().zip(0u32..).map(|(state, bit)| (state.current as u32) << bit).sum();
+                let round = if pass.slots.iter().any(|slot| slot.name == "turn") { round } else { 0 };
+                let turn = turns.entry((round, pass.rounds));
+                let turn = turn.or_insert_with(|| uniform_buffer(gpu, &[round, pass.rounds, 0, 0]));
+                let group =
+                    groups.entry((phase, at, read, round)).or_insert_with(|| bind(gpu, pass, states, uniform, turn));
+                let first_level = wgpu::TextureViewDescriptor { mip_level_count: Some(1), ..Default::default() };
+                let target = match phase {
+                    Phase::Shows => pictures.get(&pass.target).map(|view| view.texture().create_view(&first_level)),
+                    _ => states.get_mut(&pass.target).and_then(|state| {
+                        state.current = 1 - state.current;
+                        state.views.get(state.current).cloned()
+                    }),
+                };
+                let Some(target) = target else { continue };
+                let mut drawn = begin_pass(encoder, &target, wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT));
+                drawn.set_pipeline(&pass.pipeline);
+                drawn.set_bind_group(1, &*group, &[]);
+                if let Some(own) = &pass.own {
+                    drawn.set_bind_group(2, own, &[]);
+                }
+                drawn.draw(0..3, 0..1);
+            }
+        }
+    }
+
+    /// Draws the smaller levels of all pictures.
+    fn record_mips(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder) {
+        let mips = &self.compiled.mips;
+        for texture in self.pictures.values().map(wgpu::TextureView::texture) {
+            let level = |level: u32| {
+                texture.create_view(&wgpu::TextureViewDescriptor {
+                    base_mip_level: level,
+                    mip_level_count: Some(1),
+                    ..Default::default()
+                })
+            };
+            for at in 1..texture.mip_level_count() {
+                let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some("mips"),
+                    layout: &mips.layout,
+                    entries: &[wgpu::BindGroupEntry {
+                        binding: 0,
+                        resource: wgpu::BindingResource::TextureView(&level(at - 1)),
+                    }],
+                });
+                let mut drawn = begin_pass(encoder, &level(at), wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT));
+                drawn.set_pipeline(&mips.pipeline);
+                drawn.set_bind_group(0, &group, &[]);
+                drawn.draw(0..3, 0..1);
+            }
+        }
+    }
+
+    /// The numbers of a state, four a cell, row by row from the top.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub async fn read(&self, gpu: &Gpu, state: &str) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        let Some(view) = self.states.get(state).and_then(|state| state.views.get(state.current)) else {
+            return Ok(None);
+        };
+        let bytes = readback::read_texture(gpu, view.texture()).await?;
+        Ok(Some(bytemuck::pod_collect_to_vec(&bytes)))
+    }
+
+    /// What became of it.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub async fn report(&self, gpu: &Gpu) -> Result<SimulationReport, GpuError> {
+        let mut held_numbers = 0;
+        for name in self.states.keys() {
+            let numbers = self.read(gpu, name).await?.unwrap_or_default();
+            let is_held = |number: &&f32| !(number.abs() < NUMBER_MAX);
+            held_numbers += numbers.as_flattened().iter().filter(is_held).count() as u64;
+        }
+        Ok(SimulationReport {
+            name: self.simulation.name.clone(),
+            cells: self.cells,
+            steps: self.steps.unwrap_or(0),
+            passes: self.compiled.step.iter().map(|pass| pass.rounds).sum(),
+            bytes: self.bytes(),
+            held_numbers,
+        })
+    }
+
+    /// Bytes of its states and pictures.
+    pub fn bytes(&self) -> u64 {
+        let cells = u64::from(self.cells.0) * u64::from(self.cells.1);
+        let of_states = 2 * 16 * cells * self.states.len() as u64;
+        of_states + 8 * cells * 4 / 3 * self.pictures.len() as u64
+    }
+}
+
+fn uniform_buffer<T: bytemuck::NoUninit>(gpu: &Gpu, value: &T) -> wgpu::Buffer {
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("simulation"),
+        size: size_of::<T>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
+    buffer
+}
+
+fn begin_pass<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<wgpu::Color>,
+) -> wgpu::RenderPass<'e> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("simulation"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        })],
+        ..Default::default()
+    })
+}
+
+fn bind(
+    gpu: &Gpu,
+    pass: &CompiledPass,
+    states: &BTreeMap<String, State>,
+    uniform: &wgpu::Buffer,
+    turn: &wgpu::Buffer,
+) -> wgpu::BindGroup {
+    let entry = |slot: &crate::shader::program::Slot| {
+        let resource = match slot.name.as_str() {
+            "simulation" => uniform.as_entire_binding(),
+            "turn" => turn.as_entire_binding(),
+            name => {
+                let state = states.get(name)?;
+                wgpu::BindingResource::TextureView(state.views.get(state.current)?)
+            }
+        };
+        Some(wgpu::BindGroupEntry { binding: slot.entry.binding, resource })
+    };
+    let entries: Vec<_> = pass.slots.iter().filter_map(entry).collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("simulation"),
+        layout: &pass.layout,
+        entries: &entries,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::offset_of;
+
+    #[test]
+    fn the_uniforms_have_one_layout() {
+        let file = SimulationFile::of_program(&Simulation::built_in("a", "ripples").program).expect("built in");
+        let members = |name: &str| {
+            let of_name = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some(name);
+            let (_, ty) = file.module.types.iter().find(of_name).expect("declared");
+            let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+            let members =
+                members.iter().map(|member| (member.name.clone().unwrap_or_default(), member.offset as usize));
+            (members.collect::<Vec<_>>(), *span as usize)
+        };
+        macro_rules! layout {
+            ($type:ty, $($field:ident),+) => {
+                (vec![$((stringify!($field).to_owned(), offset_of!($type, $field))),+], size_of::<$type>())
+            };
+        }
+        assert_eq!(members("Body"), layout!(BodyUniform, middle_m, radius_m, half_m, is_wall, before_m, padding));
+        #[rustfmt::skip]
+        let expected = layout!(
+            SimulationUniform, cells, cell_m, step, step_secs, time_secs, seed, body_count, padding_a, padding_b, bodies
+        );
+        assert_eq!(members("Simulation"), expected);
+    }
+}

@@ -1,0 +1,118 @@
+//! Materials of the model that show a picture which is none of its own: what a monitor or a simulation makes.
+
+use super::monitors::whole;
+use super::names::Pattern;
+use super::table::{Placed, Source, Table};
+use crate::{Diagnostic, Image, Sampler, Scene, Texture, TextureRef, Wrap};
+use glam::Vec3;
+use std::collections::BTreeMap;
+
+/// The words of `slot`.
+pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
+
+/// Where a picture is shown, by the keys `material`, `slot`, `luminance_cd_m2` and `texcoord`.
+#[derive(Clone, Debug)]
+pub(super) struct Screen {
+    materials: Option<Placed<Pattern>>,
+    is_emission: bool,
+    luminance_cd_m2: Option<f32>,
+    uv_set: Option<u32>,
+}
+
+impl Screen {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
+        let materials = table.text("material");
+        let is_emission = table.text("slot").is_none_or(|slot| slot.value == SLOTS[0]);
+        if !is_emission && table.place("luminance_cd_m2").is_some() {
+            let message = "`luminance_cd_m2` is of screens; a base colour is as bright as the light that reaches it";
+            return Err(table.fault("luminance_cd_m2", message));
+        }
+        let of_material = ["slot", "luminance_cd_m2", "texcoord"];
+        if let Some(key) = of_material.into_iter().find(|key| table.place(key).is_some() && materials.is_none()) {
+            return Err(table.fault(key, format!("`{key}` says how materials show it, and needs `material`")));
+        }
+        Ok(Self {
+            materials: materials.map(|name| Placed { value: Pattern::new(&name.value), range: name.range }),
+            is_emission,
+            luminance_cd_m2: table.number("luminance_cd_m2"),
+            uv_set: table.number("texcoord").map(|set| whole(table, "texcoord", set)).transpose()?,
+        })
+    }
+
+    /// Whether materials show it.
+    pub(super) fn has_materials(&self) -> bool {
+        self.materials.is_some()
+    }
+
+    /// Makes materials show the scene's last image; `what` it is in messages, such as "the monitor `a`".
+    ///
+    /// # Errors
+    /// The model has no material of that name, or it shows another such picture already.
+    pub(super) fn show_last_image(
+        &self,
+        source: &Source,
+        scene: &mut Scene,
+        (what, sampler): (&str, Wrap),
+        warnings: &mut Vec<String>,
+    ) -> Result<(), Box<Diagnostic>> {
+        let Some(materials) = &self.materials else { return Ok(()) };
+        let sampler = Sampler { wrap_u: sampler, wrap_v: sampler, ..Sampler::default() };
+        scene.textures.push(Texture { image: scene.images.len().saturating_sub(1), sampler });
+        let texture = scene.textures.len() - 1;
+        let pattern = &materials.value;
+        // The pictures of that kind that textures show already.
+        let of_kind = |image: usize| scene.images.get(image).filter(|image| image.is_drawn());
+        let of_textures = scene.textures.iter().enumerate().filter(|(at, _)| *at != texture);
+        let shown: BTreeMap<usize, String> =
+            of_textures.filter_map(|(at, shown)| Some((at, kind_of(of_kind(shown.image)?)))).collect();
+        let mut found = Vec::new();
+        for (index, material) in
+            scene.materials.iter_mut().enumerate().filter(|(_, known)| pattern.matches(&known.name))
+        {
+            found.push(index);
+            let slot = if self.is_emission { &mut material.emissive_texture } else { &mut material.base_color_texture };
+            let placed = slot.unwrap_or_default();
+            if let Some(other) = slot.and_then(|slot| shown.get(&slot.texture)) {
+                let message = format!("the material `{}` shows {other} already", material.name);
+                return Err(source.fault(materials.range.clone(), message));
+            }
+            let uv_set = self.uv_set.unwrap_or(placed.uv_set);
+            *slot = Some(TextureRef { texture, uv_set, ..placed });
+            if let Some(luminance_cd_m2) = self.luminance_cd_m2 {
+                material.emissive_factor = Vec3::splat(luminance_cd_m2);
+            } else if self.is_emission && material.emissive_factor == Vec3::ZERO {
+                material.emissive_factor = Vec3::ONE;
+            }
+        }
+        if found.is_empty() {
+            let message = format!("the model has no material called `{}`", pattern.text());
+            let known = scene.materials.iter().map(|material| material.name.as_str());
+            return Err(source.unknown(materials.range.clone(), message, pattern.text(), known));
+        }
+        if lacks_uvs(scene, &found, texture) {
+            warnings.push(format!(
+                "some surfaces of `{}` lack the UV set that {what} lies on: they show its first texel; give the model UVs",
+                pattern.text()
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn kind_of(image: &Image) -> String {
+    let kind = if image.monitor().is_some() { "monitor" } else { "simulation" };
+    format!("the {kind} `{}`", image.name)
+}
+
+/// Whether surfaces of materials lack the UVs that their map lies on.
+fn lacks_uvs(scene: &Scene, materials: &[usize], texture: usize) -> bool {
+    let set_of = |material: usize| {
+        let material = scene.materials.get(material).filter(|_| materials.contains(&material))?;
+        let maps = [material.emissive_texture, material.base_color_texture];
+        maps.into_iter().flatten().find(|map| map.texture == texture).map(|map| map.uv_set)
+    };
+    scene.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| {
+        let sets = primitive.material.and_then(set_of);
+        sets.is_some_and(|set| if set == 0 { primitive.uv0.is_empty() } else { primitive.uv1.is_empty() })
+    })
+}
