@@ -52,7 +52,7 @@ pub(crate) fn test() -> Result<Tally> {
             let (options, effects) = case.page()?;
             let variables = case.has_variables.then(variables::page);
             Ok(json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
-                "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "overlay": case.overlay()?,
+                "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "overlay": case.overlay()?, "time": case.time_secs,
                 "variables": variables, "frames": case.frames, "orbits": case.orbits() }))
         })
         .collect::<Result<_>>()?;

@@ -2,6 +2,7 @@
 
 mod load;
 mod picture;
+mod simulate;
 
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
@@ -128,6 +129,10 @@ fn progress_bar(count: u64, quiet: bool) -> ProgressBar {
     if count < 2 || quiet || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
+    counting_bar(count)
+}
+
+fn counting_bar(count: u64) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr());
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {eta} left  {wide_msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));

@@ -6,7 +6,7 @@ use crate::pattern::is_stdout;
 use crate::provenance::InputFile;
 use crate::session::{print, write_failure};
 use manypass::graph::PassTime;
-use manypass::{AdapterSummary, FisheyeInfo, FrameStats, PairCounts, Plan, Renderer, Settings};
+use manypass::{AdapterSummary, FisheyeInfo, FrameStats, PairCounts, Plan, Renderer, Settings, SimulationReport};
 use manypass_offline::atomic::{AtomicFile, is_in_place};
 use manypass_offline::lines::LineFile;
 use manypass_offline::{PictureInfo, PngRange};
@@ -106,6 +106,8 @@ pub struct Entry<'a> {
     pub shadows: &'a serde_json::Value,
     /// The materials that are shaded where they are drawn, and why, by `manifest::forward_materials`.
     pub forward_materials: &'a [serde_json::Value],
+    /// What became of its simulations.
+    pub simulations: &'a [SimulationReport],
     /// The passes of its first sample.
     pub plan: &'a Plan,
     /// Measured in the first sample, drawn once more.
@@ -215,6 +217,7 @@ impl Report {
             "light_lists_made": stats.light_lists_made,
             "shadows": entry.shadows,
             "forward_materials": entry.forward_materials,
+            "simulations": entry.simulations,
             "bind_groups_made": stats.bind_groups_made,
             "bundles_executed": stats.bundles_executed,
             "pipelines_made": stats.pipelines_made,

@@ -58,9 +58,9 @@ pub fn moves(scene: &Scene, args: &RenderArgs) -> bool {
     args.turntable.is_some() || is_animated && plays
 }
 
-/// Whether time alone moves anything.
+/// Whether time alone moves anything: waves, or a simulation.
 pub fn has_waves(scene: &Scene) -> bool {
-    scene.water.iter().any(Water::has_waves)
+    scene.water.iter().any(Water::has_waves) || !scene.simulations.is_empty()
 }
 
 /// What `camera.focus_m` is where nobody says: the distance of what the camera is told to look at, or else of the middle

@@ -172,6 +172,10 @@ pub fn accumulate_moving<E: From<StillError>>(
     mut progress: impl FnMut(u32) -> bool,
 ) -> Result<(), E> {
     let mut request = still_request(renderer, scene, request, samples)?;
+    if !scene.simulations.is_empty() {
+        pose(scene, 0.0)?;
+        renderer.simulate(scene, &mut |_| true).map_err(StillError::from)?;
+    }
     for frame in 0..request.sample_count {
         // All frames of a sample show the same.
         if frame % request.frames_per_sample == 0 {

@@ -2,7 +2,7 @@
 //! start: seeds -> field
 //! step: react -> field
 //! shows: color
-//! rate: 480
+//! rate: 240
 //! edges: wrap
 
 // Two substances, of which one is fed and turns into the other where there is some of it, while both spread: spots that divide,

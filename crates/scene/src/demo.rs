@@ -4,6 +4,7 @@
 
 mod crowd;
 mod doors;
+mod laboratory;
 mod materials;
 mod relief;
 mod room;
@@ -11,6 +12,7 @@ mod shore;
 
 pub use crowd::crowd;
 pub use doors::doors;
+pub use laboratory::laboratory;
 pub use materials::materials;
 pub use relief::relief;
 pub use room::{gallery, room};
@@ -23,7 +25,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 13] = [
+pub const NAMES: [&str; 15] = [
     "hall",
     "materials",
     "relief",
@@ -37,6 +39,8 @@ pub const NAMES: [&str; 13] = [
     "portals",
     "gallery",
     "surroundings",
+    "laboratory",
+    "simulations",
 ];
 
 /// The demo of a name.
@@ -52,6 +56,8 @@ pub fn named(name: &str) -> Option<Scene> {
         "portals" => staged(doors(), name),
         "gallery" => Some(gallery()),
         "surroundings" => staged(gallery(), name),
+        "laboratory" => Some(laboratory()),
+        "simulations" => staged(laboratory(), name),
         "shore" => Some(shore()),
         "water" => staged(shore(), name),
         _ => None,
@@ -81,6 +87,8 @@ pub fn stage(name: &str) -> Option<Stage> {
         "portals" => include_str!("demo/portals.stage.toml"),
         "gallery" => "model = \"demo:gallery\"\n[settings.exposure]\nstops = \"auto-1\"\n",
         "surroundings" => include_str!("demo/surroundings.stage.toml"),
+        "laboratory" => "model = \"demo:laboratory\"\n[settings.exposure]\nstops = \"auto\"\n",
+        "simulations" => include_str!("demo/simulations.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -474,6 +482,7 @@ mod tests {
             assert_eq!(stage.is_some(), !["materials", "relief", "crowd"].contains(&name), "{name}");
             let model = match name {
                 "hall" => "demo:hall",
+                "laboratory" | "simulations" => "demo:laboratory",
                 "shore" | "water" => "demo:shore",
                 "doors" | "portals" => "demo:doors",
                 "gallery" | "surroundings" => "demo:gallery",

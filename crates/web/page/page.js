@@ -1,4 +1,4 @@
-// ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)
+// ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)  ?time=SECONDS
 import init, { create, modelFiles, stageEnvironment, stageImages, stageModel } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
@@ -16,6 +16,11 @@ let opened = 0;
 /** With a fixed size, for tests and pictures, a frame is one sample a pixel, and nothing but the canvas is shown. */
 const bare = query.has("size");
 
+const play = document.getElementById("play");
+/** The time that is shown in seconds, and when that was; nothing while it stands. */
+let time = Number(query.get("time")) || 0;
+let shownAt;
+
 const say = (text) => { message.textContent = text; };
 const tried = (action) => action.catch((error) => say(error.message ?? String(error)));
 
@@ -28,8 +33,16 @@ function draw() {
   const mine = ++latest;
   return inTurn(async () => {
     if (!isLoaded || mine !== latest) return;
+    if (shownAt !== undefined) {
+      const now = performance.now();
+      // What waited for long does not make up for it.
+      time += Math.min(now - shownAt, 100) / 1000;
+      shownAt = now;
+      state.viewer.setTime(time);
+    }
     await state.viewer.render(orbit);
     await new Promise(requestAnimationFrame);
+    if (shownAt !== undefined) return void tried(draw());
     while (!bare && mine === latest && await state.viewer.refine()) await new Promise(requestAnimationFrame);
   });
 }
@@ -113,6 +126,8 @@ async function show(found, load, isWhole = true) {
     isLoaded = false;
     load(state.viewer, new Map(found));
     isLoaded = true;
+    play.hidden = !state.viewer.moves();
+    if (time > 0) state.viewer.setTime(time);
     state.isWhole = isWhole;
     orbit = undefined;
     say(state.viewer.warnings().slice(0, 5).join("\n"));
@@ -158,6 +173,13 @@ function turn(change) {
   tried(draw());
 }
 
+/** Lets time go by, or stand. */
+function playOrPause() {
+  shownAt = shownAt === undefined ? performance.now() : undefined;
+  play.textContent = shownAt === undefined ? "Play" : "Pause";
+  return draw();
+}
+
 function setSize() {
   const scale = Math.min(devicePixelRatio, 2);
   [canvas.width, canvas.height] = [Math.round(innerWidth * scale), Math.round(innerHeight * scale)];
@@ -181,6 +203,7 @@ try {
     event.preventDefault();
     turn((orbit) => { orbit.radius *= Math.exp(event.deltaY * 0.001); });
   }, { passive: false });
+  play.addEventListener("click", () => tried(playOrPause()));
   document.getElementById("files").addEventListener("change", (event) => tried(openFiles([...event.target.files])));
   const dropping = (is) => document.body.classList.toggle("dropping", is);
   addEventListener("dragover", (event) => { event.preventDefault(); dropping(true); });

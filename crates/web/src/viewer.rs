@@ -16,7 +16,7 @@ use crate::types::{
 use frame_times::FrameTimes;
 use manypass::{
     Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Pose, QualityBudget, Renderer, View, WgslEffect,
-    scene::{Aabb, Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage},
+    scene::{Aabb, Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage, water::Water},
 };
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
@@ -155,6 +155,7 @@ impl Viewer {
         self.late = LateImages::default();
         (self.options, self.effects, self.budget) = (options, effects, budget);
         self.forget_frame();
+        self.renderer.forget_simulations();
         self.renderer.limit_textures(self.options.textures_max_px());
         self.renderer.load(&scene)?;
         self.warnings = warnings;
@@ -300,6 +301,27 @@ impl Viewer {
         });
         scene.variant = index.transpose()?;
         self.forget_frame();
+        Ok(())
+    }
+
+    /// Whether anything moves as time goes by: an animation, waves, or a simulation.
+    pub fn moves(&self) -> bool {
+        let moves = |scene: &Scene| {
+            !scene.animations.is_empty() || !scene.simulations.is_empty() || scene.water.iter().any(Water::has_waves)
+        };
+        self.scene.as_ref().is_some_and(moves)
+    }
+
+    /// Shows the model as it is at a time in seconds from the next frame on: in its first animation, with waves and
+    /// simulations after so many seconds. Simulations go on from the time before, and begin anew where that was later.
+    ///
+    /// # Errors
+    /// When no model is loaded.
+    #[wasm_bindgen(js_name = setTime)]
+    pub fn set_time(&mut self, secs: f32) -> Result<(), JsError> {
+        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("no model is loaded"))?;
+        scene.pose(0, if secs.is_finite() { secs } else { 0.0 });
+        scene.update_transforms();
         Ok(())
     }
 

@@ -33,6 +33,8 @@ pub(super) struct Case {
     /// How many frames a full turn of the view takes, of [`turn::MODEL`]; 0 if it stands. A frame is then a tenth of a
     /// second.
     turntable: u32,
+    /// The time that is shown, in seconds; 0 for none.
+    pub time_secs: f32,
     /// With what is found in the picture where nobody says, which other cases leave out.
     has_defaults: bool,
     /// More settings.
@@ -73,6 +75,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         tolerance: Tolerance::RASTERIZERS,
         frames: 1,
         turntable: 0,
+        time_secs: 0.0,
         has_defaults: false,
         settings: &[],
         without: &[],
@@ -101,7 +104,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 62] = [
+pub(super) const CASES: [Case; 63] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -131,6 +134,12 @@ pub(super) const CASES: [Case; 62] = [
     Case {
         tolerance: Tolerance { share: 0.976, mean: 0.6, ..together(208, 4) },
         ..case("surroundings", "docs/examples/surroundings.stage.toml", WIDE)
+    },
+    // Waves around a ball, a pattern, and smoke, after 2 seconds: what is rounded differently grows from step to step.
+    Case {
+        time_secs: 2.0,
+        tolerance: together(144, 30),
+        ..case("simulations", "docs/examples/simulations.stage.toml", WIDE)
     },
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
@@ -383,6 +392,9 @@ impl Case {
         }
         if self.turntable > 0 {
             arguments.extend(turn::arguments(self.turntable));
+        }
+        if self.time_secs > 0.0 {
+            arguments.extend(["--time".to_owned(), self.time_secs.to_string()]);
         }
         arguments.extend(self.variant.iter().flat_map(|name| ["--variant", name]).map(String::from));
         if self.is_dazzling {

@@ -1,7 +1,7 @@
 //! One picture of a batch: drawn, put into its files, reported.
 
 use super::load::Loaded;
-use super::{Batch, failed};
+use super::{Batch, failed, simulate};
 use crate::deliver::Delivery;
 use crate::failure::Failure;
 use crate::gather::Item;
@@ -11,7 +11,7 @@ use crate::request::{effect_values, picture_info, request};
 use crate::session::{ms_since, still_failure};
 use crate::shot::{adaptation, focus_m, moment, moves, pose, previous_pose, time_secs, view};
 use crate::{coverage, exposure, interrupt, memory, output};
-use manypass::{FrameRequest, FrameStats, PairCounts};
+use manypass::{FrameRequest, FrameStats, PairCounts, SimulationReport};
 use manypass_offline::still::{StillError, accumulate, accumulate_moving};
 use manypass_offline::{PictureInfo, manifest};
 use manypass_scene::Scene;
@@ -30,6 +30,7 @@ struct Drawn {
     /// What the report says of its shadows.
     shadows: serde_json::Value,
     forward_materials: Vec<serde_json::Value>,
+    simulations: Vec<SimulationReport>,
     /// Pixels of radiance that half floats clamped; none if no radiance was read.
     clamped_pixels: Option<u64>,
     /// Pixels that effects left as no numbers; none if nobody counted them.
@@ -107,8 +108,13 @@ impl Batch<'_> {
         let (args, job) = (self.args, self.job);
         let Subject { look, frame, .. } = subject;
         let Loaded { scene, framing, exposure, warnings, goes_on, .. } = loaded;
+        let mut warnings = warnings.clone();
         let previous = previous_pose(scene, framing, (args, &self.effect_files), (job, look), frame)?;
         pose(scene, args, time_secs(args, frame))?;
+        let simulations = self.simulate(scene)?;
+        let exploded: Vec<String> = simulations.iter().filter_map(simulate::warning).collect();
+        self.warn(&item.input.name(), &exploded)?;
+        warnings.extend(exploded);
         let camera = view(scene, framing, args, (job, look), frame as f32)?;
         let effects = self.effects.clone();
         let ground_height_m = framing.lowest_m();
@@ -122,7 +128,6 @@ impl Batch<'_> {
         if lens.f_stop > 0.0 && lens.focus_m == 0.0 {
             lens.focus_m = focus_m(framing, look, &camera);
         }
-        let mut warnings = warnings.clone();
         let compiled_ms = self.renderer.compile_ms();
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
             let warning = ["the picture is empty: no surface is in view".to_owned()];
@@ -170,6 +175,7 @@ impl Batch<'_> {
             stats,
             shadows,
             forward_materials,
+            simulations,
             clamped_pixels: None,
             scrubbed_pixels: None,
             warnings,
@@ -236,6 +242,7 @@ impl Batch<'_> {
             stats: &drawn.stats,
             shadows: &drawn.shadows,
             forward_materials: &drawn.forward_materials,
+            simulations: &drawn.simulations,
             plan: &plan,
             pass_times: &pass_times,
             pairs,

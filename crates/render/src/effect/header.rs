@@ -285,8 +285,8 @@ fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<String, B
 
 #[cfg(test)]
 mod tests {
-    use super::super::scan::scan;
     use super::*;
+    use crate::user_shader::scan::scan;
 
     fn parse(text: &str) -> Result<Header, String> {
         Header::parse(Source { file: "a.wgsl", text }, &scan(text)).map_err(|error| error.to_string())

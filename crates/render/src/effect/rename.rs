@@ -73,8 +73,8 @@ fn declared<'t>(at: &impl Fn(usize) -> Option<&'t str>, count: usize) -> HashSet
 
 #[cfg(test)]
 mod tests {
-    use super::super::scan::scan;
     use super::*;
+    use crate::user_shader::scan::scan;
 
     #[test]
     fn what_a_text_declares_gets_other_names_and_nothing_else_does() {

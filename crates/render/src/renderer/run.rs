@@ -41,7 +41,11 @@ impl Renderer {
         views: &[(&str, &FrameRequest)],
         purpose: &mut Purpose<'_>,
     ) -> Result<Plan, RenderError> {
-        if purpose.goes_on() && views.iter().all(|(_, request)| request.sample_index == 0) {
+        // Samples of an open shutter are at other times than the picture.
+        let begins = |request: &FrameRequest| {
+            request.sample_index == 0 && (request.settings.camera.shutter_deg == 0.0 || request.sample_count == 1)
+        };
+        if purpose.goes_on() && views.iter().all(|(_, request)| begins(request)) {
             self.simulate(scene, &mut |_| true)?;
         } else {
             self.follow_simulations(scene)?;

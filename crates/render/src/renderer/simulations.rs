@@ -111,7 +111,8 @@ impl Renderer {
     ) -> Result<(), RenderError> {
         self.follow_simulations(scene)?;
         for (index, running) in self.simulations.running.iter_mut().enumerate() {
-            let moving = Moving { place: scene.place_of_simulation(index), bodies: scene.bodies_of_simulation(index) };
+            let (place, bodies) = (scene.place_of_simulation(index), scene.bodies_of_simulation(index));
+            let moving = Moving { place, bodies, posed: scene.posed };
             running.advance(&self.gpu, &moving, scene.time_secs, progress)?;
         }
         Ok(())

@@ -26,7 +26,7 @@ pub struct SimulationProgress<'s> {
 }
 
 /// What became of a simulation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct SimulationReport {
     /// Its name.
     pub name: String,

@@ -47,6 +47,8 @@ struct SimulationUniform {
 pub(crate) struct Moving<'s> {
     pub place: Place,
     pub bodies: Vec<Body<'s>>,
+    /// The animation that moves them.
+    pub posed: Option<usize>,
 }
 
 /// A simulation on a device.
@@ -65,6 +67,8 @@ pub(crate) struct Running {
     groups: HashMap<(Phase, usize, u32, u32), wgpu::BindGroup>,
     /// How many steps were made; none before it has begun.
     steps: Option<u64>,
+    /// The animation that moved its bodies.
+    posed: Option<usize>,
 }
 
 /// Two textures, of which one is read while the other is written.
@@ -139,6 +143,7 @@ impl Running {
             turns: HashMap::new(),
             groups: HashMap::new(),
             steps: None,
+            posed: None,
         })
     }
 
@@ -172,6 +177,11 @@ impl Running {
         progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
     ) -> Result<(), ProgramError> {
         let until = self.steps_to(time_secs);
+        // In another animation bodies have come another way.
+        if self.posed != moving.posed && !moving.bodies.is_empty() {
+            self.steps = None;
+        }
+        self.posed = moving.posed;
         if self.steps == Some(until) {
             return Ok(());
         }
@@ -337,7 +347,7 @@ impl Running {
         let mut held_numbers = 0;
         for name in self.states.keys() {
             let numbers = self.read(gpu, name).await?.unwrap_or_default();
-            let is_held = |number: &&f32| !(number.abs() < NUMBER_MAX);
+            let is_held = |number: &&f32| number.is_nan() || number.abs() >= NUMBER_MAX;
             held_numbers += numbers.as_flattened().iter().filter(is_held).count() as u64;
         }
         Ok(SimulationReport {

@@ -89,7 +89,7 @@ fn shell(room: &mut Demo) {
 }
 
 /// The texture of two by two squares.
-fn chequers(scene: &mut Scene) -> usize {
+pub(super) fn chequers(scene: &mut Scene) -> usize {
     let side = 64;
     let texel = |at: u32| {
         let (x, y) = (at % side, at / side);
