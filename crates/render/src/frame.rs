@@ -23,12 +23,13 @@ use crate::occlusion::Occlusion;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::mirrors::ShownMirror;
+use crate::passes::particles::ShownParticles;
 use crate::passes::portals::ShownPortal;
 use crate::passes::water::ShownWater;
 use crate::passes::{
     adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
-    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, portals, reflections, resolve, shadows,
-    tile_depth, transparency, volumes, water,
+    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, particles, portals, reflections, resolve,
+    shadows, tile_depth, transparency, volumes, water,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -96,7 +97,7 @@ pub(crate) fn ground_passes(
     Ok(())
 }
 
-/// Flat surfaces that a view shows, whose own views came before.
+/// What a view shows beside its surfaces: flat ones, whose own views came before, and particles.
 #[derive(Debug, Default)]
 pub struct Flat {
     /// Mirrors.
@@ -105,6 +106,8 @@ pub struct Flat {
     pub water: Vec<ShownWater>,
     /// Ends of portals.
     pub portals: Vec<ShownPortal>,
+    /// Particles, which are no surfaces, and are drawn with them.
+    pub particles: Vec<ShownParticles>,
 }
 
 /// Everything from geometry to radiance, for one camera.
@@ -150,6 +153,7 @@ pub fn view_passes(
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = fog::record_light(r, &settings.fog, linear_depth, radiance)?;
     let (radiance, depth) = portals::record(r, &flat.portals, (radiance, depth))?;
+    let radiance = particle_passes(r, settings, flat, (linear_depth, &depth), radiance)?;
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
     Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
@@ -184,7 +188,7 @@ fn forward_view_passes(
     let radiance = coverage::record_masks(r, &depth, radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = ground::record(r, &depth, radiance)?;
-    let needs_distances = !flat.water.is_empty() || settings.fog.scatters();
+    let needs_distances = !flat.water.is_empty() || !flat.particles.is_empty() || settings.fog.scatters();
     let linear_depth = match linear_depth {
         None if needs_distances => Some(of_middles(r, &depth)?),
         linear_depth => linear_depth,
@@ -206,10 +210,32 @@ fn forward_view_passes(
         None => radiance,
     };
     let (radiance, depth) = portals::record(r, &flat.portals, (radiance, depth))?;
+    let radiance = match &linear_depth {
+        Some(linear_depth) => particle_passes(r, settings, flat, (linear_depth, &depth), radiance)?,
+        None => radiance,
+    };
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
     let radiance = resolve::record(r, "resolve", radiance);
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
     Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion })
+}
+
+/// Particles over all that is opaque; `linear_depth` is that of it without portals.
+fn particle_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    flat: &Flat,
+    (linear_depth, depth): (&Handle, &Handle),
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    if flat.particles.is_empty() || r.view.counts_pairs() {
+        return Ok(radiance);
+    }
+    let with_portals = match depth.desc().samples {
+        1 if !flat.portals.is_empty() => Some(linear_depth::record(r, "particles.linear_depth", depth)?),
+        _ => None,
+    };
+    particles::record(r, &flat.particles, &settings.fog, with_portals.as_ref().unwrap_or(linear_depth), radiance)
 }
 
 /// What water leaves.

@@ -27,6 +27,7 @@ pub mod material;
 pub mod mesh;
 pub mod node;
 pub mod overlay;
+pub mod particles;
 pub mod portal;
 pub mod primitives;
 pub mod scenes;

@@ -3,6 +3,7 @@
 use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
+use crate::particles::Particles;
 use crate::portal::Portal;
 use crate::simulation::Simulation;
 use crate::surroundings::Surroundings;
@@ -215,6 +216,8 @@ pub struct Scene {
     pub water: Vec<Water>,
     /// Pictures that follow from themselves, step by step.
     pub simulations: Vec<Simulation>,
+    /// Many small things that simulations move.
+    pub particles: Vec<Particles>,
     /// The time that is shown of what moves without keyframes, such as waves, in seconds. [`Scene::pose`] sets it.
     pub time_secs: f32,
     /// The animation that [`Scene::pose`] last posed, by which simulations know where bodies were; none where whoever moves

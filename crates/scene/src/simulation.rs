@@ -13,6 +13,10 @@
 //! scene.time_secs = 10.0; // What is shown is that after so many seconds.
 //! ```
 
+mod seen;
+
+pub use seen::{SIDE as SEEN_SIDE, SeenSurfaces};
+
 use crate::animation::Path;
 use crate::{Aabb, Image, NodeId, Scene, image::ImageSource};
 use glam::{Mat4, Vec2, Vec3};
@@ -157,13 +161,20 @@ impl Body<'_> {
     }
 }
 
+impl Default for Place {
+    /// A square of 1 m in the middle of the world, which faces +Z.
+    fn default() -> Self {
+        Self { world_from_place: Mat4::IDENTITY, size_m: Vec2::ONE }
+    }
+}
+
 impl Scene {
     /// The rectangle that the cells of a simulation lie over, as of the last [`Scene::update_transforms`].
     pub fn place_of_simulation(&self, index: usize) -> Place {
         let of_water = self.water.iter().find(|water| water.simulation == Some(index)).map(|water| water.node);
         let node = self.simulations.get(index).and_then(|simulation| simulation.place).or(of_water);
         let Some(panel) = node.and_then(|node| self.panel(node).ok()) else {
-            return Place { world_from_place: Mat4::IDENTITY, size_m: Vec2::ONE };
+            return Place::default();
         };
         let [across, up] = panel.half_edges_world;
         let (right, up) = (across.normalize_or_zero(), up.normalize_or_zero());

@@ -24,6 +24,7 @@ mod mirrors;
 mod monitors;
 mod names;
 mod overlay;
+mod particles;
 mod portals;
 mod screens;
 mod simulations;
@@ -41,8 +42,8 @@ use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
 use keys::{
-    LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PORTALS, SETTINGS_TABLES, SIMULATIONS, SURROUNDINGS,
-    StageTable, TABLES, WATER,
+    LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, SETTINGS_TABLES, SIMULATIONS,
+    SURROUNDINGS, StageTable, TABLES, WATER,
 };
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
@@ -50,6 +51,7 @@ use mirrors::MirrorEntry;
 use monitors::MonitorEntry;
 use names::Pattern;
 use overlay::OverlayEntry;
+use particles::ParticlesEntry;
 use portals::PortalEntry;
 use simulations::SimulationEntry;
 use std::ops::Range;
@@ -72,6 +74,7 @@ pub struct Stage {
     monitors: Vec<MonitorEntry>,
     mirrors: Vec<MirrorEntry>,
     simulations: Vec<SimulationEntry>,
+    particles: Vec<ParticlesEntry>,
     water: Vec<WaterEntry>,
     portals: Vec<PortalEntry>,
     surroundings: Vec<SurroundingsEntry>,
@@ -103,6 +106,7 @@ impl Stage {
             MONITORS.name,
             MIRRORS.name,
             SIMULATIONS.name,
+            PARTICLES.name,
             WATER.name,
             PORTALS.name,
             SURROUNDINGS.name,
@@ -129,6 +133,7 @@ impl Stage {
         monitors::check(&monitors, &source)?;
         let mirrors = list(&source, root, &MIRRORS, MirrorEntry::read)?;
         let simulations = list(&source, root, &SIMULATIONS, SimulationEntry::read)?;
+        let particles = list(&source, root, &PARTICLES, ParticlesEntry::read)?;
         let water = list(&source, root, &WATER, WaterEntry::read)?;
         let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
         let surroundings = list(&source, root, &SURROUNDINGS, SurroundingsEntry::read)?;
@@ -142,6 +147,7 @@ impl Stage {
             monitors,
             mirrors,
             simulations,
+            particles,
             water,
             portals,
             surroundings,
@@ -184,6 +190,7 @@ impl Stage {
         let mut names: Vec<&str> =
             of_materials.chain(of_water).chain(of_overlay).map(|name| name.value.as_str()).collect();
         names.extend(self.simulations.iter().filter_map(SimulationEntry::file));
+        names.extend(self.particles.iter().filter_map(ParticlesEntry::file));
         names.sort_unstable();
         names.dedup();
         names
@@ -203,7 +210,7 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, simulations, water, portals, surroundings, what is drawn over it.
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, simulations, particles, water, portals, surroundings, what is drawn over it.
     /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
@@ -238,6 +245,9 @@ impl Stage {
         }
         for simulation in &self.simulations {
             simulation.apply(&self.source, scene, resolve, &mut warnings)?;
+        }
+        for particles in &self.particles {
+            particles.apply(&self.source, scene, resolve)?;
         }
         for water in &self.water {
             water.apply(&self.source, scene, &images)?;

@@ -25,6 +25,7 @@ pub mod motion;
 pub mod nearest;
 pub mod occlusion;
 pub mod overlay;
+pub mod particles;
 pub mod portals;
 pub mod present;
 pub mod reflections;

@@ -18,6 +18,7 @@ use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive::Settling;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::mirrors::ShownMirror;
+use crate::passes::particles::ShownParticles;
 use crate::passes::present::Target;
 use crate::passes::{adaptive, meter};
 use crate::record::{Frame, Recorder};
@@ -41,12 +42,17 @@ pub(super) struct OfScene<'s> {
     scene: &'s Scene,
     water: Surfaces,
     doors: Doors,
+    particles: Vec<ShownParticles>,
     surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
 }
 
 impl<'s> OfScene<'s> {
-    pub fn new(scene: &'s Scene, surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>) -> Self {
-        Self { scene, water: Surfaces::of(scene), doors: Doors::of(scene), surroundings }
+    pub fn new(
+        scene: &'s Scene,
+        particles: Vec<ShownParticles>,
+        surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
+    ) -> Self {
+        Self { scene, water: Surfaces::of(scene), doors: Doors::of(scene), particles, surroundings }
     }
 }
 
@@ -180,7 +186,7 @@ fn record_view<'f>(
     purpose: &Purpose<'_>,
 ) -> Result<Recorded, RenderError> {
     let RecordedView { asked, state, ready, overlay } = view;
-    let OfScene { scene, water, doors, .. } = of_scene;
+    let OfScene { scene, water, doors, particles, .. } = of_scene;
     let request = &asked.request;
     if matches!(purpose, Purpose::Variables) {
         let mut r = Recorder::new(graph, frame, &ready.view);
@@ -206,6 +212,7 @@ fn record_view<'f>(
         mirrors: before.mirrors(asked, ready),
         water: water.shown((*scene, &frame.resources.textures), (asked, ready), &mut before.behind),
         portals: doors.shown(asked, &mut before.through),
+        particles: particles.clone(),
     };
     let outputs = match &asked.part {
         ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,

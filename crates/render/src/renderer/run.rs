@@ -267,7 +267,11 @@ impl Renderer {
             let texture = r.graph.import("shadows.atlas", Atlas::desc(atlas.side), atlas.view.clone());
             frame::shared_passes(&mut r, shadows, texture)?;
         }
-        let of_scene = OfScene::new(scene, surroundings.as_ref().map(|of_frame| (&self.surroundings, of_frame)));
+        let of_scene = OfScene::new(
+            scene,
+            self.simulations.particles(scene),
+            surroundings.as_ref().map(|of_frame| (&self.surroundings, of_frame)),
+        );
         let views = asked.iter().zip(&mut *states).zip(&ready).zip(&overlays);
         let views = views.map(|(((asked, state), ready), overlay)| RecordedView { asked, state, ready, overlay });
         let recorded = record_views(&mut graph, &frame, &of_scene, views, purpose)?;

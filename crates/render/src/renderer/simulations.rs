@@ -2,16 +2,20 @@
 
 use super::Renderer;
 use crate::gpu::Gpu;
+use crate::passes::particles::ShownParticles;
 use crate::request::RenderError;
 use crate::simulation::{Moving, Running, SimulationProgress, SimulationReport};
 use manypass_scene::Scene;
-use manypass_scene::simulation::{SIMULATIONS_MAX, SimulatedImage};
+use manypass_scene::particles::{Particles, SYSTEMS_MAX};
+use manypass_scene::simulation::{Place, SIMULATIONS_MAX, SimulatedImage, Simulation};
 use std::collections::BTreeMap;
 
 /// What the renderer keeps of simulations, in the order of the scene.
 #[derive(Debug, Default)]
 pub(super) struct SimulationState {
     running: Vec<Running>,
+    /// How many of them are the scene's own; the others move its particles.
+    own: usize,
 }
 
 impl SimulationState {
@@ -29,8 +33,9 @@ impl SimulationState {
     fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Result<bool, RenderError> {
         let known = std::mem::take(&mut self.running);
         let mut known = known.into_iter().map(Some).collect::<Vec<_>>();
-        let mut is_new = known.len() != scene.simulations.len().min(SIMULATIONS_MAX);
-        for (index, simulation) in scene.simulations.iter().take(SIMULATIONS_MAX).enumerate() {
+        let mut is_new = known.len() != all(scene).count();
+        self.own = scene.simulations.len().min(SIMULATIONS_MAX);
+        for (index, (simulation, _)) in all(scene).enumerate() {
             let size_m = scene.place_of_simulation(index).size_m;
             let same = known.get_mut(index).and_then(|slot| slot.take_if(|running| running.is(simulation, size_m)));
             is_new |= same.is_none();
@@ -47,13 +52,48 @@ impl SimulationState {
             let pictures = running.pictures().map(|(name, view)| (name.clone(), view.clone()));
             pictures.map(|(picture, view)| (SimulatedImage { simulation, picture }, view)).collect::<Vec<_>>()
         };
-        self.running.iter().enumerate().flat_map(of).collect()
+        self.running.iter().take(self.own).enumerate().flat_map(of).collect()
     }
+
+    /// The systems of particles that views show.
+    pub fn particles(&self, scene: &Scene) -> Vec<ShownParticles> {
+        let shown = |(system, particles): (usize, &Particles)| {
+            let state = |name: &str| self.state_of_particles(system, name).cloned();
+            let states = [state("place")?, state("velocity")?];
+            Some(ShownParticles { name: particles.name.clone(), look: particles.look.clone(), states })
+        };
+        scene.particles.iter().take(SYSTEMS_MAX).enumerate().filter_map(shown).collect()
+    }
+
+    /// The textures of a state of what moves a system of particles.
+    pub fn state_of_particles(&self, system: usize, state: &str) -> Option<&wgpu::TextureView> {
+        self.running.get(self.own + system)?.state(state)
+    }
+}
+
+/// The simulations of a scene that are run: its own, and those that move its particles.
+fn all(scene: &Scene) -> impl Iterator<Item = (&Simulation, Option<&Particles>)> {
+    let own = scene.simulations.iter().take(SIMULATIONS_MAX).map(|simulation| (simulation, None));
+    let of_particles = scene.particles.iter().take(SYSTEMS_MAX);
+    own.chain(of_particles.map(|particles| (&particles.simulation, Some(particles))))
 }
 
 /// What is wrong with simulations of a scene, or with who shows them.
 pub(super) fn faults(scene: &Scene, state: &SimulationState) -> Vec<String> {
     let mut faults = Vec::new();
+    for (system, particles) in scene.particles.iter().enumerate().take(SYSTEMS_MAX) {
+        let lacks = ["place", "velocity"].iter().any(|name| state.state_of_particles(system, name).is_none());
+        if lacks {
+            let name = &particles.name;
+            faults.push(format!(
+                "the particles `{name}` are not drawn: their program lacks a state `place` or `velocity`"
+            ));
+        }
+    }
+    if scene.particles.len() > SYSTEMS_MAX {
+        faults
+            .push(format!("only the first {SYSTEMS_MAX} of {} systems of particles are drawn", scene.particles.len()));
+    }
     if scene.simulations.len() > SIMULATIONS_MAX {
         faults.push(format!("only the first {SIMULATIONS_MAX} of {} simulations are run", scene.simulations.len()));
     }
@@ -88,7 +128,7 @@ impl Renderer {
     /// # Errors
     /// One that cannot be run.
     pub(super) fn follow_simulations(&mut self, scene: &Scene) -> Result<(), RenderError> {
-        if scene.simulations.is_empty() && self.simulations.running.is_empty() {
+        if all(scene).next().is_none() && self.simulations.running.is_empty() {
             return Ok(());
         }
         if self.simulations.follow(&self.gpu, scene)? {
@@ -110,9 +150,13 @@ impl Renderer {
         progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
     ) -> Result<(), RenderError> {
         self.follow_simulations(scene)?;
-        for (index, running) in self.simulations.running.iter_mut().enumerate() {
-            let (place, bodies) = (scene.place_of_simulation(index), scene.bodies_of_simulation(index));
-            let moving = Moving { place, bodies, posed: scene.posed };
+        for (index, (running, (_, particles))) in self.simulations.running.iter_mut().zip(all(scene)).enumerate() {
+            let surfaces = || particles.and_then(|of| scene.surfaces_seen(of.meets?, of.layers));
+            let (place, bodies) = match particles {
+                Some(_) => (Place::default(), Vec::new()),
+                None => (scene.place_of_simulation(index), scene.bodies_of_simulation(index)),
+            };
+            let moving = Moving { place, bodies, posed: scene.posed, surfaces: &surfaces };
             running.advance(&self.gpu, &moving, scene.time_secs, progress)?;
         }
         Ok(())
@@ -135,6 +179,7 @@ impl Renderer {
     }
 
     /// The numbers of a state of a simulation, four a cell, row by row from the top; none where there is no such state.
+    /// Those that move particles follow the scene's own.
     ///
     /// # Errors
     /// The device failed.

@@ -16,6 +16,8 @@ use std::fmt::Write;
 
 /// What every simulation finds declared.
 const PRELUDE: &str = include_str!("prelude.wgsl");
+/// What those find declared that read surfaces.
+const SURFACES: &str = include_str!("surfaces.wgsl");
 /// The first binding of states.
 const FIRST_STATE: u32 = 10;
 /// A simulation has at most so many states.
@@ -62,6 +64,7 @@ pub struct SimulationFile {
     pub(super) shows: Vec<FilePass>,
     cells: (u32, u32),
     rate_hz: f32,
+    reads_surfaces: bool,
     pub(super) uniforms: Uniforms,
 }
 
@@ -89,7 +92,7 @@ impl SimulationFile {
         let states = states_of(source, &scan, &header)?;
         let functions: BTreeSet<&str> =
             [&header.start, &header.step, &header.shows].into_iter().flatten().map(|pass| &*pass.function).collect();
-        let plain = declarations(header.edges, &states);
+        let plain = declarations((header.edges, header.reads_surfaces), &states);
         let parsed =
             |declared: &str| locate::parse(file, text, declared).map_err(|fault| fault_of_bool(source, &scan, fault));
         let (module, _) = parsed(&plain)?;
@@ -113,7 +116,7 @@ impl SimulationFile {
             Ok(FilePass { pass, slots })
         };
         let with_all = |passes: Vec<Pass>| passes.into_iter().map(with_slots).collect::<Result<Vec<_>, _>>();
-        let Header { name, cells, rate_hz, start, step, shows, .. } = header;
+        let Header { name, cells, rate_hz, reads_surfaces, start, step, shows, .. } = header;
         let (start, step, shows) = (with_all(start)?, with_all(step)?, with_all(shows)?);
         let name = name.unwrap_or_else(|| {
             let stem = std::path::Path::new(file).file_stem();
@@ -130,7 +133,21 @@ impl SimulationFile {
             check_rounds(source, (&pass.rounds, &pass.place), &name, &uniforms)?;
         }
         let (file, text) = (file.into(), text.into());
-        Ok(Self { file, text, name, module, declared, states, start, step, shows, cells, rate_hz, uniforms })
+        Ok(Self {
+            file,
+            text,
+            name,
+            module,
+            declared,
+            states,
+            start,
+            step,
+            shows,
+            cells,
+            rate_hz,
+            reads_surfaces,
+            uniforms,
+        })
     }
 
     /// Its name.
@@ -156,6 +173,11 @@ impl SimulationFile {
     /// Steps in a second where nobody says otherwise.
     pub fn rate_hz(&self) -> f32 {
         self.rate_hz
+    }
+
+    /// Whether it reads the surfaces that a camera of the scene sees.
+    pub fn reads_surfaces(&self) -> bool {
+        self.reads_surfaces
     }
 
     /// Its parameters, whose keys begin with its name; then whether it goes on.
@@ -186,7 +208,8 @@ fn states_of(source: Source<'_>, scan: &Scan, header: &Header) -> Result<Vec<Str
         }
         let is_taken = |name: &str| scan.functions.contains_key(name) || scan.variables.contains_key(name);
         let names = [pass.target.clone(), format!("{}_at", pass.target), format!("{}_between", pass.target)];
-        let is_of_prelude = |name: &str| locate::parse("", "", &declarations(Edges::Clamp, &[name.into()])).is_err();
+        let is_of_prelude =
+            |name: &str| locate::parse("", "", &declarations((Edges::Clamp, true), &[name.into()])).is_err();
         if names.iter().any(|name| is_taken(name)) || is_of_prelude(&pass.target) {
             let fault = source.fault(pass.place.clone(), format!("a state cannot be called `{}`", pass.target));
             return Err(Box::new(
@@ -202,8 +225,11 @@ fn states_of(source: Source<'_>, scan: &Scan, header: &Header) -> Result<Vec<Str
 }
 
 /// What is declared for a text that has no entry points.
-fn declarations(edges: Edges, states: &[String]) -> String {
+fn declarations((edges, reads_surfaces): (Edges, bool), states: &[String]) -> String {
     let mut declared = PRELUDE.to_owned();
+    if reads_surfaces {
+        declared.push_str(SURFACES);
+    }
     let within = match edges {
         Edges::Clamp => "clamp(cell, vec2i(0), simulation.cells - 1)",
         Edges::Wrap => "(cell % simulation.cells + simulation.cells) % simulation.cells",

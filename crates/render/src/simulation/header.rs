@@ -9,7 +9,9 @@ use manypass_scene::simulation::CELLS_SIDE_MAX;
 use std::ops::Range;
 
 /// The words that a header may hold.
-const WORDS: [&str; 7] = ["simulation", "start", "step", "shows", "cells", "rate", "edges"];
+const WORDS: [&str; 8] = ["simulation", "start", "step", "shows", "cells", "rate", "edges", "reads"];
+/// What a simulation may read beside its states.
+const SURFACES: &str = "surfaces";
 /// Width and height in cells where nobody says.
 const CELLS: (u32, u32) = (256, 256);
 /// Steps in a second where nobody says.
@@ -46,6 +48,8 @@ pub(super) struct Header {
     pub cells: (u32, u32),
     pub rate_hz: f32,
     pub edges: Edges,
+    /// Whether it reads the surfaces that a camera sees.
+    pub reads_surfaces: bool,
 }
 
 impl Header {
@@ -55,8 +59,16 @@ impl Header {
     /// A line that is not of the form, or not at the top; no steps, or nothing that is shown.
     pub fn parse(source: Source<'_>, scan: &Scan) -> Result<Self, Box<Diagnostic>> {
         let (start, step, shows) = (Vec::new(), Vec::new(), Vec::new());
-        let mut header =
-            Self { name: None, start, step, shows, cells: CELLS, rate_hz: RATE_HZ, edges: Edges::default() };
+        let mut header = Self {
+            name: None,
+            start,
+            step,
+            shows,
+            cells: CELLS,
+            rate_hz: RATE_HZ,
+            edges: Edges::default(),
+            reads_surfaces: false,
+        };
         let mut said: Vec<String> = Vec::new();
         for (place, line) in source.header_lines(scan)? {
             header.line(source, (place, line), &mut said)?;
@@ -117,6 +129,8 @@ impl Header {
                 "wrap" => self.edges = Edges::Wrap,
                 _ => return wrong("edges: clamp`, or `//! edges: wrap"),
             },
+            "reads" if text == SURFACES => self.reads_surfaces = true,
+            "reads" => return wrong("reads: surfaces"),
             _ if text.is_empty() => return wrong(&format!("{word}: FUNCTION -> STATE, …")),
             "shows" => {
                 for (entry, place) in entries(text, range.start) {

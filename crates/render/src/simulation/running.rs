@@ -4,8 +4,8 @@ use super::compiled::{Compiled, CompiledPass, PICTURE, STATE, compiled};
 use super::{NUMBER_MAX, STEPS_MAX, SimulationFile, SimulationProgress, SimulationReport};
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::shader::program::ProgramError;
-use glam::{IVec2, Vec2, Vec3};
-use manypass_scene::simulation::{BODIES_MAX, Body, Place, Simulation};
+use glam::{IVec2, Mat4, Vec2, Vec3};
+use manypass_scene::simulation::{BODIES_MAX, Body, Place, SEEN_SIDE, SeenSurfaces, Simulation};
 use std::collections::{BTreeMap, HashMap};
 
 /// After so many steps the device is waited for, so that it is never far behind.
@@ -43,12 +43,61 @@ struct SimulationUniform {
     bodies: [BodyUniform; BODIES_MAX],
 }
 
+/// The uniform of `surfaces.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+struct SeenUniform {
+    view_from_world: Mat4,
+    half_extent: Vec2,
+    is_orthographic: f32,
+    is_there: f32,
+}
+
+/// What a camera of the scene sees, for simulations that read it.
+#[derive(Debug)]
+struct Seen {
+    uniform: wgpu::Buffer,
+    surfaces: wgpu::TextureView,
+}
+
+impl Seen {
+    fn new(gpu: &Gpu, seen: Option<&SeenSurfaces>) -> Self {
+        let uniform = seen.map(|seen| SeenUniform {
+            view_from_world: seen.view_from_world,
+            half_extent: seen.half,
+            is_orthographic: if seen.is_orthographic { 1.0 } else { 0.0 },
+            is_there: 1.0,
+        });
+        let nothing = [[0.0, 1.0, 0.0, f32::INFINITY]];
+        let texels = seen.map_or(&nothing[..], |seen| &seen.texels);
+        let side = if seen.is_some() { SEEN_SIDE } else { 1 };
+        let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("surfaces"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: STATE,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * side), rows_per_image: Some(side) };
+        gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, size);
+        let uniform = uniform_buffer(gpu, &uniform.unwrap_or_default());
+        Self { uniform, surfaces: texture.create_view(&Default::default()) }
+    }
+}
+
 /// Where a simulation is, and what moves through it.
 pub(crate) struct Moving<'s> {
     pub place: Place,
     pub bodies: Vec<Body<'s>>,
     /// The animation that moves them.
     pub posed: Option<usize>,
+    /// Gives the surfaces that it meets.
+    pub surfaces: &'s dyn Fn() -> Option<SeenSurfaces>,
 }
 
 /// A simulation on a device.
@@ -62,6 +111,9 @@ pub(crate) struct Running {
     states: BTreeMap<String, State>,
     pictures: BTreeMap<String, wgpu::TextureView>,
     uniform: wgpu::Buffer,
+    /// The surfaces that it reads; none before it has begun.
+    seen: Option<Seen>,
+    reads_surfaces: bool,
     /// Which round a pass is in, of how many.
     turns: HashMap<(u32, u32), wgpu::Buffer>,
     groups: HashMap<(Phase, usize, u32, u32), wgpu::BindGroup>,
@@ -130,6 +182,7 @@ impl Running {
         let states = file.states().iter().map(state).collect();
         let mips = cells.0.max(cells.1).ilog2() + 1;
         let pictures = file.pictures().map(|name| (name.to_owned(), texture(name, PICTURE, mips))).collect();
+        let reads_surfaces = file.reads_surfaces();
         let compiled = compiled(gpu, file)?;
         Ok(Self {
             simulation: simulation.clone(),
@@ -140,6 +193,8 @@ impl Running {
             states,
             pictures,
             uniform: uniform_buffer(gpu, &SimulationUniform::default()),
+            seen: None,
+            reads_surfaces,
             turns: HashMap::new(),
             groups: HashMap::new(),
             steps: None,
@@ -178,7 +233,7 @@ impl Running {
     ) -> Result<(), ProgramError> {
         let until = self.steps_to(time_secs);
         // In another animation bodies have come another way.
-        if self.posed != moving.posed && !moving.bodies.is_empty() {
+        if self.posed != moving.posed && (self.reads_surfaces || !moving.bodies.is_empty()) {
             self.steps = None;
         }
         self.posed = moving.posed;
@@ -226,6 +281,10 @@ impl Running {
 
     /// Makes the states as they are at first.
     fn begin(&mut self, gpu: &Gpu, moving: &Moving<'_>) {
+        if self.reads_surfaces {
+            self.seen = Some(Seen::new(gpu, (moving.surfaces)().as_ref()));
+            self.groups.clear();
+        }
         self.write_uniform(gpu, moving, None);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         for state in self.states.values() {
@@ -265,7 +324,7 @@ impl Running {
 
     /// Records a list of passes.
     fn record(&mut self, gpu: &Gpu, phase: Phase, encoder: &mut wgpu::CommandEncoder) {
-        let Self { compiled, states, pictures, groups, uniform, turns, .. } = self;
+        let Self { compiled, states, pictures, groups, uniform, turns, seen, .. } = self;
         let passes = match phase {
             Phase::Start => &compiled.start,
             Phase::Step => &compiled.step,
@@ -277,8 +336,9 @@ impl Running {
                 let round = if pass.slots.iter().any(|slot| slot.name == "turn") { round } else { 0 };
                 let turn = turns.entry((round, pass.rounds));
                 let turn = turn.or_insert_with(|| uniform_buffer(gpu, &[round, pass.rounds, 0, 0]));
-                let group =
-                    groups.entry((phase, at, read, round)).or_insert_with(|| bind(gpu, pass, states, uniform, turn));
+                let group = groups
+                    .entry((phase, at, read, round))
+                    .or_insert_with(|| bind(gpu, pass, states, (uniform, turn, seen.as_ref())));
                 let first_level = wgpu::TextureViewDescriptor { mip_level_count: Some(1), ..Default::default() };
                 let target = match phase {
                     Phase::Shows => pictures.get(&pass.target).map(|view| view.texture().create_view(&first_level)),
@@ -327,14 +387,17 @@ impl Running {
         }
     }
 
+    /// What holds a state now.
+    pub fn state(&self, name: &str) -> Option<&wgpu::TextureView> {
+        self.states.get(name).and_then(|state| state.views.get(state.current))
+    }
+
     /// The numbers of a state, four a cell, row by row from the top.
     ///
     /// # Errors
     /// The device failed.
     pub async fn read(&self, gpu: &Gpu, state: &str) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let Some(view) = self.states.get(state).and_then(|state| state.views.get(state.current)) else {
-            return Ok(None);
-        };
+        let Some(view) = self.state(state) else { return Ok(None) };
         let bytes = readback::read_texture(gpu, view.texture()).await?;
         Ok(Some(bytemuck::pod_collect_to_vec(&bytes)))
     }
@@ -400,13 +463,14 @@ fn bind(
     gpu: &Gpu,
     pass: &CompiledPass,
     states: &BTreeMap<String, State>,
-    uniform: &wgpu::Buffer,
-    turn: &wgpu::Buffer,
+    (uniform, turn, seen): (&wgpu::Buffer, &wgpu::Buffer, Option<&Seen>),
 ) -> wgpu::BindGroup {
     let entry = |slot: &crate::shader::program::Slot| {
         let resource = match slot.name.as_str() {
             "simulation" => uniform.as_entire_binding(),
             "turn" => turn.as_entire_binding(),
+            "seen" => seen?.uniform.as_entire_binding(),
+            "seen_surfaces" => wgpu::BindingResource::TextureView(&seen?.surfaces),
             name => {
                 let state = states.get(name)?;
                 wgpu::BindingResource::TextureView(state.views.get(state.current)?)
@@ -429,7 +493,7 @@ mod tests {
 
     #[test]
     fn the_uniforms_have_one_layout() {
-        let file = SimulationFile::of_program(&Simulation::built_in("a", "ripples").program).expect("built in");
+        let file = SimulationFile::of_program(&Simulation::built_in("a", "particles").program).expect("built in");
         let members = |name: &str| {
             let of_name = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some(name);
             let (_, ty) = file.module.types.iter().find(of_name).expect("declared");
@@ -449,5 +513,6 @@ mod tests {
             SimulationUniform, cells, cell_m, step, step_secs, time_secs, seed, body_count, padding_a, padding_b, bodies
         );
         assert_eq!(members("Simulation"), expected);
+        assert_eq!(members("Seen"), layout!(SeenUniform, view_from_world, half_extent, is_orthographic, is_there));
     }
 }

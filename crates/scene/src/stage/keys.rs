@@ -328,6 +328,73 @@ pub(super) const SIMULATIONS: StageTable = StageTable {
     ],
 };
 
+/// Particles.
+pub(super) const PARTICLES: StageTable = StageTable {
+    name: "particles",
+    doc: "Many small things that a simulation moves: sparks, smoke, rain, or what else its parameters make of them.",
+    keys: &[
+        required(
+            "preset",
+            StageType::Word(crate::particles::Preset::NAMES),
+            "What they are made of, and how they move, where the other keys do not say.",
+        ),
+        key("name", StageType::Text, "What they are called in reports; the preset."),
+        key(
+            "count",
+            StageType::Number { min: 1.0, is_above: false, max: super::particles::COUNT_MAX },
+            "How many there are at once, at most; 10000.",
+        ),
+        key(
+            "rate_per_s",
+            from(0.0),
+            "How many are born in a second; 0, as many as there is place for, which is the most.",
+        ),
+        key("center", StageType::Vector, "The middle of where they are born, in metres; [0, 0, 0]."),
+        key("size_m", StageType::Vector, "The extent of that along X, Y and Z; [0, 0, 0]."),
+        key(
+            "parameters",
+            StageType::Values,
+            "The values of the parameters of what moves them by their names, { wind_m_s = [2, 0, 0] }: docs/simulations.md lists them.",
+        ),
+        key("radius_m", StageType::Pair, "Their radius at the beginning of their life and at its end, in metres."),
+        key("color", StageType::Color, "Their colour: of the light that they scatter, and of what they emit."),
+        key(
+            "emission",
+            from(0.0),
+            "What they emit, times their colour, in the units of the scene (cd/m² where lights are lux and candela).",
+        ),
+        key("opacity", SHARE, "How much their middle hides; 0 of what is seen by what it emits alone."),
+        key(
+            "stretch_s",
+            from(0.0),
+            "For how many seconds of their way they are drawn, as in a picture that is exposed so long.",
+        ),
+        key("softness_m", from(0.0), "How far before a surface they begin to fade, in metres."),
+        key(
+            "meets",
+            StageType::Text,
+            "A camera of the model, by its name or that of the node that holds it: particles meet the surfaces that it sees in a square \
+             picture at the beginning, whoever looks at them.",
+        ),
+        key("layers", StageType::Layers, "The layers of which it sees them, by number (`layers` of `[[nodes]]`); all."),
+        key(
+            "seed",
+            StageType::Number { min: 0.0, is_above: false, max: 16_777_216.0 },
+            "Another number is another course of what chance decides; 0.",
+        ),
+        key(
+            "rate_hz",
+            StageType::Number { min: 0.0, is_above: true, max: 1e6 },
+            "How many steps there are in a second; 60.",
+        ),
+        key(
+            "program",
+            StageType::Text,
+            "What moves them in place of `particles`, which is built in: a .wgsl file with the states `place` and `velocity`.",
+        ),
+    ],
+};
+
 /// Surfaces of water.
 pub(super) const WATER: StageTable = StageTable {
     name: "water",
@@ -655,8 +722,8 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 11] =
-    [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, SIMULATIONS, WATER, PORTALS, SURROUNDINGS, OVERLAY];
+pub const TABLES: [StageTable; 12] =
+    [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, SIMULATIONS, PARTICLES, WATER, PORTALS, SURROUNDINGS, OVERLAY];
 
 impl StageType {
     /// What it takes, in words.

@@ -1,6 +1,6 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
-use super::keys::{MATERIALS, OVERLAY, SIMULATIONS, WATER};
+use super::keys::{MATERIALS, OVERLAY, PARTICLES, SIMULATIONS, WATER};
 use super::{
     Stage, document, environment_file, materials::MAPS, overlay::FILES, simulations, table::Source, value, water,
 };
@@ -147,13 +147,14 @@ pub fn named_images(path: &Path) -> Vec<PathBuf> {
         (WATER.name, &water::IMAGES[..]),
         (OVERLAY.name, &FILES[..]),
         (SIMULATIONS.name, &["program"][..]),
+        (PARTICLES.name, &["program"][..]),
     ];
     let named = named.into_iter().flat_map(|(list, keys)| {
         let entries = value(document.get_ref(), list).and_then(|list| list.get_ref().as_array());
         let tables = entries.into_iter().flatten().filter_map(|entry| entry.get_ref().as_table());
         let names = tables.flat_map(|table| keys.iter().filter_map(|key| value(table, key)?.get_ref().as_str()));
         // Programs of simulations that are no files are built in.
-        names.filter(move |name| list != SIMULATIONS.name || simulations::is_file(name))
+        names.filter(move |name| ![SIMULATIONS.name, PARTICLES.name].contains(&list) || simulations::is_file(name))
     });
     let is_file = |name: &&str| !name.is_empty();
     named.filter(is_file).map(|name| folder.join(name)).collect()

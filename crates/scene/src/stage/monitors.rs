@@ -1,10 +1,11 @@
 //! Monitors of a stage: what cameras of the scene see, and where it is shown.
 
+use super::particles::camera_called;
 use super::screens::Screen;
 use super::table::{Placed, Source, Table};
 use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera, Update};
 use crate::framing::{DEFAULT_FOV_Y_RAD, look_along};
-use crate::{Diagnostic, Image, NodeId, Projection, Scene, Wrap};
+use crate::{Diagnostic, Image, Projection, Scene, Wrap};
 use glam::{Mat4, Vec3};
 
 /// The words of `update`.
@@ -83,22 +84,10 @@ impl MonitorEntry {
     }
 
     fn camera_in(&self, source: &Source, scene: &Scene) -> Result<MonitorCamera, Box<Diagnostic>> {
-        let named = match &self.camera {
-            Seen::At(camera) => return Ok(*camera),
-            Seen::Named(name) => name,
-        };
-        let name_of = |camera: usize| scene.cameras.get(camera).map_or("", |camera| camera.name.as_str());
-        let holders = || (0..).zip(&scene.nodes).filter_map(|(id, node)| Some((NodeId(id), node, node.camera?)));
-        let of_node = holders().find(|(_, node, _)| node.name == named.value);
-        let found = of_node.or_else(|| holders().find(|(.., camera)| name_of(*camera) == named.value));
-        let Some((id, ..)) = found else {
-            let known: Vec<&str> =
-                holders().flat_map(|(_, node, camera)| [node.name.as_str(), name_of(camera)]).collect();
-            let names = known.into_iter().filter(|name| !name.is_empty());
-            let message = format!("the model has no camera called `{}`", named.value);
-            return Err(source.unknown(named.range.clone(), message, &named.value, names));
-        };
-        Ok(MonitorCamera::Node(id))
+        match &self.camera {
+            Seen::At(camera) => Ok(*camera),
+            Seen::Named(name) => Ok(MonitorCamera::Node(camera_called(source, scene, name)?)),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::names::Pattern;
 use super::screens::Screen;
 use super::surfaces::nodes_called;
 use super::table::{Placed, Source, Table};
-use crate::simulation::{BODIES_MAX, CELLS_SIDE_MAX, SIMULATIONS_MAX, Simulation};
+use crate::simulation::{BODIES_MAX, CELLS_SIDE_MAX, Program, SIMULATIONS_MAX, Simulation};
 use crate::{Diagnostic, Image, NodeId, Scene, Wrap};
 use std::ops::Range;
 
@@ -29,6 +29,22 @@ pub(super) struct SimulationEntry {
 /// Whether a program is a file, and not one that is built in.
 pub(super) fn is_file(name: &str) -> bool {
     name.to_ascii_lowercase().ends_with(".wgsl")
+}
+
+/// The program of a file that a stage names; `text_of` gives files by their names.
+///
+/// # Errors
+/// It cannot be read, or is no text.
+pub(super) fn program_of(
+    source: &Source,
+    file: &Placed<String>,
+    text_of: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+) -> Result<Program, Box<Diagnostic>> {
+    let fault = |message: String| source.fault(file.range.clone(), message);
+    let bytes = text_of(&file.value).map_err(fault)?;
+    let text = String::from_utf8(bytes).map_err(|_| fault(format!("`{}` is no text in UTF-8", file.value)))?;
+    let folder = std::path::Path::new(&source.file).parent().unwrap_or(std::path::Path::new(""));
+    Ok(Program::Text { file: folder.join(&file.value).display().to_string(), text: text.into() })
 }
 
 impl SimulationEntry {
@@ -102,12 +118,8 @@ impl SimulationEntry {
             return Err(source.fault(self.range.clone(), message));
         }
         let mut simulation = self.simulation.clone();
-        if let Some(file) = self.file() {
-            let fault = |message: String| source.fault(self.file.range.clone(), message);
-            let bytes = text_of(file).map_err(fault)?;
-            let text = String::from_utf8(bytes).map_err(|_| fault(format!("`{file}` is no text in UTF-8")))?;
-            let path = std::path::Path::new(&source.file).parent().unwrap_or(std::path::Path::new("")).join(file);
-            simulation.program = Simulation::of_text("", &path.display().to_string(), &text).program;
+        if self.file().is_some() {
+            simulation.program = program_of(source, &self.file, text_of)?;
         }
         let all = |names: &[Placed<Pattern>], scene: &Scene| -> Result<Vec<NodeId>, Box<Diagnostic>> {
             let found: Vec<_> = names.iter().map(|name| nodes_called(name, source, scene)).collect::<Result<_, _>>()?;

@@ -1,0 +1,219 @@
+//! simulation particles
+//! start: none -> place
+//! step: speed -> velocity, go -> place
+//! shows: ages
+//! cells: 256x4
+//! rate: 60
+//! reads: surfaces
+
+// Particles, one in each cell, that are born one after the other, move, and die: their places and velocities in metres of world
+// space. What is born takes the cell of the one that has been dead for longest; there are never more than `count`.
+
+struct Particles {
+    /// How many there are at once, at most.
+    // = 1024 in 1..1048576
+    count: u32,
+    /// How many are born, 1/s; as many as there is place for where it is 0, and at most
+    // = 0 in 0..
+    rate_per_s: f32,
+    /// How long they live, at least and at most, s
+    // = 1, 2 in 0.01..10000
+    life_s: vec2f,
+    /// The middle of where they are born, m
+    // = 0, 0, 0
+    center: vec3f,
+    /// 0 in a box, 1 in the ellipsoid within it, 2 in the upright disk within it
+    // = 0 in 0..2
+    shape: u32,
+    /// The extent of that, m
+    // = 0, 0, 0 in 0..
+    size_m: vec3f,
+    /// How fast the parts of a second apart they are, m/s
+    // = 0 in 0..1000
+    spread_m_s: f32,
+    /// How they move at first, m/s
+    // = 0, 0, 0
+    velocity_m_s: vec3f,
+    /// How much faster they fall, m/s²
+    // = 9.81 in -1000..1000
+    gravity_m_s2: f32,
+    /// How the air moves, m/s
+    // = 0, 0, 0
+    wind_m_s: vec3f,
+    /// How much of their speed against the air they lose, 1/s
+    // = 0 in 0..1000
+    drag_per_s: f32,
+    /// How fast the air swirls, m/s
+    // = 0 in 0..1000
+    swirl_m_s: f32,
+    /// How large its swirls are, m
+    // = 1 in 0.001..10000
+    swirl_m: f32,
+    /// How much of their speed they keep where they meet something, share; where it is below 0 they end there
+    // = 0 in -1..1
+    bounce: f32,
+    /// How much of their speed along what they meet they lose, share
+    // = 0.2 in 0..1
+    friction: f32,
+    /// Two planes that they stay before: the normal, and the product of the plane's points with it. None has the normal 0.
+    // = 0, 1, 0, 0
+    floor: vec4f,
+    /// The second of them.
+    // = 0, 0, 0, 0
+    wall: vec4f,
+}
+
+@group(2) @binding(0) var<uniform> particles: Particles;
+
+// How many are born by the end of so many steps: as many as there is place for, at most.
+fn born_by(steps: u32) -> u32 {
+    let most = f32(particles.count) / particles.life_s.y;
+    let rate = select(min(particles.rate_per_s, most), most, particles.rate_per_s <= 0.0);
+    // In whole seconds and the rest of them, because floats have 24 bits.
+    let per_s = u32(round(1.0 / simulation.step_secs));
+    let whole = steps / max(per_s, 1u);
+    let rest = f32(steps - whole * per_s) * simulation.step_secs * rate;
+    let of_whole = f32(whole) * fract(rate) + rest;
+    return whole * u32(rate) + u32(of_whole);
+}
+
+fn index_of(cell: vec2i) -> u32 {
+    return u32(cell.y * simulation.cells.x + cell.x);
+}
+
+// Whether a particle is born in a step, and the how-manieth of all it is.
+fn birth_of(cell: vec2i) -> vec2u {
+    let index = index_of(cell);
+    let first = born_by(simulation.step);
+    let end = born_by(simulation.step + 1u);
+    let count = particles.count;
+    let number = first + (index + count - first % count) % count;
+    return vec2u(select(0u, 1u, index < count && number < end), number);
+}
+
+// A direction in a ball.
+fn in_ball(chance: vec3f) -> vec3f {
+    let height = 2.0 * chance.x - 1.0;
+    let around = 6.2831853 * chance.y;
+    let ring = sqrt(max(1.0 - height * height, 0.0));
+    return vec3f(ring * cos(around), height, ring * sin(around)) * pow(chance.z, 1.0 / 3.0);
+}
+
+fn place_at_birth(number: u32) -> vec3f {
+    let chance = random(vec3u(number, 1u, 0u)).xyz;
+    var at = chance - 0.5;
+    if particles.shape == 1u {
+        at = 0.5 * in_ball(chance);
+    } else if particles.shape == 2u {
+        let around = 6.2831853 * chance.x;
+        at = vec3f(0.5 * sqrt(chance.y) * vec2f(cos(around), sin(around)), chance.z - 0.5).xzy;
+    }
+    return particles.center + at * particles.size_m;
+}
+
+// Smooth noise that repeats nowhere near, and its slopes.
+fn noise_slopes(at: vec3f, what: u32) -> vec3f {
+    let cell = floor(at);
+    let f = at - cell;
+    let u = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+    let du = 30.0 * f * f * (f * (f - 2.0) + 1.0);
+    var value: array<f32, 8>;
+    for (var i = 0u; i < 8u; i++) {
+        let corner = vec3i(cell) + vec3i(vec3u(i & 1u, (i >> 1u) & 1u, i >> 2u));
+        value[i] = random(bitcast<vec3u>(corner) + vec3u(what * 7919u))[what & 3u] * 2.0 - 1.0;
+    }
+    let low = mix(mix(value[0], value[1], u.x), mix(value[2], value[3], u.x), u.y);
+    let high = mix(mix(value[4], value[5], u.x), mix(value[6], value[7], u.x), u.y);
+    let x_low = mix(value[1] - value[0], value[3] - value[2], u.y);
+    let x_high = mix(value[5] - value[4], value[7] - value[6], u.y);
+    let y_low = mix(value[2], value[3], u.x) - mix(value[0], value[1], u.x);
+    let y_high = mix(value[6], value[7], u.x) - mix(value[4], value[5], u.x);
+    return du * vec3f(mix(x_low, x_high, u.z), mix(y_low, y_high, u.z), high - low);
+}
+
+// Air that swirls and neither comes nor goes: the curl of three noises (Bridson, Houriham & Nordenstam 2007, "Curl-Noise for
+// Procedural Fluid Flow").
+fn swirl_at(place: vec3f) -> vec3f {
+    let at = place / particles.swirl_m + vec3f(0.0, 0.15, 0.0) * simulation.time_secs;
+    let x = noise_slopes(at, 0u);
+    let y = noise_slopes(at, 1u);
+    let z = noise_slopes(at, 2u);
+    return particles.swirl_m_s * vec3f(z.y - y.z, x.z - z.x, y.x - x.y);
+}
+
+// What a particle meets on its way: the normal there, and how deep in it would be (at most 0: nothing).
+fn met_at(before: vec3f, after: vec3f) -> vec4f {
+    var met = vec4f(0.0);
+    let of_floor = particles.floor.w - dot(particles.floor.xyz, after);
+    if any(particles.floor.xyz != vec3f(0.0)) && of_floor > 0.0 {
+        met = vec4f(normalize(particles.floor.xyz), of_floor);
+    }
+    let of_wall = particles.wall.w - dot(particles.wall.xyz, after);
+    if any(particles.wall.xyz != vec3f(0.0)) && of_wall > met.w {
+        met = vec4f(normalize(particles.wall.xyz), of_wall);
+    }
+    let of_seen = seen_surface(before, after);
+    if of_seen.w > met.w {
+        met = of_seen;
+    }
+    return met;
+}
+
+// xyz: metres, w: age in seconds, below 0 where there is none.
+fn none(cell: vec2i) -> vec4f {
+    return vec4f(0.0, 0.0, 0.0, -1.0);
+}
+
+// xyz: metres a second, w: the length of its life; below 0 of what has ended by what it met.
+fn speed(cell: vec2i) -> vec4f {
+    let birth = birth_of(cell);
+    if birth.x != 0u {
+        let chance = random(vec3u(birth.y, 2u, 0u));
+        let spread = in_ball(random(vec3u(birth.y, 3u, 0u)).xyz) * particles.spread_m_s;
+        return vec4f(particles.velocity_m_s + spread, mix(particles.life_s.x, particles.life_s.y, chance.x));
+    }
+    let here = place_at(cell);
+    var velocity = velocity_at(cell);
+    if here.w < 0.0 {
+        return velocity;
+    }
+    let dt = simulation.step_secs;
+    var air = particles.wind_m_s;
+    if particles.swirl_m_s > 0.0 {
+        air += swirl_at(here.xyz);
+    }
+    var moved = air + (velocity.xyz - air) * exp(-particles.drag_per_s * dt);
+    moved.y -= particles.gravity_m_s2 * dt;
+    let met = met_at(here.xyz, here.xyz + moved * dt);
+    if met.w > 0.0 {
+        if particles.bounce < 0.0 {
+            return vec4f(moved, -1.0);
+        }
+        let into = min(dot(moved, met.xyz), 0.0);
+        let along = moved - into * met.xyz;
+        moved = along * (1.0 - particles.friction) - into * particles.bounce * met.xyz;
+    }
+    return vec4f(moved, velocity.w);
+}
+
+fn go(cell: vec2i) -> vec4f {
+    let birth = birth_of(cell);
+    let here = place_at(cell);
+    let velocity = velocity_at(cell);
+    if birth.x != 0u {
+        return vec4f(place_at_birth(birth.y), 0.0);
+    }
+    let age = here.w + simulation.step_secs;
+    if here.w < 0.0 || velocity.w < 0.0 || age >= velocity.w {
+        return vec4f(here.xyz, -1.0);
+    }
+    var at = here.xyz + velocity.xyz * simulation.step_secs;
+    let met = met_at(here.xyz, at);
+    at += met.xyz * max(met.w, 0.0);
+    return vec4f(at, age);
+}
+
+fn ages(cell: vec2i) -> vec4f {
+    let share = place_at(cell).w / max(velocity_at(cell).w, 1e-6);
+    return vec4f(vec3f(max(share, 0.0)), 1.0);
+}

@@ -1,0 +1,102 @@
+// particles.light: the radiance of every particle, of what it emits and of the light that it scatters to all sides alike, as
+// a puff of smoke does: of the lights of its cluster, of those without range, and of the environment, with their shadows.
+// Reads: the states of what moves them, the tables of lights, clusters and shadows. Writes: pre-exposed radiance, in fog; 0
+// where the view does not show one.
+// Program: particles_light.
+
+import package::view::view;
+import package::shaders::colour::half_float_clamped;
+import package::shaders::environment::{environment, environment_irradiance, enter_surroundings, surrounding_count, sun_count};
+import package::shaders::fog::fogged;
+import package::shaders::light_lists::cluster_index_at;
+import package::shaders::light_table::{
+    LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, cluster_at, cluster_grid, cluster_light_at, light_part, light_place, table_rows,
+};
+import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air, shadowed};
+import package::passes::particles::uniform::{particles, place, velocity};
+
+const FOUR_PI: f32 = 12.5663706;
+// Beyond the picture by so much a particle is still seen by its radius.
+const MARGIN: f32 = 1.5;
+
+// What a light at a place shines on a particle, from all of it at once.
+fn punctual_on(index: u32, position_world: vec3f) -> vec3f {
+    let table_uv = light_place(index, table_rows());
+    let source = light_part(table_uv, LIGHT_POSITION);
+    let towards = source.xyz - position_world;
+    let distance_squared = max(dot(towards, towards), 1e-4);
+    let ratio_squared = distance_squared * source.w;
+    if ratio_squared >= 1.0 {
+        return vec3f(0.0);
+    }
+    var strength = (1.0 - ratio_squared * ratio_squared) / distance_squared;
+    let color = light_part(table_uv, LIGHT_COLOR);
+    if color.w != 0.0 {
+        let axis = light_part(table_uv, LIGHT_AXIS);
+        let to_light = towards * inverseSqrt(distance_squared);
+        let cone = clamp(axis.w - dot(axis.xyz, to_light) * color.w, 0.0, 1.0);
+        strength *= cone * cone;
+    }
+    if shadowed != 0u {
+        if strength > 0.0 {
+            strength *= punctual_visibility_in_air(table_uv, source.xyz, position_world);
+        }
+    }
+    return color.rgb * strength;
+}
+
+fn directional_on(index: u32, position_world: vec3f) -> vec3f {
+    let table_uv = light_place(index, table_rows());
+    var irradiance = light_part(table_uv, LIGHT_COLOR).rgb;
+    if shadowed != 0u {
+        irradiance *= directional_visibility_in_air(table_uv, position_world);
+    }
+    return irradiance;
+}
+
+// All light on a particle, over the whole sphere.
+fn light_on(position_world: vec3f, position_px: vec2f, distance_m: f32) -> vec3f {
+    if surrounding_count > 0u {
+        enter_surroundings(position_world);
+    }
+    // Of the environment from above and from below: twice the irradiance of each side is what a sphere of it gives.
+    var sum = 2.0 * (environment_irradiance(vec3f(0.0, 1.0, 0.0)) + environment_irradiance(vec3f(0.0, -1.0, 0.0)));
+    for (var i = 0u; i < sun_count; i++) {
+        sum += environment.sun_irradiances[i].rgb;
+    }
+    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
+    let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
+    let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);
+    for (var i = 0u; i < directional_count; i++) {
+        sum += directional_on(i, position_world);
+    }
+    for (var i = directional_count; i < global_count; i++) {
+        sum += punctual_on(i, position_world);
+    }
+    let rows = table_rows();
+    let list = cluster_at(cluster_index_at(position_px, distance_m));
+    let count = select(0u, list.end - list.first, position_px.x >= 0.0);
+    for (var i = 0u; i < count; i++) {
+        sum += punctual_on(cluster_light_at(list.first + i, rows), position_world);
+    }
+    return sum;
+}
+
+@fragment
+fn fs_particles_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let at = textureLoad(place, vec2i(position.xy), 0);
+    let life = textureLoad(velocity, vec2i(position.xy), 0).w;
+    let clip = view.clip_from_world * vec4f(at.xyz, 1.0);
+    if at.w < 0.0 || clip.w <= 0.0 || any(abs(clip.xy) > vec2f(MARGIN * clip.w)) {
+        return vec4f(0.0);
+    }
+    let left = clamp(1.0 - at.w / max(life, 1e-6), 0.0, 1.0);
+    var radiance = particles.color * particles.emission * left;
+    if particles.opacity > 0.0 {
+        let ndc = clamp(clip.xy / clip.w, vec2f(-1.0), vec2f(0.9999));
+        let position_px = (ndc * vec2f(0.5, -0.5) + 0.5) * view.size_px;
+        let distance_m = max(-(view.view_from_world * vec4f(at.xyz, 1.0)).z, 1e-3);
+        radiance += particles.color * light_on(at.xyz, clamp(position_px, vec2f(0.0), view.size_px - 1.0), distance_m) / FOUR_PI;
+    }
+    return vec4f(half_float_clamped(fogged(radiance, at.xyz)), 1.0);
+}

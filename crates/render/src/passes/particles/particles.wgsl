@@ -1,0 +1,90 @@
+// particles: billboards that face the eye, along their way where they are drawn for some time of it, and fade before surfaces.
+// Those that hide something leave sums: radiance times optical depth, and the square root of what comes through all of them;
+// so that what is seen is the mean of all by optical depth, whatever their order. Others add light.
+// Source: mean of a medium's source by optical depth (Chandrasekhar 1950), in place of sorting; soft particles (Lorach 2007).
+// Reads: the states of what moves them, their light, linear_depth. Writes: sums, or radiance.
+// Program: particles.
+
+import package::view::view;
+import package::passes::particles::uniform::{particles, place, velocity};
+
+@group(1) @binding(4) var light: texture_2d<f32>;
+@group(1) @binding(5) var linear_depth: texture_2d<f32>;
+
+// 1 if they add light and hide nothing.
+override adds: u32 = 0u;
+
+// What is thinner is drawn as wide as that in pixels, and fainter.
+const RADIUS_MIN_PX: f32 = 0.6;
+// The most that the middle of one hides.
+const OPACITY_MAX: f32 = 0.98;
+
+struct ParticleVarying {
+    @builtin(position) position_clip: vec4f,
+    // From -1 to 1 across and along.
+    @location(0) place: vec2f,
+    @location(1) @interpolate(flat, either) radiance: vec3f,
+    // How much its middle hides, or the share of its light; the distance along the view's axis.
+    @location(2) @interpolate(flat, either) strength: vec2f,
+}
+
+@vertex
+fn vs_particles(@builtin(vertex_index) vertex: u32, @builtin(instance_index) index: u32) -> ParticleVarying {
+    let cell = vec2i(vec2u(index % particles.columns, index / particles.columns));
+    let at = textureLoad(place, cell, 0);
+    let moves = textureLoad(velocity, cell, 0);
+    let lit = textureLoad(light, cell, 0);
+    var out: ParticleVarying;
+    // Behind the eye, where nothing is drawn.
+    out.position_clip = vec4f(0.0, 0.0, 2.0, 1.0);
+    if at.w < 0.0 || lit.a == 0.0 {
+        return out;
+    }
+    let share = clamp(at.w / max(moves.w, 1e-6), 0.0, 1.0);
+    let middle = (view.view_from_world * vec4f(at.xyz, 1.0)).xyz;
+    let half_way = 0.5 * particles.stretch_secs * (view.view_from_world * vec4f(moves.xyz, 0.0)).xyz;
+    let scale = mix(-middle.z, 1.0, view.orthographic);
+    let metres_a_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y * scale;
+    let radius_m = mix(particles.radius_m.x, particles.radius_m.y, share);
+    let drawn_m = max(radius_m, RADIUS_MIN_PX * metres_a_pixel);
+    // As much is hidden in all, or shone, over a wider strip.
+    var thin = radius_m / drawn_m;
+    let length_m = length(half_way.xy);
+    let along = select(vec2f(0.0, 1.0), half_way.xy / max(length_m, 1e-9), length_m > 1e-9);
+    let reach_m = max(radius_m + length_m, drawn_m);
+    thin *= (radius_m + length_m) / reach_m;
+    // What is stretched is as bright in all as it is at rest.
+    let stretched = select(1.0, radius_m / (radius_m + length_m), adds != 0u);
+    // 0, 1, 2 and 3, 2, 1.
+    let corner = select(vertex, 6u - vertex, vertex > 2u);
+    let sides = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
+    let across = vec2f(along.y, -along.x);
+    let offset = sides.x * across * drawn_m + sides.y * along * reach_m;
+    // The middle of the way is moved no further along the view's axis, where it would cross the eye.
+    let corner_view = vec3f(middle.xy + offset, middle.z);
+    let fades_in = smoothstep(0.0, 0.1, share);
+    let fades_out = 1.0 - smoothstep(0.5, 1.0, share);
+    out.position_clip = view.clip_from_world * (view.world_from_view * vec4f(corner_view, 1.0));
+    out.place = sides;
+    out.radiance = lit.rgb;
+    out.strength = vec2f(select(particles.opacity * fades_in * fades_out, stretched, adds != 0u) * thin, -middle.z);
+    return out;
+}
+
+@fragment
+fn fs_particles(in: ParticleVarying) -> @location(0) vec4f {
+    let surface_m = textureLoad(linear_depth, vec2i(in.position_clip.xy), 0).r;
+    let before_m = surface_m - in.strength.y;
+    if before_m <= 0.0 {
+        discard;
+    }
+    let soft = select(clamp(before_m / max(particles.softness_m, 1e-6), 0.0, 1.0), 1.0, particles.softness_m <= 0.0);
+    let round = max(1.0 - dot(in.place, in.place), 0.0);
+    let strength = in.strength.x * round * soft;
+    if adds != 0u {
+        return vec4f(in.radiance * strength, 0.0);
+    }
+    let opacity = clamp(strength * round, 0.0, OPACITY_MAX);
+    let depth = -log(1.0 - opacity);
+    return vec4f(in.radiance * depth, 1.0 - sqrt(1.0 - opacity));
+}
