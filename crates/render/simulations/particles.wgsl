@@ -65,8 +65,11 @@ struct Particles {
 
 @group(2) @binding(0) var<uniform> particles: Particles;
 
-// How many are born by the end of so many steps: as many as there is place for, at most.
+// How many are born by the end of so many steps, the first at once: as many as there is place for, at most.
 fn born_by(steps: u32) -> u32 {
+    if steps == 0u {
+        return 0u;
+    }
     let most = f32(particles.count) / particles.life_s.y;
     let rate = select(min(particles.rate_per_s, most), most, particles.rate_per_s <= 0.0);
     // In whole seconds and the rest of them, because floats have 24 bits.
@@ -74,7 +77,7 @@ fn born_by(steps: u32) -> u32 {
     let whole = steps / max(per_s, 1u);
     let rest = f32(steps - whole * per_s) * simulation.step_secs * rate;
     let of_whole = f32(whole) * fract(rate) + rest;
-    return whole * u32(rate) + u32(of_whole);
+    return whole * u32(rate) + u32(of_whole) + 1u;
 }
 
 fn index_of(cell: vec2i) -> u32 {

@@ -25,7 +25,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 15] = [
+pub const NAMES: [&str; 16] = [
     "hall",
     "materials",
     "relief",
@@ -41,6 +41,7 @@ pub const NAMES: [&str; 15] = [
     "surroundings",
     "laboratory",
     "simulations",
+    "particles",
 ];
 
 /// The demo of a name.
@@ -57,7 +58,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "gallery" => Some(gallery()),
         "surroundings" => staged(gallery(), name),
         "laboratory" => Some(laboratory()),
-        "simulations" => staged(laboratory(), name),
+        "simulations" | "particles" => staged(laboratory(), name),
         "shore" => Some(shore()),
         "water" => staged(shore(), name),
         _ => None,
@@ -89,6 +90,7 @@ pub fn stage(name: &str) -> Option<Stage> {
         "surroundings" => include_str!("demo/surroundings.stage.toml"),
         "laboratory" => "model = \"demo:laboratory\"\n[settings.exposure]\nstops = \"auto\"\n",
         "simulations" => include_str!("demo/simulations.stage.toml"),
+        "particles" => include_str!("demo/particles.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -482,7 +484,7 @@ mod tests {
             assert_eq!(stage.is_some(), !["materials", "relief", "crowd"].contains(&name), "{name}");
             let model = match name {
                 "hall" => "demo:hall",
-                "laboratory" | "simulations" => "demo:laboratory",
+                "laboratory" | "simulations" | "particles" => "demo:laboratory",
                 "shore" | "water" => "demo:shore",
                 "doors" | "portals" => "demo:doors",
                 "gallery" | "surroundings" => "demo:gallery",

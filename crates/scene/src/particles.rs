@@ -86,9 +86,9 @@ impl Preset {
         let look = Look::default();
         match self {
             Self::Sparks => Look {
-                radius_m: Vec2::new(0.012, 0.004),
+                radius_m: Vec2::new(0.007, 0.003),
                 color: Vec3::new(1.0, 0.42, 0.12),
-                emission: 60.0,
+                emission: 120.0,
                 opacity: 0.0,
                 stretch_secs: 0.022,
                 softness_m: 0.0,

@@ -23,13 +23,18 @@ const PANEL_M: f32 = 1.25;
 
 /// A basin of 2.4 by 1.6 metres whose `Water` is at 0.6 m, with a `Ball` that goes around in it in 8 seconds and two posts
 /// (`Post.1`, `Post.2`), before a wall with two dark panels (nodes and materials `Left` and `Right`), in front of the right one of
-/// which a `Stirrer` goes to and fro. Camera `Main`, one lamp.
+/// which a `Stirrer` goes to and fro. Cameras `Main` and `Above`, which sees all of it from above with parallel rays; one lamp.
 pub fn laboratory() -> Scene {
     let mut place = Demo::default();
     let projection = Projection::Perspective { fov_y_rad: 0.78, near_m: 0.05, far_m: None };
     place.scene.cameras.push(Camera { name: "Main".into(), projection });
     let (eye, target) = (Vec3::new(0.55, 2.15, 3.1), Vec3::new(0.02, 0.92, -0.55));
     place.scene.add_node(None, Node { name: "Main".into(), camera: Some(0), ..pose(eye, target) });
+    let projection = Projection::Orthographic { height_m: 8.0, near_m: 0.1, far_m: 6.0 };
+    place.scene.cameras.push(Camera { name: "Above".into(), projection });
+    let rotation = Quat::from_rotation_x(-FRAC_PI_2);
+    let above = Node { name: "Above".into(), camera: Some(1), translation: 5.0 * Vec3::Y, rotation, ..Node::default() };
+    place.scene.add_node(None, above);
     shell(&mut place);
     basin(&mut place);
     panels(&mut place);

@@ -88,9 +88,10 @@ pub fn record(
         let step = step.uniform("particles", &uniform).uniform("fog", &fog);
         let step = step.table("place", place).table("velocity", velocity);
         let lit = step.draw_into(lit, ColorLoad::Discard)?;
-        let hides = look.opacity > 0.0;
+        let (hides, is_cut) = (look.opacity > 0.0, r.view.outline.is_some());
         let sums = hides.then(|| r.texture(format!("particles/{name}.sums"), RADIANCE));
         let step = r.fullscreen(format!("particles/{name}"), "particles", &[]).quads(columns * rows);
+        let step = step.constant("is_cut", u32::from(is_cut));
         let step = step.constant("adds", u32::from(!hides)).uniform("particles", &uniform);
         let step = step.table("place", place).table("velocity", velocity);
         let step = step.read("light", &lit).read("linear_depth", linear_depth);

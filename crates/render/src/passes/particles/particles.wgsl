@@ -13,7 +13,11 @@ import package::passes::particles::uniform::{particles, place, velocity};
 
 // 1 if they add light and hide nothing.
 override adds: u32 = 0u;
+// 1 if the view is cut by a plane, as one behind a mirror is.
+override is_cut: u32 = 0u;
 
+// Nothing is nearer than that.
+const NEAR_M: f32 = 0.02;
 // What is thinner is drawn as wide as that in pixels, and fainter.
 const RADIUS_MIN_PX: f32 = 0.6;
 // The most that the middle of one hides.
@@ -37,11 +41,11 @@ fn vs_particles(@builtin(vertex_index) vertex: u32, @builtin(instance_index) ind
     var out: ParticleVarying;
     // Behind the eye, where nothing is drawn.
     out.position_clip = vec4f(0.0, 0.0, 2.0, 1.0);
-    if at.w < 0.0 || lit.a == 0.0 {
+    let middle = (view.view_from_world * vec4f(at.xyz, 1.0)).xyz;
+    if at.w < 0.0 || lit.a == 0.0 || (view.orthographic == 0.0 && -middle.z < NEAR_M) {
         return out;
     }
     let share = clamp(at.w / max(moves.w, 1e-6), 0.0, 1.0);
-    let middle = (view.view_from_world * vec4f(at.xyz, 1.0)).xyz;
     let half_way = 0.5 * particles.stretch_secs * (view.view_from_world * vec4f(moves.xyz, 0.0)).xyz;
     let scale = mix(-middle.z, 1.0, view.orthographic);
     let metres_a_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y * scale;
@@ -65,9 +69,20 @@ fn vs_particles(@builtin(vertex_index) vertex: u32, @builtin(instance_index) ind
     let fades_in = smoothstep(0.0, 0.1, share);
     let fades_out = 1.0 - smoothstep(0.5, 1.0, share);
     out.position_clip = view.clip_from_world * (view.world_from_view * vec4f(corner_view, 1.0));
+    if is_cut != 0u {
+        let middle_clip = view.clip_from_world * vec4f(at.xyz, 1.0);
+        if middle_clip.z > middle_clip.w {
+            out.position_clip = vec4f(0.0, 0.0, 2.0, 1.0);
+            return out;
+        }
+    }
+    // The near and the far plane lie around surfaces; distances are compared below.
+    out.position_clip.z = 0.5 * out.position_clip.w;
+    // What the eye is in does not hide everything at once.
+    let nears = select(1.0, clamp(-middle.z / (2.0 * radius_m) - 0.25, 0.0, 1.0), particles.softness_m > 0.0);
     out.place = sides;
     out.radiance = lit.rgb;
-    out.strength = vec2f(select(particles.opacity * fades_in * fades_out, stretched, adds != 0u) * thin, -middle.z);
+    out.strength = vec2f(select(particles.opacity * fades_in * fades_out, stretched, adds != 0u) * thin * nears, -middle.z);
     return out;
 }
 
