@@ -23,9 +23,7 @@ fn at(renderer: &mut Renderer, scene: &mut Scene, time_secs: f32) -> Vec<([f32; 
 }
 
 fn alive(all: &[([f32; 4], [f32; 4])]) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
-    let of = |(place, velocity): &([f32; 4], [f32; 4])| {
-        (Vec3::from_slice(place), Vec3::from_slice(velocity), place[3])
-    };
+    let of = |(place, velocity): &([f32; 4], [f32; 4])| (Vec3::from_slice(place), Vec3::from_slice(velocity), place[3]);
     all.iter().filter(|(place, _)| place[3] >= 0.0).map(of)
 }
 
@@ -83,13 +81,8 @@ fn they_fall_and_are_carried_as_physics_says() {
 #[test]
 fn air_that_swirls_neither_comes_nor_goes() {
     let mut renderer = renderer();
-    let swirls = [
-        ("life_s", "4,4"),
-        ("size_m", "4,4,4"),
-        ("swirl_m_s", "0.5"),
-        ("swirl_m", "0.8"),
-        ("drag_per_s", "1000"),
-    ];
+    let swirls =
+        [("life_s", "4,4"), ("size_m", "4,4,4"), ("swirl_m_s", "0.5"), ("swirl_m", "0.8"), ("drag_per_s", "1000")];
     let mut scene = plain(30_000, &swirls);
     let all = at(&mut renderer, &mut scene, 4.0);
     let speed = (alive(&all).map(|(_, velocity, _)| velocity.length_squared()).sum::<f32>()
@@ -180,7 +173,8 @@ fn middle(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Vec
 #[test]
 fn they_add_light_hide_what_is_behind_and_are_hidden() {
     let mut renderer = renderer();
-    let shines = Look { opacity: 0.0, emission: 2.0, color: Vec3::new(1.0, 0.5, 0.0), softness_m: 0.0, ..Look::default() };
+    let shines =
+        Look { opacity: 0.0, emission: 2.0, color: Vec3::new(1.0, 0.5, 0.0), softness_m: 0.0, ..Look::default() };
     let (scene, request) = puff(shines, &[("0,0,-2", 0.5)]);
     let background = Vec3::new(0.2, 0.4, 0.6);
     let found = middle(&mut renderer, &scene, &request);

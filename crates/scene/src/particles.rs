@@ -92,7 +92,6 @@ impl Preset {
                 opacity: 0.0,
                 stretch_secs: 0.022,
                 softness_m: 0.0,
-                ..look
             },
             Self::Smoke => Look {
                 radius_m: Vec2::new(0.1, 0.42),

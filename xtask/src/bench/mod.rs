@@ -13,6 +13,7 @@ mod machine;
 mod measure;
 mod options;
 mod quality;
+mod simulations;
 mod stage;
 mod way;
 mod ways;
@@ -90,6 +91,7 @@ impl Bench<'_> {
             (TableName::Antialiasing, _) => antialiasing::print(self),
             (TableName::Quality, _) => quality::print(self),
             (TableName::Captures, _) => captures::print(self),
+            (TableName::Simulations, _) => simulations::print(self),
             (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),

@@ -104,7 +104,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 63] = [
+pub(super) const CASES: [Case; 64] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -140,6 +140,12 @@ pub(super) const CASES: [Case; 63] = [
         time_secs: 2.0,
         tolerance: together(144, 30),
         ..case("simulations", "docs/examples/simulations.stage.toml", WIDE)
+    },
+    // Rain, sparks and smoke: what meets an edge goes another way.
+    Case {
+        time_secs: 2.0,
+        tolerance: Tolerance { mean: 0.6, ..together(144, 30) },
+        ..case("particles", "docs/examples/particles.stage.toml", WIDE)
     },
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),

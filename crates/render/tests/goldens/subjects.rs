@@ -65,6 +65,8 @@ pub fn all() -> Vec<Subject> {
         water(),
         of_room("portals", -2.6),
         of_room("surroundings", -5.6),
+        at_time(of_room("simulations", -1.0), 1.5),
+        at_time(of_room("particles", -1.0), 1.5),
     ]
 }
 
@@ -339,6 +341,13 @@ fn of_room(name: &'static str, stops: f32) -> Subject {
     request.settings.occlusion.enabled = Switch::Off;
     request.settings.reflections.enabled = Switch::Off;
     Subject { name, scene, strips: vec![request], effects: Vec::new(), tables: Vec::new(), known_failure: None }
+}
+
+/// The same at a time of its first animation.
+fn at_time(mut subject: Subject, time_secs: f32) -> Subject {
+    subject.scene.pose(0, time_secs);
+    subject.scene.update_transforms();
+    subject
 }
 
 /// The lake and the pool of the demo, under its sky.

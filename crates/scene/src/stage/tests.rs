@@ -530,6 +530,109 @@ fn water_lies_in_flat_nodes_or_rectangles() {
 }
 
 #[test]
+fn simulations_have_programs_places_and_those_who_show_them() {
+    let applied = |text: &str| {
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut scene = model();
+        let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };
+        scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() }.into());
+        let mesh = Some(scene.meshes.len() - 1);
+        for name in ["Pond", "Ball.1", "Ball.2"] {
+            scene.add_node(None, Node { name: name.into(), mesh, ..Node::default() });
+        }
+        scene.update_transforms();
+        let mut resolve = |name: &str| match name {
+            "own.wgsl" => Ok(b"// own".to_vec()),
+            "bytes.wgsl" => Ok(vec![255]),
+            _ => Err(format!("`{name}` was not given")),
+        };
+        let warnings = stage.apply_with(&mut scene, &mut resolve).map_err(|error| error.to_string())?;
+        Ok::<_, String>((stage, scene, warnings))
+    };
+    let (stage, scene, warnings) = applied(
+        "[[simulations]]\nname = \"waves\"\nprogram = \"ripples\"\ncells = [64, 32]\nrate_hz = 120\nseed = 4\nbodies = [\"Ball.*\"]\n\
+         walls = [\"Pond\"]\nparameters = { first_place = [0.25, 1], speed_m_s = 2 }\n\
+         [[simulations]]\nname = \"own\"\nprogram = \"own.wgsl\"\nover = \"Pond\"\n\
+         [[water]]\nnode = \"Pond\"\nsimulation = \"waves\"\n",
+    )
+    .unwrap();
+    let [waves, own] = &scene.simulations[..] else { panic!("{:?}", scene.simulations) };
+    assert_eq!((waves.cells, waves.rate_hz, waves.seed), (Some((64, 32)), Some(120.0), 4));
+    assert_eq!((waves.bodies.len(), waves.walls.len()), (2, 1));
+    let owned = |key: &str, value: &str| (key.to_owned(), value.to_owned());
+    assert_eq!(waves.parameters, [owned("first_place", "0.25,1"), owned("speed_m_s", "2")]);
+    let crate::simulation::Program::Text { file, text } = &own.program else { panic!("{own:?}") };
+    assert_eq!((file.as_str(), &**text, own.place), ("own.wgsl", "// own", Some(waves.walls[0])));
+    assert_eq!((scene.water[0].simulation, stage.images()), (Some(0), vec!["own.wgsl"]));
+    assert!(warnings.len() == 1 && warnings[0].starts_with("nothing shows the simulation `own`"), "{warnings:?}");
+    assert!(scene.place_of_simulation(0).size_m.abs_diff_eq(glam::Vec2::splat(2.0), 1e-5));
+    for (text, expected) in [
+        ("name = \"a\"\n", "2:1: error: `program` is missing"),
+        ("program = \"ripples\"\n", "2:1: error: `name` is missing"),
+        ("name = \"\"\nprogram = \"ripples\"\n", "3:8: error: `name` is empty"),
+        ("name = \"a\"\nprogram = \"no.wgsl\"\n", "4:11: error: `no.wgsl` was not given"),
+        ("name = \"a\"\nprogram = \"bytes.wgsl\"\n", "4:11: error: `bytes.wgsl` is no text"),
+        ("name = \"a\"\nprogram = \"fluid\"\ncells = [0, 4]\n", "5:9: error: `cells` is a width and a height"),
+        ("name = \"a\"\nprogram = \"fluid\"\ncells = [4096, 4]\n", "5:9: error: `cells` is a width and a height"),
+        ("name = \"a\"\nprogram = \"fluid\"\nrate_hz = 0\n", "5:11: error: `0` is no value of `rate_hz`"),
+        ("name = \"a\"\nprogram = \"fluid\"\nseed = 1.5\n", "5:8: error: `seed` is a whole number"),
+        ("name = \"a\"\nprogram = \"fluid\"\nbodies = [\"Bal\"]\n", "5:11: error: the model has no node called `Bal`"),
+        ("name = \"a\"\nprogram = \"fluid\"\nbodies = \"Pond\"\n", "5:10: error: `\"Pond\"` is no value of `bodies`"),
+        ("name = \"a\"\nprogram = \"fluid\"\nparameters = { a = \"b\" }\n", "5:14: error: `{ a = \"b\" }` is no value"),
+        ("name = \"a\"\nprogram = \"fluid\"\nover = \"Post\"\n", "5:8: error: a simulation lies over a flat surface"),
+        (
+            "name = \"a\"\nprogram = \"fluid\"\nmaterial = \"No\"\n",
+            "5:12: error: the model has no material called `No`",
+        ),
+        ("name = \"a\"\nprogram = \"fluid\"\npicture = \"x\"\n", "5:11: error: `picture` is what materials show"),
+        (
+            "name = \"a\"\nprogram = \"fluid\"\n[[simulations]]\nname = \"a\"\nprogram = \"fluid\"\n",
+            "6:8: error: two simulations are called `a`",
+        ),
+        (
+            "name = \"a\"\nprogram = \"fluid\"\n[[water]]\nnode = \"Pond\"\nsimulation = \"b\"\n",
+            "7:14: error: there is no simulation called `b`",
+        ),
+        (
+            "name = \"a\"\nprogram = \"fluid\"\n[[water]]\nnode = \"Pond\"\nsimulation = \"a\"\nwind_m_s = 2\n",
+            "8:12: error: the waves are those of `simulation`",
+        ),
+    ] {
+        let text = format!("[[simulations]]\n{text}");
+        let error = applied(&text).map(drop).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+    let many: String = (0..17).map(|at| format!("[[simulations]]\nname = \"{at}\"\nprogram = \"fluid\"\n")).collect();
+    assert!(applied(&many).map(drop).expect_err("17").contains("there are more simulations than 16"));
+
+    let particles = "[[particles]]\npreset = \"rain\"\ncount = 300\ncenter = [0, 4, 0]\nrate_per_s = 50\nradius_m = [0.1, 0.2]\n\
+                     parameters = { wind_m_s = [1, 0, 0] }\n[[particles]]\nname = \"fire\"\npreset = \"sparks\"\nopacity = 0.5\n";
+    let (_, scene, _) = applied(particles).unwrap();
+    let [rain, fire] = &scene.particles[..] else { panic!("{:?}", scene.particles) };
+    assert_eq!((rain.name.as_str(), rain.count(), rain.simulation.cells), ("rain", 512, Some((256, 2))));
+    for (key, value) in [("count", "300"), ("center", "0,4,0"), ("rate_per_s", "50"), ("wind_m_s", "1,0,0")] {
+        assert!(rain.simulation.parameters.contains(&owned(key, value)), "{key}: {:?}", rain.simulation.parameters);
+    }
+    assert_eq!((rain.look.radius_m, fire.name.as_str(), fire.look.opacity), (glam::Vec2::new(0.1, 0.2), "fire", 0.5));
+    for (text, expected) in [
+        ("", "2:1: error: `preset` is missing"),
+        ("preset = \"snow\"\n", "3:10: error: `\"snow\"` is no value of `preset`"),
+        ("preset = \"rain\"\ncount = 0\n", "4:9: error: `0` is no value of `count`"),
+        ("preset = \"rain\"\ncount = 2e6\n", "4:9: error: `2e6` is no value of `count`"),
+        ("preset = \"rain\"\ncount = 2.5\n", "4:9: error: `count` is a whole number"),
+        ("preset = \"rain\"\nsize_m = [1, -1, 1]\n", "4:10: error: `size_m` is an extent"),
+        ("preset = \"rain\"\nradius_m = [1, -1]\n", "4:12: error: `radius_m` is a radius"),
+        ("preset = \"rain\"\nmeets = \"Abov\"\n", "4:9: error: the model has no camera called `Abov`"),
+        ("preset = \"rain\"\n[[particles]]\npreset = \"rain\"\n", "4:1: error: two systems of particles are called"),
+    ] {
+        let text = format!("[[particles]]\n{text}");
+        let error = applied(&text).map(drop).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+}
+
+#[test]
 fn portals_have_two_ends() {
     let applied = |text: &str| {
         let stage =
