@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, Kind};
 use crate::memory;
+use manypass::shader::ProgramError;
 use manypass::{Cache, Gpu, GpuError, RenderError, Renderer};
 use manypass_offline::atomic::{self, WriteError};
 use manypass_offline::cache::DiskCache;
@@ -42,10 +43,15 @@ pub fn still_failure(error: &StillError) -> Failure {
     match error {
         StillError::Stopped => Failure::new(Kind::Interrupted, error, "run it again with --skip-existing"),
         StillError::Render(e) if e.is_device_lost() => Failure::new(Kind::DeviceLost, error, "try a smaller --size"),
+        StillError::Render(RenderError::Program(ProgramError::Simulation { .. })) => Failure::new(
+            Kind::Failed,
+            error,
+            "correct [[simulations]] or [[particles]] of the stage; docs/simulations.md has what they take",
+        ),
         StillError::Render(RenderError::Program(_)) => Failure::new(
             Kind::Failed,
             error,
-            "correct the effect, or leave out --effect, --path or --set camera.fisheye",
+            "correct the file that it names; or leave out --effect, --path or --set camera.fisheye",
         ),
         StillError::Render(RenderError::ParallelLens) => {
             Failure::new(Kind::Failed, error, "leave camera.f_stop out, or show it through another --camera")

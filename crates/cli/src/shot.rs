@@ -60,7 +60,7 @@ pub fn moves(scene: &Scene, args: &RenderArgs) -> bool {
 
 /// Whether time alone moves anything: waves, or a simulation.
 pub fn has_waves(scene: &Scene) -> bool {
-    scene.water.iter().any(Water::has_waves) || !scene.simulations.is_empty()
+    scene.water.iter().any(Water::has_waves) || scene.has_simulations()
 }
 
 /// What `camera.focus_m` is where nobody says: the distance of what the camera is told to look at, or else of the middle

@@ -172,7 +172,7 @@ pub fn accumulate_moving<E: From<StillError>>(
     mut progress: impl FnMut(u32) -> bool,
 ) -> Result<(), E> {
     let mut request = still_request(renderer, scene, request, samples)?;
-    if !scene.simulations.is_empty() {
+    if scene.has_simulations() {
         pose(scene, 0.0)?;
         renderer.simulate(scene, &mut |_| true).map_err(StillError::from)?;
     }

@@ -67,9 +67,6 @@ struct Particles {
 
 // How many are born by the end of so many steps, the first at once: as many as there is place for, at most.
 fn born_by(steps: u32) -> u32 {
-    if steps == 0u {
-        return 0u;
-    }
     let most = f32(particles.count) / particles.life_s.y;
     let rate = select(min(particles.rate_per_s, most), most, particles.rate_per_s <= 0.0);
     // In whole seconds and the rest of them, because floats have 24 bits.
@@ -77,7 +74,7 @@ fn born_by(steps: u32) -> u32 {
     let whole = steps / max(per_s, 1u);
     let rest = f32(steps - whole * per_s) * simulation.step_secs * rate;
     let of_whole = f32(whole) * fract(rate) + rest;
-    return whole * u32(rate) + u32(of_whole) + 1u;
+    return (whole * u32(rate) + u32(of_whole) + 1u) * min(steps, 1u);
 }
 
 fn index_of(cell: vec2i) -> u32 {
@@ -104,33 +101,42 @@ fn in_ball(chance: vec3f) -> vec3f {
 
 fn place_at_birth(number: u32) -> vec3f {
     let chance = random(vec3u(number, 1u, 0u)).xyz;
-    var at = chance - 0.5;
-    if particles.shape == 1u {
-        at = 0.5 * in_ball(chance);
-    } else if particles.shape == 2u {
-        let around = 6.2831853 * chance.x;
-        at = vec3f(0.5 * sqrt(chance.y) * vec2f(cos(around), sin(around)), chance.z - 0.5).xzy;
-    }
+    let around = 6.2831853 * chance.x;
+    let in_disk = vec3f(0.5 * sqrt(chance.y) * vec2f(cos(around), sin(around)), chance.z - 0.5).xzy;
+    let at = select(select(chance - 0.5, 0.5 * in_ball(chance), particles.shape == 1u), in_disk, particles.shape == 2u);
     return particles.center + at * particles.size_m;
 }
 
-// Smooth noise that repeats nowhere near, and its slopes.
+// From -1 to 1, another number at every corner of the noise.
+fn chance_at(corner: vec3i, what: u32) -> f32 {
+    return 2.0 * random(bitcast<vec3u>(corner) + vec3u(what * 7919u)).x - 1.0;
+}
+
+// The slopes of smooth noise that repeats nowhere near.
 fn noise_slopes(at: vec3f, what: u32) -> vec3f {
     let cell = floor(at);
     let f = at - cell;
     let u = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
     let du = 30.0 * f * f * (f * (f - 2.0) + 1.0);
-    var value: array<f32, 8>;
-    for (var i = 0u; i < 8u; i++) {
-        let corner = vec3i(cell) + vec3i(vec3u(i & 1u, (i >> 1u) & 1u, i >> 2u));
-        value[i] = random(bitcast<vec3u>(corner) + vec3u(what * 7919u))[what & 3u] * 2.0 - 1.0;
-    }
-    let low = mix(mix(value[0], value[1], u.x), mix(value[2], value[3], u.x), u.y);
-    let high = mix(mix(value[4], value[5], u.x), mix(value[6], value[7], u.x), u.y);
-    let x_low = mix(value[1] - value[0], value[3] - value[2], u.y);
-    let x_high = mix(value[5] - value[4], value[7] - value[6], u.y);
-    let y_low = mix(value[2], value[3], u.x) - mix(value[0], value[1], u.x);
-    let y_high = mix(value[6], value[7], u.x) - mix(value[4], value[5], u.x);
+    let first = vec3i(cell);
+    let a = vec4f(
+        chance_at(first, what),
+        chance_at(first + vec3i(1, 0, 0), what),
+        chance_at(first + vec3i(0, 1, 0), what),
+        chance_at(first + vec3i(1, 1, 0), what),
+    );
+    let b = vec4f(
+        chance_at(first + vec3i(0, 0, 1), what),
+        chance_at(first + vec3i(1, 0, 1), what),
+        chance_at(first + vec3i(0, 1, 1), what),
+        chance_at(first + vec3i(1, 1, 1), what),
+    );
+    let low = mix(mix(a.x, a.y, u.x), mix(a.z, a.w, u.x), u.y);
+    let high = mix(mix(b.x, b.y, u.x), mix(b.z, b.w, u.x), u.y);
+    let x_low = mix(a.y - a.x, a.w - a.z, u.y);
+    let x_high = mix(b.y - b.x, b.w - b.z, u.y);
+    let y_low = mix(a.z, a.w, u.x) - mix(a.x, a.y, u.x);
+    let y_high = mix(b.z, b.w, u.x) - mix(b.x, b.y, u.x);
     return du * vec3f(mix(x_low, x_high, u.z), mix(y_low, y_high, u.z), high - low);
 }
 
@@ -146,20 +152,18 @@ fn swirl_at(place: vec3f) -> vec3f {
 
 // What a particle meets on its way: the normal there, and how deep in it would be (at most 0: nothing).
 fn met_at(before: vec3f, after: vec3f) -> vec4f {
-    var met = vec4f(0.0);
-    let of_floor = particles.floor.w - dot(particles.floor.xyz, after);
-    if any(particles.floor.xyz != vec3f(0.0)) && of_floor > 0.0 {
-        met = vec4f(normalize(particles.floor.xyz), of_floor);
-    }
-    let of_wall = particles.wall.w - dot(particles.wall.xyz, after);
-    if any(particles.wall.xyz != vec3f(0.0)) && of_wall > met.w {
-        met = vec4f(normalize(particles.wall.xyz), of_wall);
-    }
+    let of_floor = behind_plane(particles.floor, after);
+    let of_wall = behind_plane(particles.wall, after);
+    let of_planes = select(of_floor, of_wall, of_wall.w > of_floor.w);
     let of_seen = seen_surface(before, after);
-    if of_seen.w > met.w {
-        met = of_seen;
-    }
-    return met;
+    return select(of_planes, of_seen, of_seen.w > of_planes.w);
+}
+
+// The normal of a plane, and how deep behind it a place is; 0 where it is before it, or there is none.
+fn behind_plane(plane: vec4f, place: vec3f) -> vec4f {
+    let square = dot(plane.xyz, plane.xyz);
+    let share = select(0.0, inverseSqrt(max(square, 1e-20)), square > 0.0);
+    return vec4f(plane.xyz * share, max((plane.w - dot(plane.xyz, place)) * share, 0.0));
 }
 
 // xyz: metres, w: age in seconds, below 0 where there is none.
@@ -182,19 +186,18 @@ fn speed(cell: vec2i) -> vec4f {
     }
     let dt = simulation.step_secs;
     var air = particles.wind_m_s;
-    if particles.swirl_m_s > 0.0 {
+    // Conditions on uniforms alone make software adapters compile anew.
+    if (here.w >= 0.0) & (particles.swirl_m_s > 0.0) {
         air += swirl_at(here.xyz);
     }
     var moved = air + (velocity.xyz - air) * exp(-particles.drag_per_s * dt);
     moved.y -= particles.gravity_m_s2 * dt;
     let met = met_at(here.xyz, here.xyz + moved * dt);
     if met.w > 0.0 {
-        if particles.bounce < 0.0 {
-            return vec4f(moved, -1.0);
-        }
         let into = min(dot(moved, met.xyz), 0.0);
         let along = moved - into * met.xyz;
-        moved = along * (1.0 - particles.friction) - into * particles.bounce * met.xyz;
+        moved = along * (1.0 - particles.friction) - into * max(particles.bounce, 0.0) * met.xyz;
+        velocity.w = select(velocity.w, -1.0, particles.bounce < 0.0);
     }
     return vec4f(moved, velocity.w);
 }

@@ -24,7 +24,7 @@ pub const SYSTEMS_MAX: usize = 16;
 pub const PARTICLES_MAX: u32 = 1 << 20;
 
 /// Particles lie in the cells of a simulation, so many in a row.
-pub const COLUMNS: u32 = 256;
+pub const COLUMNS: u32 = 512;
 
 /// What they are made of, and how they move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

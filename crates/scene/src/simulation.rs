@@ -169,6 +169,11 @@ impl Default for Place {
 }
 
 impl Scene {
+    /// Whether there is anything that simulations make or move.
+    pub fn has_simulations(&self) -> bool {
+        !self.simulations.is_empty() || !self.particles.is_empty()
+    }
+
     /// The rectangle that the cells of a simulation lie over, as of the last [`Scene::update_transforms`].
     pub fn place_of_simulation(&self, index: usize) -> Place {
         let of_water = self.water.iter().find(|water| water.simulation == Some(index)).map(|water| water.node);

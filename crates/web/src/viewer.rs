@@ -307,7 +307,7 @@ impl Viewer {
     /// Whether anything moves as time goes by: an animation, waves, or a simulation.
     pub fn moves(&self) -> bool {
         let moves = |scene: &Scene| {
-            !scene.animations.is_empty() || !scene.simulations.is_empty() || scene.water.iter().any(Water::has_waves)
+            !scene.animations.is_empty() || scene.has_simulations() || scene.water.iter().any(Water::has_waves)
         };
         self.scene.as_ref().is_some_and(moves)
     }

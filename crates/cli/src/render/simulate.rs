@@ -17,7 +17,7 @@ impl Batch<'_> {
     /// # Errors
     /// One cannot be shown, or the user said stop.
     pub(super) fn simulate(&mut self, scene: &Scene) -> Result<Vec<SimulationReport>, Failure> {
-        if scene.simulations.is_empty() {
+        if !scene.has_simulations() {
             return Ok(Vec::new());
         }
         let is_shown = !self.args.quiet && std::io::stderr().is_terminal();

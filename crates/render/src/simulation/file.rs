@@ -48,7 +48,7 @@ pub(super) const ENTRY: &str = "fs_of_";
 /// ";
 /// let file = SimulationFile::parse("heat.wgsl", &text.replace("\n    ", "\n"))?;
 /// assert_eq!((file.name(), file.states()), ("heat", &["heat".to_owned()][..]));
-/// # Ok::<(), manypass::ProgramError>(())
+/// # Ok::<(), manypass::shader::ProgramError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct SimulationFile {

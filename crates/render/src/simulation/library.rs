@@ -33,7 +33,7 @@ impl SimulationFile {
                     let nearest = spelling::nearest(name, known.iter().copied());
                     let nearest = nearest.map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default();
                     let message = format!(
-                        "no simulation is called so{nearest} Built in are {}; a file is named with its ending, .wgsl",
+                        "no simulation is called so{nearest}; built in are {}; a file is named with its ending, .wgsl",
                         known.join(", ")
                     );
                     Err(ProgramError::Simulation { simulation: name.clone(), message })

@@ -18,22 +18,16 @@ struct Seen {
 // What is met on the way from one place of world space to another: the normal, and how deep within the surface the way ends; 0
 // where nothing is met. What is far behind a surface has not come through it.
 fn seen_surface(before_m: vec3f, after_m: vec3f) -> vec4f {
-    if seen.is_there == 0.0 {
-        return vec4f(0.0);
-    }
     let place = (seen.view_from_world * vec4f(after_m, 1.0)).xyz;
     let distance_m = -place.z;
     let ndc = place.xy / seen.half_extent / select(max(distance_m, 1e-6), 1.0, seen.is_orthographic != 0.0);
-    if distance_m <= 0.0 || any(abs(ndc) >= vec2f(1.0)) {
-        return vec4f(0.0);
-    }
+    let within = clamp(ndc, vec2f(-0.9999), vec2f(0.9999));
     let size = vec2f(textureDimensions(seen_surfaces));
-    let surface = textureLoad(seen_surfaces, vec2i((0.5 + 0.5 * ndc * vec2f(1.0, -1.0)) * size), 0);
+    let surface = textureLoad(seen_surfaces, vec2i((0.5 + 0.5 * within * vec2f(1.0, -1.0)) * size), 0);
     let behind_m = distance_m - surface.w;
     let axis = -vec3f(seen.view_from_world[0].z, seen.view_from_world[1].z, seen.view_from_world[2].z);
     let way_m = abs(dot(after_m - before_m, axis));
-    if behind_m <= 0.0 || behind_m > way_m + 0.05 {
-        return vec4f(0.0);
-    }
-    return vec4f(surface.xyz, behind_m * max(-dot(surface.xyz, axis), 0.0));
+    let is_met = (behind_m > 0.0) & (behind_m <= way_m + 0.05) & (distance_m > 0.0) & all(within == ndc) & (seen.is_there != 0.0);
+    let met = vec4f(surface.xyz, behind_m * max(-dot(surface.xyz, axis), 0.0));
+    return select(vec4f(0.0), met, is_met);
 }

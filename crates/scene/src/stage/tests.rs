@@ -610,7 +610,7 @@ fn simulations_have_programs_places_and_those_who_show_them() {
                      parameters = { wind_m_s = [1, 0, 0] }\n[[particles]]\nname = \"fire\"\npreset = \"sparks\"\nopacity = 0.5\n";
     let (_, scene, _) = applied(particles).unwrap();
     let [rain, fire] = &scene.particles[..] else { panic!("{:?}", scene.particles) };
-    assert_eq!((rain.name.as_str(), rain.count(), rain.simulation.cells), ("rain", 512, Some((256, 2))));
+    assert_eq!((rain.name.as_str(), rain.count(), rain.simulation.cells), ("rain", 300, Some((300, 1))));
     for (key, value) in [("count", "300"), ("center", "0,4,0"), ("rate_per_s", "50"), ("wind_m_s", "1,0,0")] {
         assert!(rain.simulation.parameters.contains(&owned(key, value)), "{key}: {:?}", rain.simulation.parameters);
     }
