@@ -67,7 +67,7 @@ struct Particles {
 
 // How many are born by the end of so many steps, the first at once: as many as there is place for, at most.
 fn born_by(steps: u32) -> u32 {
-    let most = f32(particles.count) / particles.life_s.y;
+    let most = f32(particles.count) / max(particles.life_s.x, particles.life_s.y);
     let rate = select(min(particles.rate_per_s, most), most, particles.rate_per_s <= 0.0);
     // In whole seconds and the rest of them, because floats have 24 bits.
     let per_s = u32(round(1.0 / simulation.step_secs));

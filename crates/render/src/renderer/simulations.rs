@@ -174,8 +174,19 @@ impl Renderer {
     /// The device failed.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn simulation_reports(&self) -> Result<Vec<SimulationReport>, RenderError> {
-        let reports = self.simulations.running.iter().map(|running| pollster::block_on(running.report(&self.gpu)));
-        Ok(reports.collect::<Result<_, _>>()?)
+        pollster::block_on(self.simulation_reports_async())
+    }
+
+    /// As [`Self::simulation_reports`], where waiting is not possible.
+    ///
+    /// # Errors
+    /// As [`Self::simulation_reports`].
+    pub async fn simulation_reports_async(&self) -> Result<Vec<SimulationReport>, RenderError> {
+        let mut reports = Vec::new();
+        for running in &self.simulations.running {
+            reports.push(running.report(&self.gpu).await?);
+        }
+        Ok(reports)
     }
 
     /// The numbers of a state of a simulation, four a cell, row by row from the top; none where there is no such state.
@@ -185,7 +196,19 @@ impl Renderer {
     /// The device failed.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_simulation(&self, simulation: usize, state: &str) -> Result<Option<Vec<[f32; 4]>>, RenderError> {
+        pollster::block_on(self.read_simulation_async(simulation, state))
+    }
+
+    /// As [`Self::read_simulation`], where waiting is not possible.
+    ///
+    /// # Errors
+    /// As [`Self::read_simulation`].
+    pub async fn read_simulation_async(
+        &self,
+        simulation: usize,
+        state: &str,
+    ) -> Result<Option<Vec<[f32; 4]>>, RenderError> {
         let Some(running) = self.simulations.running.get(simulation) else { return Ok(None) };
-        Ok(pollster::block_on(running.read(&self.gpu, state))?)
+        Ok(running.read(&self.gpu, state).await?)
     }
 }

@@ -595,6 +595,10 @@ fn simulations_have_programs_places_and_those_who_show_them() {
             "7:14: error: there is no simulation called `b`",
         ),
         (
+            "name = \"a\"\nprogram = \"fluid\"\nover = \"Ball.1\"\n[[water]]\nnode = \"Pond\"\nsimulation = \"a\"\n",
+            "7:8: error: the simulation lies over another node than `Pond`",
+        ),
+        (
             "name = \"a\"\nprogram = \"fluid\"\n[[water]]\nnode = \"Pond\"\nsimulation = \"a\"\nwind_m_s = 2\n",
             "8:12: error: the waves are those of `simulation`",
         ),

@@ -118,6 +118,10 @@ impl WaterEntry {
             if simulation.is_some() && scene.water.iter().any(|water| water.simulation == simulation) {
                 return fault("a simulation has the waves of one surface of water alone".into());
             }
+            let place = simulation.and_then(|index| scene.simulations.get(index)?.place);
+            if place.is_some_and(|place| place != id) {
+                return fault(format!("the simulation lies over another node than `{node}`; leave out its `over`"));
+            }
             if scene.water.len() == WATER_MAX {
                 return fault(format!("there are more surfaces of water than {WATER_MAX}"));
             }

@@ -54,7 +54,10 @@ fn slopes_of_simulation(at: vec2f, step_x: vec2f, step_y: vec2f) -> Slopes {
     let within = clamp(uv, 0.5 / texels, 1.0 - 0.5 / texels);
     let level = level_of(vec2f(length(along_x), length(along_y)));
     let found = slopes_of_texel(textureSampleLevel(waves, linear_repeat, within, level));
-    return Slopes(found.mean.x * normalize(right.xy) + found.mean.y * normalize(up.xy), found.variance);
+    // An axis that stands on the water has no length in it.
+    let to_right = right.xy * inverseSqrt(max(dot(right.xy, right.xy), 1e-20));
+    let to_up = up.xy * inverseSqrt(max(dot(up.xy, up.xy), 1e-20));
+    return Slopes(found.mean.x * to_right + found.mean.y * to_up, found.variance);
 }
 
 // One copy: `placed` is its turn divided by its side, and how far it has moved.
