@@ -59,9 +59,9 @@ const STOCHASTIC: u32 = 2;
 /// The constant of `transparency.wgsl` that says which fragments are drawn.
 const PEELS: &str = "peels";
 
-/// Radiance times weight, and alpha times weight, are added up; what comes through all of them is multiplied into
+/// What has a weight is added up: radiance, and alpha; what comes through all of it is multiplied into
 /// alpha: one blend state for all targets, because the floor has one.
-const SUM: wgpu::BlendState = wgpu::BlendState {
+pub(crate) const SUM: wgpu::BlendState = wgpu::BlendState {
     color: wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::One,
         dst_factor: wgpu::BlendFactor::One,

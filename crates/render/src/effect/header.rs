@@ -34,6 +34,7 @@ const OR: &str = " or ";
 pub(super) const IDS: &str = "ids";
 /// What an effect reads that stands after the tone curve.
 pub(super) const DISPLAY: &str = "display";
+
 /// A word of a header, and its place.
 type Placed = (String, Range<usize>);
 

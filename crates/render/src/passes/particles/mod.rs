@@ -7,6 +7,7 @@ use crate::fog::{FogSettings, FogUniform};
 use crate::gbuffer::RADIANCE;
 use crate::record::{ADD, Recorder};
 use crate::shader::program::ProgramError;
+use crate::transparency::SUM;
 use glam::{Vec2, Vec3};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use manypass_scene::particles::Look;
@@ -51,20 +52,6 @@ impl ParticlesUniform {
         }
     }
 }
-
-/// Radiance times optical depth is added up; what comes through is multiplied into alpha.
-const SUM: wgpu::BlendState = wgpu::BlendState {
-    color: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::One,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    },
-    alpha: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::Zero,
-        dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
-        operation: wgpu::BlendOperation::Add,
-    },
-};
 
 /// Draws systems of particles, one after the other.
 ///
