@@ -82,6 +82,24 @@ shared_constants! {
     LIST_WIDTH: u32 = 2048;
     /// Lights of a batch of the path `forward-batched`.
     LIGHTS_PER_BATCH: u32 = 8;
+    /// Texels of a decal in the table of lights.
+    DECAL_TEXELS: u32 = 16;
+    /// What there is of decals, a bit each. Any.
+    DECALS_SHOWN: u32 = 1;
+    /// Images of base colour and of how much of a decal there is.
+    DECAL_COLOR_IMAGES: u32 = 2;
+    /// Normal maps.
+    DECAL_NORMALS: u32 = 4;
+    /// Roughness.
+    DECAL_ROUGHNESS: u32 = 8;
+    /// Images of roughness and metallic.
+    DECAL_ROUGHNESS_IMAGES: u32 = 16;
+    /// Emission.
+    DECAL_EMISSION: u32 = 32;
+    /// Images of that.
+    DECAL_EMISSION_IMAGES: u32 = 64;
+    /// Not all are on all layers.
+    DECAL_LAYERS: u32 = 128;
     /// Texels along each side of the table of directional albedo.
     DIRECTIONAL_ALBEDO_SIZE: u32 = 32;
 

@@ -24,6 +24,7 @@ mod camera_settings;
 mod capture_settings;
 pub mod colour;
 pub mod constants;
+mod decals;
 mod diagnostic;
 mod draws;
 pub mod effect;

@@ -23,13 +23,16 @@ mod water;
 
 pub use reading::RenderedView;
 
+use crate::decals;
 use crate::draws::WorldDraws;
 use crate::effect::WgslEffect;
 use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
-use crate::record::{BindGroups, Bundles, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes};
+use crate::record::{
+    BindGroups, Bundles, DecalMarks, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes,
+};
 use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
@@ -63,6 +66,7 @@ pub struct Renderer {
     flat_faults: Vec<String>,
     bundles: Bundles,
     volumes: Volumes,
+    decal_marks: DecalMarks,
     resources: SceneResources,
     computed: ComputedEnvironments,
     world_draws: WorldDraws,
@@ -157,6 +161,7 @@ impl Renderer {
             flat_faults: Vec::new(),
             bundles: Bundles::default(),
             volumes: Volumes::new(&gpu.device),
+            decal_marks: DecalMarks::default(),
             resources: SceneResources::new(&gpu),
             computed: ComputedEnvironments::default(),
             world_draws: WorldDraws::default(),
@@ -194,6 +199,7 @@ impl Renderer {
         self.flat_faults.extend(water::faults(scene));
         self.flat_faults.extend(portals::faults(scene));
         self.flat_faults.extend(surroundings::faults(scene));
+        self.flat_faults.extend(decals::faults(scene));
         self.flat_faults.extend(simulations::faults(scene, &self.simulations));
         Ok(self.gpu.check()?)
     }

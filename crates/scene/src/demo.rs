@@ -9,6 +9,7 @@ mod materials;
 mod relief;
 mod room;
 mod shore;
+mod yard;
 
 pub use crowd::crowd;
 pub use doors::doors;
@@ -17,6 +18,7 @@ pub use materials::materials;
 pub use relief::relief;
 pub use room::{gallery, room};
 pub use shore::shore;
+pub use yard::yard;
 
 use crate::framing::look_along;
 use crate::stage::Stage;
@@ -25,7 +27,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 16] = [
+pub const NAMES: [&str; 18] = [
     "hall",
     "materials",
     "relief",
@@ -42,6 +44,8 @@ pub const NAMES: [&str; 16] = [
     "laboratory",
     "simulations",
     "particles",
+    "yard",
+    "decals",
 ];
 
 /// The demo of a name.
@@ -59,6 +63,8 @@ pub fn named(name: &str) -> Option<Scene> {
         "surroundings" => staged(gallery(), name),
         "laboratory" => Some(laboratory()),
         "simulations" | "particles" => staged(laboratory(), name),
+        "yard" => Some(yard()),
+        "decals" => staged(yard(), name),
         "shore" => Some(shore()),
         "water" => staged(shore(), name),
         _ => None,
@@ -91,6 +97,8 @@ pub fn stage(name: &str) -> Option<Stage> {
         "laboratory" => "model = \"demo:laboratory\"\n[settings.exposure]\nstops = \"auto\"\n",
         "simulations" => include_str!("demo/simulations.stage.toml"),
         "particles" => include_str!("demo/particles.stage.toml"),
+        "yard" => "model = \"demo:yard\"\n[settings.exposure]\nstops = \"auto-1.3\"\n",
+        "decals" => include_str!("demo/decals.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -488,6 +496,7 @@ mod tests {
                 "shore" | "water" => "demo:shore",
                 "doors" | "portals" => "demo:doors",
                 "gallery" | "surroundings" => "demo:gallery",
+                "yard" | "decals" => "demo:yard",
                 _ => "demo:room",
             };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");

@@ -1,6 +1,7 @@
 //! The arena of nodes.
 
 use crate::capture::{LAYERS_DEFAULT, Mirror};
+use crate::decal::Decal;
 use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
 use crate::particles::Particles;
@@ -218,6 +219,8 @@ pub struct Scene {
     pub simulations: Vec<Simulation>,
     /// Many small things that simulations move.
     pub particles: Vec<Particles>,
+    /// Pictures that boxes throw onto surfaces.
+    pub decals: Vec<Decal>,
     /// The time that is shown of what moves without keyframes, such as waves, in seconds. [`Scene::pose`] sets it.
     pub time_secs: f32,
     /// The animation that [`Scene::pose`] last posed, by which simulations know where bodies were; none where whoever moves

@@ -16,6 +16,7 @@
 //! # Ok::<(), Box<manypass_scene::Diagnostic>>(())
 //! ```
 
+mod decals;
 pub mod keys;
 mod lights;
 mod load;
@@ -41,8 +42,9 @@ pub use load::{
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
+use decals::DecalEntry;
 use keys::{
-    LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, SETTINGS_TABLES, SIMULATIONS,
+    DECALS, LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, SETTINGS_TABLES, SIMULATIONS,
     SURROUNDINGS, StageTable, TABLES, WATER,
 };
 use lights::LightEntry;
@@ -75,6 +77,7 @@ pub struct Stage {
     mirrors: Vec<MirrorEntry>,
     simulations: Vec<SimulationEntry>,
     particles: Vec<ParticlesEntry>,
+    decals: Vec<DecalEntry>,
     water: Vec<WaterEntry>,
     portals: Vec<PortalEntry>,
     surroundings: Vec<SurroundingsEntry>,
@@ -107,6 +110,7 @@ impl Stage {
             MIRRORS.name,
             SIMULATIONS.name,
             PARTICLES.name,
+            DECALS.name,
             WATER.name,
             PORTALS.name,
             SURROUNDINGS.name,
@@ -134,6 +138,7 @@ impl Stage {
         let mirrors = list(&source, root, &MIRRORS, MirrorEntry::read)?;
         let simulations = list(&source, root, &SIMULATIONS, SimulationEntry::read)?;
         let particles = list(&source, root, &PARTICLES, ParticlesEntry::read)?;
+        let decals = list(&source, root, &DECALS, DecalEntry::read)?;
         let water = list(&source, root, &WATER, WaterEntry::read)?;
         let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
         let surroundings = list(&source, root, &SURROUNDINGS, SurroundingsEntry::read)?;
@@ -148,6 +153,7 @@ impl Stage {
             mirrors,
             simulations,
             particles,
+            decals,
             water,
             portals,
             surroundings,
@@ -181,14 +187,15 @@ impl Stage {
         self.environment().map(|name| self.path_of(name))
     }
 
-    /// The images that its materials and its water name, the sprites and fonts of its overlay, and the files of its
+    /// The images that its materials, decals and water name, the sprites and fonts of its overlay, and the files of its
     /// simulations, as they are written: paths from the stage's folder. Each once.
     pub fn images(&self) -> Vec<&str> {
         let of_materials = self.materials.iter().flat_map(MaterialChange::images);
         let of_overlay = self.overlay.iter().flat_map(OverlayEntry::files);
         let of_water = self.water.iter().flat_map(WaterEntry::images);
+        let of_decals = self.decals.iter().flat_map(DecalEntry::images);
         let mut names: Vec<&str> =
-            of_materials.chain(of_water).chain(of_overlay).map(|name| name.value.as_str()).collect();
+            of_materials.chain(of_water).chain(of_decals).chain(of_overlay).map(|name| name.value.as_str()).collect();
         names.extend(self.simulations.iter().filter_map(SimulationEntry::file));
         names.extend(self.particles.iter().filter_map(ParticlesEntry::file));
         names.sort_unstable();
@@ -210,7 +217,8 @@ impl Stage {
         self.apply_with(scene, &mut none).map(drop)
     }
 
-    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, simulations, particles, water, portals, surroundings, what is drawn over it.
+    /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, simulations, particles, decals, water, portals,
+    /// surroundings, what is drawn over it.
     /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
@@ -225,8 +233,9 @@ impl Stage {
         for change in &self.nodes {
             change.apply(&self.source, scene)?;
         }
-        let of_water = self.water.iter().flat_map(WaterEntry::images);
-        let images = StageImages::read(&self.source, self.materials.iter(), of_water, scene, resolve)?;
+        let others = self.water.iter().flat_map(WaterEntry::images);
+        let others = others.chain(self.decals.iter().flat_map(DecalEntry::images));
+        let images = StageImages::read(&self.source, self.materials.iter(), others, scene, resolve)?;
         for change in &self.materials {
             change.apply(&self.source, scene, &images, &mut warnings)?;
         }
@@ -248,6 +257,9 @@ impl Stage {
         }
         for particles in &self.particles {
             particles.apply(&self.source, scene, resolve)?;
+        }
+        for decal in &self.decals {
+            decal.apply(&self.source, scene, &images)?;
         }
         for water in &self.water {
             water.apply(&self.source, scene, &images)?;

@@ -25,6 +25,8 @@ pub(crate) struct Draw {
     pub fades: bool,
     /// Which sides of its triangles.
     pub faces: Faces,
+    /// Whether decals may touch it.
+    pub is_decaled: bool,
     /// Which of the world's instances; of points, one for every corner of a disc.
     pub instances: Range<u32>,
 }
@@ -34,6 +36,8 @@ pub(crate) struct Draw {
 pub(crate) struct DrawList {
     /// Opaque and masked surfaces, by program, material and mesh.
     pub opaque: Vec<Draw>,
+    /// Of the opaque and masked surfaces those that decals may touch.
+    pub decaled: Vec<Draw>,
     /// Surfaces that light comes through, farther ones first.
     pub transmissive: Vec<Draw>,
     /// Blended surfaces, farther ones first; of those with two sides the back faces before the front faces.
@@ -123,7 +127,10 @@ impl DrawList {
                 Shown::One(form) => {
                     list.count(item, form.level, world);
                     let instances = item.instances();
-                    list.append_blended(item, Draw { item: index, form, fades: false, faces: item.faces, instances });
+                    list.append_blended(
+                        item,
+                        Draw { item: index, form, fades: false, is_decaled: false, faces: item.faces, instances },
+                    );
                 }
                 Shown::Two(parts) => {
                     for part in parts.into_iter().flatten() {
@@ -148,7 +155,7 @@ impl DrawList {
         self.count(item, form.level, world);
         let at = (world.instances.len() + self.fading.len()) as u32;
         self.fading.push(instance);
-        Draw { item: index, form, fades: true, faces: item.faces, instances: at..at + 1 }
+        Draw { item: index, form, fades: true, is_decaled: false, faces: item.faces, instances: at..at + 1 }
     }
 
     /// Adds the draws of what fades of a group.
@@ -158,7 +165,14 @@ impl DrawList {
             let faces = world.items[index as usize].faces;
             let instances_of_view = first..first + instances.len() as u32;
             self.fading.extend(instances);
-            self.opaque.push(Draw { item: index, form, fades: true, faces, instances: instances_of_view });
+            self.opaque.push(Draw {
+                item: index,
+                form,
+                fades: true,
+                is_decaled: false,
+                faces,
+                instances: instances_of_view,
+            });
         }
     }
 
@@ -187,7 +201,7 @@ impl DrawList {
                 return;
             }
         }
-        self.opaque.push(Draw { item: index, form, fades: false, faces: item.faces, instances });
+        self.opaque.push(Draw { item: index, form, fades: false, is_decaled: false, faces: item.faces, instances });
     }
 
     fn append_blended(&mut self, item: &Item, draw: Draw) {

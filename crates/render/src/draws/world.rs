@@ -4,6 +4,7 @@ use super::deformation::{Deformation, Joints};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
 use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, PLACES_UVS, TEXTURED};
 use crate::constants::{LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, WITHOUT_NORMALS};
+use crate::decals::SharedDecals;
 use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
 use crate::resources::layers::{SEEN_LARGE, SHADED_WHERE_DRAWN};
@@ -139,6 +140,8 @@ pub(crate) struct WorldDraws {
     pub deformation: Deformation,
     /// The nodes that give light.
     pub lit: Vec<NodeId>,
+    /// The decals that are shown.
+    pub decals: SharedDecals,
     /// The box around everything, in world space.
     pub bounds_world: Aabb,
     /// Whether any of those that do not blend glows, in view or not, so that a camera that moves changes no pass.

@@ -3,8 +3,9 @@
 use super::grid::{Grid, Span, Target};
 use super::reach::Reach;
 use super::record::ListRecord;
-use super::{ClusterSettings, LIGHTS_MAX, LightTable};
+use super::{ClusterSettings, LIGHTS_MAX, LightTable, ListsOf};
 use crate::constants::{LIST_WIDTH, TABLE_WIDTH};
+use crate::decals::DecalLists;
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -31,6 +32,12 @@ pub struct ClusterUniform {
     /// then the lights; the middle of its first row of lights, as a share of all; one divided by the rows of the
     /// second; 0.
     pub table_rows: [f32; 4],
+    /// Of the lists of decals: as `size`.
+    pub decal_size: [u32; 4],
+    /// Of these: as `slice_from_log_distance`; 0, 0.
+    pub decal_slices: [f32; 4],
+    /// Of the first texture: the first row of records of lists of decals, of decals, of the layers of nodes; 0.
+    pub decal_rows: [f32; 4],
 }
 
 /// What the textures that hold the lists have room for.
@@ -62,6 +69,8 @@ pub struct ClusterLists {
     pub table: Vec<ListRecord>,
     /// Indices of lights, list after list, low bytes first.
     pub lights: Vec<u16>,
+    /// The lists of decals.
+    pub decals: DecalLists,
 }
 
 /// A thread is worth its start from this many lights on.
@@ -80,9 +89,13 @@ impl ClusterLists {
                 shadow_filter: [0.0; 4],
                 contact: [0.0; 4],
                 table_rows: [0.0; 4],
+                decal_size: [0; 4],
+                decal_slices: [0.0; 4],
+                decal_rows: [0.0; 4],
             },
             table: vec![ListRecord::new(0, &lights, &table.class_ends)],
             lights,
+            decals: DecalLists::default(),
         }
     }
 
@@ -131,10 +144,30 @@ impl ClusterLists {
                 shadow_filter: [0.0; 4],
                 contact: [0.0; 4],
                 table_rows: [0.0; 4],
+                decal_size: [0; 4],
+                decal_slices: [0.0; 4],
+                decal_rows: [0.0; 4],
             },
             table: lists,
             lights,
+            decals: DecalLists::default(),
         }
+    }
+}
+
+impl ClusterLists {
+    /// Appends the lists of decals, as far as there is room.
+    pub fn append_decals(&mut self, of: &ListsOf) {
+        let left = ListLimits {
+            entries: of.limits.entries.saturating_sub(self.lights.len()),
+            clusters: of.limits.clusters.saturating_sub(self.table.len()).max(1),
+        };
+        let first = self.lights.len();
+        let (decals, entries) =
+            DecalLists::build(&of.decals.0, &of.view, of.range, &of.target, (&of.settings, left, first));
+        (self.uniform.decal_size, self.uniform.decal_slices) = (decals.grid.size, decals.grid.slices);
+        self.lights.extend(entries);
+        self.decals = decals;
     }
 }
 
@@ -158,6 +191,12 @@ fn all_spans(grid: &Grid, reaches: &[Reach], first_light: u32, entries_max: usiz
     let results = results?;
     let total: usize = results.iter().map(|(_, entries)| entries).sum();
     (total <= entries_max).then(|| results.into_iter().map(|(spans, _)| spans).collect())
+}
+
+/// A record of every list, and the lists, of what has no classes. Entries begin behind the `first` of others.
+pub(crate) fn lists_of_spans(grid: &Grid, parts_of_spans: &[Vec<Span>], first: usize) -> (Vec<ListRecord>, Vec<u16>) {
+    let (records, entries) = lists(grid, parts_of_spans, &[0, 0, 0, 0, 0, u32::MAX]);
+    (records.into_iter().map(|record| record.behind(first)).collect(), entries)
 }
 
 /// A record of every list, and the lists. Rows of clusters are filled one after the other, so that what
@@ -435,7 +474,18 @@ mod tests {
             "forward",
             "ClusterGrid",
             ClusterUniform,
-            [size, slice_from_log_distance, directional_count, global_count, shadow_filter, contact, table_rows]
+            [
+                size,
+                slice_from_log_distance,
+                directional_count,
+                global_count,
+                shadow_filter,
+                contact,
+                table_rows,
+                decal_size,
+                decal_slices,
+                decal_rows
+            ]
         );
     }
 }

@@ -19,7 +19,7 @@ pub struct Target {
 /// The tiles `first..end` of one row of clusters that a light touches. A row of clusters is a row of tiles in one
 /// slice.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Span {
+pub(crate) struct Span {
     /// The row of clusters.
     pub row: u32,
     pub light: u16,
@@ -28,7 +28,7 @@ pub(super) struct Span {
 }
 
 /// The picture of the grid in view space.
-pub(super) struct Grid {
+pub(crate) struct Grid {
     /// Across and down.
     pub tiles: [u32; 2],
     /// The side of a tile.
@@ -111,12 +111,7 @@ impl Grid {
         if distance + radius <= 0.0 {
             return;
         }
-        let last_slice = self.slices() as f32 - 1.0;
-        let slice_of = |d: f32| {
-            let slice = (d.max(f32::MIN_POSITIVE).log2() - self.log2_near) / self.log_step;
-            slice.floor().clamp(0.0, last_slice) as u32
-        };
-        for slice in slice_of(distance - radius)..=slice_of(distance + radius) {
+        for slice in self.slice_of(distance - radius)..=self.slice_of(distance + radius) {
             let edges = (self.slice_edges_m[slice as usize], self.slice_edges_m[slice as usize + 1]);
             let frustum = match reach.cone {
                 None => None,
@@ -127,6 +122,69 @@ impl Grid {
             };
             self.slice_spans(center, radius, frustum, (slice, edges), light, spans);
         }
+    }
+
+    /// Appends the spans of a box, of which the corners are in view space: bit by bit their numbers say on which side of
+    /// each axis they lie.
+    pub fn spans_of_box(&self, corners: &[Vec3; 8], number: u16, spans: &mut Vec<Span>) {
+        let distances = corners.map(|corner| -corner.z);
+        let [nearest, farthest] = [f32::min, f32::max].map(|pick| distances.into_iter().reduce(pick).unwrap_or(0.0));
+        // NaN is no distance.
+        if !(farthest > 0.0 && nearest.is_finite() && farthest.is_finite()) {
+            return;
+        }
+        for slice in self.slice_of(nearest * (2.0 - RADIUS_SLACK))..=self.slice_of(farthest * RADIUS_SLACK) {
+            let [low, high] = self.box_in_slice(corners, slice);
+            if low.x > high.x {
+                continue;
+            }
+            let tile = |plane: f32, axis: usize| plane * self.tile_scale[axis] + self.tile_offset[axis];
+            let tiles = |axis: usize| {
+                let first = ((tile(low[axis], axis) - TILE_SLACK) as u32).min(self.tiles[axis]);
+                let end = ((tile(high[axis], axis) + TILE_SLACK + 1.0) as u32).min(self.tiles[axis]);
+                (first, end)
+            };
+            let ((x0, x1), (y0, y1)) = (tiles(0), tiles(1));
+            if x0 < x1 {
+                let row = |tile_y| slice * self.tiles[1] + tile_y;
+                let span = |tile_y| Span { row: row(tile_y), light: number, first: x0 as u16, end: x1 as u16 };
+                spans.extend((y0..y1).map(span));
+            }
+        }
+    }
+
+    /// The least and the greatest x and −y, at 1 m for perspective, of the part of a box that lies in a slice.
+    fn box_in_slice(&self, corners: &[Vec3; 8], slice: u32) -> [Vec2; 2] {
+        let begin = self.slice_edges_m[slice as usize] * (2.0 - RADIUS_SLACK);
+        let end = self.slice_edges_m[slice as usize + 1] * RADIUS_SLACK;
+        let mut extent = [Vec2::INFINITY, Vec2::NEG_INFINITY];
+        let mut add = |point: Vec3| {
+            // What lies beside the eye may be anywhere in the picture.
+            let scale = if self.orthographic { 1.0 } else { (-point.z).max(1e-6).recip() };
+            let plane = Vec2::new(point.x, -point.y) * scale;
+            extent = [extent[0].min(plane), extent[1].max(plane)];
+        };
+        for (at, corner) in corners.iter().enumerate() {
+            if (begin..=end).contains(&-corner.z) {
+                add(*corner);
+            }
+            for other in [1, 2, 4].map(|bit| at | bit).into_iter().filter(|other| *other != at) {
+                let (from, to) = (*corner, corners[other]);
+                for edge in [begin, end] {
+                    let share = (edge + from.z) / (from.z - to.z);
+                    if (0.0..=1.0).contains(&share) && edge.is_finite() {
+                        add(from.lerp(to, share).with_z(-edge));
+                    }
+                }
+            }
+        }
+        extent
+    }
+
+    /// The slice in which a distance lies.
+    fn slice_of(&self, distance: f32) -> u32 {
+        let slice = (distance.max(f32::MIN_POSITIVE).log2() - self.log2_near) / self.log_step;
+        slice.floor().clamp(0.0, self.slices() as f32 - 1.0) as u32
     }
 
     fn slice_spans(

@@ -4,6 +4,7 @@ use super::{
     ClusterLists, ClusterSettings, ClusterUniform, LightCulling, LightReaches, LightTable, ListLimits, ListRecord,
     ObjectBounds, Target, VolumeDraw, lit,
 };
+use crate::decals::{DecalTable, SharedDecals};
 use crate::view::{DepthRange, View};
 use glam::Vec4;
 use std::sync::Arc;
@@ -28,6 +29,8 @@ pub struct ListsOf {
     pub wants_lists: bool,
     /// Where objects lie, if objects have lists of their own.
     pub objects: Option<ObjectBounds>,
+    /// The decals, which have lists beside those of lights.
+    pub decals: SharedDecals,
     /// The row of the projection that gives depth before the division, by which volumes are found that are cut open;
     /// zero where there are none.
     pub depth_row: Vec4,
@@ -49,6 +52,8 @@ pub struct KeptLists {
     pub volume_draws: Arc<[VolumeDraw]>,
     /// The records of the lists of objects, by object id.
     pub object_lights: Arc<[ListRecord]>,
+    /// The decals that have lists.
+    pub decals: Arc<DecalTable>,
 }
 
 impl KeptLists {
@@ -63,7 +68,8 @@ impl KeptLists {
             of,
             table,
             uniform: lists.uniform,
-            entries: lists.lights.len() as u64,
+            entries: lists.lights.len() as u64 - lists.decals.entry_count,
+            decals: lists.decals.table.clone(),
             lit_rectangles,
             volume_draws,
             object_lights,

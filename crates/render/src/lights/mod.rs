@@ -20,7 +20,9 @@ mod settings;
 mod small;
 mod volumes;
 
+pub(crate) use clusters::lists_of_spans;
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
+pub(crate) use grid::Grid;
 pub use grid::Target;
 pub use kept::{KeptLists, ListsOf};
 pub use lit::Rectangle;

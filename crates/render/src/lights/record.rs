@@ -38,6 +38,13 @@ impl ListRecord {
         Self(numbers.map(|number| number as f32))
     }
 
+    /// The same list, behind so many entries of others.
+    pub fn behind(self, entries: usize) -> Self {
+        let [first, rest @ ..] = self.0;
+        let [y, z, w] = rest;
+        Self([first + entries as f32, y, z, w])
+    }
+
     /// The number of lights.
     pub const fn count(self) -> u32 {
         self.0[1] as u32 % HIGH

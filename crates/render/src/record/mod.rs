@@ -2,6 +2,7 @@
 //! pass.
 
 mod bind_groups;
+mod decal_marks;
 mod fullscreen;
 mod instances;
 mod legend;
@@ -14,16 +15,17 @@ mod volumes;
 
 pub use fullscreen::{ADD, Fullscreen, PicturePart};
 pub use legend::LegendEntry;
-pub use surfaces::{SurfacePass, TilePass, Which};
+pub use surfaces::{DecalUse, SurfacePass, TilePass, Which};
 pub use view::PreparedView;
 
 pub(crate) use bind_groups::BindGroups;
+pub(crate) use decal_marks::DecalMarks;
 pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
 pub(crate) use scrubbed::Scrubbed;
 pub(crate) use surfaces::{Bundles, SurfacePipelines};
-pub(crate) use tables::depth_texture;
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
+pub(crate) use tables::{depth_texture, directional_albedo_texels};
 pub(crate) use uniforms::UniformArena;
 pub(crate) use view::{COUNTS_PAIRS, UNFILTERED_SAMPLES, ViewTables, Viewed};
 pub(crate) use volumes::Volumes;
@@ -52,6 +54,7 @@ pub struct Frame<'f> {
     pub(crate) bind_groups: &'f BindGroups,
     pub(crate) bundles: &'f Bundles,
     pub(crate) volumes: &'f Volumes,
+    pub(crate) decal_marks: &'f DecalMarks,
     pub(crate) legends: &'f Legends,
     pub(crate) scrubbed: &'f Scrubbed,
 }

@@ -32,6 +32,7 @@ const fn slot(name: &'static str, ty: wgpu::BindingType) -> FrameSlot {
 /// counts those of a layout that it does not read: here may be 6 at most.
 pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
     slot("view", UNIFORM),
+    // And images of decals.
     slot("directional_albedo", texture(wgpu::TextureSampleType::Float { filterable: true })),
     slot("linear_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
     slot("cluster_grid", UNIFORM),
@@ -123,17 +124,19 @@ impl FrameTables {
         }
     }
 
-    /// Group 0 with what is the view's: its uniform, the lists of lights and their shape, the environment, the shadows.
+    /// Group 0 with what is the view's: its uniform, the lists of lights and their shape, the environment, the shadows, and
+    /// the texture of decals if they have images.
     pub fn frame_group(
         &self,
         view: [Resource; 5],
         shadows: &wgpu::TextureView,
         environment_tiles: &wgpu::TextureView,
+        decals: Option<&wgpu::TextureView>,
     ) -> Vec<Resource> {
         let [view, grid, lights, lists, environment] = view;
         vec![
             view,
-            Resource::Texture(self.directional_albedo.clone()),
+            Resource::Texture(decals.unwrap_or(&self.directional_albedo).clone()),
             Resource::Sampler(self.linear_clamp.clone()),
             grid,
             lights,
@@ -178,7 +181,13 @@ fn no_ids(gpu: &Gpu) -> wgpu::TextureView {
     texture.create_view(&Default::default())
 }
 
-/// The table of `build.rs` as half floats, which every backend can filter.
+/// The table of `build.rs` as half floats, which every backend can filter, four a texel.
+pub(crate) fn directional_albedo_texels() -> Vec<u16> {
+    let texel = |[scale, bias, sheen]: &[f32; 3]| [*scale, *bias, *sheen, 0.0].map(half_from_unit);
+    crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flat_map(texel).collect()
+}
+
+/// That table alone, where there are no images of decals.
 fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
     let size =
         wgpu::Extent3d { width: DIRECTIONAL_ALBEDO_SIZE, height: DIRECTIONAL_ALBEDO_SIZE, depth_or_array_layers: 1 };
@@ -192,8 +201,7 @@ fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let texel = |[scale, bias, sheen]: &[f32; 3]| [*scale, *bias, *sheen, 0.0].map(half_from_unit);
-    let texels: Vec<u16> = crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flat_map(texel).collect();
+    let texels = directional_albedo_texels();
     gpu.queue.write_texture(
         texture.as_image_copy(),
         bytemuck::cast_slice(&texels),

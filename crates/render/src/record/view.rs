@@ -4,6 +4,7 @@ use super::bind_groups::{BindGroups, Resource};
 use super::tables::{FRAME_GROUP, FrameTables};
 use super::uniforms::UniformArena;
 use crate::constants::{DATA_WIDTH, LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
+use crate::decals::{DecalDraws, DecalLists};
 use crate::draws::{Draw, DrawList, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
@@ -91,6 +92,8 @@ pub struct PreparedView {
     pub(crate) unsettled: Option<Arc<[Rectangle]>>,
     /// The outline of a mirror that it is behind: it draws nothing outside.
     pub(crate) outline: Option<Outline>,
+    /// The boxes of decals that it sees.
+    pub(crate) decal_draws: DecalDraws,
 }
 
 impl PreparedView {
@@ -133,6 +136,11 @@ impl PreparedView {
     /// Whether there are blended surfaces in it.
     pub fn has_blended(&self) -> bool {
         !self.draws.blended.is_empty()
+    }
+
+    /// Whether decals may touch opaque surfaces in it.
+    pub fn has_decaled(&self) -> bool {
+        !self.draws.decaled.is_empty()
     }
 
     /// Whether there are masked surfaces in it.
@@ -191,9 +199,13 @@ impl PreparedView {
 /// Textures of a view that each frame fills anew.
 #[derive(Debug)]
 pub(crate) struct ViewTables {
-    /// The records of lists, which end with a row, and then the lights.
+    /// The records of lists, those of lists of decals, decals, the layers of nodes, each of which end with a row, and then
+    /// the lights.
     lights: DataTexture,
+    /// Rows before the lights.
     record_rows: u32,
+    /// The first rows of what is about decals.
+    decal_rows: [u32; 3],
     cluster_lights: DataTexture,
     light_reaches: DataTexture,
 }
@@ -204,6 +216,7 @@ impl ViewTables {
         Self {
             lights: table("lights", wgpu::TextureFormat::Rgba32Float, LIGHTS_PER_ROW * TEXELS_PER_LIGHT),
             record_rows: 0,
+            decal_rows: [0; 3],
             cluster_lights: table("cluster_lights", wgpu::TextureFormat::Rg8Unorm, LIST_WIDTH),
             light_reaches: table("light_reaches", wgpu::TextureFormat::Rgba32Float, DATA_WIDTH),
         }
@@ -213,16 +226,32 @@ impl ViewTables {
     pub fn write(&mut self, gpu: &Gpu, lights: &[[f32; 4]], lists: Option<&(ClusterLists, LightReaches)>) -> u64 {
         let (device, queue) = (&gpu.device, &gpu.queue);
         let mut written = 0;
+        let rows = |texels: usize| (texels as u32).div_ceil(TABLE_WIDTH);
+        let mut decal_rows = self.decal_rows;
         let (record_rows, kept) = match lists {
-            Some((lists, _)) => ((lists.table.len() as u32).div_ceil(TABLE_WIDTH), 0),
+            Some((lists, _)) => {
+                let ClusterLists { table, decals, .. } = lists;
+                let parts = [table.len(), decals.records.len(), decals.table.texels.len()];
+                let mut end = 0;
+                decal_rows = parts.map(|texels| {
+                    end += rows(texels);
+                    end
+                });
+                (end + rows(decals.table.layers.len()), 0)
+            }
             None => (self.record_rows, self.record_rows * TABLE_WIDTH),
         };
         let first = record_rows * TABLE_WIDTH;
         // The lists were made to fit.
         let Some(rewritten) = self.lights.fit(device, queue, first + lights.len() as u32, kept) else { return 0 };
-        self.record_rows = record_rows;
+        (self.record_rows, self.decal_rows) = (record_rows, decal_rows);
         if let Some((lists, reaches)) = lists {
+            let DecalLists { records, table, .. } = &lists.decals;
+            let [of_records, of_decals, of_layers] = decal_rows.map(|row| row * TABLE_WIDTH);
             written += self.lights.write_changed(queue, 0, &lists.table);
+            written += self.lights.write_changed(queue, of_records, records);
+            written += self.lights.write_changed(queue, of_decals, &table.texels);
+            written += self.lights.write_changed(queue, of_layers, &table.layers);
             written += self.cluster_lights.write(device, queue, &lists.lights).unwrap_or(0);
             written += self.light_reaches.write(device, queue, &reaches.texels).unwrap_or(0);
         }
@@ -233,6 +262,12 @@ impl ViewTables {
     fn rows(&self) -> [f32; 4] {
         let [light_rows, list_rows] = [&self.lights, &self.cluster_lights].map(|table| table.rows() as f32);
         [light_rows.recip(), (self.record_rows as f32 + 0.5) / light_rows, list_rows.recip(), 0.0]
+    }
+
+    /// Where what is about decals begins in the texture of lights.
+    fn decal_rows(&self) -> [f32; 4] {
+        let [records, decals, layers] = self.decal_rows.map(|row| row as f32);
+        [records, decals, layers, 0.0]
     }
 }
 
@@ -273,6 +308,10 @@ pub(crate) struct Viewed<'a> {
     pub outline: Option<Outline>,
     /// The tiles of the environment, if that is a picture or the studio.
     pub environment_tiles: Option<&'a wgpu::TextureView>,
+    /// The texture of decals, if they have images.
+    pub decals: Option<&'a wgpu::TextureView>,
+    /// The boxes of decals that it sees.
+    pub decal_draws: DecalDraws,
 }
 
 impl Viewed<'_> {
@@ -288,14 +327,18 @@ impl Viewed<'_> {
         let texture = |table: &DataTexture| Resource::Texture(table.view().clone());
         let resources = [
             Resource::Uniform(uniforms.push(&self.uniform)),
-            Resource::Uniform(uniforms.push(&ClusterUniform { table_rows: tables.rows(), ..*self.cluster_grid })),
+            Resource::Uniform(uniforms.push(&ClusterUniform {
+                table_rows: tables.rows(),
+                decal_rows: tables.decal_rows(),
+                ..*self.cluster_grid
+            })),
             texture(&tables.lights),
             texture(&tables.cluster_lights),
             Resource::Uniform(uniforms.push(self.environment)),
         ];
         let shadows = self.shadows.unwrap_or(&frame_tables.no_shadows);
         let environment_tiles = self.environment_tiles.unwrap_or(&frame_tables.no_environment);
-        let resources = frame_tables.frame_group(resources, shadows, environment_tiles);
+        let resources = frame_tables.frame_group(resources, shadows, environment_tiles, self.decals);
         let bindings: Vec<u32> = (0..FRAME_GROUP.len() as u32).collect();
         let [across, down, _, tile_px] = self.cluster_grid.size;
         PreparedView {
@@ -331,6 +374,7 @@ impl Viewed<'_> {
             settled: self.settled,
             unsettled: self.unsettled,
             outline: self.outline,
+            decal_draws: self.decal_draws,
         }
     }
 }

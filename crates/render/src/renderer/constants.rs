@@ -3,6 +3,7 @@
 use super::mirrors::{MirrorView, Reflector};
 use super::prepare::{Asked, ViewPart};
 use super::shadows::takes_one_tap;
+use crate::decals::DECALS;
 use crate::environment::Environment;
 use crate::lights::{self, LightTable};
 use crate::record::COUNTS_PAIRS;
@@ -16,6 +17,7 @@ pub(super) fn constants_of(
     table: &LightTable,
     shadows: Option<&ViewShadows>,
     (tiles, surrounding_count): (Option<&EnvironmentTiles>, u32),
+    decal_parts: u32,
 ) -> Vec<Constant> {
     let settings = &asked.request.settings;
     let mut constants = settings.shading.model.constants();
@@ -58,6 +60,9 @@ pub(super) fn constants_of(
     }
     if surrounding_count > 0 {
         constants.push(("surrounding_count", surrounding_count));
+    }
+    if decal_parts > 0 {
+        constants.push((DECALS, decal_parts));
     }
     if asked.counts_pairs {
         constants.push(COUNTS_PAIRS);

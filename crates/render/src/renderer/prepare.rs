@@ -10,6 +10,8 @@ use super::surroundings::{FrameSurroundings, SideView};
 use super::temporal::TemporalAsked;
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
+use crate::constants::DECAL_EMISSION;
+use crate::decals::{DecalDraws, DecalTable, SharedDecals, find_touched};
 use crate::draws::{DrawList, WorldDraws};
 use crate::effect;
 use crate::environment::{Environment, studio};
@@ -239,6 +241,8 @@ impl Asked {
 pub(super) struct World<'s> {
     pub scene: &'s Scene,
     pub draws: WorldDraws,
+    /// Those that are shown.
+    decals: SharedDecals,
     /// Most views share one.
     tables: Vec<(TableOf, Arc<LightTable>)>,
 }
@@ -247,7 +251,12 @@ impl<'s> World<'s> {
     /// Of `scene`, from what the last frame drew.
     pub fn new(scene: &'s Scene, resources: &SceneResources, mut draws: WorldDraws) -> Self {
         draws.update(scene, resources);
-        Self { scene, draws, tables: Vec::new() }
+        let table = DecalTable::new(scene, &resources.decals);
+        draws.glows |= table.parts & DECAL_EMISSION != 0;
+        if table != *draws.decals.0 {
+            draws.decals = SharedDecals(Arc::new(table));
+        }
+        Self { scene, decals: draws.decals.clone(), draws, tables: Vec::new() }
     }
 
     /// The table of lights; that which the view has from its last frame if it is still right.
@@ -324,7 +333,11 @@ impl Renderer {
                     Some((_, rectangle)) => uniform.cropped(rectangle),
                     None => uniform,
                 };
-                Arc::new(DrawList::new(&mut world.draws, &uniform, request.layers, &chooser))
+                let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
+                if !world.decals.0.boxes.is_empty() {
+                    find_touched(&mut list, &world.draws, &world.decals.0.boxes);
+                }
+                Arc::new(list)
             }
         };
         // What is settled is no picture to look through.
@@ -445,6 +458,7 @@ impl Renderer {
                     &lists.table,
                     shadows.map(|(shadows, _)| shadows),
                     (tiles, surroundings.map_or(0, |surroundings| surroundings.count)),
+                    lists.decals.parts,
                 ),
                 lit_rectangles: lists.lit_rectangles.clone(),
                 volume_draws: lists.volume_draws.clone(),
@@ -462,6 +476,8 @@ impl Renderer {
                 },
                 outline: of_outline.map(|(outline, _)| outline),
                 environment_tiles: surroundings.map(|of| &of.view).or(tiles.map(|tiles| &tiles.view)),
+                decals: self.resources.decals.view(),
+                decal_draws: DecalDraws::new(&lists.decals.boxes, &uniform.clip_from_world),
             };
             viewed.prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), tables)
         };
@@ -555,6 +571,8 @@ impl Renderer {
             unsettled: None,
             outline: None,
             environment_tiles: None,
+            decals: None,
+            decal_draws: DecalDraws::default(),
         }
         .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
     }
@@ -597,6 +615,7 @@ impl Renderer {
             wants_lists: is_drawn
                 && (reads_lists || settings.fog.scatters() || settings.debug.view == DebugView::Lights),
             objects: has_objects.then(|| world.draws.object_bounds()),
+            decals: if is_drawn { world.decals.clone() } else { SharedDecals::default() },
             depth_row: if has_volumes { asked.depth_row(seen, range) } else { Vec4::ZERO },
             settings: request.settings.clusters.clone(),
             limits: lights::ListLimits::of(self.gpu.capabilities.max_texture_size),
@@ -617,6 +636,7 @@ impl Renderer {
                 if let Some(objects) = &of.objects {
                     made.append_objects(&table, objects, of.limits);
                 }
+                made.append_decals(&of);
                 stats.light_lists_made += 1;
                 (KeptLists::new(table, of, &made, &reaches), Some((made, reaches)))
             }

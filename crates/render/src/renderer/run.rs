@@ -247,6 +247,7 @@ impl Renderer {
             bind_groups: &self.bind_groups,
             bundles: &self.bundles,
             volumes: &self.volumes,
+            decal_marks: &self.decal_marks,
             legends: &legends,
             scrubbed: &scrubbed,
         };

@@ -25,11 +25,12 @@ pub(crate) use packing::monitors_of;
 pub(crate) use pages::Place;
 pub(crate) use reduced::{FactorsOf, ReducedMaterials};
 pub use settings::TextureSettings;
-pub(crate) use textures::{Textures, monitor_desc, monitor_fits};
+pub(crate) use textures::{Address, Textures, address_of, monitor_desc, monitor_fits};
 use vertices::is_deformed;
 pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES};
 
 use crate::constants::DATA_WIDTH;
+use crate::decals::DecalAtlas;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use environment::EnvironmentTiles;
@@ -52,6 +53,10 @@ pub(crate) struct SceneResources {
     pub materials: Materials,
     /// The textures of all materials.
     pub textures: Textures,
+    /// The images of decals.
+    pub decals: DecalAtlas,
+    /// The largest side of an image that somebody wants.
+    textures_side_max: u32,
     /// What of materials is drawn where surfaces are seen small.
     pub reduced: ReducedMaterials,
     /// Rows of `world_from_mesh` for every joint of every skinned node.
@@ -117,6 +122,8 @@ impl SceneResources {
             geometry: Geometry::new(gpu),
             materials: Materials::new(),
             textures: Textures::new(gpu),
+            decals: DecalAtlas::default(),
+            textures_side_max: u32::MAX,
             reduced: ReducedMaterials::new(),
             joint_matrices: table("joint_matrices", wgpu::TextureFormat::Rgba32Float),
             morph_weights: table("morph_weights", wgpu::TextureFormat::R32Float),
@@ -133,6 +140,7 @@ impl SceneResources {
     /// From now on textures of models are at most so many texels wide and high; 0 for what the adapter takes. Those that
     /// are there already are made again.
     pub fn limit_textures(&mut self, max_px: u32) {
+        self.textures_side_max = if max_px == 0 { u32::MAX } else { max_px };
         if self.textures.limit(max_px) {
             self.followed = None;
         }
@@ -163,6 +171,10 @@ impl SceneResources {
             followed.has_changed = true;
             self.reduced.forget_materials();
             self.followed = Some(Surfaces::of(scene));
+        }
+        if let Some(written_bytes) = self.decals.follow(gpu, scene, self.textures_side_max) {
+            followed.written_bytes += written_bytes;
+            (followed.has_changed, followed.has_moved) = (true, true);
         }
         if followed.has_changed && !self.layers_deform {
             let primitives = || scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
@@ -210,7 +222,12 @@ impl SceneResources {
         ];
         let of_tables = tables.into_iter().filter(|(is_so, _)| *is_so).map(|(_, warning)| warning.to_owned());
         let of_environments = self.environments.iter().filter_map(EnvironmentTiles::warning);
-        let of_surfaces = self.textures.warnings().chain(self.materials.warnings()).chain(self.geometry.warnings());
+        let of_surfaces = self
+            .textures
+            .warnings()
+            .chain(self.decals.warnings())
+            .chain(self.materials.warnings())
+            .chain(self.geometry.warnings());
         let of_scene = of_surfaces.chain(of_environments).cloned();
         // An image that is colour in one place and data in another is decoded twice, and says the same.
         let mut said = std::collections::BTreeSet::new();
@@ -221,6 +238,7 @@ impl SceneResources {
     pub fn bytes(&self) -> u64 {
         self.geometry.bytes()
             + self.textures.bytes()
+            + self.decals.bytes()
             + self.environments.iter().map(EnvironmentTiles::bytes).sum::<u64>()
     }
 

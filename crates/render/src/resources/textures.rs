@@ -24,7 +24,7 @@ enum Held {
 }
 
 /// What tells two images apart.
-type Address = usize;
+pub(crate) type Address = usize;
 
 /// What tells two textures apart.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -295,7 +295,7 @@ fn coarse_of(chain: &MipChain) -> Option<Pixels> {
 }
 
 /// What is to be known of an image to find out whether it is another one.
-pub(super) fn address_of(image: &manypass_scene::Image) -> Address {
+pub(crate) fn address_of(image: &manypass_scene::Image) -> Address {
     use manypass_scene::image::ImageSource as Source;
     match &image.source {
         Source::Encoded(bytes) => Arc::as_ptr(bytes).cast::<u8>() as Address,

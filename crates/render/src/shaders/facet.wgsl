@@ -3,6 +3,8 @@
 // space that is affine in the mesh's own.
 
 struct Facet {
+    position_dx: vec3f,
+    position_dy: vec3f,
     uv_dx: vec4f,
     uv_dy: vec4f,
     // Across the plane, as long as a pixel of it is large.
@@ -16,6 +18,8 @@ fn facet_of(position: vec3f, uv: vec4f) -> Facet {
     let dx = dpdx(position);
     let dy = dpdy(position);
     var facet: Facet;
+    facet.position_dx = dx;
+    facet.position_dy = dy;
     facet.uv_dx = dpdx(uv);
     facet.uv_dy = dpdy(uv);
     facet.across = cross(dx, dy);

@@ -1,5 +1,5 @@
-// The table of lights, before them of the lists of clusters and after them of tiles of shadow maps, and the lists of
-// lights for every cluster, in textures wrapped in two dimensions, reached only through the functions of this module,
+// The table of lights, before them of the lists of clusters and of decals, and after them of tiles of shadow maps, and the lists of
+// lights and decals for every cluster, in textures wrapped in two dimensions, reached only through the functions of this module,
 // so that another storage can take their place here.
 
 import package::constants::{LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
@@ -20,6 +20,11 @@ struct ClusterGrid {
     contact: vec4f,
     // See `TableRows`.
     table_rows: vec4f,
+    // Of the lists of decals: as `size`; as `slice_from_log_distance`, 0, 0; the first rows of their records, of decals
+    // and of the layers of nodes in the table of lights, 0.
+    decal_size: vec4u,
+    decal_slices: vec4f,
+    decal_rows: vec4f,
 }
 
 // A light has four texels: position and 1 / range² (0 without a range); intensity, in candela or lux, times colour,
@@ -82,12 +87,8 @@ struct ClusterList {
 
 // The record of a list: see `lights/record.rs`.
 fn cluster_at(index: u32) -> ClusterList {
-    let uv = vec2f(
-        (f32(index % TABLE_WIDTH) + 0.5) / f32(TABLE_WIDTH),
-        (f32(index / TABLE_WIDTH) + 0.5) * cluster_grid.table_rows.x,
-    );
     // By way of signed numbers, to which processors convert at once.
-    let record = vec4u(vec4i(textureSampleLevel(lights, nearest_clamp, uv, 0.0)));
+    let record = vec4u(vec4i(table_texel(index, 0.0)));
     let first = record.x;
     return ClusterList(
         first,
@@ -96,6 +97,15 @@ fn cluster_at(index: u32) -> ClusterList {
         first + record.w,
         first + (record.y & 0xffffu),
     );
+}
+
+// A texel of what lies before the lights in their table, counted from the beginning of a row.
+fn table_texel(index: u32, first_row: f32) -> vec4f {
+    let uv = vec2f(
+        (f32(index % TABLE_WIDTH) + 0.5) / f32(TABLE_WIDTH),
+        (f32(index / TABLE_WIDTH) + first_row + 0.5) * cluster_grid.table_rows.x,
+    );
+    return textureSampleLevel(lights, nearest_clamp, uv, 0.0);
 }
 
 // The low and the high byte of the index that an entry of a list holds.

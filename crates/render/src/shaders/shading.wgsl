@@ -5,13 +5,16 @@ import package::constants::{DIRECTIONAL_ALBEDO_SIZE, ROUGHNESS_PERCEPTUAL_MIN};
 import package::shaders::brdf::{Shading, set_lamp_terms};
 
 // Scale and bias of f0 in the directional albedo of GGX (Karis 2013), and the directional albedo of sheen, over n.v (u)
-// and perceptual roughness (v); integrated by `build.rs`.
+// and perceptual roughness (v); integrated by `build.rs`. They are the lowest rows of a texture that may hold the images
+// of decals above, because a stage on WebGL 2 has no texture to spare.
 @group(0) @binding(1) var directional_albedo: texture_2d<f32>;
 @group(0) @binding(2) var linear_clamp: sampler;
 
 fn dfg_at(n_dot_v: f32, roughness_perceptual: f32) -> vec3f {
     let size = f32(DIRECTIONAL_ALBEDO_SIZE);
-    let uv = (vec2f(n_dot_v, roughness_perceptual) * (size - 1.0) + 0.5) / size;
+    let texels = vec2f(textureDimensions(directional_albedo));
+    let place = vec2f(n_dot_v, roughness_perceptual) * (size - 1.0) + 0.5;
+    let uv = (place + vec2f(0.0, texels.y - size)) / texels;
     return textureSampleLevel(directional_albedo, linear_clamp, uv, 0.0).rgb;
 }
 

@@ -2,7 +2,8 @@
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT};
-import package::shaders::surface_vertex::{SurfaceVarying, is_without_normals};
+import package::shaders::surface_vertex::{SurfaceVarying, is_without_normals, object_id};
+import package::shaders::decals::{Decaled, decaled_surface, has_decals};
 @if(detailed) import package::constants::LAYER_LIGHT_MAP;
 @if(detailed) import package::shaders::facet::{Facet, facet_of};
 @if(detailed) import package::shaders::layer_maps::{MAP_DETAIL_COLOR, baked_light, color_map, has_layer, has_map};
@@ -153,7 +154,32 @@ fn surface_base_color(in: SurfaceVarying, bias: f32) -> vec4f {
 }
 
 @if(!detailed) fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
-    return surface_sample_of(in, front_facing);
+    var out = surface_sample_of(in, front_facing);
+    if has_decals() {
+        put_decals(&out, in, front_facing, dpdx(in.position_world), dpdy(in.position_world));
+    }
+    return out;
+}
+
+// Lays decals over what the material says.
+fn put_decals(sample: ptr<function, SurfaceSample>, in: SurfaceVarying, front_facing: bool, dx: vec3f, dy: vec3f) {
+    let surface = (*sample).surface;
+    let is_unlit = surface.shading_model == SHADING_MODEL_UNLIT;
+    // What is unlit glows in its colour.
+    let below = Decaled(
+        select(surface.base_color, (*sample).emission, is_unlit),
+        surface.metallic,
+        surface.roughness_perceptual,
+        surface.normal_world,
+        select((*sample).emission, vec3f(0.0), is_unlit),
+    );
+    let vertex = vertex_normal_of(in, front_facing);
+    let decaled = decaled_surface(below, in.position_clip.xy, in.position_world, dx, dy, vertex, object_id(in.object));
+    (*sample).surface.base_color = clamp(decaled.base_color, vec3f(0.0), vec3f(1.0));
+    (*sample).surface.metallic = decaled.metallic;
+    (*sample).surface.roughness_perceptual = decaled.roughness_perceptual;
+    (*sample).surface.normal_world = decaled.normal_world;
+    (*sample).emission = decaled.emission + select(vec3f(0.0), decaled.base_color, is_unlit);
 }
 
 @if(detailed) fn surface_sample(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
@@ -172,6 +198,9 @@ fn surface_base_color(in: SurfaceVarying, bias: f32) -> vec4f {
         let factor = 2.0 * color_map(in, MAP_DETAIL_COLOR).rgb;
         out.surface.base_color = clamp(out.surface.base_color * factor, vec3f(0.0), vec3f(1.0));
         out.emission = select(out.emission, out.emission * factor, is_unlit);
+    }
+    if has_decals() {
+        put_decals(&out, in, front_facing, facet.position_dx, facet.position_dy);
     }
     if has_layer(LAYER_LIGHT_MAP) {
         let light = baked_light(in);

@@ -172,6 +172,7 @@ impl<'w> Casters<'w> {
                     item: caster.item,
                     form: Form { level: caster.level, ..Form::default() },
                     fades: false,
+                    is_decaled: false,
                     faces,
                     instances: at..at + 1,
                 }),

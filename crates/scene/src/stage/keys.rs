@@ -96,7 +96,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings, demo:laboratory, demo:simulations, demo:particles.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings, demo:laboratory, demo:simulations, demo:particles, demo:yard, demo:decals.",
     )],
 };
 
@@ -391,6 +391,96 @@ pub(super) const PARTICLES: StageTable = StageTable {
             "program",
             StageType::Text,
             "What moves them in place of `particles`, which is built in: a .wgsl file with the states `place` and `velocity`.",
+        ),
+    ],
+};
+
+/// Decals.
+pub(super) const DECALS: StageTable = StageTable {
+    name: "decals",
+    doc: "Pictures that boxes throw onto the surfaces within them: markings, cracks, stains, leaves, dents. Without an image a decal is a plain rectangle.",
+    keys: &[
+        key("name", StageType::Text, "What it is called in messages; decal."),
+        key(
+            "image",
+            StageType::Text,
+            "Base colour in sRGB, and in alpha how much of the decal there is: an image file, its path from the folder of the stage, or `model:NAME`, an image of the model.",
+        ),
+        key("color", StageType::Color, "What the base colour is multiplied by; white."),
+        key("opacity", SHARE, "How much of the base colour below, and of whether that is metal, is hidden; 1."),
+        key(
+            "metallic",
+            SHARE,
+            "Whether its colour is that of metal; 0. A `rough_metal_map` multiplies it by blue, and then it is 1.",
+        ),
+        key(
+            "roughness",
+            SHARE,
+            "How rough it is; what is below stays as it is. A `rough_metal_map` multiplies it by green; 1.",
+        ),
+        key(
+            "rough_metal_map",
+            StageType::Text,
+            "Roughness in green and metallic in blue, linear, as in glTF: an image.",
+        ),
+        key("roughness_opacity", SHARE, "How much of the roughness below is hidden; 1."),
+        key(
+            "normal_map",
+            StageType::Text,
+            "Normals as of glTF, linear, of which green points to the upper edge: an image.",
+        ),
+        key("normal_scale", from(0.0), "How strongly they lean; 1."),
+        key("normal_opacity", SHARE, "How much of the bumps below is hidden; 1."),
+        key(
+            "emission",
+            from(0.0),
+            "What it emits, in the units of the scene (cd/m² where lights are lux and candela); 0, or 1 with an `emission_map`.",
+        ),
+        key("emission_color", StageType::Color, "The colour of that; white."),
+        key("emission_map", StageType::Text, "What multiplies it, in sRGB: an image."),
+        key("emission_opacity", SHARE, "How much of the emission below is hidden; 1 if it emits anything."),
+        key(
+            "node",
+            StageType::Text,
+            "The name of nodes of the model, in which * stands for any letters: places and directions are those of their space, and the decal goes with them. \
+             Without it they are the world's.",
+        ),
+        key("position", StageType::Vector, "The middle of the box, in metres; [0, 0, 0]."),
+        key("positions", StageType::Vectors, "Several of them, a decal each."),
+        key("direction", StageType::Vector, "Where it is thrown, of any length; [0, -1, 0], down."),
+        key(
+            "up",
+            StageType::Vector,
+            "Where the upper edge of the picture is, from its middle; +Y, or −Z of what is thrown up or down.",
+        ),
+        key("turn_deg", FINITE, "By how many degrees the picture is turned, counterclockwise as one sees it; 0."),
+        key("size_m", StageType::Pair, "Width and height of the picture, in metres; [1, 1]."),
+        key("depth_m", length(f32::MAX), "How deep the box is along the direction, in metres; 0.5."),
+        key(
+            "count",
+            StageType::Number { min: 1.0, is_above: false, max: crate::decal::DECALS_MAX as f64 },
+            "Strews so many around each position, at any turn, of sizes that differ by 30 %.",
+        ),
+        key("spread_m", StageType::Vector, "The extent along X, Y and Z of where those are; [1, 0, 1]."),
+        key(
+            "seed",
+            StageType::Number { min: 0.0, is_above: false, max: 16_777_216.0 },
+            "Another number strews them otherwise; 0.",
+        ),
+        key(
+            "angle_deg",
+            StageType::Pair,
+            "How far surfaces may be turned away from where it comes from: up to the first angle they show all of it, from the second on nothing, in degrees; [60, 80].",
+        ),
+        key(
+            "layers",
+            StageType::Layers,
+            "The layers on whose surfaces it is, by number (`layers` of `[[nodes]]`); all.",
+        ),
+        key(
+            "order",
+            StageType::Number { min: -1e6, is_above: false, max: 1e6 },
+            "Those of higher order lie over those of lower; of equal ones later ones over earlier ones; 0.",
         ),
     ],
 };
@@ -722,8 +812,21 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 12] =
-    [FILE, LIGHTS, NODES, MATERIALS, MONITORS, MIRRORS, SIMULATIONS, PARTICLES, WATER, PORTALS, SURROUNDINGS, OVERLAY];
+pub const TABLES: [StageTable; 13] = [
+    FILE,
+    LIGHTS,
+    NODES,
+    MATERIALS,
+    MONITORS,
+    MIRRORS,
+    SIMULATIONS,
+    PARTICLES,
+    DECALS,
+    WATER,
+    PORTALS,
+    SURROUNDINGS,
+    OVERLAY,
+];
 
 impl StageType {
     /// What it takes, in words.

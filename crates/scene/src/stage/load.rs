@@ -1,8 +1,9 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
-use super::keys::{MATERIALS, OVERLAY, PARTICLES, SIMULATIONS, WATER};
+use super::keys::{DECALS, MATERIALS, OVERLAY, PARTICLES, SIMULATIONS, WATER};
 use super::{
-    Stage, document, environment_file, materials::MAPS, overlay::FILES, simulations, table::Source, value, water,
+    Stage, decals, document, environment_file, materials::MAPS, overlay::FILES, simulations, table::Source, value,
+    water,
 };
 use crate::formats;
 use crate::gltf_file::{LoadError, Loaded, read_file};
@@ -145,6 +146,7 @@ pub fn named_images(path: &Path) -> Vec<PathBuf> {
     let named = [
         (MATERIALS.name, &MAPS[..]),
         (WATER.name, &water::IMAGES[..]),
+        (DECALS.name, &decals::IMAGES[..]),
         (OVERLAY.name, &FILES[..]),
         (SIMULATIONS.name, &["program"][..]),
         (PARTICLES.name, &["program"][..]),
@@ -153,8 +155,12 @@ pub fn named_images(path: &Path) -> Vec<PathBuf> {
         let entries = value(document.get_ref(), list).and_then(|list| list.get_ref().as_array());
         let tables = entries.into_iter().flatten().filter_map(|entry| entry.get_ref().as_table());
         let names = tables.flat_map(|table| keys.iter().filter_map(|key| value(table, key)?.get_ref().as_str()));
-        // Programs of simulations that are no files are built in.
-        names.filter(move |name| ![SIMULATIONS.name, PARTICLES.name].contains(&list) || simulations::is_file(name))
+        // Programs of simulations that are no files are built in, and images of decals may be the model's.
+        names.filter(move |name| match list {
+            _ if [SIMULATIONS.name, PARTICLES.name].contains(&list) => simulations::is_file(name),
+            _ if list == DECALS.name => decals::is_file(name),
+            _ => true,
+        })
     });
     let is_file = |name: &&str| !name.is_empty();
     named.filter(is_file).map(|name| folder.join(name)).collect()

@@ -333,9 +333,14 @@ impl StageImages {
         Ok(read)
     }
 
+    /// The place of an image that was read among the scene's.
+    pub(super) fn index(&self, name: &Placed<String>) -> usize {
+        self.images.get(&name.value).copied().unwrap_or(usize::MAX)
+    }
+
     /// The texture that shows an image, which goes on beyond its edges as `wrap` says.
     pub(super) fn texture(&self, scene: &mut Scene, name: &Placed<String>, wrap: Wrap) -> usize {
-        let image = self.images.get(&name.value).copied().unwrap_or(usize::MAX);
+        let image = self.index(name);
         let texture = Texture { image, sampler: Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() } };
         let known = scene.textures.iter().position(|known| *known == texture);
         known.unwrap_or_else(|| {

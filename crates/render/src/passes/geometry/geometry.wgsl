@@ -10,8 +10,11 @@ import package::shaders::mask::is_masked_out;
 import package::shaders::surface_material::{surface_mip_bias, surface_sample};
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
-@if(relief) import package::shaders::relief::sunk;
+@if(relief) import package::shaders::relief::{depth_again, sunk};
 @if(relief) import package::shaders::surface_material::detailed_sample;
+
+// 1 if the depth of what is drawn is there already.
+@if(relief) override draws_again: u32 = 0u;
 
 struct GeometryTargets {
     @location(0) base_color: vec4f,
@@ -55,7 +58,7 @@ fn fs_geometry(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) ->
     targets.material = texels.material;
     let emission = half_float_clamped(sample.emission * view.pre_exposure);
     @if(relief) {
-        targets.depth = seen.depth_ndc;
+        targets.depth = select(seen.depth_ndc, depth_again(seen.depth_ndc), draws_again != 0u);
     }
     targets.radiance = vec4f(emission, 1.0 + glow_share(emission));
     return targets;

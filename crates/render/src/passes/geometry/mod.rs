@@ -4,7 +4,7 @@
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 
 use crate::gbuffer::{BASE_COLOR, MATERIAL, NORMAL, RADIANCE};
-use crate::record::{Recorder, Which};
+use crate::record::{DecalUse, Recorder, Which};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
@@ -117,6 +117,33 @@ pub fn record(
         radiance: radiance.map(|radiance| pass.color(radiance, radiance_load)),
         depth: pass.depth(depth, depth_load),
     };
+    // Below, where they are seen.
+    pass.decals(DecalUse::LeftOut);
     pass.draw_opaque(Which::All)?;
+    record_decals(r, outputs)
+}
+
+/// Lays decals over what the G-buffer holds: their boxes are drawn for the stencil alone, and the surfaces that they may
+/// touch once more, at the same depth, where that is marked. So what no decal touches costs nothing, and each target
+/// has its whole new value: nothing is blended, which WebGL 2 cannot do otherwise in each target.
+///
+/// Source: projected boxes (Kim 2012, "Screen Space Decals in Warhammer 40,000: Space Marine").
+fn record_decals(r: &mut Recorder<'_, '_>, outputs: Outputs) -> Result<Outputs, ProgramError> {
+    if r.view.decal_draws.is_empty() || !r.view.has_decaled() {
+        return Ok(outputs);
+    }
+    let Outputs { base_color, normal, material, radiance, depth } = outputs;
+    let depth = r.mark_decals("geometry.decals_mark", depth)?;
+    let mut pass = r.surfaces("geometry.decals", "geometry");
+    pass.depth_read_only(&depth);
+    pass.constant("draws_again", 1);
+    let outputs = Outputs {
+        base_color: pass.color(base_color, ColorLoad::Keep),
+        normal: pass.color(normal, ColorLoad::Keep),
+        material: pass.color(material, ColorLoad::Keep),
+        radiance: radiance.map(|radiance| pass.color(radiance, ColorLoad::Keep)),
+        depth,
+    };
+    pass.draw_decaled()?;
     Ok(outputs)
 }

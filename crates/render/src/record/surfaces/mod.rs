@@ -40,6 +40,18 @@ pub enum Which {
     Plain,
 }
 
+/// What a pass does about the decals of its view.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DecalUse {
+    /// What they may touch shows them.
+    #[default]
+    Shown,
+    /// Nothing does.
+    LeftOut,
+    /// All that is drawn shows them, where pixels are marked for them.
+    Marked,
+}
+
 /// A pass that draws surfaces and is being declared: its targets, and what its shader binds in group 1, by WGSL name.
 #[must_use = "nothing is drawn before `draw`"]
 pub struct SurfacePass<'r, 'f> {
@@ -56,6 +68,7 @@ pub struct SurfacePass<'r, 'f> {
     depth: Option<(TextureDesc, bool)>,
     constants: Vec<(&'static str, u32)>,
     vertices_alone: bool,
+    decals: DecalUse,
 }
 
 impl<'r, 'f> SurfacePass<'r, 'f> {
@@ -79,6 +92,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             depth: None,
             constants: Vec::new(),
             vertices_alone: false,
+            decals: DecalUse::default(),
         }
     }
 
@@ -103,6 +117,11 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// The same blend state for all targets, because the floor has one.
     pub fn blend(&mut self, blend: wgpu::BlendState) {
         self.blend = Some(blend);
+    }
+
+    /// What is done about decals.
+    pub fn decals(&mut self, decals: DecalUse) {
+        self.decals = decals;
     }
 
     /// Axes of the program that are on whatever is drawn, or constants that are 1.
@@ -157,6 +176,17 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.draw(draws.into(), which)
     }
 
+    /// Declares the pass: it draws those of the view's opaque and masked surfaces that decals may touch, where pixels are
+    /// marked for them.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub fn draw_decaled(mut self) -> Result<(), ProgramError> {
+        self.decals = DecalUse::Marked;
+        let draws = &self.view.draws.decaled[..];
+        self.draw(draws.into(), Which::All)
+    }
+
     /// Declares the pass: it draws those of the view's opaque and masked surfaces that are of some objects, by their ids.
     ///
     /// # Errors
@@ -196,15 +226,17 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
 
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
         let Self { name, pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
-        let Self { colors, blend, depth, constants, vertices_alone, .. } = self;
+        let Self { colors, blend, depth, constants, vertices_alone, decals, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();
         let Some((TextureDesc { format: depth, samples, .. }, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
-        let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone };
+        let marked = decals == DecalUse::Marked;
+        let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone, marked };
         let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {
-            let preparing = Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false };
+            let preparing =
+                Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false, decals };
             preparing.prepare(&draws, which, &mut BoundShapes::default())
         };
         if reads.is_empty() {

@@ -2,6 +2,7 @@
 
 use crate::draws::{AXES, Axes, BINDING_AXES, DEFORMED, Faces, MASKED};
 use crate::levels::FADES;
+use crate::record::decal_marks::DECAL_BIT;
 use crate::resources::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, STRIDES};
 use crate::shader::program::{Constant, ProgramError};
 use crate::shader::{Pipeline, Program, Shaders, compose};
@@ -27,6 +28,8 @@ pub(crate) struct Targets {
     pub constants: Vec<(&'static str, u32)>,
     /// Whether vertices are drawn in place of what they form.
     pub vertices_alone: bool,
+    /// Whether pixels alone are drawn that are marked for decals.
+    pub marked: bool,
 }
 
 /// The constant of `mask.wgsl` by which alpha says how many samples of a pixel a mask covers.
@@ -90,6 +93,13 @@ impl SurfacePipelines {
         self.pipelines.borrow_mut().insert(key, pipeline.clone());
         Ok(pipeline)
     }
+}
+
+/// Draws where the bit is set: another one than that of the reference, 0.
+fn marked_for_decals() -> wgpu::StencilState {
+    let compare = wgpu::CompareFunction::NotEqual;
+    let face = wgpu::StencilFaceState { compare, ..wgpu::StencilFaceState::IGNORE };
+    wgpu::StencilState { front: face, back: face, read_mask: DECAL_BIT, write_mask: 0 }
 }
 
 fn create(
@@ -162,7 +172,7 @@ fn create(
             depth_write_enabled: Some(key.targets.depth_write),
             // Depth is reversed: nearer is greater.
             depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: Default::default(),
+            stencil: if key.targets.marked { marked_for_decals() } else { Default::default() },
             bias: Default::default(),
         }),
         multisample: wgpu::MultisampleState {

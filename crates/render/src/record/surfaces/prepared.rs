@@ -1,8 +1,9 @@
 //! A list of draws as commands, with the pipelines and groups that they bind.
 
-use super::Which;
 use super::pipelines::{ALPHA_TO_COVERAGE, Key, SurfacePipeline, Targets};
 use super::shape::{Shape, Special};
+use super::{DecalUse, Which};
+use crate::decals::DECALS;
 use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, WorldDraws};
 use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
@@ -81,6 +82,8 @@ pub(super) struct Preparing<'p, 'f> {
     pub pass_axes: &'p [&'static str],
     /// Whether what is drawn casts shadows.
     pub casts: bool,
+    /// What is done about decals.
+    pub decals: DecalUse,
 }
 
 /// What draws of a pass bind, each once.
@@ -127,7 +130,8 @@ impl Preparing<'_, '_> {
                 Shape::of_caster(item, draw.faces, draw.item as usize >= world.opaque_count, layers)
             } else {
                 let tests_alpha = is_blended && self.view.shows_first_surface;
-                Shape::of(item, draw, is_reflected, layers, tests_alpha)
+                let is_decaled = draw.is_decaled && self.decals != DecalUse::LeftOut;
+                Shape::of(item, &Draw { is_decaled, ..draw.clone() }, is_reflected, layers, tests_alpha)
             };
             let (place, layers) = (shape.index(), shape.layers);
             let known = if layers == 0 { by_shape[place] } else { by_layers.get(&(place, layers)).copied() };
@@ -170,8 +174,11 @@ impl Preparing<'_, '_> {
     }
 
     fn bind(&self, shape: Shape, special: Special) -> Result<Bound, ProgramError> {
-        let Shape { axes, topology, faces, mirrored, layers, fades } = shape;
+        let Shape { axes, topology, faces, mirrored, layers, fades, is_decaled } = shape;
         let mut targets = self.targets.clone();
+        if !is_decaled {
+            targets.constants.retain(|(name, _)| *name != DECALS);
+        }
         if fades {
             targets.constants.push((FADES, 1));
         }

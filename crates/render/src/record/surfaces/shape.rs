@@ -16,6 +16,8 @@ pub(super) struct Shape {
     pub layers: u32,
     /// Whether two levels fade into each other.
     pub fades: bool,
+    /// Whether decals are shown on it.
+    pub is_decaled: bool,
 }
 
 /// The programs that draw special materials in place of a pass's own.
@@ -57,7 +59,7 @@ impl Special {
 }
 
 impl Shape {
-    pub const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2 * 2;
+    pub const COUNT: usize = (1 << AXES.len()) * 3 * 3 * 2 * 2 * 2;
 
     /// Of what keeps light from others: all that it needs is whether fragments are dropped, and moved vertices. A
     /// surface with one side is there for light as it is for the eye: where it shows its front.
@@ -66,15 +68,15 @@ impl Shape {
         let is_tested = item.masked || is_blended || layers != 0;
         let tested = if is_tested { (item.axes & (TEXTURED | PLACES_UVS)) | MASKED } else { 0 };
         let axes = tested | item.axes & DEFORMED;
-        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers, fades: false }
+        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers, fades: false, is_decaled: false }
     }
 
     pub fn of(item: &Item, draw: &Draw, is_reflected: bool, layers: u32, tests_alpha: bool) -> Self {
         // Discs face the eye however their object is mirrored.
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
-        let Draw { faces, fades, form, .. } = *draw;
+        let Draw { faces, fades, form, is_decaled, .. } = *draw;
         let axes = item.axes_in(form.surface) | if tests_alpha { MASKED } else { 0 };
-        Self { axes, topology: item.topology, faces, mirrored, layers, fades }
+        Self { axes, topology: item.topology, faces, mirrored, layers, fades, is_decaled }
     }
 
     pub fn index(&self) -> usize {
@@ -88,7 +90,8 @@ impl Shape {
             Faces::Front => 1,
             Faces::Back => 2,
         };
-        (((self.axes as usize * 3 + topology) * 3 + faces) * 2 + usize::from(self.mirrored)) * 2
-            + usize::from(self.fades)
+        let flags = [self.mirrored, self.fades, self.is_decaled];
+        let shape = (self.axes as usize * 3 + topology) * 3 + faces;
+        flags.into_iter().fold(shape, |index, flag| index * 2 + usize::from(flag))
     }
 }

@@ -1,9 +1,9 @@
 //! Passes that draw the world many times over, each time into another part of one depth texture.
 
-use super::Which;
 use super::encode::encode;
 use super::pipelines::Targets;
 use super::prepared::{BoundShapes, Chunk, Preparing};
+use super::{DecalUse, Which};
 use crate::draws::Tile;
 use crate::record::{Frame, PreparedView};
 use crate::shader::program::ProgramError;
@@ -44,10 +44,19 @@ impl<'r, 'f> TilePass<'r, 'f> {
             depth_write: true,
             constants: view.constants_of(program),
             vertices_alone: false,
+            marked: false,
         };
         let clear = if is_first { None } else { Some(frame.shaders.depth_clear(format)?) };
-        let preparing =
-            Preparing { frame, view, program, targets: &targets, of_pass: &[], pass_axes: &[], casts: true };
+        let preparing = Preparing {
+            frame,
+            view,
+            program,
+            targets: &targets,
+            of_pass: &[],
+            pass_axes: &[],
+            casts: true,
+            decals: DecalUse::LeftOut,
+        };
         let mut shapes = BoundShapes::default();
         let prepare = |tile: &Tile| Ok((tile.rectangle, preparing.prepare(&tile.draws, Which::All, &mut shapes)?));
         let prepared: Vec<([u32; 4], Vec<Chunk>)> = tiles.iter().map(prepare).collect::<Result<_, ProgramError>>()?;
