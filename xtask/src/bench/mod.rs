@@ -4,6 +4,7 @@
 mod antialiasing;
 mod baseline;
 mod captures;
+mod decals;
 mod effects;
 mod environment;
 mod fields;
@@ -91,6 +92,7 @@ impl Bench<'_> {
             (TableName::Antialiasing, _) => antialiasing::print(self),
             (TableName::Quality, _) => quality::print(self),
             (TableName::Captures, _) => captures::print(self),
+            (TableName::Decals, _) => decals::print(self),
             (TableName::Simulations, _) => simulations::print(self),
             (TableName::Environment, _) => environment::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),

@@ -21,6 +21,7 @@ Tables:
             beside their textbook versions
   quality   tiers of quality: milliseconds of a live frame, beside the next tier's, and FLIP to the best with many samples
   captures  mirrors, water, portals, surroundings and monitors: milliseconds of a live frame beside the same frame without them
+  decals    leaves on the floor of the hall, beside the pass that draws the G-buffer without them
   simulations  a step of waves, patterns, fluids and 100,000 particles, beside a copy of their states
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   antialiasing  ways of anti-aliasing and of upscaling at 480x270 against stills of 64 samples, over a move of 60 frames through
@@ -58,6 +59,7 @@ pub(crate) enum TableName {
     Effects,
     Quality,
     Captures,
+    Decals,
     Simulations,
     Environment,
     Antialiasing,
@@ -65,7 +67,7 @@ pub(crate) enum TableName {
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 13] = [
+    const ALL: [(&str, Self); 14] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
@@ -75,6 +77,7 @@ impl TableName {
         ("effects", Self::Effects),
         ("quality", Self::Quality),
         ("captures", Self::Captures),
+        ("decals", Self::Decals),
         ("simulations", Self::Simulations),
         ("environment", Self::Environment),
         ("antialiasing", Self::Antialiasing),

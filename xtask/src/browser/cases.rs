@@ -104,7 +104,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 64] = [
+pub(super) const CASES: [Case; 65] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -147,6 +147,8 @@ pub(super) const CASES: [Case; 64] = [
         tolerance: Tolerance { mean: 0.6, ..together(144, 30) },
         ..case("particles", "docs/examples/particles.stage.toml", WIDE)
     },
+    // Markings, cracks, leaves, dents and a sign on what lies below.
+    case("decals", "docs/examples/decals.stage.toml", WIDE),
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
     // Others from the page's own calls.

@@ -1,7 +1,10 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use super::*;
-use crate::{Levels, Light, LightKind, Material, Mesh, Node, NodeId, Primitive, SceneRoots};
+use crate::{
+    Image, ImageSource, Levels, Light, LightKind, Material, Mesh, Node, NodeId, PixelFormat, Pixels, Primitive,
+    SceneRoots,
+};
 use glam::Vec3;
 use std::path::Path;
 
@@ -817,4 +820,66 @@ fn mirrors_are_flat_nodes_or_rectangles() {
     }
     let many = "[[mirrors]]\nposition = [0, 0, 0]\nfacing = [0, 1, 0]\nsize_m = [1, 1]\n".repeat(65);
     assert!(applied(&many).expect_err("65").contains("there are more mirrors than 64"));
+}
+
+#[test]
+fn decals_are_placed_strewn_and_hung_on_nodes() {
+    let applied = |text: &str| {
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut scene = model();
+        let pixels = Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data: vec![255; 4] };
+        scene.images.push(Image { name: "Leaf".into(), source: ImageSource::Pixels(pixels.into()) });
+        stage.apply(&mut scene).map_err(|error| error.to_string())?;
+        Ok::<Scene, String>(scene)
+    };
+    let scene = applied(
+        "[[decals]]\nimage = \"model:Leaf\"\nposition = [1, 2, 3]\nsize_m = [2, 1]\nroughness = 0.25\nlayers = [2]\norder = -3\n\
+         [[decals]]\nname = \"many\"\npositions = [[0, 0, 0], [9, 0, 0]]\ncount = 20\nspread_m = [2, 1, 0]\n\
+         [[decals]]\nnode = \"Post*\"\nemission = 5\nemission_color = [1, 0, 0]\nangle_deg = [180, 180]\n",
+    )
+    .unwrap();
+    let one = &scene.decals[0];
+    assert_eq!((one.name.as_str(), one.layers, one.order), ("decal", 4, -3));
+    let look = &one.look;
+    assert_eq!((look.color_image, look.roughness, look.opacity.roughness), (Some(scene.images.len() - 1), 0.25, 1.0));
+    assert_eq!((look.opacity.color, look.opacity.normal, look.opacity.emission), (1.0, 0.0, 0.0));
+    // Thrown down, with its upper edge towards −Z.
+    let corner = one.parent_from_box.transform_point3(Vec3::new(0.5, 0.5, 0.5));
+    assert!(corner.abs_diff_eq(Vec3::new(2.0, 2.25, 2.5), 1e-5), "{corner}");
+    let many: Vec<_> = scene.decals.iter().filter(|decal| decal.name == "many").collect();
+    assert_eq!(many.len(), 40);
+    for (at, decal) in many.iter().enumerate() {
+        let middle = decal.parent_from_box.w_axis.truncate() - if at < 20 { Vec3::ZERO } else { 9.0 * Vec3::X };
+        assert!(middle.x.abs() <= 1.0 && middle.y.abs() <= 0.5 && middle.z == 0.0, "{middle}");
+        let side = decal.parent_from_box.x_axis.truncate().length();
+        assert!((0.7..=1.3).contains(&side), "{side}");
+    }
+    let hung: Vec<_> = scene.decals.iter().filter(|decal| decal.node.is_some()).collect();
+    assert!(!hung.is_empty() && hung.iter().all(|decal| decal.look.emission == Vec3::new(5.0, 0.0, 0.0)));
+    assert_eq!(hung[0].look.opacity.emission, 1.0);
+    for (text, expected) in [
+        ("image = \"\"\n", "3:9: error: the name of `image` is empty"),
+        ("image = \"model:Lea\"\n", "3:9: error: the model has no image called `Lea`; did you mean `Leaf`?"),
+        ("image = \"leaf.png\"\n", "3:9: error: `leaf.png` was not given with the stage"),
+        ("node = \"Pots\"\n", "3:8: error: the model has no node called `Pots`"),
+        ("size_m = [1, 0]\n", "3:10: error: `size_m` is the width and the height of the picture, both above 0"),
+        ("depth_m = 0\n", "3:11: error: `0` is no value of `depth_m`"),
+        ("direction = [0, 0, 0]\n", "3:13: error: `direction` has no length"),
+        ("angle_deg = [80, 60]\n", "3:13: error: `angle_deg` is where surfaces begin to show less"),
+        ("opacity = 1.5\n", "3:11: error: `1.5` is no value of `opacity`"),
+        ("normal_scale = 2\n", "3:16: error: `normal_scale` needs `normal_map`"),
+        ("seed = 2\n", "3:8: error: `seed` needs `count`"),
+        ("count = 1e9\n", "3:9: error: `1e9` is no value of `count`"),
+        ("position = [nan, 0, 0]\n", "3:12: error: `[nan, 0, 0]` is no value of `position`"),
+        (
+            "position = [0, 0, 0]\npositions = [[0, 0, 0], [1, 0, 0]]\n",
+            "4:13: error: leave out `position`, or `positions`",
+        ),
+        ("count = 4096\n[[decals]]\n", "4:1: error: there are more decals than 4096"),
+    ] {
+        let text = format!("[[decals]]\n{text}");
+        let error = applied(&text).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
 }
