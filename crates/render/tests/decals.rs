@@ -344,7 +344,6 @@ fn what_is_no_decal_is_left_out() {
     let red = DecalLook { color: Vec3::new(1.0, 0.0, 0.0), ..DecalLook::default() };
     let odd = DecalLook {
         color: Vec3::new(f32::NAN, 7.0, -1.0),
-        color_image: Some(99),
         roughness: f32::INFINITY,
         emission: Vec3::splat(f32::NAN),
         opacity: DecalOpacity { color: f32::NAN, normal: -1.0, roughness: 9.0, emission: 2.0 },
@@ -354,6 +353,8 @@ fn what_is_no_decal_is_left_out() {
         Decal { parent_from_box: Mat4::from_scale(Vec3::new(1.0, 1.0, 0.0)), ..down(&red, Vec3::ZERO) },
         Decal { parent_from_box: Mat4::from_scale(Vec3::splat(f32::NAN)), ..down(&red, Vec3::ZERO) },
         Decal { angle_rad: Vec2::NAN, ..down(&odd, Vec3::new(1.2, 0.0, 0.0)) },
+        // Without its shape.
+        down(&DecalLook { color_image: Some(99), ..red.clone() }, Vec3::ZERO),
     ];
     let mut renderer = renderer();
     renderer.load(&scene).unwrap();
@@ -374,6 +375,22 @@ fn what_is_no_decal_is_left_out() {
     assert!(renderer.warnings().iter().any(|warning| warning.contains("4196 decals")));
     let color = variable(&mut renderer, &scene, &request, Aov::BaseColor);
     assert_near(on_floor(&color, Vec2::ZERO), [1.0, 0.0, 0.0], "many");
+}
+
+#[test]
+fn a_sheared_box_is_thrown_along_its_own_direction() {
+    let mut scene = floor(grey(0.5));
+    let red = DecalLook { color: Vec3::new(1.0, 0.0, 0.0), ..DecalLook::default() };
+    // Its depth leans: the plane of the picture faces another way than it is thrown.
+    let lean = |x: f32, y: f32| Mat4 { z_axis: Vec3::new(x, y, 0.0).extend(0.0), ..Mat4::from_rotation_x(-0.5 * PI) };
+    let angle_rad = Vec2::new(0.6, 0.9);
+    let mut renderer = renderer();
+    let request = plain_request(&scene, SIZE);
+    for (matrix, expected) in [(lean(0.0, 1.0), [1.0, 0.0, 0.0]), (lean(2.0, 0.5), [0.5; 3])] {
+        scene.decals = vec![Decal { angle_rad, ..decal(&red, matrix) }];
+        let color = variable(&mut renderer, &scene, &request, Aov::BaseColor);
+        assert_near(on_floor(&color, Vec2::ZERO), expected, "thrown along its depth");
+    }
 }
 
 #[test]

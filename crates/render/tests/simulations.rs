@@ -217,6 +217,72 @@ fn a_state_follows_from_its_time_alone() {
     assert!(state_at(&mut other, &mut again, ("water", 2.0)) != at_once);
 }
 
+/// Ground of 2 by 1.6 metres over which a cube slides from left to right in two seconds, 4 mm above it, and a camera below.
+fn slide() -> Scene {
+    let mut scene = Scene::default();
+    for primitive in [plane(2.0), cube(Vec3::splat(0.2))] {
+        scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+    }
+    let scale = Vec3::new(1.0, 1.0, 0.8);
+    let ground = scene.add_node(None, Node { mesh: Some(0), scale, ..Node::default() });
+    let at = |x: f32| Vec3::new(x, 0.104, 0.2);
+    let sled = scene.add_node(None, Node { mesh: Some(1), translation: at(-0.5), layers: 2, ..Node::default() });
+    let projection = Projection::Orthographic { height_m: 2.0, near_m: 0.01, far_m: 5.0 };
+    scene.cameras.push(Camera { name: String::new(), projection });
+    let rotation = look_along(Vec3::Y, Vec3::NEG_Z).unwrap();
+    let below = Node { camera: Some(0), translation: -Vec3::Y, rotation, ..Node::default() };
+    let below = scene.add_node(None, below);
+    scene.animations.push(Animation {
+        channels: vec![Channel {
+            node: sled,
+            times_secs: vec![0.0, 2.0],
+            interpolation: Interpolation::Linear,
+            keyframes: Keyframes::Translation(vec![at(-0.5), at(0.5)]),
+        }],
+        ..Animation::default()
+    });
+    let trails = Simulation { cells: Some((SIDE, SIDE)), ..Simulation::built_in("trails", "trails") };
+    scene.simulations = vec![Simulation { place: Some(ground), sees: Some(below), layers: 2, ..trails }];
+    scene.pose(0, 0.0);
+    scene.update_transforms();
+    scene
+}
+
+#[test]
+fn trails_are_as_deep_as_what_a_camera_below_sees() {
+    let mut renderer = renderer();
+    let mut scene = slide();
+    let cell = |x: f32, z: f32| {
+        let index = |at: f32| ((at + 1.0) * 0.5 * SIDE as f32) as usize;
+        index(z / 0.8) * SIDE as usize + index(x)
+    };
+    // Half way: where it was and is, the ground is pressed to where it sinks, 12 mm below its underside.
+    let ground = state_at(&mut renderer, &mut scene, ("ground", 1.0));
+    for (place, expected) in
+        [((-0.5, 0.2), 0.008), ((0.0, 0.2), 0.008), ((0.3, 0.2), 0.0), ((0.0, -0.2), 0.0), ((0.0, 0.35), 0.0)]
+    {
+        let deep = ground[cell(place.0, place.1)][0];
+        assert!((deep - expected).abs() < 1e-4, "{deep} m at {place:?}");
+    }
+    let pressed = ground.iter().filter(|texel| texel[0] > 0.004).count() as f32 * 0.8 * (2.0 / SIDE as f32).powi(2);
+    // Its sides and half a metre of way.
+    assert!((pressed - 0.2 * 0.7).abs() < 0.012, "{pressed} m² are pressed");
+    // Another number of frames on the way, another renderer, and the same bytes.
+    let mut again = Renderer::new(renderer.gpu().clone()).unwrap();
+    state_at(&mut again, &mut scene, ("ground", 0.4));
+    assert_eq!(state_at(&mut again, &mut scene, ("ground", 1.0)), ground);
+    // What rises again does so as its rate says, after the sled has left.
+    let mut soft = slide();
+    soft.simulations[0] = soft.simulations[0].clone().with("recovery_per_s", "0.7");
+    let at_half = state_at(&mut renderer, &mut soft, ("ground", 1.0))[cell(-0.4, 0.2)][0];
+    let later = state_at(&mut renderer, &mut soft, ("ground", 2.0))[cell(-0.4, 0.2)][0];
+    assert!((later / at_half - (-0.7f32).exp()).abs() < 0.01, "{at_half} m became {later} m");
+    // Nothing is pressed where nobody looks.
+    let mut unseen = slide();
+    unseen.simulations[0].sees = None;
+    assert!(state_at(&mut renderer, &mut unseen, ("ground", 1.0)).iter().all(|texel| texel[0] == 0.0));
+}
+
 #[test]
 fn spots_of_two_substances_divide() {
     let mut renderer = renderer();

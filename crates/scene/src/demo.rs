@@ -8,6 +8,7 @@ mod laboratory;
 mod materials;
 mod relief;
 mod room;
+mod sandbox;
 mod shore;
 mod yard;
 
@@ -17,6 +18,7 @@ pub use laboratory::laboratory;
 pub use materials::materials;
 pub use relief::relief;
 pub use room::{gallery, room};
+pub use sandbox::sandbox;
 pub use shore::shore;
 pub use yard::yard;
 
@@ -27,7 +29,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 18] = [
+pub const NAMES: [&str; 20] = [
     "hall",
     "materials",
     "relief",
@@ -46,6 +48,8 @@ pub const NAMES: [&str; 18] = [
     "particles",
     "yard",
     "decals",
+    "sandbox",
+    "trails",
 ];
 
 /// The demo of a name.
@@ -65,6 +69,8 @@ pub fn named(name: &str) -> Option<Scene> {
         "simulations" | "particles" => staged(laboratory(), name),
         "yard" => Some(yard()),
         "decals" => staged(yard(), name),
+        "sandbox" => Some(sandbox()),
+        "trails" => staged(sandbox(), name),
         "shore" => Some(shore()),
         "water" => staged(shore(), name),
         _ => None,
@@ -99,6 +105,8 @@ pub fn stage(name: &str) -> Option<Stage> {
         "particles" => include_str!("demo/particles.stage.toml"),
         "yard" => "model = \"demo:yard\"\n[settings.exposure]\nstops = \"auto-1.3\"\n",
         "decals" => include_str!("demo/decals.stage.toml"),
+        "sandbox" => "model = \"demo:sandbox\"\n[settings.exposure]\nstops = \"auto\"\n",
+        "trails" => include_str!("demo/trails.stage.toml"),
         _ => return None,
     };
     // A test reads it.
@@ -497,6 +505,7 @@ mod tests {
                 "doors" | "portals" => "demo:doors",
                 "gallery" | "surroundings" => "demo:gallery",
                 "yard" | "decals" => "demo:yard",
+                "sandbox" | "trails" => "demo:sandbox",
                 _ => "demo:room",
             };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");

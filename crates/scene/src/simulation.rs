@@ -18,6 +18,7 @@ mod seen;
 pub use seen::{SIDE as SEEN_SIDE, SeenSurfaces};
 
 use crate::animation::Path;
+use crate::capture::LAYERS_ALL;
 use crate::{Aabb, Image, NodeId, Scene, image::ImageSource};
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
@@ -67,6 +68,10 @@ pub struct Simulation {
     pub bodies: Vec<NodeId>,
     /// Nodes that stand in its way, as boxes along the sides of the place.
     pub walls: Vec<NodeId>,
+    /// A camera of the scene whose distances it reads at each step, as the animation that was last posed has surfaces.
+    pub sees: Option<NodeId>,
+    /// The layers ([`crate::Node::layers`]) of which that sees the surfaces, a bit each.
+    pub layers: u32,
 }
 
 impl Simulation {
@@ -91,6 +96,8 @@ impl Simulation {
             place: None,
             bodies: Vec::new(),
             walls: Vec::new(),
+            sees: None,
+            layers: LAYERS_ALL,
         }
     }
 

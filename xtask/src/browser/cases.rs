@@ -104,7 +104,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 65] = [
+pub(super) const CASES: [Case; 66] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -149,6 +149,8 @@ pub(super) const CASES: [Case; 65] = [
     },
     // Markings, cracks, leaves, dents and a sign on what lies below.
     case("decals", "docs/examples/decals.stage.toml", WIDE),
+    // Tracks and prints in sand, after 2 seconds.
+    Case { time_secs: 2.0, ..case("trails", "docs/examples/trails.stage.toml", WIDE) },
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
     // Others from the page's own calls.

@@ -83,22 +83,18 @@ impl DecalAtlas {
             }
         }
         let texture_max = gpu.capabilities.max_texture_size;
-        let mut is_halved = false;
-        let arranged = loop {
-            match arrange(&images, texture_max) {
-                Some(arranged) => break arranged,
-                None => {
-                    is_halved = true;
-                    images.iter_mut().for_each(|(_, texels)| *texels = half(texels));
-                }
-            }
-        };
+        let (mut arranged, mut is_halved) = (arrange(&images, texture_max), false);
+        let is_small = |(_, texels): &(_, Texels)| texels.width.max(texels.height) == 1;
+        while arranged.is_none() && !images.iter().all(is_small) {
+            images.iter_mut().for_each(|(_, texels)| *texels = half(texels));
+            (arranged, is_halved) = (arrange(&images, texture_max), true);
+        }
         if is_halved {
             warnings.push("the images of decals are too many for one texture, and halved until they fit".into());
         }
         let places: BTreeMap<(usize, ImageUse), [u32; 4]> = wanted.iter().map(|key| (*key, [0; 4])).collect();
         let mut atlas = Self { places, warnings, ..Self::default() };
-        if !images.is_empty() {
+        if let Some(arranged) = arranged.filter(|_| !images.is_empty()) {
             for ((key, texels), [x, y]) in images.iter().zip(&arranged.corners) {
                 atlas.places.insert(*key, [*x, *y, texels.width, texels.height]);
             }

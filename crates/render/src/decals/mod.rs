@@ -53,6 +53,10 @@ impl DecalTable {
             .into_iter()
             .take(DECALS_MAX)
             .filter_map(|(index, world_from_box)| Some((scene.decals.get(index)?, world_from_box)))
+            // Without its shape it would be a rectangle.
+            .filter(|(decal, _)| {
+                decal.look.color_image.is_none_or(|image| atlas.place(image, ImageUse::Color).is_some())
+            })
             .collect();
         // Of equal order those that come first stay first.
         shown.sort_by_key(|(decal, _)| decal.order);
@@ -74,8 +78,10 @@ impl DecalTable {
 /// What is wrong with decals of a scene.
 pub(crate) fn faults(scene: &Scene) -> Vec<String> {
     let flat = scene.decals.iter().filter(|decal| Decal::is_flat(&decal.parent_from_box));
-    let mut faults: Vec<String> =
-        flat.take(8).map(|decal| format!("the decal `{}` is left out: its box has no volume", decal.name)).collect();
+    let mut faults: Vec<String> = flat
+        .take(8)
+        .map(|decal| format!("the decal `{}` is left out: its box has no volume, or too large a one", decal.name))
+        .collect();
     if scene.decals.len() > DECALS_MAX {
         faults.push(format!(
             "there are {} decals, of which the first {DECALS_MAX} that are shown are drawn",
@@ -148,6 +154,7 @@ fn texels(decal: &Decal, world_from_box: &Mat4, atlas: &DecalAtlas) -> [[f32; 4]
         place(look.rough_metal_image, ImageUse::Data),
     ]);
     texels[11] = [finite(look.normal_scale), 0.0, 0.0, 0.0];
+    texels[15] = world_from_box.z_axis.truncate().normalize_or_zero().extend(0.0).to_array();
     for (row, texel) in texels[12..15].iter_mut().enumerate() {
         *texel = world_from_box.row(row).to_array();
     }

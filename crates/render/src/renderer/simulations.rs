@@ -150,13 +150,22 @@ impl Renderer {
         progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
     ) -> Result<(), RenderError> {
         self.follow_simulations(scene)?;
-        for (index, (running, (_, particles))) in self.simulations.running.iter_mut().zip(all(scene)).enumerate() {
-            let surfaces = || particles.and_then(|of| scene.surfaces_seen(of.meets?, of.layers));
+        for (index, (running, (simulation, particles))) in
+            self.simulations.running.iter_mut().zip(all(scene)).enumerate()
+        {
+            let seen = particles.map_or((simulation.sees, simulation.layers), |of| (of.meets, of.layers));
+            let surfaces = |time_secs: f32| scene.surfaces_seen(seen.0?, seen.1, time_secs);
             let (place, bodies) = match particles {
                 Some(_) => (Place::default(), Vec::new()),
                 None => (scene.place_of_simulation(index), scene.bodies_of_simulation(index)),
             };
-            let moving = Moving { place, bodies, posed: scene.posed, surfaces: &surfaces };
+            let moving = Moving {
+                place,
+                bodies,
+                posed: scene.posed,
+                surfaces: &surfaces,
+                surfaces_move: simulation.sees.is_some(),
+            };
             running.advance(&self.gpu, &moving, scene.time_secs, progress)?;
         }
         Ok(())

@@ -40,6 +40,8 @@ const DECAL_GLOW_PLACE: u32 = 9u;
 const DECAL_FINISH_PLACE: u32 = 10u;
 // Scale of the normal map.
 const DECAL_NORMAL_SCALE: u32 = 11u;
+// Where it comes from, of length 1. Before it lies `world_from_box`.
+const DECAL_BACK: u32 = 15u;
 
 fn decal_part(decal: u32, part: u32) -> vec4f {
     return table_texel(decal * DECAL_TEXELS + part, cluster_grid.decal_rows.y);
@@ -96,9 +98,8 @@ fn put_decal(
 ) {
     let row_x = decal_part(decal, DECAL_ROW_X);
     let row_y = decal_part(decal, DECAL_ROW_Y);
-    let row_z = decal_part(decal, DECAL_ROW_Z);
     let angle = decal_part(decal, DECAL_ANGLE);
-    let facing = dot(vertex_normal, row_z.xyz) * inverseSqrt(max(dot(row_z.xyz, row_z.xyz), 1e-30));
+    let facing = dot(vertex_normal, decal_part(decal, DECAL_BACK).xyz);
     var share = clamp((facing - angle.x) * angle.y, 0.0, 1.0);
     if (decals & DECAL_LAYERS) != 0u {
         let both = vec2u(angle.zw) & layers;

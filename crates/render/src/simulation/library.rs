@@ -6,11 +6,12 @@ use manypass_scene::simulation::Program;
 use manypass_scene::spelling;
 
 /// Their names and texts.
-const LIBRARY: [(&str, &str); 4] = [
+const LIBRARY: [(&str, &str); 5] = [
     ("fluid", include_str!("../../simulations/fluid.wgsl")),
     ("gray_scott", include_str!("../../simulations/gray_scott.wgsl")),
     ("particles", include_str!("../../simulations/particles.wgsl")),
     ("ripples", include_str!("../../simulations/ripples.wgsl")),
+    ("trails", include_str!("../../simulations/trails.wgsl")),
 ];
 
 impl SimulationFile {

@@ -29,6 +29,8 @@ struct Simulation {
     padding_a: u32,
     padding_b: vec2f,
     bodies: array<Body, 16>,
+    // From metres to the right, up and out of the place, from its middle, to world space.
+    world_from_place: mat4x4f,
 }
 
 struct Turn {
@@ -47,6 +49,11 @@ const NUMBER_MAX: f32 = 1e6;
 // Where the middle of a cell is, in metres from the middle of the place: to the right, and up.
 fn metres_at(cell: vec2i) -> vec2f {
     return (vec2f(cell) + 0.5 - 0.5 * vec2f(simulation.cells)) * simulation.cell_m * vec2f(1.0, -1.0);
+}
+
+// Where the middle of a cell is in world space.
+fn world_at(cell: vec2i) -> vec3f {
+    return (simulation.world_from_place * vec4f(metres_at(cell), 0.0, 1.0)).xyz;
 }
 
 // The same backwards, in cells: the middle of the first is at 0.5.

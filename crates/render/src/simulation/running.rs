@@ -41,6 +41,7 @@ struct SimulationUniform {
     padding_a: u32,
     padding_b: Vec2,
     bodies: [BodyUniform; BODIES_MAX],
+    world_from_place: Mat4,
 }
 
 /// The uniform of `surfaces.wgsl`; a test compares the two layouts.
@@ -62,14 +63,6 @@ struct Seen {
 
 impl Seen {
     fn new(gpu: &Gpu, seen: Option<&SeenSurfaces>) -> Self {
-        let uniform = seen.map(|seen| SeenUniform {
-            view_from_world: seen.view_from_world,
-            half_extent: seen.half,
-            is_orthographic: if seen.is_orthographic { 1.0 } else { 0.0 },
-            is_there: 1.0,
-        });
-        let nothing = [[0.0, 1.0, 0.0, f32::INFINITY]];
-        let texels = seen.map_or(&nothing[..], |seen| &seen.texels);
         let side = if seen.is_some() { SEEN_SIDE } else { 1 };
         let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -82,11 +75,31 @@ impl Seen {
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * side), rows_per_image: Some(side) };
-        gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, size);
-        let uniform = uniform_buffer(gpu, &uniform.unwrap_or_default());
-        Self { uniform, surfaces: texture.create_view(&Default::default()) }
+        let uniform = uniform_buffer(gpu, &SeenUniform::default());
+        let made = Self { uniform, surfaces: texture.create_view(&Default::default()) };
+        made.write(gpu, seen);
+        made
+    }
+
+    /// Replaces what is seen, by as much as there was.
+    fn write(&self, gpu: &Gpu, seen: Option<&SeenSurfaces>) {
+        let texture = self.surfaces.texture();
+        let side = texture.width();
+        let nothing = [[0.0, 1.0, 0.0, f32::INFINITY]];
+        let texels = seen.map_or(&nothing[..], |seen| &seen.texels);
+        let is_there = seen.filter(|_| texels.len() == (side * side) as usize);
+        let uniform = is_there.map(|seen| SeenUniform {
+            view_from_world: seen.view_from_world,
+            half_extent: seen.half,
+            is_orthographic: if seen.is_orthographic { 1.0 } else { 0.0 },
+            is_there: 1.0,
+        });
+        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform.unwrap_or_default()));
+        if is_there.is_some() {
+            let layout =
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * side), rows_per_image: Some(side) };
+            gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, texture.size());
+        }
     }
 }
 
@@ -96,8 +109,10 @@ pub(crate) struct Moving<'s> {
     pub bodies: Vec<Body<'s>>,
     /// The animation that moves them.
     pub posed: Option<usize>,
-    /// Gives the surfaces that it meets.
-    pub surfaces: &'s dyn Fn() -> Option<SeenSurfaces>,
+    /// Gives the surfaces that it meets at a time.
+    pub surfaces: &'s dyn Fn(f32) -> Option<SeenSurfaces>,
+    /// Whether they are looked for at each step, not at the beginning alone.
+    pub surfaces_move: bool,
 }
 
 /// A simulation on a device.
@@ -263,6 +278,9 @@ impl Running {
             }
             let step = from.unwrap_or(0) + done;
             self.write_uniform(gpu, moving, Some(step));
+            if let Some(seen) = self.seen.as_ref().filter(|_| moving.surfaces_move) {
+                seen.write(gpu, (moving.surfaces)(self.secs_at(step + 1)).as_ref());
+            }
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             self.record(gpu, Phase::Step, &mut encoder);
             gpu.queue.submit([encoder.finish()]);
@@ -282,7 +300,7 @@ impl Running {
     /// Makes the states as they are at first.
     fn begin(&mut self, gpu: &Gpu, moving: &Moving<'_>) {
         if self.reads_surfaces {
-            self.seen = Some(Seen::new(gpu, (moving.surfaces)().as_ref()));
+            self.seen = Some(Seen::new(gpu, (moving.surfaces)(0.0).as_ref()));
             self.groups.clear();
         }
         self.write_uniform(gpu, moving, None);
@@ -296,11 +314,15 @@ impl Running {
         gpu.queue.submit([encoder.finish()]);
     }
 
+    /// The time after so many steps.
+    fn secs_at(&self, steps: u64) -> f32 {
+        (steps as f64 / self.rate_hz) as f32
+    }
+
     /// Writes what the passes of a step know, or of the beginning.
     fn write_uniform(&self, gpu: &Gpu, moving: &Moving<'_>, step: Option<u64>) {
-        let secs = |steps: u64| (steps as f64 / self.rate_hz) as f32;
         let before = step.unwrap_or(0);
-        let (before_secs, time_secs) = (secs(before), step.map_or(0.0, |step| secs(step + 1)));
+        let (before_secs, time_secs) = (self.secs_at(before), step.map_or(0.0, |step| self.secs_at(step + 1)));
         let mut uniform = SimulationUniform {
             cells: IVec2::new(self.cells.0 as i32, self.cells.1 as i32),
             cell_m: self.size_m / Vec2::new(self.cells.0 as f32, self.cells.1 as f32),
@@ -309,6 +331,7 @@ impl Running {
             time_secs,
             seed: self.simulation.seed,
             body_count: moving.bodies.len().min(BODIES_MAX) as u32,
+            world_from_place: moving.place.world_from_place,
             ..SimulationUniform::default()
         };
         for (slot, body) in uniform.bodies.iter_mut().zip(&moving.bodies) {
@@ -510,7 +533,7 @@ mod tests {
         assert_eq!(members("Body"), layout!(BodyUniform, middle_m, radius_m, half_m, is_wall, before_m, padding));
         #[rustfmt::skip]
         let expected = layout!(
-            SimulationUniform, cells, cell_m, step, step_secs, time_secs, seed, body_count, padding_a, padding_b, bodies
+            SimulationUniform, cells, cell_m, step, step_secs, time_secs, seed, body_count, padding_a, padding_b, bodies, world_from_place
         );
         assert_eq!(members("Simulation"), expected);
         assert_eq!(members("Seen"), layout!(SeenUniform, view_from_world, half_extent, is_orthographic, is_there));

@@ -68,6 +68,7 @@ pub fn all() -> Vec<Subject> {
         at_time(of_room("simulations", -1.0), 1.5),
         at_time(of_room("particles", -1.0), 1.5),
         of_room("decals", -4.5),
+        at_time(of_room("trails", -1.5), 3.0),
     ]
 }
 

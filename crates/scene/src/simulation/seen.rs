@@ -1,4 +1,4 @@
-//! Surfaces as a camera of the scene sees them, which particles meet.
+//! Surfaces as a camera of the scene sees them, which particles meet, and which leave trails.
 
 use crate::{NodeId, Projection, Scene, Topology};
 use glam::{Mat4, Vec2, Vec3};
@@ -22,14 +22,14 @@ pub struct SeenSurfaces {
 
 impl Scene {
     /// The nearest surfaces in some layers that the camera of a node sees in a square picture, as the animation that was
-    /// last posed has them at its beginning. Skins and morph targets are left out. None if the node has no camera.
-    pub fn surfaces_seen(&self, camera: NodeId, layers: u32) -> Option<SeenSurfaces> {
+    /// last posed has them at a time. Skins and morph targets are left out. None if the node has no camera.
+    pub fn surfaces_seen(&self, camera: NodeId, layers: u32, time_secs: f32) -> Option<SeenSurfaces> {
         let projection = self.cameras.get(self.nodes.get(camera.0 as usize)?.camera?)?.projection;
         let (half, near_m, is_orthographic) = match projection {
             Projection::Perspective { fov_y_rad, near_m, .. } => (Vec2::splat((0.5 * fov_y_rad).tan()), near_m, false),
             Projection::Orthographic { height_m, near_m, .. } => (Vec2::splat(0.5 * height_m), near_m, true),
         };
-        let view_from_world = self.path_of(camera).world_from_object(0.0).inverse();
+        let view_from_world = self.path_of(camera).world_from_object(time_secs).inverse();
         if !view_from_world.is_finite() || !half.is_finite() || half.min_element() <= 0.0 {
             return None;
         }
@@ -43,7 +43,7 @@ impl Scene {
             if node.layers & layers == 0 {
                 continue;
             }
-            let world_from_mesh = self.path_of(id).world_from_object(0.0);
+            let world_from_mesh = self.path_of(id).world_from_object(time_secs);
             for primitive in mesh.primitives.iter().filter(|primitive| primitive.topology == Topology::Triangles) {
                 let point = |at: usize| {
                     let index = primitive.indices.get(at).map_or(at, |index| *index as usize);
@@ -138,7 +138,7 @@ mod tests {
             let eye = Node { camera: Some(0), translation: 5.0 * Vec3::Y, rotation, ..Node::default() };
             let camera = scene.add_node(None, eye);
             scene.update_transforms();
-            let seen = scene.surfaces_seen(camera, u32::MAX).expect("a camera");
+            let seen = scene.surfaces_seen(camera, u32::MAX, 0.0).expect("a camera");
             // Up in the picture is -Z, to the right +X.
             let at =
                 |x: f32, y: f32| seen.texels[((y * SIDE as f32) as u32 * SIDE + (x * SIDE as f32) as u32) as usize];
@@ -147,6 +147,6 @@ mod tests {
             }
             scene.remove_node(camera);
         }
-        assert_eq!(scene.surfaces_seen(NodeId(0), u32::MAX), None);
+        assert_eq!(scene.surfaces_seen(NodeId(0), u32::MAX, 0.0), None);
     }
 }

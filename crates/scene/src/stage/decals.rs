@@ -99,10 +99,17 @@ impl DecalEntry {
         if direction.normalize_or_zero() == Vec3::ZERO {
             return Err(table.fault("direction", "`direction` has no length; [0, -1, 0] points down"));
         }
+        if table.vector("up").is_some_and(|up| up.normalize_or_zero() == Vec3::ZERO) {
+            return Err(table.fault("up", "`up` has no length; [0, 1, 0] points up"));
+        }
+        if table.vector("spread_m").is_some_and(|spread_m| spread_m.min_element() < 0.0) {
+            return Err(table.fault("spread_m", "`spread_m` is an extent along X, Y and Z, none of which is below 0"));
+        }
         let angle_deg = table.pair("angle_deg").unwrap_or(Vec2::new(60.0, 80.0));
-        if !(0.0..=180.0).contains(&angle_deg.x) || !(angle_deg.x..=180.0).contains(&angle_deg.y) {
+        let is_end = angle_deg.y > 0.0 && (angle_deg.x..=180.0).contains(&angle_deg.y);
+        if !(0.0..=180.0).contains(&angle_deg.x) || !is_end {
             let message = "`angle_deg` is where surfaces begin to show less and where they show nothing, from 0 to 180, \
-                           in this order";
+                           in this order, the second above 0";
             return Err(table.fault("angle_deg", message));
         }
         if table.place("position").is_some() && table.place("positions").is_some() {
@@ -153,7 +160,9 @@ impl DecalEntry {
         let of_name = |image: &Option<Placed<String>>| {
             let Some(image) = image else { return Ok(None) };
             let (true, name) = name_of(&image.value) else { return Ok(Some(images.index(image))) };
-            let found = scene.images.iter().position(|known| known.name == name);
+            let called = scene.images.iter().position(|known| known.name == name);
+            let numbered = || name.parse().ok().filter(|index| *index < scene.images.len());
+            let found = called.or_else(numbered);
             found.map(Some).ok_or_else(|| {
                 let message = format!("the model has no image called `{name}`");
                 source.unknown(image.range.clone(), message, name, scene.images.iter().map(|known| &*known.name))

@@ -96,7 +96,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings, demo:laboratory, demo:simulations, demo:particles, demo:yard, demo:decals.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings, demo:laboratory, demo:simulations, demo:particles, demo:yard, demo:decals, demo:sandbox, demo:trails.",
     )],
 };
 
@@ -275,7 +275,7 @@ pub(super) const SIMULATIONS: StageTable = StageTable {
         required(
             "program",
             StageType::Text,
-            "What it does: ripples, gray_scott or fluid, which are built in, or a .wgsl file, its path from the folder of the stage.",
+            "What it does: ripples, gray_scott, fluid or trails, which are built in, or a .wgsl file, its path from the folder of the stage.",
         ),
         key(
             "parameters",
@@ -313,7 +313,18 @@ pub(super) const SIMULATIONS: StageTable = StageTable {
             StageType::Text,
             "The name of the materials that show a picture of it, in which * stands for any letters.",
         ),
+        key(
+            "sees",
+            StageType::Text,
+            "A camera of the model, by its name or that of the node that holds it, whose distances it reads at each step: what stands on the ground as it is seen from below.",
+        ),
+        key(
+            "layers",
+            StageType::Layers,
+            "The layers of which that sees the surfaces, by number (`layers` of `[[nodes]]`); all.",
+        ),
         key("picture", StageType::Text, "Which of its pictures materials show; color."),
+        key("normal_picture", StageType::Text, "Which of its pictures is the materials' normal map; none."),
         key(
             "slot",
             StageType::Word(super::screens::SLOTS),
@@ -404,7 +415,7 @@ pub(super) const DECALS: StageTable = StageTable {
         key(
             "image",
             StageType::Text,
-            "Base colour in sRGB, and in alpha how much of the decal there is: an image file, its path from the folder of the stage, or `model:NAME`, an image of the model.",
+            "Base colour in sRGB, and in alpha how much of the decal there is: an image file, its path from the folder of the stage, or `model:NAME`, an image of the model by its name or number.",
         ),
         key("color", StageType::Color, "What the base colour is multiplied by; white."),
         key("opacity", SHARE, "How much of the base colour below, and of whether that is metal, is hidden; 1."),

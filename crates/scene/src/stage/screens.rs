@@ -3,9 +3,11 @@
 use super::monitors::whole;
 use super::names::Pattern;
 use super::table::{Placed, Source, Table};
-use crate::{Diagnostic, Image, Sampler, Scene, Texture, TextureRef, Wrap};
+use crate::gltf_file::geometry::add_tangents;
+use crate::{Diagnostic, Image, Primitive, Sampler, Scene, Texture, TextureRef, Wrap};
 use glam::Vec3;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The words of `slot`.
 pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
@@ -42,6 +44,37 @@ impl Screen {
     /// Whether materials show it.
     pub(super) fn has_materials(&self) -> bool {
         self.materials.is_some()
+    }
+
+    /// Makes the scene's last image the normal map of the materials, and gives the meshes that have them tangents.
+    ///
+    /// # Errors
+    /// The model has no material of that name.
+    pub(super) fn bend_normals_by_last_image(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
+        let Some(materials) = &self.materials else { return Ok(()) };
+        let sampler = Sampler { wrap_u: Wrap::ClampToEdge, wrap_v: Wrap::ClampToEdge, ..Sampler::default() };
+        scene.textures.push(Texture { image: scene.images.len().saturating_sub(1), sampler });
+        let texture = scene.textures.len() - 1;
+        let uv_set = self.uv_set.unwrap_or(0);
+        let pattern = &materials.value;
+        let named = scene.materials.iter_mut().enumerate().filter(|(_, known)| pattern.matches(&known.name));
+        let mut found = Vec::new();
+        for (index, material) in named {
+            found.push(index);
+            material.normal_texture = Some(TextureRef { texture, uv_set, ..TextureRef::default() });
+        }
+        if found.is_empty() {
+            return Err(unknown_material(source, scene, materials));
+        }
+        let lacks = |primitive: &Primitive| {
+            primitive.tangents.is_empty() && primitive.material.is_some_and(|material| found.contains(&material))
+        };
+        for mesh in scene.meshes.iter_mut().filter(|mesh| mesh.primitives.iter().any(lacks)) {
+            for primitive in Arc::make_mut(mesh).primitives.iter_mut().filter(|primitive| lacks(primitive)) {
+                add_tangents(primitive, uv_set);
+            }
+        }
+        Ok(())
     }
 
     /// Makes materials show the scene's last image; `what` it is in messages, such as "the monitor `a`".
@@ -85,9 +118,7 @@ impl Screen {
             }
         }
         if found.is_empty() {
-            let message = format!("the model has no material called `{}`", pattern.text());
-            let known = scene.materials.iter().map(|material| material.name.as_str());
-            return Err(source.unknown(materials.range.clone(), message, pattern.text(), known));
+            return Err(unknown_material(source, scene, materials));
         }
         if lacks_uvs(scene, &found, texture) {
             warnings.push(format!(
@@ -97,6 +128,13 @@ impl Screen {
         }
         Ok(())
     }
+}
+
+fn unknown_material(source: &Source, scene: &Scene, named: &Placed<Pattern>) -> Box<Diagnostic> {
+    let name = named.value.text();
+    let message = format!("the model has no material called `{name}`");
+    let known = scene.materials.iter().map(|material| material.name.as_str());
+    source.unknown(named.range.clone(), message, name, known)
 }
 
 fn kind_of(image: &Image) -> String {

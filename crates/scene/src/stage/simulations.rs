@@ -4,6 +4,7 @@ use super::names::Pattern;
 use super::screens::Screen;
 use super::surfaces::nodes_called;
 use super::table::{Placed, Source, Table};
+use crate::capture::LAYERS_ALL;
 use crate::simulation::{BODIES_MAX, CELLS_SIDE_MAX, Program, SIMULATIONS_MAX, Simulation};
 use crate::{Diagnostic, Image, NodeId, Scene, Wrap};
 use std::ops::Range;
@@ -22,6 +23,8 @@ pub(super) struct SimulationEntry {
     bodies: Vec<Placed<Pattern>>,
     walls: Vec<Placed<Pattern>>,
     picture: String,
+    normal_picture: Option<String>,
+    sees: Option<Placed<String>>,
     screen: Screen,
     range: Range<usize>,
 }
@@ -73,11 +76,16 @@ impl SimulationEntry {
         if let Some(picture) = text("picture").filter(|_| !screen.has_materials()) {
             return Err(table.source.fault(picture.range, "`picture` is what materials show, and needs `material`"));
         }
+        if let Some(picture) = text("normal_picture").filter(|_| !screen.has_materials()) {
+            let message = "`normal_picture` is what bends normals of materials, and needs `material`";
+            return Err(table.source.fault(picture.range, message));
+        }
         let simulation = Simulation {
             cells,
             rate_hz: table.number("rate_hz"),
             seed: seed.unwrap_or(0),
             parameters: table.values("parameters").unwrap_or_default().to_vec(),
+            layers: table.layers("layers").unwrap_or(LAYERS_ALL),
             ..Simulation::built_in(name.value.clone(), &file.value)
         };
         Ok(Self {
@@ -86,6 +94,8 @@ impl SimulationEntry {
             bodies: names("bodies"),
             walls: names("walls"),
             picture: text("picture").map_or_else(|| PICTURE.into(), |picture| picture.value),
+            normal_picture: text("normal_picture").map(|picture| picture.value),
+            sees: table.text("sees"),
             screen,
             range: table.range.clone(),
             name,
@@ -141,7 +151,14 @@ impl SimulationEntry {
             }
             simulation.place = Some(place);
         }
+        if let Some(sees) = &self.sees {
+            simulation.sees = Some(super::particles::camera_called(source, scene, sees)?);
+        }
         scene.simulations.push(simulation);
+        if let Some(picture) = &self.normal_picture {
+            scene.images.push(Image::of_simulation(name, scene.simulations.len() - 1, picture));
+            self.screen.bend_normals_by_last_image(source, scene)?;
+        }
         if self.screen.has_materials() {
             let image = Image::of_simulation(name, scene.simulations.len() - 1, &self.picture);
             scene.images.push(image);

@@ -581,6 +581,18 @@ fn simulations_have_programs_places_and_those_who_show_them() {
         ("name = \"a\"\nprogram = \"fluid\"\nrate_hz = 0\n", "5:11: error: `0` is no value of `rate_hz`"),
         ("name = \"a\"\nprogram = \"fluid\"\nseed = 1.5\n", "5:8: error: `seed` is a whole number"),
         ("name = \"a\"\nprogram = \"fluid\"\nbodies = [\"Bal\"]\n", "5:11: error: the model has no node called `Bal`"),
+        (
+            "name = \"a\"\nprogram = \"trails\"\nsees = \"Below\"\n",
+            "5:8: error: the model has no camera called `Below`",
+        ),
+        (
+            "name = \"a\"\nprogram = \"trails\"\nnormal_picture = \"normals\"\n",
+            "5:18: error: `normal_picture` is what bends normals of materials, and needs `material`",
+        ),
+        (
+            "name = \"a\"\nprogram = \"trails\"\nmaterial = \"San\"\nnormal_picture = \"normals\"\n",
+            "5:12: error: the model has no material called `San`",
+        ),
         ("name = \"a\"\nprogram = \"fluid\"\nbodies = \"Pond\"\n", "5:10: error: `\"Pond\"` is no value of `bodies`"),
         ("name = \"a\"\nprogram = \"fluid\"\nparameters = { a = \"b\" }\n", "5:14: error: `{ a = \"b\" }` is no value"),
         ("name = \"a\"\nprogram = \"fluid\"\nover = \"Post\"\n", "5:8: error: a simulation lies over a flat surface"),
@@ -866,6 +878,9 @@ fn decals_are_placed_strewn_and_hung_on_nodes() {
         ("size_m = [1, 0]\n", "3:10: error: `size_m` is the width and the height of the picture, both above 0"),
         ("depth_m = 0\n", "3:11: error: `0` is no value of `depth_m`"),
         ("direction = [0, 0, 0]\n", "3:13: error: `direction` has no length"),
+        ("up = [0, 0, 0]\n", "3:6: error: `up` has no length"),
+        ("count = 3\nspread_m = [-1, 0, 0]\n", "4:12: error: `spread_m` is an extent"),
+        ("angle_deg = [0, 0]\n", "3:13: error: `angle_deg` is where surfaces begin to show less"),
         ("angle_deg = [80, 60]\n", "3:13: error: `angle_deg` is where surfaces begin to show less"),
         ("opacity = 1.5\n", "3:11: error: `1.5` is no value of `opacity`"),
         ("normal_scale = 2\n", "3:16: error: `normal_scale` needs `normal_map`"),
