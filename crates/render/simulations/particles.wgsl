@@ -65,13 +65,30 @@ struct Particles {
 
 @group(2) @binding(0) var<uniform> particles: Particles;
 
+// How often a number goes into another, both below 2²⁴. Processors divide floats side by side, and integers one by one.
+fn times(number: u32, by: u32) -> u32 {
+    let near = u32(f32(number) / f32(by));
+    let more = select(near, near + 1u, (near + 1u) * by <= number);
+    return select(more, near - 1u, near * by > number);
+}
+
+// What is left of a number after another, which is below 2²⁴.
+fn rest(number: u32, by: u32) -> u32 {
+    let inverse = 1.0 / f32(by);
+    // Twice, because a large number is no float; then what is left is by one of them too much or too little at most.
+    let first = number - u32(f32(number) * inverse) * by;
+    let left = bitcast<i32>(first) - i32(floor(f32(bitcast<i32>(first)) * inverse)) * i32(by);
+    let more = select(left, left + i32(by), left < 0);
+    return u32(select(more, more - i32(by), more >= i32(by)));
+}
+
 // How many are born by the end of so many steps, the first at once: as many as there is place for, at most.
 fn born_by(steps: u32) -> u32 {
     let most = f32(particles.count) / max(particles.life_s.x, particles.life_s.y);
     let rate = select(min(particles.rate_per_s, most), most, particles.rate_per_s <= 0.0);
     // In whole seconds and the rest of them, because floats have 24 bits.
     let per_s = u32(round(1.0 / simulation.step_secs));
-    let whole = steps / max(per_s, 1u);
+    let whole = times(steps, max(per_s, 1u));
     let rest = f32(steps - whole * per_s) * simulation.step_secs * rate;
     let of_whole = f32(whole) * fract(rate) + rest;
     return (whole * u32(rate) + u32(of_whole) + 1u) * min(steps, 1u);
@@ -87,7 +104,8 @@ fn birth_of(cell: vec2i) -> vec2u {
     let first = born_by(simulation.step);
     let end = born_by(simulation.step + 1u);
     let count = particles.count;
-    let number = first + (index + count - first % count) % count;
+    let ahead = index + count - rest(first, count);
+    let number = first + select(ahead, ahead - count, ahead >= count);
     return vec2u(select(0u, 1u, index < count && number < end), number);
 }
 
