@@ -392,6 +392,23 @@ fn what_cannot_be_run_is_refused() {
 }
 
 #[test]
+fn simulations_take_a_bounded_amount_of_memory() {
+    let names: Vec<String> = (0..8).map(|state| format!("s{state}")).collect();
+    let steps: Vec<String> = names.iter().map(|name| format!("go_{name} -> {name}")).collect();
+    let functions =
+        names.iter().map(|name| format!("fn go_{name}(cell: vec2i) -> vec4f {{ return {name}_at(cell); }}\n"));
+    let text = format!(
+        "//! step: {}\n//! shows: color\n\n{}fn color(cell: vec2i) -> vec4f {{ return vec4f(0.0); }}\n",
+        steps.join(", "),
+        functions.collect::<String>()
+    );
+    let large = |name: &str| Simulation { cells: Some((2048, 2048)), ..Simulation::of_text(name, "large.wgsl", &text) };
+    let scene = Scene { simulations: vec![large("one"), large("two")], ..Scene::default() };
+    let error = renderer().simulate(&scene, &mut |_| true).unwrap_err().to_string();
+    assert!(error.contains("`two`") && error.contains("would take 2133 MiB, and 2048 at most"), "{error}");
+}
+
+#[test]
 fn faults_of_texts_have_their_place() {
     const FUNCTIONS: &str = "fn f(cell: vec2i) -> vec4f { return vec4f(0.0); }\n";
     for (header, functions, expected) in [

@@ -41,7 +41,7 @@ impl SimulationState {
             is_new |= same.is_none();
             self.running.push(match same {
                 Some(running) => running,
-                None => Running::new(gpu, simulation, size_m)?,
+                None => Running::new(gpu, simulation, size_m, self.bytes())?,
             });
         }
         Ok(is_new)

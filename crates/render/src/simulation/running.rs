@@ -11,6 +11,9 @@ use std::collections::{BTreeMap, HashMap};
 /// After so many steps the device is waited for, so that it is never far behind.
 const STEPS_AT_ONCE: u64 = 32;
 
+/// The most that all simulations of a scene take: 2 GiB.
+const BYTES_MAX: u64 = 2 << 30;
+
 /// By how much of a step, and of all of them, a time may be too early, because it is a number of 32 bits.
 const ROUNDING_STEPS: f64 = 1e-3;
 const ROUNDING: f64 = 1e-7;
@@ -155,11 +158,11 @@ enum Phase {
 }
 
 impl Running {
-    /// It has not begun.
+    /// It has not begun. `others_bytes` is what those of the scene before it take.
     ///
     /// # Errors
-    /// Its program is none, or has no such parameter; it does not fit the adapter.
-    pub fn new(gpu: &Gpu, simulation: &Simulation, size_m: Vec2) -> Result<Self, ProgramError> {
+    /// Its program is none, or has no such parameter; it does not fit the adapter, or takes too much memory.
+    pub fn new(gpu: &Gpu, simulation: &Simulation, size_m: Vec2, others_bytes: u64) -> Result<Self, ProgramError> {
         let fault = |message: String| ProgramError::Simulation { simulation: simulation.name.clone(), message };
         let mut file = SimulationFile::of_program(&simulation.program)?;
         for (parameter, value) in &simulation.parameters {
@@ -176,6 +179,13 @@ impl Running {
         }
         if !(size_m.is_finite() && size_m.min_element() > 0.0) {
             return Err(fault("the place that it lies over has no size".into()));
+        }
+        let bytes = others_bytes + bytes_of(cells, file.states().len(), file.pictures().count());
+        if bytes > BYTES_MAX {
+            let (bytes, most) = (bytes >> 20, BYTES_MAX >> 20);
+            return Err(fault(format!(
+                "the simulations of the scene up to it would take {bytes} MiB, and {most} at most; give it fewer cells"
+            )));
         }
         let texture = |label: &str, format, mips| {
             let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -448,10 +458,14 @@ impl Running {
 
     /// Bytes of its states and pictures.
     pub fn bytes(&self) -> u64 {
-        let cells = u64::from(self.cells.0) * u64::from(self.cells.1);
-        let of_states = 2 * 16 * cells * self.states.len() as u64;
-        of_states + 8 * cells * 4 / 3 * self.pictures.len() as u64
+        bytes_of(self.cells, self.states.len(), self.pictures.len())
     }
+}
+
+/// Bytes of so many states and pictures.
+fn bytes_of((width, height): (u32, u32), states: usize, pictures: usize) -> u64 {
+    let cells = u64::from(width) * u64::from(height);
+    2 * 16 * cells * states as u64 + 8 * cells * 4 / 3 * pictures as u64
 }
 
 fn uniform_buffer<T: bytemuck::NoUninit>(gpu: &Gpu, value: &T) -> wgpu::Buffer {
