@@ -11,7 +11,8 @@ use manypass::{Aov, FrameRequest, Gpu, Path, Renderer, View};
 use manypass_scene::decal::{DECALS_MAX, Decal, DecalLook, DecalOpacity};
 use manypass_scene::primitives::{cube, plane, uv_sphere};
 use manypass_scene::{
-    Image, ImageSource, Light, LightKind, Material, Node, PixelFormat, Pixels, Projection, Scene, ShadingModel, demo,
+    AlphaMode, Image, ImageSource, Light, LightKind, Material, Node, PixelFormat, Pixels, Projection, Scene,
+    ShadingModel, demo,
 };
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use manypass_testkit::raycast::{Camera, Options, World};
@@ -313,6 +314,17 @@ fn every_path_shows_the_same() {
     let bare = show(&mut renderer, &Scene { decals: Vec::new(), ..scene.clone() }, Path::Gouraud);
     let changed_too = gouraud.iter().zip(&bare).filter(|(a, b)| differs(a, b, 0.02)).count();
     assert!(changed_too > changed / 2, "{changed_too} pixels show decals");
+}
+
+#[test]
+fn variables_of_the_first_surface_have_them() {
+    let mut scene = floor(Material { alpha_mode: AlphaMode::Blend, ..grey(0.5) });
+    let red = DecalLook { color: Vec3::new(1.0, 0.0, 0.0), ..DecalLook::default() };
+    scene.decals = vec![down(&red, Vec3::ZERO)];
+    let request = plain_request(&scene, SIZE).with(|settings| settings.aov.first_surface = true);
+    let color = variable(&mut renderer(), &scene, &request, Aov::BaseColor);
+    assert_near(on_floor(&color, Vec2::ZERO), [1.0, 0.0, 0.0], "a blended surface");
+    assert_near(on_floor(&color, Vec2::new(0.8, 0.0)), [0.5; 3], "beside it");
 }
 
 #[test]

@@ -12,6 +12,7 @@ pub mod bounds;
 mod cache;
 pub mod camera;
 pub mod capture;
+mod chance;
 pub mod decal;
 pub mod demo;
 mod diagnostic;

@@ -77,8 +77,9 @@ impl DecalAtlas {
         let mut images: Vec<((usize, ImageUse), Texels)> = Vec::new();
         for (index, of) in wanted {
             let Some(image) = scene.images.get(*index) else { continue };
-            match image.decode() {
-                Ok(pixels) => images.push(((*index, *of), texels(&pixels, *of, side_max))),
+            let decoded = image.decode().map_err(|error| error.to_string());
+            match decoded.and_then(|pixels| texels(&pixels, *of, side_max).ok_or("it has no texels".into())) {
+                Ok(texels) => images.push(((*index, *of), texels)),
                 Err(error) => warnings.push(format!("a decal does without its image `{}`: {error}", image.name)),
             }
         }
@@ -127,14 +128,14 @@ impl DecalAtlas {
 
 /// The images of all decals, each once for what it is read as, in the order of their indices.
 fn wanted(scene: &Scene) -> Vec<(usize, ImageUse)> {
-    let mut looks: Vec<*const manypass_scene::decal::DecalLook> = Vec::new();
+    // Those that share a look mostly follow each other.
+    let mut last = None;
     let mut wanted = Vec::new();
     for decal in &scene.decals {
         let address = Arc::as_ptr(&decal.look);
-        if looks.last() == Some(&address) {
+        if last.replace(address) == Some(address) {
             continue;
         }
-        looks.push(address);
         let look = &decal.look;
         let images = [
             (look.color_image, ImageUse::Color),
@@ -153,8 +154,12 @@ fn wanted(scene: &Scene) -> Vec<(usize, ImageUse)> {
 static LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0)));
 
-/// An image in linear light, with sides that are powers of two.
-fn texels(pixels: &Pixels, of: ImageUse, side_max: u32) -> Texels {
+/// An image in linear light, with sides that are powers of two; none if it lacks texels.
+fn texels(pixels: &Pixels, of: ImageUse, side_max: u32) -> Option<Texels> {
+    let &Pixels { width, height, .. } = pixels;
+    if width.min(height) == 0 || pixels.data.len() as u64 != 4 * u64::from(width) * u64::from(height) {
+        return None;
+    }
     let texel = |bytes: &[u8]| {
         let share = |at: usize| f32::from(bytes[at]) / 255.0;
         let alpha = share(3);
@@ -166,14 +171,26 @@ fn texels(pixels: &Pixels, of: ImageUse, side_max: u32) -> Texels {
             ImageUse::Data => [share(0), share(1), share(2), alpha],
         }
     };
-    let data = pixels.data.chunks_exact(4).map(texel).collect();
-    let mut texels = Texels { width: pixels.width, height: pixels.height, data };
-    while texels.width.max(texels.height) > side_max {
-        texels = half(&texels);
-    }
+    // Means of squares at once, because floats of all of a large image would take four times its memory.
+    let halvings = (0..32).find(|halvings| width.max(height) >> halvings <= side_max).unwrap_or(31);
+    let [reduced_width, reduced_height] = [width, height].map(|side| (side >> halvings).max(1));
+    let mean = |x: u32, y: u32| {
+        let along = |at: u32, size: u32| (at << halvings)..((at + 1) << halvings).min(size);
+        let mut sum = [0.0; 4];
+        for row in along(y, height) {
+            for column in along(x, width) {
+                let first = (row as usize * width as usize + column as usize) * 4;
+                sum.iter_mut().zip(texel(&pixels.data[first..first + 4])).for_each(|(sum, value)| *sum += value);
+            }
+        }
+        let count = along(y, height).len() * along(x, width).len();
+        sum.map(|sum| sum / count as f32)
+    };
+    let rows = (0..reduced_height).flat_map(|y| (0..reduced_width).map(move |x| (x, y)));
+    let data = rows.map(|(x, y)| mean(x, y)).collect();
+    let texels = Texels { width: reduced_width, height: reduced_height, data };
     let side = |side: u32| side.next_power_of_two().min(1 << side_max.max(1).ilog2());
-    let (width, height) = (side(texels.width), side(texels.height));
-    resized(texels, width, height)
+    Some(resized(texels, side(reduced_width), side(reduced_height)))
 }
 
 /// The same image with other sides, filtered linearly.
@@ -335,12 +352,16 @@ mod tests {
             format: PixelFormat::Rgba8,
             data: [[255, 0, 188, 255], [255, 255, 255, 0], [0, 255, 0, 51]].concat(),
         };
-        let color = texels(&pixels, ImageUse::Color, 1024);
+        let color = texels(&pixels, ImageUse::Color, 1024).expect("texels");
         assert_eq!((color.width, color.height), (4, 1));
         assert!((color.data[0][2] - 0.503).abs() < 1e-2 && color.data[0][0] == 1.0);
         // Nothing of the white that is transparent.
         assert!(color.data.iter().all(|[r, g, b, a]| r.max(*g).max(*b) <= *a + 1e-6));
-        let data = texels(&pixels, ImageUse::Data, 2);
+        let data = texels(&pixels, ImageUse::Data, 2).expect("texels");
         assert_eq!((data.width, data.height), (1, 1));
+        assert!((data.data[0][0] - 1.0).abs() < 1e-6 && (data.data[0][3] - 0.5).abs() < 1e-6);
+        // Not as many as it says, or none.
+        assert!(texels(&Pixels { width: 4, ..pixels.clone() }, ImageUse::Data, 64).is_none());
+        assert!(texels(&Pixels { width: 0, data: Vec::new(), ..pixels }, ImageUse::Data, 64).is_none());
     }
 }

@@ -146,7 +146,9 @@ impl DrawList {
     /// All that the eye may meet first, as if it were opaque.
     pub fn first_surfaces(&self) -> Self {
         let opaque = [&self.opaque[..], &self.transmissive, &self.blended].concat();
-        Self { opaque, triangles: self.triangles, ..Self::default() }
+        let others = self.transmissive.iter().chain(&self.blended).filter(|draw| draw.is_decaled);
+        let decaled = self.decaled.iter().chain(others).cloned().collect();
+        Self { opaque, decaled, triangles: self.triangles, ..Self::default() }
     }
 
     /// A draw of what fades, with an instance of its own.

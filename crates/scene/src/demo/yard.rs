@@ -1,6 +1,7 @@
 //! A yard between two walls, and images for what lies and sticks on them: a place for decals.
 
 use super::{Demo, pose};
+use crate::chance::unit;
 use crate::primitives::{cube, cylinder, plane};
 use crate::{Camera, Image, ImageSource, Light, LightKind, Node, NodeId, PixelFormat, Pixels, Projection, Scene};
 use glam::{Quat, Vec2, Vec3, Vec4};
@@ -92,20 +93,13 @@ fn lamps(place: &mut Demo) {
     place.scene.add_node(None, Node { name: "Moon".into(), light: Some(1), rotation, ..Node::default() });
 }
 
-/// 0 ≤ x < 1 of two numbers: the finaliser of MurmurHash3.
-fn unit(x: i32, y: i32) -> f32 {
-    let mut hash = (x as u32).wrapping_mul(0x9e37_79b9) ^ (y as u32).wrapping_mul(0x7feb_352d);
-    hash = (hash ^ (hash >> 16)).wrapping_mul(0x85eb_ca6b);
-    hash = (hash ^ (hash >> 13)).wrapping_mul(0xc2b2_ae35);
-    ((hash ^ (hash >> 16)) >> 8) as f32 / (1u32 << 24) as f32
-}
-
 /// Smooth noise from 0 to 1, of which waves are 1 long (Perlin 1985, "value noise").
 fn noise(at: Vec2) -> f32 {
     let cell = at.floor();
     let share = at - cell;
     let share = share * share * (3.0 - 2.0 * share);
     let (x, y) = (cell.x as i32, cell.y as i32);
+    let unit = |x: i32, y: i32| unit(x as u32, y as u32);
     let mix = |a: f32, b: f32, share: f32| a + (b - a) * share;
     mix(mix(unit(x, y), unit(x + 1, y), share.x), mix(unit(x, y + 1), unit(x + 1, y + 1), share.x), share.y)
 }

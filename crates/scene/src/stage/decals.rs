@@ -4,6 +4,7 @@ use super::materials::StageImages;
 use super::names::Pattern;
 use super::surfaces::nodes_called;
 use super::table::{Placed, Source, Table};
+use crate::chance::unit;
 use crate::decal::{DECALS_MAX, Decal, DecalLook, DecalOpacity};
 use crate::{Diagnostic, NodeId, Scene};
 use glam::{Quat, Vec2, Vec3};
@@ -207,7 +208,7 @@ impl DecalEntry {
         };
         let around = self.positions.iter().flat_map(|middle| (0..scatter.count).map(move |at| (*middle, at)));
         let box_of = |(entry, (middle, _)): (u32, (Vec3, u32))| {
-            let chance = |which: u32| unit(entry.wrapping_mul(8).wrapping_add(which), scatter.seed);
+            let chance = |which: u32| unit(entry.wrapping_mul(8).wrapping_add(which), scatter.seed.wrapping_add(1));
             let offset = Vec3::new(chance(0), chance(1), chance(2)) - 0.5;
             let scale = 1.0 + SIZE_SPREAD * (2.0 * chance(4) - 1.0);
             placed(middle + offset * scatter.extent_m, self.turn_rad + std::f32::consts::TAU * chance(3), scale)
@@ -224,12 +225,4 @@ fn name_of(image: &str) -> (bool, &str) {
 /// Whether what is named is a file.
 pub(super) fn is_file(image: &str) -> bool {
     !name_of(image).0
-}
-
-/// 0 ≤ x < 1 of two numbers: the finaliser of MurmurHash3.
-fn unit(at: u32, seed: u32) -> f32 {
-    let mut hash = at.wrapping_mul(0x9e37_79b9) ^ seed.wrapping_add(1).wrapping_mul(0x7feb_352d);
-    hash = (hash ^ (hash >> 16)).wrapping_mul(0x85eb_ca6b);
-    hash = (hash ^ (hash >> 13)).wrapping_mul(0xc2b2_ae35);
-    ((hash ^ (hash >> 16)) >> 8) as f32 / (1u32 << 24) as f32
 }
