@@ -277,6 +277,13 @@ fn trails_are_as_deep_as_what_a_camera_below_sees() {
     let at_half = state_at(&mut renderer, &mut soft, ("ground", 1.0))[cell(-0.4, 0.2)][0];
     let later = state_at(&mut renderer, &mut soft, ("ground", 2.0))[cell(-0.4, 0.2)][0];
     assert!((later / at_half - (-0.7f32).exp()).abs() < 0.01, "{at_half} m became {later} m");
+    // A program that reads no surfaces looks at none.
+    let mut blind = slide();
+    blind.simulations[0] = Simulation { sees: blind.simulations[0].sees, ..ripples() };
+    renderer.load(&blind).unwrap();
+    assert!(renderer.warnings().iter().any(|warning| warning.contains("`pond` looks at nothing")));
+    renderer.load(&scene).unwrap();
+    assert!(!renderer.warnings().iter().any(|warning| warning.contains("looks at nothing")));
     // Nothing is pressed where nobody looks.
     let mut unseen = slide();
     unseen.simulations[0].sees = None;

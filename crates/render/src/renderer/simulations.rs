@@ -97,6 +97,14 @@ pub(super) fn faults(scene: &Scene, state: &SimulationState) -> Vec<String> {
     if scene.simulations.len() > SIMULATIONS_MAX {
         faults.push(format!("only the first {SIMULATIONS_MAX} of {} simulations are run", scene.simulations.len()));
     }
+    for (simulation, running) in scene.simulations.iter().zip(&state.running) {
+        if simulation.sees.is_some() && !running.reads_surfaces() {
+            let name = &simulation.name;
+            faults.push(format!(
+                "the simulation `{name}` looks at nothing: its program lacks the line `//! reads: surfaces`"
+            ));
+        }
+    }
     let mut check = |simulation: usize, picture: &str, who: String| {
         let name = scene.simulations.get(simulation).map_or("", |simulation| &simulation.name);
         let Some(running) = state.running.get(simulation) else {

@@ -237,6 +237,11 @@ impl Running {
         self.pictures.iter()
     }
 
+    /// Whether its program reads what a camera sees.
+    pub fn reads_surfaces(&self) -> bool {
+        self.reads_surfaces
+    }
+
     /// How many steps lead to a time.
     fn steps_to(&self, time_secs: f32) -> u64 {
         let time_secs = if time_secs.is_finite() { f64::from(time_secs) } else { 0.0 };
