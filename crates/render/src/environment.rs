@@ -3,6 +3,7 @@
 
 mod computed;
 pub(crate) mod lobe;
+mod radiance;
 mod settings;
 pub(crate) mod stored;
 pub(crate) mod studio;
@@ -10,6 +11,7 @@ pub(crate) mod suns;
 pub(crate) mod tiles;
 
 pub(crate) use computed::ComputedEnvironments;
+pub use radiance::EnvironmentRadiance;
 pub use settings::EnvironmentSettings;
 
 use crate::colour::{finite_product, linear_from_srgb, srgb_from_linear};
@@ -66,13 +68,14 @@ impl Environment {
     }
 
     /// What surrounds `scene` where nobody says: its own picture; else the studio, [`Environment::Fill`] where the
-    /// scene brings its own lights, or nothing where it states an exposure as well, because then its light is meant as
+    /// scene brings its own lights or the light that was baked of them, or nothing where it states an exposure as well, because then its light is meant as
     /// it is.
     pub fn of_scene(scene: &Scene) -> Self {
         if scene.environment.is_some() {
             return Self::File;
         }
-        let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
+        let has_lamp = || scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
+        let is_lit = scene.holds_baked_light || has_lamp();
         match (is_lit, scene.exposure_stops) {
             (false, _) => Self::Studio,
             (true, None) => Self::Fill,

@@ -72,7 +72,7 @@ pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
 pub use camera_settings::{Fisheye, FisheyeFrame};
 pub use diagnostic::Diagnostic;
 pub use effect::{Effect, EffectFile, EffectStage, WgslEffect};
-pub use environment::{Background, Environment};
+pub use environment::{Background, Environment, EnvironmentRadiance};
 pub use exposure::{Adaptation, Exposure, ExposureError, Metering, MeteringPattern};
 pub use fisheye::{FisheyeInfo, FisheyeView};
 pub use fog::FogMode;

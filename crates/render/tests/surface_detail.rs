@@ -9,7 +9,7 @@ use common::{plain_request, radiance};
 use glam::{Vec2, Vec3, Vec4};
 use image::{ImageBuffer, ImageFormat, Luma, Rgba};
 use manypass::{Environment, FrameRequest, Path};
-use manypass_scene::material::{DetailMaps, HeightMap, HeightMethod, LightMap, Mapped, Material};
+use manypass_scene::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, Mapped, Material};
 use manypass_scene::{
     Aabb, Image, ImageSource, Light, LightKind, Node, Primitive, Projection, Sampler, Scene, ShadingModel, Texture,
     TextureRef, TextureTransform, Wrap, primitives,
@@ -88,16 +88,18 @@ fn linear(encoded: u8) -> f32 {
 fn baked_light_times_base_colour_is_what_is_seen() {
     const FACTOR: Vec4 = Vec4::new(0.25, 0.5, 0.75, 1.0);
     let color = |x: u32, y: u32| Rgba([40 * x as u8 + 60, 200 - 30 * y as u8, 128, 255]);
-    let baked = |x: u32, y: u32| Rgba([255 - 50 * x as u8, 20 + 60 * y as u8, 90 + 10 * x as u8, 255]);
+    let baked = |x: u32, y: u32| Rgba([255 - 50 * x as u8, 20 + 60 * y as u8, 90 + 10 * x as u8, 255 - 70 * y as u8]);
     // Software adapters decode sRGB to about 1/150; half floats have 11 bits, the last of which may be cut off.
     const SRGB_SHARE: f32 = 1.0 / 100.0;
     const EXACT: f32 = 1.0 / 1000.0;
-    for (has_texture, is_srgb, metallic, model) in [
-        (false, false, 0.0, ShadingModel::Standard),
-        (true, false, 0.0, ShadingModel::Standard),
-        (false, true, 0.0, ShadingModel::Standard),
-        (false, false, 0.25, ShadingModel::Standard),
-        (false, false, 0.0, ShadingModel::Unlit),
+    let (plain, srgb, rgbm) = (LightEncoding::Linear, LightEncoding::Srgb, LightEncoding::Rgbm);
+    for (has_texture, encoding, metallic, model) in [
+        (false, plain, 0.0, ShadingModel::Standard),
+        (true, plain, 0.0, ShadingModel::Standard),
+        (false, srgb, 0.0, ShadingModel::Standard),
+        (false, plain, 0.25, ShadingModel::Standard),
+        (false, plain, 0.0, ShadingModel::Unlit),
+        (false, rgbm, 0.0, ShadingModel::Standard),
     ] {
         let mut builder = above();
         let base = texture(&mut builder.scene, png(&ImageBuffer::from_fn(4, 4, color)), nearest());
@@ -108,7 +110,7 @@ fn baked_light_times_base_colour_is_what_is_seen() {
             base_color_texture: has_texture.then_some(base),
             metallic_factor: metallic,
             shading_model: model,
-            light_map: Some(LightMap { light: Mapped { factor: 1.5, texture: Some(light) }, is_srgb }),
+            light_map: Some(LightMap { light: Mapped { factor: 1.5, texture: Some(light) }, encoding }),
             ..Material::default()
         };
         builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
@@ -122,12 +124,17 @@ fn baked_light_times_base_colour_is_what_is_seen() {
                 let (base, light) = (color(x, y), baked(3 - x, y));
                 for channel in 0..3 {
                     let texel = light[channel];
-                    let light = 1.5 * if is_srgb { linear(texel) } else { f32::from(texel) / 255.0 };
+                    let light = 1.5
+                        * match encoding {
+                            LightEncoding::Linear => f32::from(texel) / 255.0,
+                            LightEncoding::Srgb => linear(texel),
+                            LightEncoding::Rgbm => f32::from(texel) * f32::from(light[3]) / (255.0 * 255.0),
+                        };
                     let base = if has_texture { linear(base[channel]) } else { FACTOR[channel] };
                     let expected = base * (1.0 - metallic) * light;
                     let off = (found[channel] - expected).abs();
-                    let most = expected * if has_texture || is_srgb { SRGB_SHARE } else { EXACT };
-                    assert!(off <= most, "{path:?}, {has_texture} {is_srgb}, {x} {y}: {found:?}, {expected}");
+                    let most = expected * if has_texture || encoding == srgb { SRGB_SHARE } else { EXACT };
+                    assert!(off <= most, "{path:?}, {has_texture} {encoding:?}, {x} {y}: {found:?}, {expected}");
                 }
             }
         }
@@ -145,7 +152,11 @@ fn baked_light_of_radiance_files_exceeds_one() {
     let light = texture(&mut builder.scene, ImageSource::Encoded(bytes.into()), nearest());
     // What is linear stays so, whatever a material says of its encoding.
     let light = Mapped { factor: 4.0, texture: Some(TextureRef { uv_set: 1, ..light }) };
-    let material = Material { light_map: Some(LightMap { light, is_srgb: true }), metallic_factor: 0.0, ..grey(0.5) };
+    let material = Material {
+        light_map: Some(LightMap { light, encoding: LightEncoding::Srgb }),
+        metallic_factor: 0.0,
+        ..grey(0.5)
+    };
     builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
     let scene = builder.finish();
     for path in [Path::Deferred, Path::Forward] {
@@ -164,7 +175,7 @@ fn baked_light_of_radiance_files_exceeds_one() {
 fn baked_light_takes_the_place_of_the_environments_diffuse_light_alone() {
     let mut builder = above();
     let black = texture(&mut builder.scene, png(&ImageBuffer::from_pixel(2, 2, Rgba([0u8, 0, 0, 255]))), nearest());
-    let light_map = LightMap { light: Mapped { factor: 1.0, texture: Some(black) }, is_srgb: false };
+    let light_map = LightMap { light: Mapped { factor: 1.0, texture: Some(black) }, encoding: LightEncoding::Linear };
     builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), grey(0.8), at(Vec3::ZERO));
     let plain = builder.finish();
     let mut baked = plain.clone();

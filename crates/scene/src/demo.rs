@@ -2,6 +2,7 @@
 //! lights are shared by many nodes; the others show what materials can be, what maps make of flat surfaces, many small
 //! things, and pictures within the picture in a room: with what their stages say.
 
+mod cornell;
 mod crowd;
 mod doors;
 mod laboratory;
@@ -12,6 +13,7 @@ mod sandbox;
 mod shore;
 mod yard;
 
+pub use cornell::cornell;
 pub use crowd::crowd;
 pub use doors::doors;
 pub use laboratory::laboratory;
@@ -29,7 +31,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The names of the demos.
-pub const NAMES: [&str; 20] = [
+pub const NAMES: [&str; 21] = [
     "hall",
     "materials",
     "relief",
@@ -50,6 +52,7 @@ pub const NAMES: [&str; 20] = [
     "decals",
     "sandbox",
     "trails",
+    "cornell",
 ];
 
 /// The demo of a name.
@@ -72,6 +75,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "sandbox" => Some(sandbox()),
         "trails" => staged(sandbox(), name),
         "shore" => Some(shore()),
+        "cornell" => Some(cornell()),
         "water" => staged(shore(), name),
         _ => None,
     }
@@ -107,6 +111,7 @@ pub fn stage(name: &str) -> Option<Stage> {
         "decals" => include_str!("demo/decals.stage.toml"),
         "sandbox" => "model = \"demo:sandbox\"\n[settings.exposure]\nstops = \"auto\"\n",
         "trails" => include_str!("demo/trails.stage.toml"),
+        "cornell" => "model = \"demo:cornell\"\n[environment]\nsource = \"none\"\n",
         _ => return None,
     };
     // A test reads it.

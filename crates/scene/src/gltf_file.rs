@@ -16,9 +16,11 @@ mod mesh;
 mod meshopt;
 mod node;
 pub(crate) mod references;
+mod write;
 
 pub(crate) use material::texel_budget_bytes;
 pub use references::{mentions, references};
+pub use write::{Numbers, Parts};
 
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use json::Json;
@@ -26,7 +28,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 27] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 29] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -52,8 +54,10 @@ pub const SUPPORTED_EXTENSIONS: [&str; 27] = [
     "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
+    "MANYPASS_texture_exr",
     "MSFT_lod",
     "MOZ_lightmap",
+    "MOZ_texture_rgbe",
 ];
 
 /// The most extensions of a file that are named; there are not as many.
@@ -291,6 +295,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     scene.variants = std::mem::take(&mut document.variants);
     let used = document.root.strings("extensionsUsed")?;
     scene.extensions_used = used.into_iter().take(MAX_EXTENSIONS).map(str::to_owned).collect();
+    scene.holds_baked_light = value.pointer("/asset/extras/bake/lightMap").is_some();
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;

@@ -57,7 +57,7 @@ pub use image::{
 };
 pub use late_images::{LateImages, ON_ITS_WAY};
 pub use levels::{LevelOf, Levels};
-pub use light::{Light, LightKind};
+pub use light::{Light, LightKind, LightMode};
 pub use material::{AlphaMode, LayerMap, Mapped, Material, ShadingModel, TextureRef, TextureTransform};
 pub use mesh::{Mesh, MorphTarget, Primitive, PrimitiveLevel, Topology};
 pub use node::{Node, NodeId, Placed, Scene};

@@ -27,6 +27,43 @@ pub enum LightKind {
     },
 }
 
+/// Who adds up the light of a lamp and what surfaces send back of it: a baker beforehand, or frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightMode {
+    /// Frames add it, and bakers leave it out: it may move and change.
+    Dynamic,
+    /// Frames add what comes straight from it, with its highlights and shadows; bakers what surfaces send back.
+    #[default]
+    Mixed,
+    /// Bakers put all of it into light maps and probes, and frames leave it out.
+    Baked,
+}
+
+impl LightMode {
+    /// The words for all of them.
+    pub const NAMES: [&str; 3] = ["dynamic", "mixed", "baked"];
+
+    /// The one of a word.
+    pub fn named(word: &str) -> Option<Self> {
+        match word {
+            "dynamic" => Some(Self::Dynamic),
+            "mixed" => Some(Self::Mixed),
+            "baked" => Some(Self::Baked),
+            _ => None,
+        }
+    }
+
+    /// Its word.
+    pub fn name(self) -> &'static str {
+        let [dynamic, mixed, baked] = Self::NAMES;
+        match self {
+            Self::Dynamic => dynamic,
+            Self::Mixed => mixed,
+            Self::Baked => baked,
+        }
+    }
+}
+
 /// A light; its place and direction are those of the node that holds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
@@ -45,6 +82,8 @@ pub struct Light {
     pub radius_m: f32,
     /// Whether surfaces keep its light from what lies behind them.
     pub casts_shadows: bool,
+    /// Whether it is baked. In glTF files `extras.mode` of the light says so.
+    pub mode: LightMode,
 }
 
 impl Default for Light {
@@ -58,6 +97,7 @@ impl Default for Light {
             kind: LightKind::Point,
             radius_m: 0.0,
             casts_shadows: true,
+            mode: LightMode::default(),
         }
     }
 }

@@ -3,7 +3,7 @@
 mod detail;
 mod layers;
 
-pub use detail::{DetailMaps, HeightMap, HeightMethod, LightMap};
+pub use detail::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap};
 pub use layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Mapped, Sheen, Specular, Volume};
 
 use crate::Levels;

@@ -177,6 +177,13 @@ impl Stage {
         &self.model.value
     }
 
+    /// The text with another model in it, written as [`Self::model`] is.
+    pub fn text_with_model(&self, model: &str) -> String {
+        let text = self.text();
+        let (before, after) = (text.get(..self.model.range.start), text.get(self.model.range.end..));
+        format!("{}{}{}", before.unwrap_or_default(), toml::Value::from(model), after.unwrap_or_default())
+    }
+
     /// The picture of the environment, as it is written in `[environment]`: a path from the stage's folder.
     pub fn environment(&self) -> Option<&str> {
         self.environment.as_ref().map(|file| &*file.value)

@@ -4,6 +4,7 @@
 
 use glam::Vec3;
 use manypass_scene::gltf_file::load_bytes;
+use manypass_scene::material::LightEncoding;
 use manypass_scene::{LayerMap, Material};
 use serde_json::{Value, json};
 
@@ -111,7 +112,10 @@ fn light_maps_lie_on_the_second_uv_set_unless_they_say_another() {
     let (material, warnings) = read(extension(name, json!({ "index": 1, "intensity": 2.5 })));
     let light_map = material.light_map.unwrap();
     let texture = light_map.light.texture.unwrap();
-    assert_eq!((light_map.light.factor, light_map.is_srgb, texture.texture, texture.uv_set), (2.5, false, 1, 1));
+    assert_eq!(
+        (light_map.light.factor, light_map.encoding, texture.texture, texture.uv_set),
+        (2.5, LightEncoding::Linear, 1, 1)
+    );
     assert!(!warnings.iter().any(|warning| warning.contains("materials")), "{warnings:?}");
     let transform = json!({ "KHR_texture_transform": { "scale": [2, 3] } });
     let (material, _) = read(extension(name, json!({ "index": 0, "texCoord": 0, "extensions": transform })));

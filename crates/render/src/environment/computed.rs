@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 impl EnvironmentSettings {
     /// What the sky is computed from, if that is the environment.
-    fn sky(&self) -> Option<Sky> {
+    pub(super) fn sky(&self) -> Option<Sky> {
         let Self { sun_elevation_deg, sun_azimuth_deg, turbidity, ground_albedo, .. } = *self;
         let is_sky = self.source == Environment::Sky;
         is_sky.then_some(Sky { sun_elevation_deg, sun_azimuth_deg, turbidity, ground_albedo })

@@ -188,6 +188,12 @@ impl Studio {
     }
 }
 
+/// The radiance of a direction of length 1, without that of [`key_light`].
+pub(crate) fn radiance(direction: Vec3) -> f32 {
+    static STUDIO: OnceLock<Studio> = OnceLock::new();
+    STUDIO.get_or_init(|| Studio::new(1.0 - KEY_LIGHT_SHARE)).at(direction, 0.0)
+}
+
 /// The light that stands for a share of the key.
 pub(crate) fn key_light() -> EnvironmentLight {
     static LIGHT: OnceLock<EnvironmentLight> = OnceLock::new();

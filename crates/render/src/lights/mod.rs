@@ -39,7 +39,7 @@ pub use volumes::{CONE_CORNER, CONE_SIDES, VolumeDraw, VolumeShape, VolumeStep, 
 use crate::colour::finite_product;
 use crate::constants::{CASTING_POINTS, CASTING_SPOTS, LIGHTS_PER_ROW, TEXELS_PER_LIGHT};
 use glam::{Vec3, Vec4};
-use manypass_scene::{EnvironmentLight, LightKind, NodeId, Scene};
+use manypass_scene::{EnvironmentLight, LightKind, LightMode, NodeId, Scene};
 
 /// More lights than this cannot be told apart in the 16 bits of the lists; those beyond are left out with a warning.
 pub use manypass_scene::light::LIGHTS_MAX;
@@ -129,7 +129,7 @@ impl From<EnvironmentLight> for Source {
 fn sources(scene: &Scene, nodes: &[NodeId], of: &TableOf) -> impl Iterator<Item = Source> {
     let of_node = |id: &NodeId| {
         let node = scene.node(*id);
-        let light = scene.lights.get(node.light?)?;
+        let light = scene.lights.get(node.light?).filter(|light| light.mode != LightMode::Baked)?;
         let [z_axis, position] = [node.world_from_object.z_axis, node.world_from_object.w_axis].map(Vec4::truncate);
         Some(Source {
             node: Some(*id),

@@ -72,8 +72,8 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
             warnings.extend(shrinking_warning(scene, index, is_srgb, &images, &decoded));
             return Decoded { chain: layers(decoded, is_srgb), warnings };
         }
-        ImageSource::Light { image } => {
-            let chain = decode_light(scene, image, limits, &mut warnings);
+        ImageSource::Light { image, is_rgbm } => {
+            let chain = decode_light(scene, (image, is_rgbm), limits, &mut warnings);
             return Decoded { chain, warnings };
         }
         ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limits, &mut warnings), is_srgb),
@@ -159,10 +159,15 @@ fn decode_heights(scene: &Scene, image: usize, limits: Limits, warnings: &mut Ve
 }
 
 /// Light that was baked; none, with a warning, if it cannot be decoded.
-fn decode_light(scene: &Scene, image: usize, limits: Limits, warnings: &mut Vec<String>) -> Option<MipChain> {
+fn decode_light(
+    scene: &Scene,
+    (image, is_rgbm): (usize, bool),
+    limits: Limits,
+    warnings: &mut Vec<String>,
+) -> Option<MipChain> {
     let source = scene.images.get(image)?;
     let name = &source.name;
-    let light = match source.decode_light() {
+    let light = match if is_rgbm { source.decode_rgbm() } else { source.decode_light() } {
         Ok(light) => light,
         Err(error) => {
             warnings.push(format!("image {image} `{name}` cannot be decoded, and materials do without it: {error}"));

@@ -1,6 +1,7 @@
 //! Which images become one texture: the occlusion of a material lies in the red channel that its metallic-roughness map
 //! leaves free, wherever both are placed and sampled alike. One sample and one upload less; the values are the same.
 
+use manypass_scene::material::LightEncoding;
 use manypass_scene::{LayerMap, Material, Sampler, Scene, Texture, TextureRef};
 use std::collections::BTreeSet;
 
@@ -25,6 +26,8 @@ pub(crate) enum ImageSource {
     Light {
         /// The image's index.
         image: usize,
+        /// Whether it is none of half floats yet: colours that alpha multiplies.
+        is_rgbm: bool,
     },
     /// An image, as colour or as data. One that is used as both is there twice.
     Image {
@@ -45,7 +48,7 @@ impl ImageSource {
                 layers.into_iter().map(|layer| layer.image).collect()
             }
             Self::Packed { occlusion, metallic_roughness } => vec![occlusion, metallic_roughness],
-            Self::Image { image, .. } | Self::Light { image } => vec![image],
+            Self::Image { image, .. } | Self::Light { image, .. } => vec![image],
         }
     }
 
@@ -135,9 +138,10 @@ pub(super) fn light_map(scene: &Scene, material: &Material) -> Option<(TextureRe
     let baked = material.light_map?;
     let reference = baked.light.texture?;
     let Texture { image, sampler } = *scene.textures.get(reference.texture)?;
-    let source = match scene.images.get(image)?.holds_light() {
-        true => ImageSource::Light { image },
-        false => ImageSource::Image { image, is_srgb: baked.is_srgb },
+    let source = match (scene.images.get(image)?.holds_light(), baked.encoding) {
+        (true, _) => ImageSource::Light { image, is_rgbm: false },
+        (false, LightEncoding::Rgbm) => ImageSource::Light { image, is_rgbm: true },
+        (false, encoding) => ImageSource::Image { image, is_srgb: encoding == LightEncoding::Srgb },
     };
     Some((reference, sampler, source))
 }

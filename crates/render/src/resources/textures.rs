@@ -40,6 +40,8 @@ enum Content {
     },
     Light {
         image: Address,
+        /// See [`ImageSource::Light`].
+        is_rgbm: bool,
     },
     Packed {
         occlusion: Address,
@@ -341,7 +343,7 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
             (None, Some(simulated)) => Content::Simulation(simulated),
             (None, None) => Content::Image { image: address(image)?, is_srgb },
         },
-        ImageSource::Light { image } => Content::Light { image: address(image)? },
+        ImageSource::Light { image, is_rgbm } => Content::Light { image: address(image)?, is_rgbm },
         ImageSource::Packed { occlusion, metallic_roughness } => {
             Content::Packed { occlusion: address(occlusion)?, metallic_roughness: address(metallic_roughness)? }
         }

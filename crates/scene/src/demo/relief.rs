@@ -1,6 +1,6 @@
 //! Bricks and cobbles that are flat but for their heights, and light that was baked.
 
-use crate::material::{DetailMaps, HeightMap, HeightMethod, LightMap, Mapped};
+use crate::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, Mapped};
 use crate::{
     Camera, Image, ImageSource, Light, LightKind, Material, Mesh, Node, PixelFormat, Pixels, Primitive, Projection,
     Sampler, Scene, Texture, TextureRef, TextureTransform, Wrap, primitives,
@@ -24,8 +24,10 @@ pub fn relief() -> Scene {
         let light = across * up;
         Vec3::new(0.05, 0.055, 0.07) + Vec3::new(0.75, 0.5, 0.24) * light
     });
-    let light_map =
-        LightMap { light: Mapped { factor: 1.6, texture: Some(TextureRef { uv_set: 1, ..window }) }, is_srgb: false };
+    let light_map = LightMap {
+        light: Mapped { factor: 1.6, texture: Some(TextureRef { uv_set: 1, ..window }) },
+        encoding: LightEncoding::Linear,
+    };
     let wall = Material { name: "wall".into(), light_map: Some(light_map), ..surface(bricks, 0.035) };
     let floor = Material { name: "floor".into(), ..surface(cobbles, 0.045) };
     put(

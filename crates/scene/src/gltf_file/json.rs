@@ -80,6 +80,11 @@ impl<'a> Json<'a> {
     }
 
     /// The name of the object; empty if it has none.
+    /// A text that an application put beside what glTF says, where anything may be.
+    pub(super) fn extra(&self, key: &str) -> Option<&'a str> {
+        self.map.get("extras")?.get(key)?.as_str()
+    }
+
     pub(super) fn name(&self) -> Result<String, LoadError> {
         Ok(self.string("name")?.unwrap_or("").to_owned())
     }

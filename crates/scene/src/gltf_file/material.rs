@@ -126,7 +126,7 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Res
     for json in document.root.objects("textures")? {
         let sampler = json.index("sampler", samplers.len(), "sampler")?;
         let mut sources = Vec::new();
-        for name in ["KHR_texture_basisu", "EXT_texture_webp"] {
+        for name in ["KHR_texture_basisu", "EXT_texture_webp", "MOZ_texture_rgbe", "MANYPASS_texture_exr"] {
             if let Some(extension) = json.extension(name)? {
                 sources.extend(extension.index("source", image_count, "image")?);
             }

@@ -3,7 +3,7 @@
 use super::accessor::{Component, to_f32};
 use super::{Document, LoadError, json::Json};
 use crate::light::{CONE_MIN_RAD, RANGE_MIN_M};
-use crate::{Camera, Light, LightKind, Node, NodeId, Projection, Scene, SceneRoots, Skin};
+use crate::{Camera, Light, LightKind, LightMode, Node, NodeId, Projection, Scene, SceneRoots, Skin};
 use glam::{Mat4, Quat, Vec3};
 use std::collections::BTreeSet;
 
@@ -61,7 +61,8 @@ pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadErr
         };
         let range_m = read_range(document, &json)?;
         let color_linear = Vec3::from(document.clamped(&json, "color", [1.0; 3], f32::MAX)?);
-        lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind, ..Light::default() });
+        let mode = json.extra("mode").and_then(LightMode::named).unwrap_or_default();
+        lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind, mode, ..Light::default() });
     }
     Ok(lights)
 }

@@ -36,6 +36,26 @@ impl Image {
         matches!(&self.source, ImageSource::Encoded(bytes) if holds_light(bytes))
     }
 
+    /// Light that is written as colours which alpha multiplies, from 0 to 1. Takes at most 512 MiB while it decodes.
+    ///
+    /// # Errors
+    /// It cannot be decoded, or is too large.
+    pub fn decode_rgbm(&self) -> Result<HalfFloats, ImageError> {
+        let (width, height) = self.dimensions()?;
+        check_size(width, height).map_err(|message| self.error(message))?;
+        let pixels = self.decode()?;
+        let half = |texel: &[u8]| {
+            let value = |part: usize| {
+                let steps =
+                    f32::from(texel.get(part).copied().unwrap_or(0)) * f32::from(texel.get(3).copied().unwrap_or(0));
+                f16::from_f32(steps / (255.0 * 255.0))
+            };
+            [value(0), value(1), value(2), f16::ONE]
+        };
+        let texels = pixels.data.chunks_exact(4).map(half).collect();
+        Ok(HalfFloats { width, height, texels, cut_count: 0 })
+    }
+
     /// The texels of a Radiance or an OpenEXR file. Takes at most 512 MiB while it decodes.
     ///
     /// # Errors

@@ -44,6 +44,34 @@ pub struct DetailMaps {
     pub base_color_texture: Option<TextureRef>,
 }
 
+/// How the texels of a light map are written, where they are not those of a file of light, which are linear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum LightEncoding {
+    /// As they are.
+    #[default]
+    Linear,
+    /// In sRGB.
+    Srgb,
+    /// Linear colour that alpha multiplies: 255 by 255 steps in place of 255 (Karis 2009, "RGBM color encoding"). The
+    /// factor of the map is its range.
+    Rgbm,
+}
+
+impl LightEncoding {
+    /// The words for all of them.
+    pub const NAMES: [&str; 3] = ["linear", "srgb", "rgbm"];
+
+    /// The one of a word.
+    pub fn named(word: &str) -> Option<Self> {
+        match word {
+            "linear" => Some(Self::Linear),
+            "srgb" => Some(Self::Srgb),
+            "rgbm" => Some(Self::Rgbm),
+            _ => None,
+        }
+    }
+}
+
 /// Light that was computed beforehand: what a white surface sends back of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightMap {
@@ -51,6 +79,6 @@ pub struct LightMap {
     /// base colour of what is not metal. It takes the place of the environment's diffuse light; lights and reflections
     /// are added.
     pub light: Mapped<f32>,
-    /// Whether texels are sRGB; else linear.
-    pub is_srgb: bool,
+    /// How its texels are written.
+    pub encoding: LightEncoding,
 }

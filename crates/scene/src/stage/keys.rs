@@ -96,7 +96,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings, demo:laboratory, demo:simulations, demo:particles, demo:yard, demo:decals, demo:sandbox, demo:trails.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings, demo:laboratory, demo:simulations, demo:particles, demo:yard, demo:decals, demo:sandbox, demo:trails, demo:cornell.",
     )],
 };
 
@@ -157,6 +157,12 @@ pub(super) const LIGHTS: StageTable = StageTable {
              is 0.53.",
         ),
         key("cast", StageType::Boolean, "Whether surfaces keep its light from what lies behind them; true."),
+        key(
+            "mode",
+            StageType::Word(&crate::LightMode::NAMES),
+            "Who adds up its light: `dynamic`, frames alone; `mixed`, frames what comes straight from it and `manypass bake` what \
+             surfaces send back; `baked`, all of it is in light maps and probes; mixed.",
+        ),
     ],
 };
 

@@ -3,7 +3,7 @@
 use super::names::Pattern;
 use super::table::{Placed, Source, Table};
 use crate::light::CONE_MIN_RAD;
-use crate::{Diagnostic, Light, LightKind, Node, NodeId, Scene};
+use crate::{Diagnostic, Light, LightKind, LightMode, Node, NodeId, Scene};
 use glam::{Quat, Vec3};
 use std::collections::BTreeSet;
 
@@ -26,6 +26,7 @@ pub(super) struct LightChange {
     /// The tangent of half the angle of a directional light's source.
     tangent: Option<f32>,
     casts_shadows: Option<bool>,
+    mode: Option<LightMode>,
 }
 
 /// An entry of `[[lights]]`.
@@ -42,6 +43,10 @@ impl LightEntry {
             None => LightChange::read(table).map(Self::Change),
         }
     }
+}
+
+fn mode(table: &Table<'_>) -> Option<LightMode> {
+    table.text("mode").and_then(|word| LightMode::named(&word.value))
 }
 
 /// The tangent of half an angle.
@@ -79,6 +84,7 @@ impl NewLight {
             kind,
             radius_m: radius_m.unwrap_or(0.0),
             casts_shadows: table.boolean("cast").unwrap_or(true),
+            mode: mode(table).unwrap_or_default(),
         };
         let rotation = if kind == LightKind::Point { Quat::IDENTITY } else { rotation(table, word, position)? };
         Ok(Self { light, position: position.unwrap_or(Vec3::ZERO), rotation })
@@ -134,6 +140,7 @@ impl LightChange {
             radius_m: table.number("radius_m"),
             tangent: table.number("angle_deg").map(half_tangent),
             casts_shadows: table.boolean("cast"),
+            mode: mode(table),
         })
     }
 
@@ -157,6 +164,7 @@ impl LightChange {
             light.color_linear = self.color_linear.unwrap_or(light.color_linear);
             light.intensity = self.intensity.unwrap_or(light.intensity);
             light.casts_shadows = self.casts_shadows.unwrap_or(light.casts_shadows);
+            light.mode = self.mode.unwrap_or(light.mode);
             let radius_m = if is_directional { self.tangent } else { self.radius_m };
             light.radius_m = radius_m.unwrap_or(light.radius_m);
             light.range_m = self.range_m.filter(|_| !is_directional).or(light.range_m);

@@ -3,7 +3,7 @@
 use super::names::Pattern;
 use super::table::{Placed, Source, Table};
 use crate::gltf_file::{MAX_FILE_BYTES, texel_budget_bytes};
-use crate::material::{DetailMaps, HeightMap, HeightMethod, LightMap, Mapped};
+use crate::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, Mapped};
 use crate::{Diagnostic, Image, ImageSource, Material, Sampler, Scene, Texture, TextureRef, TextureTransform, Wrap};
 use glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 /// The words of `height_method`.
 pub(super) const METHODS: &[&str] = &["bump", "parallax", "steep", "occlusion"];
 /// The words of `light_map_encoding`.
-pub(super) const ENCODINGS: &[&str] = &["linear", "srgb"];
+pub(super) const ENCODINGS: &[&str] = &LightEncoding::NAMES;
 /// The words of `normal_convention`.
 pub(super) const CONVENTIONS: &[&str] = &["opengl", "directx"];
 
@@ -83,9 +83,10 @@ impl MaterialChange {
             }
         };
         let light_map = on_set("light_map", "light_map_texcoord")?.map(|(image, set)| {
-            let is_srgb = table.text("light_map_encoding").is_some_and(|word| word.value == "srgb");
+            let encoding = table.text("light_map_encoding").and_then(|word| LightEncoding::named(&word.value));
+            let encoding = encoding.unwrap_or_default();
             let factor = table.number("light_map_intensity").unwrap_or(1.0);
-            (image, LightMap { light: Mapped { factor, texture: Some(unplaced(set)) }, is_srgb }, set)
+            (image, LightMap { light: Mapped { factor, texture: Some(unplaced(set)) }, encoding }, set)
         });
         let (normal, color) = (table.text("detail_normal_map"), table.text("detail_color_map"));
         let detail = (normal.is_some() || color.is_some()).then(|| Detail {
@@ -126,7 +127,7 @@ impl MaterialChange {
                     source.fault(image.range.clone(), format!("{message}; name a PNG, JPEG, WebP or KTX2 file"))
                 );
             }
-            if baked.is_some_and(|(_, light_map, _)| light_map.is_srgb) {
+            if baked.is_some_and(|(_, light_map, _)| light_map.encoding != LightEncoding::Linear) {
                 let message = format!("`{}` holds linear light; leave out `light_map_encoding`", image.value);
                 return Err(source.fault(image.range.clone(), message));
             }

@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use super::*;
+use crate::material::LightEncoding;
 use crate::{
     Image, ImageSource, Levels, Light, LightKind, Material, Mesh, Node, NodeId, PixelFormat, Pixels, Primitive,
     SceneRoots,
@@ -105,7 +106,10 @@ fn materials_get_maps_that_the_model_has_not() {
         (scene.images[scene.textures[texture.texture].image].name.as_str(), texture.uv_set)
     };
     let baked = material.light_map.unwrap();
-    assert_eq!((image(baked.light.texture), baked.light.factor, baked.is_srgb), (("a.png", 1), 2.0, true));
+    assert_eq!(
+        (image(baked.light.texture), baked.light.factor, baked.encoding),
+        (("a.png", 1), 2.0, LightEncoding::Srgb)
+    );
     assert_eq!((image(material.occlusion_texture), image(material.emissive_texture)), (("b.png", 0), ("a.png", 1)));
     assert_eq!((material.emissive_factor, material.has_normals_down), (Vec3::ONE, true));
     let height = material.height.unwrap();

@@ -3,7 +3,8 @@
 use super::super::{LoadError, json::Json};
 use super::Slots;
 use crate::material::{
-    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LightMap, Mapped, Material, Sheen, Specular, Volume,
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LightEncoding, LightMap, Mapped, Material, Sheen,
+    Specular, Volume,
 };
 use glam::{Vec3, Vec4};
 
@@ -75,9 +76,10 @@ pub(super) fn read(json: &Json, slots: &mut Slots, material: &mut Material) -> R
     if let Some(baked) = json.extension("MOZ_lightmap")? {
         // Hubs, whose extension it is, samples it as it is and on the second UV set.
         let factor = slots.document.clamped_number(&baked, "intensity", 1.0, f32::MAX)?;
+        let encoding = baked.extra("encoding").and_then(LightEncoding::named).unwrap_or_default();
         let texture = slots.read_info(&baked, 1)?;
         material.light_map =
-            texture.map(|texture| LightMap { light: Mapped { factor, texture: Some(texture) }, is_srgb: false });
+            texture.map(|texture| LightMap { light: Mapped { factor, texture: Some(texture) }, encoding });
     }
     if let Some(gloss) = json.extension("KHR_materials_pbrSpecularGlossiness")? {
         read_specular_glossiness(&gloss, slots, material)?;
