@@ -9,11 +9,12 @@ const ARROWS: &[(&str, &[&str], &[&str])] = &[
     ("manypass-flip", &[], &[]),
     ("manypass-graph", &[], &[]),
     ("manypass-scene", &[], &["manypass-testkit"]),
+    ("manypass-bake", &["manypass-scene"], &[]),
     ("manypass", &["manypass-graph", "manypass-scene"], &["manypass-testkit"]),
     ("manypass-offline", &["manypass", "manypass-scene"], &["manypass-testkit"]),
     (
         "manypass-cli",
-        &["manypass", "manypass-flip", "manypass-offline", "manypass-scene", "manypass-viewer"],
+        &["manypass", "manypass-bake", "manypass-flip", "manypass-offline", "manypass-scene", "manypass-viewer"],
         &["manypass-testkit"],
     ),
     ("manypass-viewer", &["manypass", "manypass-scene"], &["manypass-testkit"]),
@@ -25,6 +26,7 @@ const ARROWS: &[(&str, &[&str], &[&str])] = &[
 /// What must not be among all that a crate is linked with.
 const ABSENT: &[(&str, &[&str])] = &[
     ("manypass-scene", &["wgpu", "naga", "winit"]),
+    ("manypass-bake", &["wgpu", "naga", "winit", "clap"]),
     ("manypass-graph", &["gltf", "image", "manypass-scene", "winit"]),
     ("manypass-testkit", &["wgpu", "winit", "manypass"]),
     ("manypass", &["winit", "clap", "anyhow", "wesl"]),

@@ -1,0 +1,99 @@
+//! Noise leaves bounced light where neighbours of the same piece of surface agree within it.
+//!
+//! A texel becomes the mean of those around it whose light differs by no more than noise explains, on the same chart and
+//! facing the same way: three rounds, each with wider gaps (Dammertz et al. 2010, "Edge-Avoiding À-Trous Wavelet
+//! Transform"), whose differences are weighed by the variance that the samples themselves show (Schied et al. 2017,
+//! "Spatiotemporal Variance-Guided Filtering").
+
+use crate::BakeError;
+use crate::emitters::luminance;
+use crate::progress::{Progress, Stage};
+use crate::texels::Texels;
+use crate::work::share_out;
+use glam::Vec3;
+
+/// Gaps between texels of each round.
+const STEPS: [i32; 3] = [1, 2, 4];
+
+/// The filter of a round along one axis, from the middle outwards.
+const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
+
+/// How many standard deviations apart light may be.
+const DEVIATIONS: f32 = 2.0;
+
+/// Two facets with a smaller cosine between them are not the same surface.
+const COSINE_MIN: f32 = 0.95;
+
+/// What a texel holds while it is filtered: its light, and the variance of its luminance.
+type Noisy = ([f32; 3], f32);
+
+/// Takes the noise out of `light`, of which `variance` says how far the luminance of each texel may be off, squared.
+///
+/// # Errors
+/// `progress` says to stop.
+pub(crate) fn denoise(
+    light: &mut [[f32; 3]],
+    variance: &[f32],
+    texels: &Texels,
+    size: (usize, usize),
+    (progress, stage): (&dyn Progress, Stage),
+) -> Result<(), BakeError> {
+    let mut noisy: Vec<Noisy> = light.iter().copied().zip(variance.iter().copied()).collect();
+    let mut next = vec![([0.0; 3], 0.0); light.len()];
+    for step in STEPS {
+        share_out(&mut next, (progress, stage), |index| filtered(&noisy, texels, size, index, step))?;
+        std::mem::swap(&mut noisy, &mut next);
+    }
+    light.iter_mut().zip(noisy).for_each(|(light, (filtered, _))| *light = filtered);
+    Ok(())
+}
+
+fn filtered(noisy: &[Noisy], texels: &Texels, (width, height): (usize, usize), index: usize, step: i32) -> Noisy {
+    let Some(owner) = texels.triangle(index) else { return noisy[index] };
+    let (chart, facet) = (texels.chart(owner), texels.facet(owner));
+    let middle = luminance(noisy[index].0.into());
+    // Of few samples the variance of one texel is a poor guess; that of nine is better.
+    let scale = 1.0 / (DEVIATIONS * (variance_around(noisy, (width, height), index) + 1e-12).sqrt());
+    let (x, y) = ((index % width) as i32, (index / width % height) as i32);
+    let first = index - (y as usize * width + x as usize);
+    let (mut sum, mut of_variance, mut total) = (Vec3::ZERO, 0.0, 0.0);
+    for row in -2..=2i32 {
+        for column in -2..=2i32 {
+            let (x, y) = (x + column * step, y + row * step);
+            if x < 0 || y < 0 || x >= width as i32 || y >= height as i32 {
+                continue;
+            }
+            let other = first + y as usize * width + x as usize;
+            let is_same = texels.triangle(other).is_some_and(|of_other| {
+                of_other == owner || texels.chart(of_other) == chart && texels.facet(of_other).dot(facet) > COSINE_MIN
+            });
+            if !is_same {
+                continue;
+            }
+            let (light, variance) = noisy[other];
+            let apart = (luminance(light.into()) - middle).abs() * scale;
+            let kernel = KERNEL[row.unsigned_abs() as usize] * KERNEL[column.unsigned_abs() as usize];
+            let weight = kernel * (-apart * apart).exp();
+            sum += Vec3::from(light) * weight;
+            of_variance += variance * weight * weight;
+            total += weight;
+        }
+    }
+    ((sum / total).to_array(), of_variance / (total * total))
+}
+
+fn variance_around(noisy: &[Noisy], (width, height): (usize, usize), index: usize) -> f32 {
+    let (x, y) = (index % width, index / width % height);
+    let first = index - (y * width + x);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for row in y.saturating_sub(1)..(y + 2).min(height) {
+        for column in x.saturating_sub(1)..(x + 2).min(width) {
+            let variance = noisy[first + row * width + column].1;
+            if variance > 0.0 {
+                sum += variance;
+                count += 1.0;
+            }
+        }
+    }
+    if count > 0.0 { sum / count } else { 0.0 }
+}

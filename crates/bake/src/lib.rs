@@ -1,0 +1,33 @@
+//! Light that is computed beforehand.
+//!
+//! [`bake`] makes textures of the light that reaches the surfaces of a scene that stay where they are: from
+//! its lights, from what shines, from around it, and from each other. Rays on the CPU find it, without a GPU, and the
+//! same scene with the same settings gives the same bytes on every machine of one kind.
+
+mod apply;
+mod denoise;
+mod emitters;
+mod encode;
+mod error;
+mod file;
+mod fill;
+mod gather;
+mod layout;
+mod light_map;
+mod materials;
+mod progress;
+mod sampling;
+mod seams;
+mod surfaces;
+mod texels;
+mod tracing;
+mod work;
+
+pub use emitters::Around;
+pub use encode::Encoding;
+pub use error::BakeError;
+pub use layout::{Layout, LayoutSettings, SIDE_MAX, TEXELS_MAX, Unwrapped};
+pub use light_map::{BOUNCES_MAX, BakeSettings, Baked, Baker, SAMPLES_MAX, bake};
+pub use progress::{Progress, Stage};
+pub use surfaces::{Place, Surfaces};
+pub use work::Keeper;

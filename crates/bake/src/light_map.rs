@@ -1,0 +1,268 @@
+//! Light maps: the light that reaches surfaces, by rays.
+//!
+//! One round finds the light that comes straight from where it is made, with as many rays towards what shines as are
+//! dense as their cosine. Each further round sends rays from every texel and looks up, where they end, what the round
+//! before has brought there: so a round costs the same whichever it is, and its noise is spread over all that sees it.
+
+use crate::BakeError;
+use crate::denoise::denoise;
+use crate::emitters::{Around, Emitters};
+use crate::fill::fill;
+use crate::gather::Gather;
+use crate::layout::{Layout, LayoutSettings};
+use crate::progress::{Progress, Stage};
+use crate::seams::{seams, stitch};
+use crate::surfaces::Surfaces;
+use crate::texels::Texels;
+use crate::tracing::Tracer;
+use crate::work::{BLOCK, Keeper, each_block, keep_blocks, share_out};
+use glam::Vec3;
+use manypass_scene::Scene;
+use std::f32::consts::PI;
+use std::hash::{DefaultHasher, Hasher as _};
+
+/// The most rays from a texel in a round.
+pub const SAMPLES_MAX: u32 = 65_536;
+
+/// The most bounces.
+pub const BOUNCES_MAX: u32 = 64;
+
+/// Rises whenever the same scene and settings have other light.
+const VERSION: u32 = 1;
+
+/// The round of occlusion, as keepers number them; the first is that of direct light, and bounces follow.
+const ROUND_OF_OCCLUSION: u32 = u32::MAX;
+
+/// What maps hold, and how well it is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BakeSettings {
+    /// Where surfaces lie.
+    pub layout: LayoutSettings,
+    /// Whether light is found.
+    pub light: bool,
+    /// Whether occlusion is found.
+    pub occlusion: bool,
+    /// Rays from a texel in each round.
+    pub samples: u32,
+    /// How often light is sent back.
+    pub bounces: u32,
+    /// Whether the noise of samples is taken out.
+    pub denoise: bool,
+    /// What is farther away than this, in metres, does not occlude; it may be infinite.
+    pub occlusion_distance_m: f32,
+}
+
+impl Default for BakeSettings {
+    fn default() -> Self {
+        Self {
+            layout: LayoutSettings::default(),
+            light: true,
+            occlusion: false,
+            samples: 256,
+            bounces: 3,
+            denoise: true,
+            occlusion_distance_m: f32::INFINITY,
+        }
+    }
+}
+
+impl BakeSettings {
+    fn check(&self) -> Result<(), BakeError> {
+        let Self { samples, bounces, occlusion_distance_m, .. } = *self;
+        if !(1..=SAMPLES_MAX).contains(&samples) {
+            return Err(BakeError::Setting(format!("{samples} samples; write 1 to {SAMPLES_MAX}")));
+        }
+        if bounces > BOUNCES_MAX {
+            return Err(BakeError::Setting(format!("{bounces} bounces; write 0 to {BOUNCES_MAX}")));
+        }
+        if occlusion_distance_m.is_nan() || occlusion_distance_m <= 0.0 {
+            let message = format!("occlusion within {occlusion_distance_m} m; write a distance above 0");
+            return Err(BakeError::Setting(message));
+        }
+        Ok(())
+    }
+}
+
+/// What was found of a scene's surfaces.
+#[derive(Clone, Debug)]
+pub struct Baked {
+    /// Where surfaces lie in the maps.
+    pub layout: Layout,
+    /// Texels of all pages, one page after the other, rows from the top: irradiance divided by π, which is what a white
+    /// surface sends back. Empty if it was not asked for.
+    pub light: Vec<[f32; 3]>,
+    /// The share of even light from everywhere that reaches each texel. Empty if it was not asked for.
+    pub occlusion: Vec<[f32; 1]>,
+    /// What differs from what was asked for, one line each.
+    pub notes: Vec<String>,
+}
+
+/// What stays of a scene while it is baked.
+pub struct Baker<'a> {
+    settings: BakeSettings,
+    surfaces: &'a Surfaces,
+    emitters: Emitters<'a>,
+    layout: Layout,
+}
+
+impl<'a> Baker<'a> {
+    /// Lays out the surfaces of a scene. `around` is what is seen where nothing of the scene is.
+    ///
+    /// # Errors
+    /// Settings are out of range, there is nothing to light, the maps would be too large, or `progress` says to stop.
+    pub fn new(
+        scene: &Scene,
+        surfaces: &'a Surfaces,
+        around: Option<&'a dyn Around>,
+        settings: &BakeSettings,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        settings.check()?;
+        let layout = Layout::new(surfaces, &settings.layout, progress)?;
+        Ok(Self { settings: *settings, surfaces, emitters: Emitters::new(scene, surfaces, around), layout })
+    }
+
+    /// A number that is another one for another scene, other settings, or another version of this crate. Two bakes that
+    /// have the same find the same.
+    pub fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
+        hasher.write_u32(VERSION);
+        hasher.write(format!("{:?}", self.settings).as_bytes());
+        self.surfaces.hash_into(&mut hasher);
+        self.emitters.hash_into(&mut hasher);
+        hasher.finish()
+    }
+
+    /// Finds the light of all texels. What `keeper` knows is not computed again.
+    ///
+    /// # Errors
+    /// `progress` says to stop.
+    pub fn run(self, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Baked, BakeError> {
+        let tracer = Tracer::new(self.surfaces);
+        let mut texels = Texels::new(self.surfaces, &self.layout);
+        let mut inside = vec![false; self.layout.texel_count()];
+        let gather = self.gather(&tracer, &texels);
+        share_out(&mut inside, (progress, Stage::Inside), |index| gather.is_inside(index))?;
+        texels.put_inside(&inside);
+        drop(inside);
+        let gather = self.gather(&tracer, &texels);
+        let light = if self.settings.light { self.light(&gather, progress, keeper)? } else { Vec::new() };
+        let occlusion = if self.settings.occlusion { self.occlusion(&gather, progress, keeper)? } else { Vec::new() };
+        let mut notes = self.surfaces.warnings().to_vec();
+        notes.extend(self.layout.notes.iter().cloned());
+        drop(texels);
+        Ok(Baked { layout: self.layout, light, occlusion, notes })
+    }
+
+    fn gather<'g>(&'g self, tracer: &'g Tracer<'g>, texels: &'g Texels<'g>) -> Gather<'g> {
+        let (surfaces, emitters, samples) = (self.surfaces, &self.emitters, self.settings.samples);
+        Gather { surfaces, tracer, emitters, texels, samples }
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (self.layout.width as usize, self.layout.height as usize)
+    }
+
+    /// One round after the other. At the most a texel has 40 bytes here: the light of the last round and of this one,
+    /// their sum, and its variance.
+    fn light(&self, gather: &Gather, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Vec<[f32; 3]>, BakeError> {
+        let count = self.layout.texel_count();
+        let padding = self.settings.layout.padding;
+        let (mut sum, mut source, mut variance) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count], vec![0.0; count]);
+        let direct = |index: usize| {
+            let [held, added] = gather.of_lamps(index);
+            let others = gather.of_others(index);
+            let all = held + added + others.value;
+            let [a, b, c] = others.value.to_array();
+            [a, b, c, others.variance, all.x, all.y, all.z]
+        };
+        let blocks = sum.chunks_mut(BLOCK).zip(source.chunks_mut(BLOCK)).zip(variance.chunks_mut(BLOCK));
+        let stage = (progress, Stage::Direct);
+        keep_blocks(blocks, count, stage, (keeper, 0), direct, |((sum, source), variance), values| {
+            for (index, [a, b, c, of_variance, all @ ..]) in values.iter().enumerate() {
+                (sum[index], variance[index], source[index]) = ([*a, *b, *c], *of_variance, *all);
+            }
+        })?;
+        for round in 0..self.settings.bounces {
+            fill(&mut source, gather.texels, self.size(), padding);
+            let mut next = vec![[0.0; 3]; count];
+            let of_texel = |index: usize| {
+                let mean = gather.bounced(index, round, &source);
+                [mean.value.x, mean.value.y, mean.value.z, mean.variance]
+            };
+            let blocks = sum.chunks_mut(BLOCK).zip(next.chunks_mut(BLOCK)).zip(variance.chunks_mut(BLOCK));
+            let stage = (progress, Stage::Bounce(round + 1));
+            keep_blocks(blocks, count, stage, (keeper, round + 1), of_texel, |((sum, next), variance), values| {
+                for (index, [a, b, c, of_variance]) in values.iter().enumerate() {
+                    next[index] = [*a, *b, *c];
+                    sum[index].iter_mut().zip(next[index]).for_each(|(sum, value)| *sum += value);
+                    variance[index] += of_variance;
+                }
+            })?;
+            source = next;
+        }
+        drop(source);
+        if self.settings.denoise {
+            denoise(&mut sum, &variance, gather.texels, self.size(), (progress, Stage::Finish))?;
+        }
+        drop(variance);
+        if self.emitters.holds_lamps() {
+            // Found again, which is little work beside all else: to keep it would take a third more memory.
+            let blocks = sum.chunks_mut(BLOCK);
+            each_block(blocks, count, (progress, Stage::Finish), |number, block| {
+                for (index, sum) in block.iter_mut().enumerate() {
+                    let [held, _] = gather.of_lamps(number * BLOCK + index);
+                    *sum = (Vec3::from(*sum) + held).to_array();
+                }
+            })?;
+        }
+        fill(&mut sum, gather.texels, self.size(), padding);
+        stitch(&mut sum, &seams(self.surfaces, &self.layout), self.size());
+        sum.iter_mut().flatten().for_each(|value| *value /= PI);
+        Ok(sum)
+    }
+
+    fn occlusion(
+        &self,
+        gather: &Gather,
+        progress: &dyn Progress,
+        keeper: &dyn Keeper,
+    ) -> Result<Vec<[f32; 1]>, BakeError> {
+        let count = self.layout.texel_count();
+        let (mut open, mut variance) = (vec![[0.0; 3]; count], vec![0.0; count]);
+        let distance_m = self.settings.occlusion_distance_m;
+        let of_texel = |index: usize| {
+            let mean = gather.openness(index, distance_m);
+            [mean.value.x, mean.variance]
+        };
+        let blocks = open.chunks_mut(BLOCK).zip(variance.chunks_mut(BLOCK));
+        let stage = (progress, Stage::Occlusion);
+        keep_blocks(blocks, count, stage, (keeper, ROUND_OF_OCCLUSION), of_texel, |(open, variance), values| {
+            for (index, [value, of_variance]) in values.iter().enumerate() {
+                (open[index], variance[index]) = ([*value; 3], *of_variance);
+            }
+        })?;
+        if self.settings.denoise {
+            denoise(&mut open, &variance, gather.texels, self.size(), (progress, Stage::Finish))?;
+        }
+        fill(&mut open, gather.texels, self.size(), self.settings.layout.padding);
+        stitch(&mut open, &seams(self.surfaces, &self.layout), self.size());
+        Ok(open.into_iter().map(|[value, ..]| [value]).collect())
+    }
+}
+
+/// Finds what `settings` ask for of a scene's surfaces that stay where they are, in one go. `around` is what is seen where
+/// nothing of the scene is.
+///
+/// # Errors
+/// As [`Baker::new`] and [`Baker::run`] have them.
+pub fn bake(
+    scene: &Scene,
+    around: Option<&dyn Around>,
+    settings: &BakeSettings,
+    progress: &dyn Progress,
+) -> Result<Baked, BakeError> {
+    let surfaces = Surfaces::new(scene);
+    Baker::new(scene, &surfaces, around, settings, progress)?.run(progress, &())
+}
