@@ -1,5 +1,6 @@
 //! The command line as it is typed. [`crate::job`] makes sense of it.
 
+use crate::bake::BakeArgs;
 use crate::diff::DiffArgs;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -24,6 +25,7 @@ const EXAMPLES: &str = "Examples:
   manypass render shoe.glb --variant all                  shoe_VARIANT.png, one for each set of materials
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
   manypass render hall.stage.toml                         a model with lights and fog of yours (docs/stage.md)
+  manypass bake room.glb -o baked.glb                     light maps: light that walls send each other (docs/baking.md)
   manypass graph helmet.glb --format mermaid              the passes of the frame
   manypass graph helmet.glb --limits webgl2 --aov all     planned without any adapter
   manypass diff before.png after.png -o diff.png          how different two pictures look, and where
@@ -71,6 +73,9 @@ pub enum Command {
     /// Say how different two pictures look, a FLIP error from 0 (the same) to 1, or how two models differ.
     #[command(after_help = crate::diff::EXAMPLES)]
     Diff(Box<DiffArgs>),
+    /// Compute light beforehand: a glTF file with light maps, which is drawn with the light that surfaces send each other.
+    #[command(after_help = crate::bake::EXAMPLES)]
+    Bake(Box<BakeArgs>),
     /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.
     Bench(Box<BenchArgs>),
     /// List the adapters of this machine.
@@ -121,7 +126,7 @@ pub enum GraphFormat {
 
 /// Flags that change settings, in every subcommand that draws. One that is left out changes nothing, so that a file of
 /// settings decides.
-#[derive(Debug, PartialEq, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 pub struct ChangeArgs {
     /// Which shading path draws opaque surfaces; short for --set render.path [default: deferred].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
@@ -150,7 +155,7 @@ pub struct ChangeArgs {
 }
 
 /// Flags that say what the frame is, of `render`, `graph` and `diff` of models.
-#[derive(Debug, PartialEq, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 pub struct FrameArgs {
     /// Width and height in pixels; the vertical field of view stays.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]

@@ -5,6 +5,7 @@
 
 mod ahead;
 mod args;
+mod bake;
 mod bench;
 mod camera;
 mod chosen;

@@ -199,7 +199,11 @@ impl Places {
         self.write_as(path, "a picture")
     }
 
-    fn write_as(&mut self, path: &Path, what: &str) -> Result<(), Failure> {
+    /// Adds an output that is `what`.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_as(&mut self, path: &Path, what: &str) -> Result<(), Failure> {
         let is_open = atomic::is_in_place(path);
         let place = match fs::symlink_metadata(path) {
             // Devices and pipes take what comes and keep nothing that could be lost.

@@ -1,0 +1,309 @@
+//! `bake`: light that is computed beforehand, as a glTF file.
+
+mod args;
+mod journal;
+mod progress;
+
+pub use args::{BakeArgs, EXAMPLES};
+
+use crate::args::{ChangeArgs, FrameArgs};
+use crate::chosen::Chosen;
+use crate::failure::{Failure, Kind, say};
+use crate::input::{Input, Opened};
+use crate::inspect::one;
+use crate::output;
+use crate::places::Places;
+use crate::session::{ms_since, print};
+use crate::stage::model_hint;
+use crate::surroundings::Surroundings;
+use crate::{interrupt, scenes};
+use glam::Vec3;
+use journal::Journal;
+use manypass::{EnvironmentRadiance, Settings};
+use manypass_bake::{Around, BakeError, BakeSettings, Baked, Baker, Encoding, LayoutSettings, Surfaces};
+use manypass_scene::gltf_file::Parts;
+use manypass_scene::stage::is_stage;
+use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage};
+use progress::Bar;
+use serde_json::{Value, json};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The environment as a bake asks for it.
+struct Surround(EnvironmentRadiance);
+
+impl Around for Surround {
+    fn radiance(&self, direction: Vec3) -> Vec3 {
+        self.0.at(direction)
+    }
+
+    fn light(&self) -> Option<EnvironmentLight> {
+        self.0.light()
+    }
+}
+
+/// What is written.
+struct Outputs {
+    model: PathBuf,
+    /// Of an input that is a stage, or has one.
+    stage: Option<PathBuf>,
+}
+
+impl Outputs {
+    fn new(args: &BakeArgs, input: &Input) -> Result<Self, Failure> {
+        let model = args.output.clone();
+        if !model.extension().is_some_and(|end| end.eq_ignore_ascii_case("glb")) {
+            let message = format!("{} does not end in .glb", model.display());
+            return Err(Failure::usage(message, "write -o OUT.glb"));
+        }
+        let stage = input.has_settings().then(|| model.with_extension("stage.toml"));
+        Ok(Self { model, stage })
+    }
+
+    /// Whether they are there already, made of the same.
+    fn are_of(&self, key: &str) -> bool {
+        let is_there = self.stage.as_ref().is_none_or(|path| path.is_file());
+        is_there && Parts::json_of(&self.model).is_some_and(|json| json["asset"]["extras"]["bake"]["key"] == key)
+    }
+
+    fn check(&self, input: &Input) -> Result<(), Failure> {
+        let mut places = Places::of_input(input);
+        places.write_as(&self.model, "the baked model")?;
+        self.stage.as_ref().map_or(Ok(()), |path| places.write_as(path, "the stage of the baked model"))
+    }
+}
+
+/// Runs `bake`; `started` is when the process started.
+///
+/// # Errors
+/// Wrong usage, an input that cannot be read, nothing to bake, or an output that cannot be written.
+pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
+    let input = one(&args.input)?;
+    let outputs = Outputs::new(args, &input)?;
+    outputs.check(&input)?;
+    let wanted = settings(args);
+    interrupt::heed(args.quiet);
+    let (mut scene, mut warnings, stage, mut parts) = open(&input)?;
+    let frame = FrameArgs {
+        environment: args.environment.clone(),
+        environment_rotation: args.environment_rotation.clone(),
+        environment_intensity: args.environment_intensity.clone(),
+        change: ChangeArgs { set: args.set.clone(), ..ChangeArgs::default() },
+        ..FrameArgs::default()
+    };
+    let chosen = Chosen::of_frame(&frame)?.meeting_stages(stage.is_some());
+    let (settings, _) = chosen.settings(Settings::default(), stage.as_ref())?;
+    warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
+    scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
+    if let Some(mode) = args.lights.as_deref().and_then(LightMode::named) {
+        set_modes(&mut scene, &mut parts, mode);
+    }
+    if let (Input::File(path), Some(stage)) = (&input, &stage) {
+        check_folder(path, stage, &outputs.model)?;
+    }
+    let around = EnvironmentRadiance::new(&settings.environment, &scene).map(Surround);
+    let around = around.as_ref().map(|around| around as &dyn Around);
+    let bar = Bar::new(args.quiet, &wanted);
+    let surfaces = Surfaces::new(&scene);
+    let in_input = |error: BakeError| {
+        bar.finish();
+        failed(&input, &error)
+    };
+    let baker = Baker::new(&scene, &surfaces, around, &wanted, &bar).map_err(in_input)?;
+    let encoding = Encoding::named(&args.encoding).unwrap_or_default();
+    let key = key(&baker, &parts, encoding);
+    if outputs.are_of(&key) {
+        bar.finish();
+        if !args.quiet {
+            say(format_args!("{} is up to date: it is of the same scene and flags", outputs.model.display()));
+        }
+        return Ok(());
+    }
+    let journal = Journal::open(&outputs.model, baker.key(), args.quiet);
+    let baked = baker.run(&bar, &journal).map_err(in_input)?;
+    bar.finish();
+    warnings.extend(baked.notes.iter().cloned());
+    parts.json["asset"]["extras"]["bake"] = provenance(&wanted, (&key, &args.encoding), &baked);
+    baked.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
+    let bytes = parts.to_glb().ok_or_else(|| {
+        let message = format!("{} would be larger than 4 GiB", outputs.model.display());
+        Failure::new(Kind::Failed, message, "lower --density")
+    })?;
+    if let (Some(path), Some(stage)) = (&outputs.stage, &stage) {
+        let model = outputs.model.file_name().unwrap_or_default().to_string_lossy();
+        output::write_file(path, stage.text_with_model(&model).as_bytes())?;
+    }
+    output::write_file(&outputs.model, &bytes)?;
+    journal.remove();
+    if !args.quiet {
+        warnings.iter().for_each(|warning| say(format_args!("warning: {}: {warning}", input.name())));
+    }
+    let report =
+        Report { baked: &baked, outputs: &outputs, warnings: &warnings, ms: ms_since(started), bytes: bytes.len() };
+    match (args.json, args.quiet) {
+        (true, _) => print(&format!("{:#}\n", report.json())),
+        (false, true) => Ok(()),
+        (false, false) => {
+            say(format_args!("{}", report.text()));
+            Ok(())
+        }
+    }
+}
+
+fn settings(args: &BakeArgs) -> BakeSettings {
+    let layout = LayoutSettings { texels_per_m: args.density, side_max: args.side_max, padding: args.padding };
+    let is_wanted = |name: &str| args.what.iter().any(|what| what == name || what == "all");
+    BakeSettings {
+        layout,
+        light: is_wanted("lightmap"),
+        occlusion: is_wanted("occlusion"),
+        samples: args.samples,
+        bounces: args.bounces,
+        denoise: !args.no_denoise,
+        occlusion_distance_m: args.occlusion_distance.unwrap_or(f32::INFINITY),
+    }
+}
+
+/// What an output is of: the light, and the file that it is put into.
+fn key(baker: &Baker, parts: &Parts, encoding: Encoding) -> String {
+    let mut hasher = DefaultHasher::new();
+    hasher.write_u64(baker.key());
+    encoding.hash(&mut hasher);
+    parts.hash_into(&mut hasher);
+    format!("{:016x}", hasher.finish())
+}
+
+/// What the file says of its maps.
+fn provenance(settings: &BakeSettings, (key, encoding): (&str, &str), baked: &Baked) -> Value {
+    let mut extras = json!({
+        "key": key,
+        "texelsPerMetre": baked.layout.texels_per_m,
+        "samples": settings.samples,
+    });
+    if settings.light {
+        extras["lightMap"] = json!({
+            "encoding": encoding,
+            "color": "linear Rec. 709",
+            "unit": "irradiance / pi: what a white surface sends back, in the units of the lights",
+            "bounces": settings.bounces,
+        });
+    }
+    if settings.occlusion && settings.occlusion_distance_m.is_finite() {
+        extras["occlusionDistance"] = settings.occlusion_distance_m.into();
+    }
+    extras
+}
+
+fn failed(input: &Input, error: &BakeError) -> Failure {
+    let hint = match error {
+        BakeError::Interrupted => {
+            return Failure::new(Kind::Interrupted, "interrupted", "the same command goes on from where it was");
+        }
+        BakeError::Setting(_) => return Failure::usage(error, "see `manypass bake --help`"),
+        BakeError::Nothing => "name a model with triangles that are opaque and stand still",
+        BakeError::TooLarge { .. } => "lower --density",
+        BakeError::Layout(_) | BakeError::Encode(_) => "lower --density, or raise --side-max",
+    };
+    Failure::new(Kind::Failed, format!("{}: {error}", input.name()), hint)
+}
+
+/// The scene of an input, what its reader warns of, its stage, and its model as a file that can be written.
+fn open(input: &Input) -> Result<(Scene, Vec<String>, Option<Stage>, Parts), Failure> {
+    let Opened { scene, mut warnings, stage } = input.load()?;
+    let model = match (input, &stage) {
+        (Input::File(path), Some(stage)) if is_stage(path) => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            (!stage.model().starts_with("demo:")).then(|| folder.join(stage.model()))
+        }
+        (Input::File(path), _) => Some(path.clone()),
+        (Input::Stdin | Input::Demo(_), _) => None,
+    };
+    let is_gltf = |path: &PathBuf| {
+        path.extension().is_some_and(|end| end.eq_ignore_ascii_case("glb") || end.eq_ignore_ascii_case("gltf"))
+    };
+    let parts = match model.filter(is_gltf) {
+        Some(path) => {
+            Parts::read_path(&path).map_err(|error| Failure::new(Kind::Failed, &error, model_hint(&error)))?
+        }
+        None => {
+            let (parts, notes) = Parts::of_scene(&scene);
+            warnings.extend(notes.into_iter().map(|note| format!("in the file that is written, {note}")));
+            parts
+        }
+    };
+    Ok((scene, warnings, stage, parts))
+}
+
+/// Gives the lights of the file a mode. Those of a stage have theirs there.
+fn set_modes(scene: &mut Scene, parts: &mut Parts, mode: LightMode) {
+    let lights = parts.json.pointer_mut("/extensions/KHR_lights_punctual/lights").and_then(Value::as_array_mut);
+    for (light, json) in scene.lights.iter_mut().zip(lights.into_iter().flatten()) {
+        light.mode = mode;
+        json["extras"]["mode"] = mode.name().into();
+    }
+}
+
+/// A stage names files from its own folder, so that its copy can be nowhere else.
+fn check_folder(path: &Path, stage: &Stage, output: &Path) -> Result<(), Failure> {
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        std::fs::canonicalize(parent).ok()
+    };
+    let names_files = !stage.images().is_empty() || stage.environment().is_some();
+    if names_files && folder(path) != folder(output) {
+        let message = format!("{} names files beside it, which {} would not find", path.display(), output.display());
+        let beside = path.with_file_name(output.file_name().unwrap_or_default());
+        return Err(Failure::usage(message, format!("write -o {}", beside.display())));
+    }
+    Ok(())
+}
+
+/// What was done.
+struct Report<'a> {
+    baked: &'a Baked,
+    outputs: &'a Outputs,
+    warnings: &'a [String],
+    ms: f64,
+    bytes: usize,
+}
+
+impl Report<'_> {
+    fn json(&self) -> Value {
+        let layout = &self.baked.layout;
+        json!({
+            "output": self.outputs.model,
+            "stage": self.outputs.stage,
+            "bytes": self.bytes,
+            "maps": {
+                "light": if self.baked.light.is_empty() { 0 } else { layout.page_count },
+                "occlusion": if self.baked.occlusion.is_empty() { 0 } else { layout.page_count },
+                "width": layout.width,
+                "height": layout.height,
+                "texels_per_m": layout.texels_per_m,
+                "charts": layout.chart_count,
+                "surfaces": layout.unwrapped.len(),
+            },
+            "ms": self.ms,
+            "warnings": self.warnings,
+        })
+    }
+
+    fn text(&self) -> String {
+        let layout = &self.baked.layout;
+        let each = usize::from(!self.baked.light.is_empty()) + usize::from(!self.baked.occlusion.is_empty());
+        let count = each * layout.page_count as usize;
+        let maps = if count == 1 { "map" } else { "maps" };
+        format!(
+            "{}: {} {maps} of {} x {} texels, {} a metre, {} pieces of {} surfaces, {:.1} s",
+            self.outputs.model.display(),
+            count,
+            layout.width,
+            layout.height,
+            layout.texels_per_m,
+            layout.chart_count,
+            layout.unwrapped.len(),
+            self.ms / 1e3,
+        )
+    }
+}

@@ -1,0 +1,98 @@
+//! The command line of `bake`.
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use manypass_bake::{BakeSettings, Encoding, LayoutSettings};
+use manypass_scene::LightMode;
+use std::path::PathBuf;
+
+/// The words of `--what`.
+pub const WHAT: [&str; 3] = ["lightmap", "occlusion", "all"];
+
+/// What stands below the help of `bake`.
+pub const EXAMPLES: &str = "Examples:
+  manypass bake room.glb -o baked.glb                     light maps of 16 texels a metre, three bounces
+  manypass bake room.glb -o baked.glb --density 64 --samples 1024 --bounces 5
+  manypass bake room.glb -o baked.glb --lights baked      lamps are in the maps, too, and cost frames nothing
+  manypass bake hall.stage.toml -o baked.glb              with the stage's lights; writes baked.stage.toml as well
+  manypass bake room.glb -o baked.glb --environment sky.hdr
+  manypass bake part.glb -o baked.glb --what occlusion    an occlusion texture, which every viewer shows
+  manypass render baked.glb                               draws it
+
+Surfaces that stay where they are get a second UV set and a light map (MOZ_lightmap, linear OpenEXR): the light that comes from the \
+environment, from what shines, and from other surfaces. The light that comes straight from lamps is what frames add, unless --lights says \
+otherwise. What an animation moves, skins, and glass are left out. docs/baking.md says more.
+
+A bake that is interrupted leaves OUT.glb.part, and the same command goes on from there to the same file; after other flags, or changes of \
+the scene, it begins anew. A file that is there already and is of the same scene and flags is left as it is.";
+
+/// Flags of `bake`.
+#[derive(Debug, Args)]
+pub struct BakeArgs {
+    /// A model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, `-` for standard input, or demo:NAME.
+    pub input: String,
+    /// The glTF file to write, a .glb; of a stage also the stage beside it, OUT.stage.toml.
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub output: PathBuf,
+    /// What to bake: lightmap, occlusion, or all; several with commas.
+    ///
+    /// lightmap: the light of surfaces, as MOZ_lightmap. occlusion: how open each place is, as the occlusion texture that
+    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections of the environment out of dark
+    /// corners.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "all",
+          value_parser = PossibleValuesParser::new(WHAT))]
+    pub what: Vec<String>,
+    /// Texels a metre of surface.
+    #[arg(long, value_name = "N", default_value_t = LayoutSettings::default().texels_per_m)]
+    pub density: f32,
+    /// How often light is sent back from one surface to others, up to 64.
+    #[arg(long, value_name = "N", default_value_t = BakeSettings::default().bounces)]
+    pub bounces: u32,
+    /// Rays from every texel for each bounce, up to 65536: four times as many halve the noise.
+    #[arg(long, value_name = "N", default_value_t = BakeSettings::default().samples)]
+    pub samples: u32,
+    /// What is farther away than this, in metres, does not occlude [default: everything does].
+    #[arg(long, value_name = "M")]
+    pub occlusion_distance: Option<f32>,
+    /// Leave the noise of samples as it is.
+    #[arg(long)]
+    pub no_denoise: bool,
+    /// The largest width and height of a map in texels, 16 to 8192; what does not fit goes into more maps.
+    #[arg(long, value_name = "N", default_value_t = LayoutSettings::default().side_max)]
+    pub side_max: u32,
+    /// Texels around each piece of surface in a map that belong to nothing else.
+    #[arg(long, value_name = "N", default_value_t = LayoutSettings::default().padding)]
+    pub padding: u32,
+    /// Who adds up the light of lamps [default: what each says in the file, else mixed].
+    ///
+    /// dynamic: frames alone, and nothing of it is baked; mixed: frames add what comes straight from a lamp, with its
+    /// highlights and shadows, and maps hold what surfaces send back of it; baked: all of it is in the maps, and only
+    /// surfaces with maps have it.
+    #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(LightMode::NAMES))]
+    pub lights: Option<String>,
+    /// How light maps are written: exr, half floats; rgbe, shared exponents, smaller and within 1 %; rgbm, PNG, plain glTF.
+    #[arg(long, value_name = "NAME", default_value = "exr", value_parser = PossibleValuesParser::new(Encoding::NAMES))]
+    pub encoding: String,
+    /// What lies around the scene, as `render` has it [default: that of the file or stage; of a file without lights the
+    /// studio, else none].
+    #[arg(long, value_name = "ENV")]
+    pub environment: Option<String>,
+    /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub environment_rotation: Option<String>,
+    /// Multiplies the environment [default: 1].
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub environment_intensity: Option<String>,
+    /// Change a setting of the environment, such as environment.turbidity=4; may be given again.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// A scene of the file [default: the one that the file names].
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub scene: Option<String>,
+    /// Print what was done as one JSON object.
+    #[arg(long)]
+    pub json: bool,
+    /// Say nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+}

@@ -1,0 +1,148 @@
+//! What an interrupted bake leaves behind for the next one: OUT.glb.part.
+//!
+//! A line of text says of which bake it is. Records follow: a round, a block and a length, a hash of the bytes, and the
+//! bytes. One that is not whole, because the machine went down, ends the file.
+
+use crate::failure::say;
+use manypass_bake::Keeper;
+use std::collections::HashMap;
+use std::fs::{self, File, OpenOptions};
+use std::hash::{DefaultHasher, Hasher as _};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// The bytes before those of a record: three numbers and a hash.
+const HEAD: usize = 3 * 4 + 8;
+
+/// No block has more bytes.
+const BLOCK_BYTES_MAX: u32 = 1 << 20;
+
+/// Where the bytes of the block of a round lie, and how many they are.
+type Known = HashMap<(u32, u32), (u64, usize)>;
+
+/// What was kept, and what will be.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    known: Known,
+    /// Closed where the disk takes no more.
+    file: Mutex<Option<File>>,
+    quiet: bool,
+}
+
+fn hash_of(bytes: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    hasher.write(bytes);
+    hasher.finish()
+}
+
+fn head(key: u64) -> String {
+    format!("manypass bake {key:016x}\n")
+}
+
+/// The place of the journal of an output.
+fn path_of(output: &Path) -> PathBuf {
+    let mut name = output.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    output.with_file_name(name)
+}
+
+/// The records of a file that begins with `head`, and where the last whole one ends.
+fn records(file: &mut File, head: &str) -> io::Result<(Known, u64)> {
+    let mut known = HashMap::new();
+    let mut found = vec![0; head.len()];
+    let (mut reader, mut at) = (io::BufReader::new(file), head.len() as u64);
+    if reader.read_exact(&mut found).is_err() || found != head.as_bytes() {
+        return Ok((known, 0));
+    }
+    loop {
+        let mut start = [0; HEAD];
+        let mut bytes = Vec::new();
+        if reader.read_exact(&mut start).is_err() {
+            break;
+        }
+        let number = |at: usize| start[4 * at..4 * at + 4].try_into().map_or(0, u32::from_le_bytes);
+        let (round, block, length) = (number(0), number(1), number(2));
+        let hash = start[12..].try_into().map_or(0, u64::from_le_bytes);
+        if length > BLOCK_BYTES_MAX {
+            break;
+        }
+        bytes.resize(length as usize, 0);
+        if reader.read_exact(&mut bytes).is_err() || hash_of(&bytes) != hash {
+            break;
+        }
+        known.insert((round, block), (at + HEAD as u64, bytes.len()));
+        at += (HEAD + bytes.len()) as u64;
+    }
+    Ok((known, at))
+}
+
+impl Journal {
+    /// That of an output, for the bake of a key. Where it cannot be written there is none, which is said.
+    pub fn open(output: &Path, key: u64, quiet: bool) -> Self {
+        let path = path_of(output);
+        let was_there = path.exists();
+        let (known, file) = match Self::begin(&path, key) {
+            Ok((known, file)) => (known, Some(file)),
+            Err(error) => {
+                if !quiet {
+                    say(format_args!("note: {}: {error}; an interrupted bake will begin anew", path.display()));
+                }
+                (HashMap::new(), None)
+            }
+        };
+        if was_there && !quiet && file.is_some() {
+            match known.len() {
+                0 => say(format_args!("note: {} is of another scene or other flags; it begins anew", path.display())),
+                count => say(format_args!("note: goes on from {}: {count} blocks are there", path.display())),
+            }
+        }
+        Self { path, known, file: Mutex::new(file), quiet }
+    }
+
+    fn begin(path: &Path, key: u64) -> io::Result<(Known, File)> {
+        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        let (known, end) = records(&mut file, &head(key))?;
+        file.set_len(end)?;
+        file.seek(SeekFrom::End(0))?;
+        if end == 0 {
+            file.write_all(head(key).as_bytes())?;
+        }
+        Ok((known, file))
+    }
+
+    /// Removes it: what it is for is done.
+    pub fn remove(self) {
+        drop(self.file);
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+impl Keeper for Journal {
+    fn get(&self, round: u32, block: u32) -> Option<Vec<u8>> {
+        let (at, length) = *self.known.get(&(round, block))?;
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = file.as_mut()?;
+        let mut bytes = vec![0; length];
+        file.seek(SeekFrom::Start(at)).ok()?;
+        let read = file.read_exact(&mut bytes);
+        file.seek(SeekFrom::End(0)).ok()?;
+        read.ok().map(|()| bytes)
+    }
+
+    fn put(&self, round: u32, block: u32, bytes: &[u8]) {
+        let numbers = [round, block, bytes.len() as u32].map(u32::to_le_bytes).concat();
+        let record = [&numbers, &hash_of(bytes).to_le_bytes()[..], bytes].concat();
+        let mut slot = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(file) = slot.as_mut() else { return };
+        if let Err(error) = file.write_all(&record) {
+            if !self.quiet {
+                let path = self.path.display();
+                say(format_args!("note: {path}: {error}; the bake goes on, and will begin anew if it is interrupted"));
+            }
+            // What was written of the record is none.
+            *slot = None;
+        }
+    }
+}
