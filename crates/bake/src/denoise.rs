@@ -32,20 +32,20 @@ type Noisy = ([f32; 3], f32);
 /// # Errors
 /// `progress` says to stop.
 pub(crate) fn denoise(
-    light: &mut [[f32; 3]],
-    variance: &[f32],
+    light: Vec<[f32; 3]>,
+    variance: Vec<f32>,
     texels: &Texels,
     size: (usize, usize),
     (progress, stage): (&dyn Progress, Stage),
-) -> Result<(), BakeError> {
-    let mut noisy: Vec<Noisy> = light.iter().copied().zip(variance.iter().copied()).collect();
-    let mut next = vec![([0.0; 3], 0.0); light.len()];
+) -> Result<Vec<[f32; 3]>, BakeError> {
+    let mut noisy: Vec<Noisy> = light.into_iter().zip(variance).collect();
+    let mut next = vec![([0.0; 3], 0.0); noisy.len()];
     for step in STEPS {
         share_out(&mut next, (progress, stage), |index| filtered(&noisy, texels, size, index, step))?;
         std::mem::swap(&mut noisy, &mut next);
     }
-    light.iter_mut().zip(noisy).for_each(|(light, (filtered, _))| *light = filtered);
-    Ok(())
+    drop(next);
+    Ok(noisy.into_iter().map(|(light, _)| light).collect())
 }
 
 fn filtered(noisy: &[Noisy], texels: &Texels, (width, height): (usize, usize), index: usize, step: i32) -> Noisy {

@@ -1,6 +1,7 @@
 //! What a texel sees.
 
 use crate::emitters::{Emitters, Receiver, luminance};
+use crate::fill::Light;
 use crate::sampling::{cosine_direction, hash2, point};
 use crate::surfaces::Surfaces;
 use crate::texels::Texels;
@@ -123,8 +124,8 @@ impl Gather<'_> {
         self.emitters.met(hit.spot, emission, hit.distance_m, facet.dot(direction).abs(), cosine)
     }
 
-    /// The irradiance that surfaces send back of `source`, that of all texels.
-    pub fn bounced(&self, index: usize, round: u32, source: &[[f32; 3]]) -> Mean {
+    /// The irradiance that surfaces send back of `source`, which is the irradiance of all texels divided by π.
+    pub fn bounced(&self, index: usize, round: u32, source: &[impl Light]) -> Mean {
         let mut sums = Sums::default();
         for (sample, receiver, seed) in self.receivers(index, self.samples, OF_BOUNCES + round) {
             let direction = cosine_direction(receiver.normal, point(sample, hash2(seed, 1)));
@@ -132,19 +133,19 @@ impl Gather<'_> {
                 continue;
             };
             let Some(light) = self.texels.look_up(source, hit.spot) else { continue };
-            sums.add(sample, self.surfaces.shade(hit.spot).reflectance * light);
+            sums.add(sample, self.surfaces.shade(hit.spot).reflectance * light * PI);
         }
         sums.mean(self.samples)
     }
 
-    /// The share of even light from everywhere that nothing nearer than a distance keeps from a texel.
+    /// The share of even light from everywhere that reaches a texel, where what is near counts, and what is farther counts
+    /// less, down to nothing at a distance.
     pub fn openness(&self, index: usize, distance_m: f32) -> Mean {
         let mut sums = Sums::default();
         for (sample, receiver, seed) in self.receivers(index, self.samples, OF_OCCLUSION) {
             let direction = cosine_direction(receiver.normal, point(sample, hash2(seed, 1)));
-            if self.tracer.is_free(receiver.start(), direction, distance_m) {
-                sums.add(sample, Vec3::ONE);
-            }
+            let hit = self.tracer.first(receiver.start(), direction);
+            sums.add(sample, Vec3::splat(hit.map_or(1.0, |hit| (hit.distance_m / distance_m).min(1.0))));
         }
         sums.mean(self.samples)
     }

@@ -7,7 +7,7 @@
 use crate::BakeError;
 use crate::denoise::denoise;
 use crate::emitters::{Around, Emitters};
-use crate::fill::fill;
+use crate::fill::{Light, fill};
 use crate::gather::Gather;
 use crate::layout::{Layout, LayoutSettings};
 use crate::progress::{Progress, Stage};
@@ -17,6 +17,7 @@ use crate::texels::Texels;
 use crate::tracing::Tracer;
 use crate::work::{BLOCK, Keeper, each_block, keep_blocks, share_out};
 use glam::Vec3;
+use half::f16;
 use manypass_scene::Scene;
 use std::f32::consts::PI;
 use std::hash::{DefaultHasher, Hasher as _};
@@ -48,7 +49,8 @@ pub struct BakeSettings {
     pub bounces: u32,
     /// Whether the noise of samples is taken out.
     pub denoise: bool,
-    /// What is farther away than this, in metres, does not occlude; it may be infinite.
+    /// At this distance in metres surfaces do not occlude any more, and less the nearer they are to it; where it is
+    /// infinite, all occlude alike, and inside a closed room nothing is open.
     pub occlusion_distance_m: f32,
 }
 
@@ -61,7 +63,7 @@ impl Default for BakeSettings {
             samples: 256,
             bounces: 3,
             denoise: true,
-            occlusion_distance_m: f32::INFINITY,
+            occlusion_distance_m: 2.0,
         }
     }
 }
@@ -164,12 +166,14 @@ impl<'a> Baker<'a> {
         (self.layout.width as usize, self.layout.height as usize)
     }
 
-    /// One round after the other. At the most a texel has 40 bytes here: the light of the last round and of this one,
-    /// their sum, and its variance.
+    /// One round after the other. A texel has 36 bytes here at the most: in rounds the sum of light, its variance, and what
+    /// the last round and this one have brought; afterwards light and variance twice, while noise is taken out; and its
+    /// triangle.
     fn light(&self, gather: &Gather, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Vec<[f32; 3]>, BakeError> {
         let count = self.layout.texel_count();
         let padding = self.settings.layout.padding;
-        let (mut sum, mut source, mut variance) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count], vec![0.0; count]);
+        let (mut sum, mut source, mut variance) =
+            (vec![[0.0; 3]; count], vec![[f16::ZERO; 3]; count], vec![0.0; count]);
         let direct = |index: usize| {
             let [held, added] = gather.of_lamps(index);
             let others = gather.of_others(index);
@@ -181,12 +185,13 @@ impl<'a> Baker<'a> {
         let stage = (progress, Stage::Direct);
         keep_blocks(blocks, count, stage, (keeper, 0), direct, |((sum, source), variance), values| {
             for (index, [a, b, c, of_variance, all @ ..]) in values.iter().enumerate() {
-                (sum[index], variance[index], source[index]) = ([*a, *b, *c], *of_variance, *all);
+                (sum[index], variance[index], source[index]) =
+                    ([*a, *b, *c], *of_variance, Light::of(Vec3::from(*all) / PI));
             }
         })?;
         for round in 0..self.settings.bounces {
             fill(&mut source, gather.texels, self.size(), padding);
-            let mut next = vec![[0.0; 3]; count];
+            let mut next = vec![[f16::ZERO; 3]; count];
             let of_texel = |index: usize| {
                 let mean = gather.bounced(index, round, &source);
                 [mean.value.x, mean.value.y, mean.value.z, mean.variance]
@@ -195,8 +200,9 @@ impl<'a> Baker<'a> {
             let stage = (progress, Stage::Bounce(round + 1));
             keep_blocks(blocks, count, stage, (keeper, round + 1), of_texel, |((sum, next), variance), values| {
                 for (index, [a, b, c, of_variance]) in values.iter().enumerate() {
-                    next[index] = [*a, *b, *c];
-                    sum[index].iter_mut().zip(next[index]).for_each(|(sum, value)| *sum += value);
+                    let light = Vec3::new(*a, *b, *c);
+                    sum[index] = (Vec3::from(sum[index]) + light).to_array();
+                    next[index] = Light::of(light / PI);
                     variance[index] += of_variance;
                 }
             })?;
@@ -204,9 +210,10 @@ impl<'a> Baker<'a> {
         }
         drop(source);
         if self.settings.denoise {
-            denoise(&mut sum, &variance, gather.texels, self.size(), (progress, Stage::Finish))?;
+            sum = denoise(sum, variance, gather.texels, self.size(), (progress, Stage::Finish))?;
+        } else {
+            drop(variance);
         }
-        drop(variance);
         if self.emitters.holds_lamps() {
             // Found again, which is little work beside all else: to keep it would take a third more memory.
             let blocks = sum.chunks_mut(BLOCK);
@@ -244,7 +251,7 @@ impl<'a> Baker<'a> {
             }
         })?;
         if self.settings.denoise {
-            denoise(&mut open, &variance, gather.texels, self.size(), (progress, Stage::Finish))?;
+            open = denoise(open, variance, gather.texels, self.size(), (progress, Stage::Finish))?;
         }
         fill(&mut open, gather.texels, self.size(), self.settings.layout.padding);
         stitch(&mut open, &seams(self.surfaces, &self.layout), self.size());

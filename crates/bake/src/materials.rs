@@ -7,7 +7,7 @@ use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
 /// The longest side of an image that is kept: what a surface sends back is spread over the room.
-const SIDE_MAX: u32 = 512;
+const SIDE_MAX: u32 = 256;
 
 /// No surface sends back more than this share of light, so that bounces end.
 const REFLECTANCE_MAX: f32 = 0.99;

@@ -23,6 +23,8 @@ pub(crate) struct Placed {
     pub material: Option<usize>,
     /// Whether light maps are made of it: it is opaque and lit.
     pub receives: bool,
+    /// Whether it keeps light of lamps, and what is chosen by chance, from what lies behind.
+    pub casts_shadow: bool,
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub uv: [Vec<Vec2>; 2],
@@ -109,6 +111,7 @@ fn place(node: &Node, id: NodeId, index: usize, primitive: &Primitive) -> Placed
         place: Place { node: id, primitive: index },
         material: primitive.material,
         receives: true,
+        casts_shadow: node.casts_shadow,
         normals: normals.map(|normal| finite(normal.normalize_or_zero())).collect(),
         positions,
         uv: [uv_of(&primitive.uv0), uv_of(&primitive.uv1)],
@@ -139,6 +142,7 @@ impl Surfaces {
                     continue;
                 }
                 let mut of_node = place(node, id, index, primitive);
+                of_node.casts_shadow &= surface.casts_shadow;
                 let material = primitive.material.and_then(|material| scene.materials.get(material));
                 if let Some(material) = material {
                     let is_free = textures(material).all(|texture| texture.uv_set == 0);
@@ -160,7 +164,7 @@ impl Surfaces {
     pub(crate) fn hash_into(&self, hasher: &mut impl Hasher) {
         hasher.write(self.surfacing.describe().as_bytes());
         for placed in &self.placed {
-            (placed.place, placed.material, placed.receives).hash(hasher);
+            (placed.place, placed.material, placed.receives, placed.casts_shadow).hash(hasher);
             hasher.write(bytemuck::cast_slice(&placed.positions));
             hasher.write(bytemuck::cast_slice(&placed.normals));
             placed.uv.iter().for_each(|uv| hasher.write(bytemuck::cast_slice(uv)));

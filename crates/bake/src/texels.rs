@@ -1,5 +1,6 @@
 //! Which place of the scene a texel of a light map is of.
 
+use crate::fill::Light;
 use crate::layout::Layout;
 use crate::surfaces::{Spot, Surfaces};
 use glam::{Vec2, Vec3};
@@ -181,7 +182,7 @@ impl<'s> Texels<'s> {
     }
 
     /// Light at a spot, between the texels around it; none where its surface has no place.
-    pub fn look_up(&self, light: &[[f32; 3]], spot: Spot) -> Option<Vec3> {
+    pub fn look_up(&self, light: &[impl Light], spot: Spot) -> Option<Vec3> {
         let ([a, b, c], page) = self.corners_uv(spot.triangle)?;
         let uv = a * (1.0 - spot.shares.x - spot.shares.y) + b * spot.shares.x + c * spot.shares.y;
         let (width, height) = (self.layout.width as usize, self.layout.height as usize);
@@ -190,7 +191,7 @@ impl<'s> Texels<'s> {
         let at = |dx: f32, dy: f32| {
             let x = ((low.x + dx).max(0.0) as usize).min(width - 1);
             let y = ((low.y + dy).max(0.0) as usize).min(height - 1);
-            Vec3::from(light[(page as usize * height + y) * width + x])
+            light[(page as usize * height + y) * width + x].value()
         };
         let above = at(0.0, 0.0).lerp(at(1.0, 0.0), part.x);
         Some(above.lerp(at(0.0, 1.0).lerp(at(1.0, 1.0), part.x), part.y))

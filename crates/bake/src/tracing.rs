@@ -65,7 +65,7 @@ impl<'s> Tracer<'s> {
         let kind = |triangle: u32| {
             let (placed, _) = surfaces.triangle(triangle);
             let surface = surfaces.surfacing.surface(placed.material);
-            Kind { is_masked: surface.is_masked(), casts_shadow: surface.casts_shadow }
+            Kind { is_masked: surface.is_masked(), casts_shadow: placed.casts_shadow }
         };
         let in_order = hierarchy.primitive_indices.iter();
         let triangles = in_order.map(|index| (RtTriangle::from(&all[*index as usize]), *index, kind(*index))).collect();

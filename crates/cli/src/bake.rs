@@ -161,7 +161,7 @@ fn settings(args: &BakeArgs) -> BakeSettings {
         samples: args.samples,
         bounces: args.bounces,
         denoise: !args.no_denoise,
-        occlusion_distance_m: args.occlusion_distance.unwrap_or(f32::INFINITY),
+        occlusion_distance_m: args.occlusion_distance,
     }
 }
 

@@ -295,6 +295,8 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     scene.variants = std::mem::take(&mut document.variants);
     let used = document.root.strings("extensionsUsed")?;
     scene.extensions_used = used.into_iter().take(MAX_EXTENSIONS).map(str::to_owned).collect();
+    let stops = value.pointer("/asset/extras/exposureStops").and_then(serde_json::Value::as_f64);
+    scene.exposure_stops = stops.map(|stops| stops as f32).filter(|stops| stops.is_finite());
     scene.holds_baked_light = value.pointer("/asset/extras/bake/lightMap").is_some();
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;

@@ -202,8 +202,8 @@ pub struct Scene {
     pub skins: Vec<Skin>,
     /// Animations.
     pub animations: Vec<Animation>,
-    /// The exposure in stops that the lights are meant for, if the scene states one; 0 shows radiance as it is. Files
-    /// do not: theirs is metered where they bring lights.
+    /// The exposure in stops that the lights are meant for, if the scene states one; 0 shows radiance as it is. Of files
+    /// only `asset.extras.exposureStops` does: others are metered where they bring lights.
     pub exposure_stops: Option<f32>,
     /// Whether its light maps hold the light of all that shone when they were baked, in the units of the scene's lights.
     pub holds_baked_light: bool,

@@ -151,6 +151,8 @@ pub(super) const CASES: [Case; 66] = [
     case("decals", "docs/examples/decals.stage.toml", WIDE),
     // Tracks and prints in sand, after 2 seconds.
     Case { time_secs: 2.0, ..case("trails", "docs/examples/trails.stage.toml", WIDE) },
+    // Light maps and occlusion of the Cornell box, which the program baked.
+    case("baked", made::BAKED, SQUARE),
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
     // Others from the page's own calls.
@@ -480,13 +482,16 @@ impl Case {
         if self.settings.iter().any(|(_, value)| *value == made::CUBE) {
             made::write_cube()?;
         }
+        if self.model == made::BAKED {
+            made::write_baked()?;
+        }
         if self.model.starts_with("demo:") {
             return Ok(Some(self.model.to_owned()));
         }
         let name = self.name;
         let path = match self.model {
             "" => assets.join(format!("khronos-sample-assets/Models/{name}/glTF-Binary/{name}.glb")),
-            model if model.starts_with("xtask/") || model.starts_with("docs/") => root().join(model),
+            model if ["xtask/", "docs/", "target/"].iter().any(|start| model.starts_with(start)) => root().join(model),
             model => assets.join(model),
         };
         let whole = path.is_file().then(|| made::whole(path, name)).transpose()?;

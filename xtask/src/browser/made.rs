@@ -1,6 +1,6 @@
 //! Files that are written for the browser's tests: a page is given one file of a model, and nothing beside it.
 
-use crate::step::root;
+use crate::step::{cargo, check, root};
 use anyhow::{Context, Result};
 use manypass_testkit::data_uri;
 use manypass_testkit::ktx2::cube_map;
@@ -12,6 +12,18 @@ use std::path::{Path, PathBuf};
 pub(super) const CUBE: &str = "target/browser/cube.ktx2";
 /// The texels along a side of its faces.
 const SIDE: u32 = 32;
+
+/// A file that the program bakes, seen from the repository.
+pub(super) const BAKED: &str = "target/browser/baked.glb";
+
+/// Writes [`BAKED`]: the Cornell box, unless it is there.
+///
+/// # Errors
+/// It cannot be written.
+pub(super) fn write_baked() -> Result<()> {
+    let mut command = cargo(["run", "--quiet", "-p", "manypass-cli", "--", "bake", "demo:cornell", "-o", BAKED]);
+    check(command.args(["--density", "32", "--samples", "64", "--quiet"]))
+}
 
 /// Writes [`CUBE`]: a colour for each face, squares on it, and one bright corner each, so that a face that is turned or
 /// mistaken for another is seen.

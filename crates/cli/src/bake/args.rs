@@ -37,8 +37,7 @@ pub struct BakeArgs {
     /// What to bake: lightmap, occlusion, or all; several with commas.
     ///
     /// lightmap: the light of surfaces, as MOZ_lightmap. occlusion: how open each place is, as the occlusion texture that
-    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections of the environment out of dark
-    /// corners.
+    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners.
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "all",
           value_parser = PossibleValuesParser::new(WHAT))]
     pub what: Vec<String>,
@@ -51,9 +50,10 @@ pub struct BakeArgs {
     /// Rays from every texel for each bounce, up to 65536: four times as many halve the noise.
     #[arg(long, value_name = "N", default_value_t = BakeSettings::default().samples)]
     pub samples: u32,
-    /// What is farther away than this, in metres, does not occlude [default: everything does].
-    #[arg(long, value_name = "M")]
-    pub occlusion_distance: Option<f32>,
+    /// At this distance in metres surfaces do not occlude any more, and less the nearer they are to it; inf: all occlude
+    /// alike, and in a closed room nothing is open.
+    #[arg(long, value_name = "M", default_value_t = BakeSettings::default().occlusion_distance_m)]
+    pub occlusion_distance: f32,
     /// Leave the noise of samples as it is.
     #[arg(long)]
     pub no_denoise: bool,

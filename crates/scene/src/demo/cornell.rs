@@ -29,7 +29,7 @@ pub fn cornell() -> Scene {
     let red = matte(&mut place, "Red", [0.63, 0.06, 0.05]);
     let green = matte(&mut place, "Green", [0.14, 0.45, 0.09]);
     let lamp = matte(&mut place, "Lamp", [0.0; 3]);
-    place.scene.materials[lamp].emissive_factor = Vec3::new(17.0, 12.0, 6.0);
+    place.scene.materials[lamp].emissive_factor = Vec3::new(26.0, 18.5, 9.2);
 
     let [wall, left, right] = [white, red, green].map(|material| place.mesh(plane(2.0 * HALF_M), material));
     let turned = |name: &str, mesh: usize, translation: Vec3, rotation: Quat| Node {

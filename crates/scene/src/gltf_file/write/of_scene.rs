@@ -39,6 +39,9 @@ impl Parts {
         writer.note(!scene.animations.is_empty(), "animations");
         writer.note(!scene.skins.is_empty(), "skins");
         writer.note(!scene.variants.is_empty(), "variants of materials");
+        if let Some(stops) = scene.exposure_stops {
+            writer.parts.json["asset"]["extras"]["exposureStops"] = stops.into();
+        }
         writer.images();
         for material in &scene.materials {
             let material = writer.material(material);

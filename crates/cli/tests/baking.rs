@@ -1,0 +1,143 @@
+//! `manypass bake`, from the command line to the file and its picture.
+
+mod common;
+
+use common::{Folder, Run, has_adapter, run_in};
+use manypass_scene::gltf_file::Parts;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+const QUICK: [&str; 4] = ["--density", "24", "--samples", "16"];
+
+fn bake(folder: &Folder, args: &[&str]) -> Run {
+    run_in(folder, &[&["bake"], args, &QUICK].concat())
+}
+
+fn read(folder: &Folder, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+#[test]
+fn two_bakes_are_the_same_file_and_a_third_is_not_made() {
+    let folder = Folder::new("baked");
+    bake(&folder, &["demo:cornell", "-o", "a.glb"]).expect(0);
+    let run = bake(&folder, &["demo:cornell", "-o", "b.glb"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.starts_with("b.glb: 2 maps of "), "{}", run.stderr);
+    assert!(read(&folder, "a.glb") == read(&folder, "b.glb"));
+    assert_eq!(read(&folder, "a.stage.toml"), b"model = \"a.glb\"\n[environment]\nsource = \"none\"\n");
+    let run = bake(&folder, &["demo:cornell", "-o", "b.glb"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("b.glb is up to date"), "{}", run.stderr);
+    // Other flags are another bake.
+    let run = bake(&folder, &["demo:cornell", "-o", "b.glb", "--bounces", "0", "--what", "lightmap", "--json"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let report: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON");
+    assert_eq!((&report["maps"]["light"], &report["maps"]["occlusion"]), (&1.into(), &0.into()));
+    let json = Parts::json_of(&folder.join("b.glb")).expect("a GLB");
+    assert_eq!(json["asset"]["extras"]["bake"]["lightMap"]["bounces"], 0);
+    assert!(!folder.names().iter().any(|name| name.ends_with(".part")), "{:?}", folder.names());
+}
+
+#[test]
+fn an_interrupted_bake_goes_on() {
+    let folder = Folder::new("interrupted_bake");
+    let slow = ["bake", "demo:cornell", "-o", "a.glb", "--density", "40", "--samples", "64"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_manypass"));
+    command.args(slow).current_dir(folder.join("")).stdin(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().expect("it starts");
+    let part = folder.join("a.glb.part");
+    for _ in 0..3000 {
+        if part.metadata().is_ok_and(|file| file.len() > 100_000) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    // As a power cut does it, in the middle of a record.
+    child.kill().expect("it is killed");
+    child.wait().expect("it ends");
+    let bytes = read(&folder, "a.glb.part");
+    std::fs::write(&part, &bytes[..bytes.len() - 7]).expect("written");
+    assert!(!folder.names().contains(&"a.glb".to_owned()));
+    let run = run_in(&folder, &slow);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("goes on from a.glb.part"), "{}", run.stderr);
+    let again: Vec<&str> = slow.iter().map(|word| if *word == "a.glb" { "b.glb" } else { word }).collect();
+    run_in(&folder, &again).expect(0);
+    assert!(read(&folder, "a.glb") == read(&folder, "b.glb"));
+    // What is left of another bake is not taken.
+    std::fs::write(folder.join("c.glb.part"), &bytes).expect("written");
+    let run = bake(&folder, &["demo:cornell", "-o", "c.glb"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("c.glb.part is of another scene or other flags"), "{}", run.stderr);
+    assert!(!folder.names().contains(&"c.glb.part".to_owned()));
+}
+
+#[test]
+fn what_is_wrong_is_said_and_nothing_is_lost() {
+    let folder = Folder::new("unbaked");
+    bake(&folder, &["demo:cornell", "-o", "a.glb"]).expect(0);
+    let before = read(&folder, "a.glb");
+    std::fs::write(folder.join("s.stage.toml"), "model = \"a.glb\"\n[[lights]]\nname = \"no\"\nmode = \"baked\"\n")
+        .expect("written");
+    for (arguments, code, expected) in [
+        (&["a.glb", "-o", "a.glb"][..], 2, "a.glb would replace the model a.glb"),
+        (&["a.glb", "-o", "a.gltf"], 2, "does not end in .glb"),
+        (&["missing.glb", "-o", "b.glb"], 1, "missing.glb"),
+        (&["s.stage.toml", "-o", "b.glb"], 1, "s.stage.toml:3:8: error: the model has no light called `no`"),
+        (&["a.glb", "-o", "b.glb", "--side-max", "65536"], 2, "light maps of 65536 texels a side; write 16 to 8192"),
+        (&["a.glb", "-o", "b.glb", "--bounces", "100"], 2, "100 bounces; write 0 to 64"),
+        (&["a.glb", "-o", "b.glb", "--what", "probe"], 2, "probe"),
+        (&["a.glb", "-o", "b.glb", "--set", "environment.sorce=sky"], 2, "environment.sorce"),
+    ] {
+        let run = bake(&folder, arguments);
+        assert_eq!(run.code, code, "{arguments:?}: {}", run.stderr);
+        assert!(run.stderr.contains(expected), "{}\nshould say {expected}", run.stderr);
+        assert!(run.stderr.contains("hint: "), "{}", run.stderr);
+        assert!(!folder.names().contains(&"b.glb".to_owned()));
+    }
+    let run = run_in(&folder, &["bake", "a.glb", "-o", "b.glb", "--density", "1e6"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stderr.contains("texels a metre are possible"), "{}", run.stderr);
+    assert!(read(&folder, "a.glb") == before);
+}
+
+/// The mean colour of a square of pixels around a place.
+fn color(picture: &image::RgbImage, (x, y): (u32, u32)) -> [f32; 3] {
+    let mut sum = [0.0; 3];
+    for (dx, dy) in (0..5).flat_map(|y| (0..5).map(move |x| (x, y))) {
+        let pixel = picture.get_pixel(x + dx - 2, y + dy - 2).0;
+        sum.iter_mut().zip(pixel).for_each(|(sum, part)| *sum += f32::from(part) / 25.0);
+    }
+    sum
+}
+
+#[test]
+fn a_baked_room_shows_what_its_walls_send_each_other() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("cornell");
+    bake(&folder, &["demo:cornell", "-o", "direct.glb", "--bounces", "0"]).expect(0);
+    bake(&folder, &["demo:cornell", "-o", "all.glb", "--bounces", "4"]).expect(0);
+    let picture = |name: &str, model: &str| {
+        run_in(&folder, &["render", model, "-o", name, "--size", "200x200", "--samples", "4", "--no-cache"]).expect(0);
+        image::open(folder.join(name)).expect("a PNG").into_rgb8()
+    };
+    let (none, direct, all) = (
+        picture("none.png", "demo:cornell"),
+        picture("direct.png", "direct.stage.toml"),
+        picture("all.png", "all.stage.toml"),
+    );
+    let (ceiling, tall_left, small_right, floor) = ((100, 38), (58, 130), (152, 148), (60, 186));
+    for place in [ceiling, tall_left, small_right, floor] {
+        assert_eq!(color(&none, place), [0.0; 3]);
+    }
+    // The lamp does not see the ceiling; the walls do.
+    assert!(color(&direct, ceiling).iter().sum::<f32>() < 6.0 && color(&all, ceiling)[0] > 20.0);
+    let [red, green, _] = color(&all, tall_left);
+    assert!(red > 3.0 * green, "the red wall on the tall box: {red} {green}");
+    let [red, green, _] = color(&all, small_right);
+    assert!(green > 1.2 * red, "the green wall on the small box: {red} {green}");
+    assert!(color(&all, floor)[0] > color(&direct, floor)[0]);
+}
