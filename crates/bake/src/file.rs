@@ -93,6 +93,7 @@ impl Baked {
     /// # Errors
     /// The encoder of images fails.
     pub fn write(&self, parts: &mut Parts, scene: &Scene, encoding: Encoding) -> Result<(), BakeError> {
+        let unreferenced = parts.unreferenced();
         spread_instances(parts, scene);
         let sampler = json!({ "magFilter": 9729, "minFilter": 9729, "wrapS": 33071, "wrapT": 33071 });
         let sampler = parts.push("samplers", sampler);
@@ -135,7 +136,7 @@ impl Baked {
         if !self.light.is_empty() {
             parts.use_extension(LIGHT_MAP);
         }
-        parts.prune();
+        parts.prune(&unreferenced);
         let is_packed = |primitive: &Value| primitive.pointer(&format!("/extensions/{DRACO}")).is_some();
         let mut primitives = parts.list("meshes").iter().flat_map(|mesh| mesh["primitives"].as_array()).flatten();
         if !primitives.any(is_packed) {

@@ -144,7 +144,7 @@ impl Layout {
         let (atlas, mut notes) = pack(&of_all(&[]), &of_all(&[1.0]), settings, progress)?;
         if atlas.texels_per_unit < settings.texels_per_m {
             notes.push(format!(
-                "a surface does not fit into {side} x {side} texels; the density is {} in place of {} texels a metre",
+                "a surface does not fit into {side} x {side} texels; the density is {:.3} in place of {} texels a metre",
                 atlas.texels_per_unit,
                 settings.texels_per_m,
                 side = settings.side_max,

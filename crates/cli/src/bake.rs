@@ -19,7 +19,7 @@ use crate::surroundings::Surroundings;
 use crate::{interrupt, scenes};
 use glam::Vec3;
 use journal::Journal;
-use manypass::{EnvironmentRadiance, Settings};
+use manypass::{Environment, EnvironmentRadiance, Settings};
 use manypass_bake::{Around, BakeError, BakeSettings, Baked, Baker, Encoding, LayoutSettings, Surfaces};
 use manypass_scene::gltf_file::Parts;
 use manypass_scene::stage::is_stage;
@@ -46,9 +46,12 @@ impl Around for Surround {
 /// What is written.
 struct Outputs {
     model: PathBuf,
-    /// Of an input that is a stage, or has one.
+    /// Of an input that is a stage, or has one, and where flags say what lies around the scene.
     stage: Option<PathBuf>,
 }
+
+/// What begins a stage that this command wrote, so that it may be written again.
+const WRITTEN: &str = "# Written by `manypass bake`.\n";
 
 impl Outputs {
     fn new(args: &BakeArgs, input: &Input) -> Result<Self, Failure> {
@@ -57,7 +60,15 @@ impl Outputs {
             let message = format!("{} does not end in .glb", model.display());
             return Err(Failure::usage(message, "write -o OUT.glb"));
         }
-        let stage = input.has_settings().then(|| model.with_extension("stage.toml"));
+        let has_stage = input.has_settings() || args.says_environment();
+        let stage = has_stage.then(|| model.with_extension("stage.toml"));
+        if let Some(path) = stage.as_ref().filter(|path| path.is_file()) {
+            let is_written = std::fs::read(path).is_ok_and(|bytes| bytes.starts_with(WRITTEN.as_bytes()));
+            if !is_written {
+                let message = format!("{} is there, and was not written by a bake", path.display());
+                return Err(Failure::usage(message, "write to another -o OUT.glb, or move that stage away"));
+            }
+        }
         Ok(Self { model, stage })
     }
 
@@ -65,6 +76,54 @@ impl Outputs {
     fn are_of(&self, key: &str) -> bool {
         let is_there = self.stage.as_ref().is_none_or(|path| path.is_file());
         is_there && Parts::json_of(&self.model).is_some_and(|json| json["asset"]["extras"]["bake"]["key"] == key)
+    }
+
+    /// The text of the stage: that of the input with another model, and with what flags say of the environment, so that
+    /// frames have what was baked.
+    fn stage_text(
+        &self,
+        stage: Option<&Stage>,
+        settings: &Settings,
+        args: &BakeArgs,
+    ) -> Result<Option<String>, Failure> {
+        if self.stage.is_none() {
+            return Ok(None);
+        }
+        let model = self.model.file_name().unwrap_or_default().to_string_lossy();
+        let text = match stage {
+            Some(stage) => stage.text_with_model(&model),
+            None => format!("model = {}\n", Value::from(&*model)),
+        };
+        let mut text = format!("{WRITTEN}{}", text.strip_prefix(WRITTEN).unwrap_or(&text));
+        if !args.says_environment() {
+            return Ok(Some(text));
+        }
+        let has_own = text.lines().map(str::trim_start).any(|line| line.starts_with("[environment]"));
+        if has_own {
+            let message = "the stage has an [environment] of its own";
+            return Err(Failure::usage(message, "change it there, and leave flags of the environment out"));
+        }
+        text.push_str("\n[environment]\n");
+        let table = |settings: &Settings| serde_json::to_value(settings).map(|all| all["environment"].clone());
+        let (Ok(all), Ok(default)) = (table(settings), table(&Settings::default())) else { return Ok(Some(text)) };
+        for (key, value) in all.as_object().into_iter().flatten() {
+            if key == "file" && value.as_str().is_some_and(|file| !file.is_empty()) {
+                let file = self.beside(Path::new(value.as_str().unwrap_or_default()))?;
+                text.push_str(&format!("file = {}\n", Value::from(file)));
+            } else if *value != default[key] {
+                text.push_str(&format!("{key} = {value}\n"));
+            }
+        }
+        Ok(Some(text))
+    }
+
+    /// The name of a file in the folder of the output.
+    fn beside(&self, file: &Path) -> Result<String, Failure> {
+        if folder_of(file) == folder_of(&self.model) {
+            return Ok(file.file_name().unwrap_or_default().to_string_lossy().into_owned());
+        }
+        let message = format!("{} lies in another folder than {}", file.display(), self.model.display());
+        Err(Failure::usage(message, "put both into one folder: the stage that is written names files beside it"))
     }
 
     fn check(&self, input: &Input) -> Result<(), Failure> {
@@ -83,7 +142,13 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let outputs = Outputs::new(args, &input)?;
     outputs.check(&input)?;
     let wanted = settings(args);
+    if let Some(pair) = args.set.iter().find(|pair| !pair.trim_start().starts_with("environment.")) {
+        let message = format!("`--set {pair}` says nothing of what is baked");
+        return Err(Failure::usage(message, "`bake` takes settings of the environment alone: environment.KEY=VALUE"));
+    }
     interrupt::heed(args.quiet);
+    // The folder is made, and what cannot be written is known, before anything is computed.
+    drop(output::begin(&outputs.model)?);
     let (mut scene, mut warnings, stage, mut parts) = open(&input)?;
     let frame = FrameArgs {
         environment: args.environment.clone(),
@@ -102,6 +167,8 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     if let (Input::File(path), Some(stage)) = (&input, &stage) {
         check_folder(path, stage, &outputs.model)?;
     }
+    let stage_text = outputs.stage_text(stage.as_ref(), &settings, args)?;
+    let source = environment_name(&settings, &scene);
     let around = EnvironmentRadiance::new(&settings.environment, &scene).map(Surround);
     let around = around.as_ref().map(|around| around as &dyn Around);
     let bar = Bar::new(args.quiet, &wanted);
@@ -115,24 +182,31 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let key = key(&baker, &parts, encoding);
     if outputs.are_of(&key) {
         bar.finish();
-        if !args.quiet {
+        if args.json {
+            let report = json!({ "output": outputs.model, "stage": outputs.stage, "up_to_date": true });
+            print(&format!("{report:#}\n"))?;
+        } else if !args.quiet {
             say(format_args!("{} is up to date: it is of the same scene and flags", outputs.model.display()));
         }
         return Ok(());
     }
     let journal = Journal::open(&outputs.model, baker.key(), args.quiet);
-    let baked = baker.run(&bar, &journal).map_err(in_input)?;
+    let baked = match baker.run(&bar, &journal) {
+        Ok(baked) => baked,
+        Err(BakeError::Interrupted) if journal.remove_if_empty() => return Err(interrupted(&bar, false)),
+        Err(BakeError::Interrupted) => return Err(interrupted(&bar, true)),
+        Err(error) => return Err(in_input(error)),
+    };
     bar.finish();
     warnings.extend(baked.notes.iter().cloned());
-    parts.json["asset"]["extras"]["bake"] = provenance(&wanted, (&key, &args.encoding), &baked);
+    parts.json["asset"]["extras"]["bake"] = provenance(&wanted, (&key, &args.encoding, source), &baked);
     baked.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
     let bytes = parts.to_glb().ok_or_else(|| {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
         Failure::new(Kind::Failed, message, "lower --density")
     })?;
-    if let (Some(path), Some(stage)) = (&outputs.stage, &stage) {
-        let model = outputs.model.file_name().unwrap_or_default().to_string_lossy();
-        output::write_file(path, stage.text_with_model(&model).as_bytes())?;
+    if let (Some(path), Some(text)) = (&outputs.stage, &stage_text) {
+        output::write_file(path, text.as_bytes())?;
     }
     output::write_file(&outputs.model, &bytes)?;
     journal.remove();
@@ -175,11 +249,12 @@ fn key(baker: &Baker, parts: &Parts, encoding: Encoding) -> String {
 }
 
 /// What the file says of its maps.
-fn provenance(settings: &BakeSettings, (key, encoding): (&str, &str), baked: &Baked) -> Value {
+fn provenance(settings: &BakeSettings, (key, encoding, source): (&str, &str, &str), baked: &Baked) -> Value {
     let mut extras = json!({
         "key": key,
         "texelsPerMetre": baked.layout.texels_per_m,
         "samples": settings.samples,
+        "environment": source,
     });
     if settings.light {
         extras["lightMap"] = json!({
@@ -198,7 +273,11 @@ fn provenance(settings: &BakeSettings, (key, encoding): (&str, &str), baked: &Ba
 fn failed(input: &Input, error: &BakeError) -> Failure {
     let hint = match error {
         BakeError::Interrupted => {
-            return Failure::new(Kind::Interrupted, "interrupted", "the same command goes on from where it was");
+            return Failure::new(
+                Kind::Interrupted,
+                "interrupted",
+                "nothing was found yet; the same command begins anew",
+            );
         }
         BakeError::Setting(_) => return Failure::usage(error, "see `manypass bake --help`"),
         BakeError::Nothing => "name a model with triangles that are opaque and stand still",
@@ -206,6 +285,26 @@ fn failed(input: &Input, error: &BakeError) -> Failure {
         BakeError::Layout(_) | BakeError::Encode(_) => "lower --density, or raise --side-max",
     };
     Failure::new(Kind::Failed, format!("{}: {error}", input.name()), hint)
+}
+
+fn interrupted(bar: &Bar, is_kept: bool) -> Failure {
+    bar.finish();
+    let hint = match is_kept {
+        true => "the same command goes on from where it was",
+        false => "nothing was found yet; the same command begins anew",
+    };
+    Failure::new(Kind::Interrupted, "interrupted", hint)
+}
+
+/// What lay around the scene: the word of the setting, or `color`.
+fn environment_name(settings: &Settings, scene: &Scene) -> &'static str {
+    match settings.environment.source.resolved(scene) {
+        Environment::Auto | Environment::Studio => "studio",
+        Environment::None | Environment::Fill => "none",
+        Environment::Sky => "sky",
+        Environment::File => "file",
+        Environment::Color(_) => "color",
+    }
 }
 
 /// The scene of an input, what its reader warns of, its stage, and its model as a file that can be written.
@@ -244,14 +343,16 @@ fn set_modes(scene: &mut Scene, parts: &mut Parts, mode: LightMode) {
     }
 }
 
+/// The folder in which a file is, if there is one.
+fn folder_of(path: &Path) -> Option<PathBuf> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::canonicalize(parent).ok()
+}
+
 /// A stage names files from its own folder, so that its copy can be nowhere else.
 fn check_folder(path: &Path, stage: &Stage, output: &Path) -> Result<(), Failure> {
-    let folder = |path: &Path| {
-        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::canonicalize(parent).ok()
-    };
     let names_files = !stage.images().is_empty() || stage.environment().is_some();
-    if names_files && folder(path) != folder(output) {
+    if names_files && folder_of(path) != folder_of(output) {
         let message = format!("{} names files beside it, which {} would not find", path.display(), output.display());
         let beside = path.with_file_name(output.file_name().unwrap_or_default());
         return Err(Failure::usage(message, format!("write -o {}", beside.display())));
@@ -294,15 +395,18 @@ impl Report<'_> {
         let each = usize::from(!self.baked.light.is_empty()) + usize::from(!self.baked.occlusion.is_empty());
         let count = each * layout.page_count as usize;
         let maps = if count == 1 { "map" } else { "maps" };
+        let plural = |count: usize| if count == 1 { "" } else { "s" };
+        let (pieces, surfaces) = (layout.chart_count as usize, layout.unwrapped.len());
+        let stage = self.outputs.stage.as_ref().map_or(String::new(), |path| format!(" and {}", path.display()));
         format!(
-            "{}: {} {maps} of {} x {} texels, {} a metre, {} pieces of {} surfaces, {:.1} s",
+            "{}{stage}: {} {maps} of {} x {} texels, {} a metre, {pieces} piece{} of {surfaces} surface{}, {:.1} s",
             self.outputs.model.display(),
             count,
             layout.width,
             layout.height,
             layout.texels_per_m,
-            layout.chart_count,
-            layout.unwrapped.len(),
+            plural(pieces),
+            plural(surfaces),
             self.ms / 1e3,
         )
     }

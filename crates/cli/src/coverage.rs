@@ -75,7 +75,8 @@ pub fn is_dark(scene: &Scene) -> bool {
     let is_lit = scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
     let glows =
         |material: &Material| material.shading_model == ShadingModel::Unlit || material.emissive_factor != Vec3::ZERO;
-    !is_lit && !scene.materials.iter().any(glows)
+    let is_baked = |material: &Material| material.light_map.is_some();
+    !is_lit && !scene.materials.iter().any(|material| glows(material) || is_baked(material))
 }
 
 /// Something that a scene draws.

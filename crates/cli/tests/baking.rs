@@ -23,9 +23,12 @@ fn two_bakes_are_the_same_file_and_a_third_is_not_made() {
     bake(&folder, &["demo:cornell", "-o", "a.glb"]).expect(0);
     let run = bake(&folder, &["demo:cornell", "-o", "b.glb"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    assert!(run.stderr.starts_with("b.glb: 2 maps of "), "{}", run.stderr);
+    assert!(run.stderr.starts_with("b.glb and b.stage.toml: 2 maps of "), "{}", run.stderr);
     assert!(read(&folder, "a.glb") == read(&folder, "b.glb"));
-    assert_eq!(read(&folder, "a.stage.toml"), b"model = \"a.glb\"\n[environment]\nsource = \"none\"\n");
+    assert_eq!(
+        read(&folder, "a.stage.toml"),
+        b"# Written by `manypass bake`.\nmodel = \"a.glb\"\n[environment]\nsource = \"none\"\n"
+    );
     let run = bake(&folder, &["demo:cornell", "-o", "b.glb"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(run.stderr.contains("b.glb is up to date"), "{}", run.stderr);
@@ -100,6 +103,47 @@ fn what_is_wrong_is_said_and_nothing_is_lost() {
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stderr.contains("texels a metre are possible"), "{}", run.stderr);
     assert!(read(&folder, "a.glb") == before);
+}
+
+#[test]
+fn what_was_baked_in_some_light_is_drawn_in_it() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("baked_light");
+    folder.write("a.obj", b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
+    let mean = |name: &str, flags: &[&str]| {
+        let picture = ["-o", "x.png", "--size", "96x96", "--samples", "4", "--no-cache"];
+        run_in(&folder, &[&["render", name], &picture[..], flags].concat()).expect(0);
+        let picture = image::open(folder.join("x.png")).expect("a PNG").into_rgb8();
+        color(&picture, (48, 52))
+    };
+    // Without a word about light: in the studio, and without a stage.
+    bake(&folder, &["a.obj", "-o", "b.glb"]).expect(0);
+    assert!(!folder.names().contains(&"b.stage.toml".to_owned()));
+    // Under a sky: the stage that is written says so.
+    bake(&folder, &["a.obj", "-o", "c.glb", "--environment", "sky", "--set", "environment.turbidity=4"]).expect(0);
+    let stage = String::from_utf8(read(&folder, "c.stage.toml")).expect("text");
+    assert!(stage.contains("[environment]") && stage.contains("turbidity = 4.0"), "{stage}");
+    let sky = ["--environment", "sky", "--set", "environment.turbidity=4"];
+    for (baked, plain) in [(mean("b.glb", &[]), mean("a.obj", &[])), (mean("c.stage.toml", &[]), mean("a.obj", &sky))] {
+        for (baked, plain) in baked.iter().zip(plain) {
+            assert!((baked - plain).abs() < 0.06 * plain + 2.0, "{baked} and {plain}");
+        }
+    }
+    // A stage of somebody's own stays, and a file that was cut off is made again.
+    folder.write("d.stage.toml", b"model = \"a.obj\"\n");
+    let run = bake(&folder, &["a.obj", "-o", "d.glb", "--environment", "sky"]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(read(&folder, "d.stage.toml") == b"model = \"a.obj\"\n");
+    let whole = read(&folder, "b.glb");
+    folder.write("b.glb", &whole[..whole.len() - 100]);
+    bake(&folder, &["a.obj", "-o", "b.glb"]).expect(0);
+    assert!(read(&folder, "b.glb") == whole);
+    // Baked again, it holds no maps of before.
+    bake(&folder, &["b.glb", "-o", "e.glb"]).expect(0);
+    let json = Parts::json_of(&folder.join("e.glb")).expect("a GLB");
+    assert_eq!(json["images"].as_array().map(Vec::len), Some(2));
 }
 
 /// The mean colour of a square of pixels around a place.

@@ -511,6 +511,7 @@ mod tests {
                 "gallery" | "surroundings" => "demo:gallery",
                 "yard" | "decals" => "demo:yard",
                 "sandbox" | "trails" => "demo:sandbox",
+                "cornell" => "demo:cornell",
                 _ => "demo:room",
             };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");

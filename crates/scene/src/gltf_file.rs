@@ -20,7 +20,7 @@ mod write;
 
 pub(crate) use material::texel_budget_bytes;
 pub use references::{mentions, references};
-pub use write::{Numbers, Parts};
+pub use write::{Numbers, Parts, Unreferenced};
 
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use json::Json;
@@ -297,7 +297,9 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     scene.extensions_used = used.into_iter().take(MAX_EXTENSIONS).map(str::to_owned).collect();
     let stops = value.pointer("/asset/extras/exposureStops").and_then(serde_json::Value::as_f64);
     scene.exposure_stops = stops.map(|stops| stops as f32).filter(|stops| stops.is_finite());
-    scene.holds_baked_light = value.pointer("/asset/extras/bake/lightMap").is_some();
+    let baked = value.pointer("/asset/extras/bake").filter(|baked| baked.get("lightMap").is_some());
+    // What was baked in the studio is shown in the studio.
+    scene.holds_baked_light = baked.is_some_and(|baked| baked.get("environment").is_none_or(|of| of != "studio"));
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;

@@ -205,7 +205,8 @@ pub struct Scene {
     /// The exposure in stops that the lights are meant for, if the scene states one; 0 shows radiance as it is. Of files
     /// only `asset.extras.exposureStops` does: others are metered where they bring lights.
     pub exposure_stops: Option<f32>,
-    /// Whether its light maps hold the light of all that shone when they were baked, in the units of the scene's lights.
+    /// Whether its light maps hold the light of all that shone when they were baked, in the units of the scene's lights;
+    /// not of what was baked in the studio.
     pub holds_baked_light: bool,
     /// Radiance from all directions, if the scene brings a picture of it.
     pub environment: Option<Arc<EnvironmentMap>>,

@@ -31,7 +31,8 @@ the scene, it begins anew. A file that is there already and is of the same scene
 pub struct BakeArgs {
     /// A model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, `-` for standard input, or demo:NAME.
     pub input: String,
-    /// The glTF file to write, a .glb; of a stage also the stage beside it, OUT.stage.toml.
+    /// The glTF file to write, a .glb. Of a stage, of demos that have one, and with flags of the environment also
+    /// OUT.stage.toml, which frames are drawn from.
     #[arg(short, long, value_name = "OUT.glb")]
     pub output: PathBuf,
     /// What to bake: lightmap, occlusion, or all; several with commas.
@@ -70,7 +71,7 @@ pub struct BakeArgs {
     /// surfaces with maps have it.
     #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(LightMode::NAMES))]
     pub lights: Option<String>,
-    /// How light maps are written: exr, half floats; rgbe, shared exponents, smaller and within 1 %; rgbm, PNG, plain glTF.
+    /// How light maps are written: exr, half floats; rgbe, shared exponents, within 1 %; rgbm, PNG, plain glTF, within 1 %.
     #[arg(long, value_name = "NAME", default_value = "exr", value_parser = PossibleValuesParser::new(Encoding::NAMES))]
     pub encoding: String,
     /// What lies around the scene, as `render` has it [default: that of the file or stage; of a file without lights the
@@ -95,4 +96,12 @@ pub struct BakeArgs {
     /// Say nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+impl BakeArgs {
+    /// Whether flags say what lies around the scene.
+    pub fn says_environment(&self) -> bool {
+        let flags = [&self.environment, &self.environment_rotation, &self.environment_intensity];
+        !self.set.is_empty() || flags.into_iter().any(Option::is_some)
+    }
 }

@@ -48,6 +48,13 @@ fn path_of(output: &Path) -> PathBuf {
     output.with_file_name(name)
 }
 
+/// The first bytes of a file, if it has any.
+fn first_bytes(path: &Path, count: usize) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path).ok()?.take(count as u64).read_to_end(&mut bytes).ok()?;
+    (!bytes.is_empty()).then_some(bytes)
+}
+
 /// The records of a file that begins with `head`, and where the last whole one ends.
 fn records(file: &mut File, head: &str) -> io::Result<(Known, u64)> {
     let mut known = HashMap::new();
@@ -82,7 +89,8 @@ impl Journal {
     /// That of an output, for the bake of a key. Where it cannot be written there is none, which is said.
     pub fn open(output: &Path, key: u64, quiet: bool) -> Self {
         let path = path_of(output);
-        let was_there = path.exists();
+        // Of a file that is there already.
+        let is_of_this = first_bytes(&path, head(key).len()).map(|bytes| bytes == head(key).as_bytes());
         let (known, file) = match Self::begin(&path, key) {
             Ok((known, file)) => (known, Some(file)),
             Err(error) => {
@@ -92,8 +100,9 @@ impl Journal {
                 (HashMap::new(), None)
             }
         };
-        if was_there && !quiet && file.is_some() {
+        if let (Some(is_of_this), false) = (is_of_this, quiet) {
             match known.len() {
+                0 if is_of_this => {}
                 0 => say(format_args!("note: {} is of another scene or other flags; it begins anew", path.display())),
                 count => say(format_args!("note: goes on from {}: {count} blocks are there", path.display())),
             }
@@ -110,6 +119,15 @@ impl Journal {
             file.write_all(head(key).as_bytes())?;
         }
         Ok((known, file))
+    }
+
+    /// Whether nothing was kept: then it is removed.
+    pub fn remove_if_empty(self) -> bool {
+        let is_empty = fs::metadata(&self.path).is_ok_and(|file| file.len() <= head(0).len() as u64);
+        if is_empty {
+            self.remove();
+        }
+        is_empty
     }
 
     /// Removes it: what it is for is done.

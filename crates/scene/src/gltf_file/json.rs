@@ -80,6 +80,17 @@ impl<'a> Json<'a> {
     }
 
     /// The name of the object; empty if it has none.
+    /// Whether an application put `false` beside what glTF says.
+    pub(super) fn denies(&self, key: &str) -> bool {
+        self.map.get("extras").and_then(|extras| extras.get(key)) == Some(&Value::Bool(false))
+    }
+
+    /// A number that an application put beside what glTF says.
+    pub(super) fn extra_number(&self, key: &str) -> Option<f32> {
+        let number = self.map.get("extras")?.get(key)?.as_f64()? as f32;
+        number.is_finite().then_some(number)
+    }
+
     /// A text that an application put beside what glTF says, where anything may be.
     pub(super) fn extra(&self, key: &str) -> Option<&'a str> {
         self.map.get("extras")?.get(key)?.as_str()

@@ -264,6 +264,7 @@ fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> 
         other => return Err(json.error("alphaMode", format!("expected OPAQUE, MASK or BLEND, found {other}"))),
     };
     material.double_sided = json.bool("doubleSided", false)?;
+    material.casts_shadow = !json.denies("castShadow");
     layers::read(json, slots, &mut material)?;
     Ok(material)
 }

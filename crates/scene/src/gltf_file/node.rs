@@ -62,7 +62,9 @@ pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadErr
         let range_m = read_range(document, &json)?;
         let color_linear = Vec3::from(document.clamped(&json, "color", [1.0; 3], f32::MAX)?);
         let mode = json.extra("mode").and_then(LightMode::named).unwrap_or_default();
-        lights.push(Light { name: json.name()?, color_linear, intensity, range_m, kind, mode, ..Light::default() });
+        let radius_m = json.extra_number("radius").unwrap_or(0.0).max(0.0);
+        let (name, casts_shadows) = (json.name()?, !json.denies("castShadow"));
+        lights.push(Light { name, color_linear, intensity, range_m, kind, radius_m, casts_shadows, mode });
     }
     Ok(lights)
 }
@@ -172,6 +174,7 @@ fn check_cycles(scene: &Scene) -> Result<(), LoadError> {
 fn read_node(json: &Json, scene: &Scene, node_count: usize, skin_count: usize) -> Result<Node, LoadError> {
     let children = json.indices("children", node_count, "node")?;
     let mut node = Node {
+        casts_shadow: !json.denies("castShadow"),
         name: json.name()?,
         children: children.into_iter().map(|child| NodeId(child as u32)).collect(),
         translation: Vec3::from(json.numbers("translation")?.unwrap_or([0.0; 3])),

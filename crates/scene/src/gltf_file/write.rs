@@ -3,6 +3,8 @@
 mod of_scene;
 mod prune;
 
+pub use prune::Unreferenced;
+
 use super::container::{self, GLB_MAGIC, Resolve, fetch};
 use super::json::Json;
 use super::{LoadError, check_version};
@@ -102,13 +104,15 @@ impl Parts {
         Ok(parts)
     }
 
-    /// The JSON of the GLB at `path`, if it is one.
+    /// The JSON of the GLB at `path`, if it is one, and as long as it says.
     pub fn json_of(path: &std::path::Path) -> Option<Value> {
         let mut file = std::fs::File::open(path).ok()?;
         let mut head = [0; 20];
         file.read_exact(&mut head).ok()?;
-        let length = u32::from_le_bytes(head[12..16].try_into().ok()?);
-        let is_glb = head.starts_with(GLB_MAGIC) && &head[16..] == b"JSON";
+        let number = |at: usize| head[at..at + 4].try_into().ok().map(u32::from_le_bytes);
+        let (whole, length) = (number(8)?, number(12)?);
+        let is_whole = file.metadata().ok()?.len() == u64::from(whole);
+        let is_glb = is_whole && head.starts_with(GLB_MAGIC) && &head[16..] == b"JSON";
         let mut text = Vec::new();
         file.take(u64::from(length)).read_to_end(&mut text).ok().filter(|_| is_glb)?;
         serde_json::from_slice(&text).ok()

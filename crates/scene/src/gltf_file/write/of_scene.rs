@@ -3,8 +3,8 @@
 use super::{Numbers, Parts};
 use crate::material::{Mapped, TextureRef, TextureTransform};
 use crate::{
-    AlphaMode, Image, ImageSource, Light, LightKind, Material, Node, Pixels, Primitive, Projection, Sampler, Scene,
-    ShadingModel, Topology, Wrap,
+    AlphaMode, Image, ImageSource, Light, LightKind, LightMode, Material, Node, Pixels, Primitive, Projection, Sampler,
+    Scene, ShadingModel, Topology, Wrap,
 };
 use glam::Vec3;
 use serde_json::{Map, Value, json};
@@ -33,7 +33,9 @@ struct Writer<'s> {
 
 impl Parts {
     /// A scene as a file, and what of it glTF, or this, cannot say: one line each. Nodes, meshes, materials, images,
-    /// lights and cameras have the indices that they have in the scene; animations, skins and variants are left out.
+    /// lights and cameras have the indices that they have in the scene; animations, skins and variants are left out. What
+    /// glTF has no words for is in `extras`: `castShadow` of materials, nodes and lights, `radius` and `mode` of lights,
+    /// `exposureStops` of the asset.
     pub fn of_scene(scene: &Scene) -> (Self, Vec<String>) {
         let mut writer = Writer { scene, parts: Self::empty(), notes: Vec::new() };
         writer.note(!scene.animations.is_empty(), "animations");
@@ -153,6 +155,7 @@ impl Writer<'_> {
             }
         }
         put(&mut object, "doubleSided", true, !material.double_sided);
+        put(&mut object, "extras", json!({ "castShadow": false }), material.casts_shadow);
         let mut extensions = Object::new();
         if strength > 1.0 {
             extensions.insert("KHR_materials_emissive_strength".into(), json!({ "emissiveStrength": strength }));
@@ -348,6 +351,7 @@ impl Writer<'_> {
         if let Some(camera) = node.camera {
             object.insert("camera".into(), camera.into());
         }
+        put(&mut object, "extras", json!({ "castShadow": false }), node.casts_shadow);
         let mut extensions = Object::new();
         if let Some(light) = node.light {
             extensions.insert("KHR_lights_punctual".into(), json!({ "light": light }));
@@ -381,6 +385,13 @@ fn light(light: &Light) -> Value {
     if let Some(range) = light.range_m {
         object.insert("range".into(), range.into());
     }
+    // What glTF has no words for.
+    let mut extras = Object::new();
+    put(&mut extras, "radius", light.radius_m, light.radius_m == 0.0);
+    put(&mut extras, "castShadow", false, light.casts_shadows);
+    put(&mut extras, "mode", light.mode.name(), light.mode == LightMode::default());
+    let has_none = extras.is_empty();
+    put(&mut object, "extras", extras, has_none);
     object.into()
 }
 

@@ -56,9 +56,59 @@ fn visit_views(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
     }
 }
 
+/// Every index of a material.
+fn visit_materials(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
+    for primitive in each(json.get_mut("meshes")).flat_map(|mesh| each(mesh.get_mut("primitives"))) {
+        index(primitive.get_mut("material"), visit);
+        let mappings = primitive.pointer_mut("/extensions/KHR_materials_variants/mappings");
+        each(mappings).for_each(|mapping| index(mapping.get_mut("material"), visit));
+    }
+    for material in each(json.get_mut("materials")) {
+        each(material.pointer_mut("/extensions/MSFT_lod/ids")).for_each(|of| index(Some(of), visit));
+    }
+}
+
+/// Every index of a texture: `index` of whatever is in a material.
+fn visit_textures(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
+    fn within(value: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
+        if value.is_object() {
+            index(value.get_mut("index"), visit);
+        }
+        each(Some(value)).for_each(|value| within(value, visit));
+    }
+    each(json.get_mut("materials")).for_each(|material| within(material, visit));
+}
+
+/// Every index of an image.
+fn visit_images(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
+    for texture in each(json.get_mut("textures")) {
+        index(texture.get_mut("source"), visit);
+        each(texture.get_mut("extensions")).for_each(|extension| index(extension.get_mut("source"), visit));
+    }
+}
+
+/// Every index of a sampler of textures.
+fn visit_samplers(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
+    each(json.get_mut("textures")).for_each(|texture| index(texture.get_mut("sampler"), visit));
+}
+
+type Visit = fn(&mut Value, &mut dyn FnMut(&mut Value));
+
+/// Lists whose objects files may hold although nothing refers to them, those that refer to others first.
+const KEPT: [(&str, Visit); 4] = [
+    ("materials", visit_materials),
+    ("textures", visit_textures),
+    ("images", visit_images),
+    ("samplers", visit_samplers),
+];
+
+/// Objects that nothing refers to, list by list.
+#[derive(Clone, Debug, Default)]
+pub struct Unreferenced([BTreeSet<u64>; KEPT.len()]);
+
 /// Leaves out of a list what `visit` finds no index of, and counts anew.
-fn compact(json: &mut Value, key: &str, visit: impl Fn(&mut Value, &mut dyn FnMut(&mut Value))) {
-    let mut used = BTreeSet::new();
+fn compact(json: &mut Value, key: &str, visit: Visit, kept: &BTreeSet<u64>) {
+    let mut used = kept.clone();
     visit(json, &mut |index| {
         used.extend(index.as_u64());
     });
@@ -80,16 +130,37 @@ fn compact(json: &mut Value, key: &str, visit: impl Fn(&mut Value, &mut dyn FnMu
 }
 
 impl Parts {
-    /// Leaves out meshes, accessors, buffer views and bytes that nothing refers to. A file that uses extensions which are
-    /// not [`SUPPORTED_EXTENSIONS`] keeps them all: those may refer to anything.
-    pub fn prune(&mut self) {
+    /// The materials, textures, images and samplers that nothing refers to.
+    pub fn unreferenced(&mut self) -> Unreferenced {
+        let mut unreferenced = Unreferenced::default();
+        for (indices, (key, visit)) in unreferenced.0.iter_mut().zip(KEPT) {
+            indices.extend(0..self.list(key).len() as u64);
+            visit(&mut self.json, &mut |index| {
+                if let Some(index) = index.as_u64() {
+                    indices.remove(&index);
+                }
+            });
+        }
+        unreferenced
+    }
+
+    /// Leaves out meshes, accessors, buffer views and bytes that nothing refers to, and materials, textures, images and
+    /// samplers that are none of `kept`. A file that uses extensions which are not [`SUPPORTED_EXTENSIONS`] keeps them all,
+    /// because those may refer to anything; one with pointers of animations its materials.
+    pub fn prune(&mut self, kept: &Unreferenced) {
         let is_known = |name: &Value| SUPPORTED_EXTENSIONS.iter().any(|known| name == known);
         if !self.list("extensionsUsed").iter().all(is_known) {
             return;
         }
-        compact(&mut self.json, "meshes", visit_meshes);
-        compact(&mut self.json, "accessors", visit_accessors);
-        compact(&mut self.json, "bufferViews", visit_views);
+        let none = BTreeSet::new();
+        compact(&mut self.json, "meshes", visit_meshes, &none);
+        if !self.list("extensionsUsed").iter().any(|name| name == "KHR_animation_pointer") {
+            for (kept, (key, visit)) in kept.0.iter().zip(KEPT) {
+                compact(&mut self.json, key, visit, kept);
+            }
+        }
+        compact(&mut self.json, "accessors", visit_accessors, &none);
+        compact(&mut self.json, "bufferViews", visit_views, &none);
         let old = std::mem::take(&mut self.binary);
         let mut views = self.json["bufferViews"].take();
         for view in each(Some(&mut views)) {
