@@ -1,7 +1,8 @@
 //! Puts light maps into a scene.
 
-use crate::encode::{Encoding, LightFile, grey_png, light_file};
+use crate::encode::{Encoding, LightFile, emission_png, grey_png, light_file};
 use crate::{BakeError, Baked, Unwrapped};
+use glam::{Vec3, Vec4};
 use manypass_scene::material::{LightEncoding, LightMap};
 use manypass_scene::{
     Image, ImageSource, LayerMap, Mapped, Material, MorphTarget, NodeId, Primitive, Sampler, Scene, Texture,
@@ -65,6 +66,11 @@ pub(crate) fn remade(primitive: &Primitive, unwrapped: &Unwrapped, is_mirrored: 
     }
 }
 
+/// Whether what a material gives of its own stays as it is, where light is baked as emission.
+fn shines(material: &Material) -> bool {
+    material.emissive_factor.max_element() > 0.0
+}
+
 /// The texture of each map of a page.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PageTextures {
@@ -99,7 +105,11 @@ impl Baked {
         for page in 0..self.layout.page_count {
             let mut of_page = PageTextures::default();
             let light = self.of_page(&self.light, page);
-            if !light.is_empty() {
+            if !light.is_empty() && self.is_emission {
+                let (bytes, factor) = emission_png(light, (width, height))?;
+                let file = MapFile { name: format!("emission {page}"), mime_type: "image/png", bytes, extension: None };
+                of_page.light = Some((add(file), factor));
+            } else if !light.is_empty() {
                 let LightFile { mime_type, bytes, factor } = light_file(encoding, light, (width, height))?;
                 let name = format!("light map {page}");
                 let file = MapFile { name, mime_type, bytes, extension: encoding.extension() };
@@ -141,7 +151,14 @@ impl Baked {
                 let reference = |texture| TextureRef { texture, uv_set: 1, transform: TextureTransform::default() };
                 baked.light_map = None;
                 baked.occlusion_texture = baked.occlusion_texture.filter(|texture| texture.uv_set == 0);
-                if let Some((texture, factor)) = of_page.light {
+                if let Some((texture, factor)) = of_page.light.filter(|_| self.is_emission) {
+                    if !shines(&baked) {
+                        (baked.emissive_factor, baked.emissive_texture) =
+                            (Vec3::splat(factor), Some(reference(texture)));
+                        baked.base_color_factor = Vec4::new(0.0, 0.0, 0.0, baked.base_color_factor.w);
+                        baked.metallic_factor = 0.0;
+                    }
+                } else if let Some((texture, factor)) = of_page.light {
                     let light = Mapped { factor, texture: Some(reference(texture)) };
                     baked.light_map = Some(LightMap { light, encoding: LightEncoding::Linear });
                 }

@@ -95,6 +95,30 @@ pub(crate) fn light_file(
     }
 }
 
+/// The share of texels that are brighter than the range of [`emission_png`].
+const BEYOND_RANGE: f64 = 0.001;
+
+/// Light as a PNG file in sRGB, which every viewer reads as emission, and what its values are to be multiplied by. So that
+/// few bright texels do not make all others dark and coarse, a thousandth may be cut.
+///
+/// # Errors
+/// The encoder fails.
+pub(crate) fn emission_png(texels: &[[f32; 3]], (width, height): (u32, u32)) -> Result<(Vec<u8>, f32), BakeError> {
+    let mut most: Vec<f32> = texels.iter().map(|texel| texel.iter().copied().fold(0.0, f32::max)).collect();
+    most.retain(|value| *value > 0.0 && value.is_finite());
+    most.sort_unstable_by(f32::total_cmp);
+    let last = most.len().saturating_sub(1);
+    let range = most.get(last - (last as f64 * BEYOND_RANGE) as usize).copied().unwrap_or(1.0).min(RADIANCE_MAX);
+    let byte = |value: f32| {
+        let linear = if value.is_finite() { (value / range).clamp(0.0, 1.0) } else { 0.0 };
+        let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+        (encoded * 255.0).round() as u8
+    };
+    let data = texels.iter().flatten().map(|value| byte(*value)).collect();
+    let image = image::RgbImage::from_raw(width, height, data);
+    Ok((png(&image.ok_or_else(|| BakeError::Encode("texels are missing".into()))?)?, range))
+}
+
 /// The smallest alpha with which all three colours fit, and what they are with it.
 fn rgbm([r, g, b]: [f32; 3], range: f32) -> [u8; 4] {
     let [r, g, b] = [r, g, b].map(|value| if value.is_finite() { (value / range).clamp(0.0, 1.0) } else { 0.0 });

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 /// The extension of light maps, which Mozilla Hubs began.
 const LIGHT_MAP: &str = "MOZ_lightmap";
+const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
 const INSTANCES: &str = "EXT_mesh_gpu_instancing";
 const DRACO: &str = "KHR_draco_mesh_compression";
 
@@ -120,7 +121,7 @@ impl Baked {
                 let mut baked = |material: Option<u64>| {
                     *materials.entry((material, of.page)).or_insert_with(|| {
                         let of_page = pages.get(of.page as usize).copied().unwrap_or_default();
-                        with_maps(parts, material, (of_page, encoding))
+                        with_maps(parts, material, (of_page, encoding, self.is_emission))
                     })
                 };
                 json["material"] = baked(json.get("material").and_then(Value::as_u64)).into();
@@ -133,7 +134,7 @@ impl Baked {
             let mesh = parts.push("meshes", written);
             parts.json["nodes"][node as usize]["mesh"] = mesh.into();
         }
-        if !self.light.is_empty() {
+        if !self.light.is_empty() && !self.is_emission {
             parts.use_extension(LIGHT_MAP);
         }
         parts.prune(&unreferenced);
@@ -146,8 +147,24 @@ impl Baked {
     }
 }
 
+/// Makes a material send out the light of a texture, and send back next to nothing else.
+fn put_emission(material: &mut Value, texture: usize, factor: f32) {
+    material["emissiveTexture"] = json!({ "index": texture, "texCoord": 1 });
+    // Factors end at 1, and strengths begin at nothing.
+    material["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
+    material["extensions"][EMISSIVE_STRENGTH] = json!({ "emissiveStrength": factor });
+    let plain = &mut material["pbrMetallicRoughness"];
+    let alpha = plain.pointer("/baseColorFactor/3").and_then(Value::as_f64).unwrap_or(1.0);
+    plain["baseColorFactor"] = json!([0.0, 0.0, 0.0, alpha]);
+    plain["metallicFactor"] = 0.0.into();
+}
+
 /// A copy of a material, or the default one, with the maps of a page.
-fn with_maps(parts: &mut Parts, material: Option<u64>, (of_page, encoding): (PageTextures, Encoding)) -> usize {
+fn with_maps(
+    parts: &mut Parts,
+    material: Option<u64>,
+    (of_page, encoding, is_emission): (PageTextures, Encoding, bool),
+) -> usize {
     let original = material.and_then(|index| parts.list("materials").get(index as usize));
     let mut material = original.cloned().unwrap_or_else(|| json!({}));
     // Maps of a bake before lie on the UV set that is exchanged.
@@ -157,7 +174,13 @@ fn with_maps(parts: &mut Parts, material: Option<u64>, (of_page, encoding): (Pag
     {
         material.remove("occlusionTexture");
     }
-    if let Some((texture, factor)) = of_page.light {
+    if let Some((texture, factor)) = of_page.light.filter(|_| is_emission) {
+        let shines = material["emissiveFactor"].as_array().is_some_and(|of| of.iter().any(|part| *part != 0.0));
+        if !shines {
+            put_emission(&mut material, texture, factor);
+            parts.use_extension(EMISSIVE_STRENGTH);
+        }
+    } else if let Some((texture, factor)) = of_page.light {
         let mut map = json!({ "index": texture, "texCoord": 1, "intensity": factor });
         if encoding.of_material() == LightEncoding::Rgbm {
             map["extras"]["encoding"] = "rgbm".into();

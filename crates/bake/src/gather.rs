@@ -21,6 +21,7 @@ const OF_INSIDE: u32 = 0;
 const OF_LAMPS: u32 = 1;
 const OF_SHINING: u32 = 2;
 const OF_OCCLUSION: u32 = 3;
+const OF_REFLECTANCE: u32 = 4;
 const OF_BOUNCES: u32 = 8;
 
 /// The scene as a texel asks for it.
@@ -91,6 +92,16 @@ impl Gather<'_> {
             sums.iter_mut().zip(found).for_each(|(sum, found)| *sum += found / LAMP_SAMPLES as f32);
         }
         sums
+    }
+
+    /// The share of light that a texel sends back.
+    pub fn reflectance(&self, index: usize) -> Vec3 {
+        let spots = (0..LAMP_SAMPLES)
+            .filter_map(|sample| self.texels.spot(index, point(sample, hash2(index as u32, OF_REFLECTANCE))));
+        let (sum, count) = spots.fold((Vec3::ZERO, 0.0f32), |(sum, count), spot| {
+            (sum + self.surfaces.shade(spot).reflectance, count + 1.0)
+        });
+        sum / count.max(1.0)
     }
 
     /// Irradiance of what shines and of what is around the scene.

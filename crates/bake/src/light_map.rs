@@ -43,6 +43,9 @@ pub struct BakeSettings {
     pub light: bool,
     /// Whether occlusion is found.
     pub occlusion: bool,
+    /// Whether light maps become what surfaces send out of that light, for viewers that know no light maps: then they hold
+    /// what comes straight from lamps, too, but for dynamic ones. Surfaces that shine stay as they are.
+    pub as_emission: bool,
     /// Rays from a texel in each round.
     pub samples: u32,
     /// How often light is sent back.
@@ -60,6 +63,7 @@ impl Default for BakeSettings {
             layout: LayoutSettings::default(),
             light: true,
             occlusion: false,
+            as_emission: false,
             samples: 256,
             bounces: 3,
             denoise: true,
@@ -93,6 +97,8 @@ pub struct Baked {
     /// Texels of all pages, one page after the other, rows from the top: irradiance divided by π, which is what a white
     /// surface sends back. Empty if it was not asked for.
     pub light: Vec<[f32; 3]>,
+    /// Whether `light` is what surfaces send back in their own colours ([`BakeSettings::as_emission`]).
+    pub is_emission: bool,
     /// The share of even light from everywhere that reaches each texel. Empty if it was not asked for.
     pub occlusion: Vec<[f32; 1]>,
     /// What differs from what was asked for, one line each.
@@ -154,7 +160,8 @@ impl<'a> Baker<'a> {
         let mut notes = self.surfaces.warnings().to_vec();
         notes.extend(self.layout.notes.iter().cloned());
         drop(texels);
-        Ok(Baked { layout: self.layout, light, occlusion, notes })
+        let is_emission = self.settings.as_emission;
+        Ok(Baked { layout: self.layout, light, is_emission, occlusion, notes })
     }
 
     fn gather<'g>(&'g self, tracer: &'g Tracer<'g>, texels: &'g Texels<'g>) -> Gather<'g> {
@@ -214,13 +221,17 @@ impl<'a> Baker<'a> {
         } else {
             drop(variance);
         }
-        if self.emitters.holds_lamps() {
+        let as_emission = self.settings.as_emission;
+        if as_emission || self.emitters.holds_lamps() {
             // Found again, which is little work beside all else: to keep it would take a third more memory.
             let blocks = sum.chunks_mut(BLOCK);
             each_block(blocks, count, (progress, Stage::Finish), |number, block| {
                 for (index, sum) in block.iter_mut().enumerate() {
-                    let [held, _] = gather.of_lamps(number * BLOCK + index);
-                    *sum = (Vec3::from(*sum) + held).to_array();
+                    let index = number * BLOCK + index;
+                    let [held, added] = gather.of_lamps(index);
+                    let light = Vec3::from(*sum) + held;
+                    let sent_back = || (light + added) * gather.reflectance(index);
+                    *sum = if as_emission { sent_back() } else { light }.to_array();
                 }
             })?;
         }

@@ -146,6 +146,13 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         let message = format!("`--set {pair}` says nothing of what is baked");
         return Err(Failure::usage(message, "`bake` takes settings of the environment alone: environment.KEY=VALUE"));
     }
+    if wanted.as_emission && args.what.iter().any(|what| what == "lightmap" || what == "all") {
+        let message = "light is baked as light maps or as emission, not as both";
+        return Err(Failure::usage(message, "write --what emission, or --what emission,occlusion"));
+    }
+    if wanted.as_emission && args.lights.is_some() {
+        return Err(Failure::usage("as emission all lamps are baked", "leave --lights out"));
+    }
     interrupt::heed(args.quiet);
     // The folder is made, and what cannot be written is known, before anything is computed.
     drop(output::begin(&outputs.model)?);
@@ -161,7 +168,8 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let (settings, _) = chosen.settings(Settings::default(), stage.as_ref())?;
     warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
-    if let Some(mode) = args.lights.as_deref().and_then(LightMode::named) {
+    let mode = if wanted.as_emission { Some("baked") } else { args.lights.as_deref() };
+    if let Some(mode) = mode.and_then(LightMode::named) {
         set_modes(&mut scene, &mut parts, mode);
     }
     if let (Input::File(path), Some(stage)) = (&input, &stage) {
@@ -227,11 +235,13 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
 
 fn settings(args: &BakeArgs) -> BakeSettings {
     let layout = LayoutSettings { texels_per_m: args.density, side_max: args.side_max, padding: args.padding };
-    let is_wanted = |name: &str| args.what.iter().any(|what| what == name || what == "all");
+    let is_named = |name: &str| args.what.iter().any(|what| what == name);
+    let as_emission = is_named("emission");
     BakeSettings {
         layout,
-        light: is_wanted("lightmap"),
-        occlusion: is_wanted("occlusion"),
+        light: as_emission || is_named("lightmap") || is_named("all"),
+        as_emission,
+        occlusion: is_named("occlusion") || is_named("all"),
         samples: args.samples,
         bounces: args.bounces,
         denoise: !args.no_denoise,
@@ -256,7 +266,9 @@ fn provenance(settings: &BakeSettings, (key, encoding, source): (&str, &str, &st
         "samples": settings.samples,
         "environment": source,
     });
-    if settings.light {
+    if settings.as_emission {
+        extras["emission"] = json!({ "bounces": settings.bounces });
+    } else if settings.light {
         extras["lightMap"] = json!({
             "encoding": encoding,
             "color": "linear Rec. 709",

@@ -164,6 +164,7 @@ fn a_baked_room_shows_what_its_walls_send_each_other() {
     let folder = Folder::new("cornell");
     bake(&folder, &["demo:cornell", "-o", "direct.glb", "--bounces", "0"]).expect(0);
     bake(&folder, &["demo:cornell", "-o", "all.glb", "--bounces", "4"]).expect(0);
+    bake(&folder, &["demo:cornell", "-o", "glowing.glb", "--bounces", "4", "--what", "emission,occlusion"]).expect(0);
     let picture = |name: &str, model: &str| {
         run_in(&folder, &["render", model, "-o", name, "--size", "200x200", "--samples", "4", "--no-cache"]).expect(0);
         image::open(folder.join(name)).expect("a PNG").into_rgb8()
@@ -184,4 +185,14 @@ fn a_baked_room_shows_what_its_walls_send_each_other() {
     let [red, green, _] = color(&all, small_right);
     assert!(green > 1.2 * red, "the green wall on the small box: {red} {green}");
     assert!(color(&all, floor)[0] > color(&direct, floor)[0]);
+    // As emission it looks the same, in bytes of sRGB.
+    let glowing = picture("glowing.png", "glowing.stage.toml");
+    for place in [ceiling, tall_left, small_right, floor, (100, 100), (100, 32)] {
+        for (one, other) in color(&all, place).iter().zip(color(&glowing, place)) {
+            assert!((one - other).abs() < 4.0, "{one} and {other} at {place:?}");
+        }
+    }
+    let json = Parts::json_of(&folder.join("glowing.glb")).expect("a GLB");
+    let used = json["extensionsUsed"].as_array().expect("a list");
+    assert!(!used.contains(&"MOZ_lightmap".into()) && used.contains(&"KHR_materials_emissive_strength".into()));
 }

@@ -7,7 +7,7 @@ use manypass_scene::LightMode;
 use std::path::PathBuf;
 
 /// The words of `--what`.
-pub const WHAT: [&str; 3] = ["lightmap", "occlusion", "all"];
+pub const WHAT: [&str; 4] = ["lightmap", "occlusion", "emission", "all"];
 
 /// What stands below the help of `bake`.
 pub const EXAMPLES: &str = "Examples:
@@ -17,6 +17,7 @@ pub const EXAMPLES: &str = "Examples:
   manypass bake hall.stage.toml -o baked.glb              with the stage's lights; writes baked.stage.toml as well
   manypass bake room.glb -o baked.glb --environment sky.hdr
   manypass bake part.glb -o baked.glb --what occlusion    an occlusion texture, which every viewer shows
+  manypass bake room.glb -o baked.glb --what emission     a room that looks lit in every viewer
   manypass render baked.glb                               draws it
 
 Surfaces that stay where they are get a second UV set and a light map (MOZ_lightmap, linear OpenEXR): the light that comes from the \
@@ -35,10 +36,12 @@ pub struct BakeArgs {
     /// OUT.stage.toml, which frames are drawn from.
     #[arg(short, long, value_name = "OUT.glb")]
     pub output: PathBuf,
-    /// What to bake: lightmap, occlusion, or all; several with commas.
+    /// What to bake: lightmap, occlusion, both of them (all), or emission; several with commas.
     ///
     /// lightmap: the light of surfaces, as MOZ_lightmap. occlusion: how open each place is, as the occlusion texture that
-    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners.
+    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners. emission: in place
+    /// of light maps, what surfaces send out of all light, as the emissive texture that every viewer reads; they have no
+    /// other colour then, and lamps are baked.
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "all",
           value_parser = PossibleValuesParser::new(WHAT))]
     pub what: Vec<String>,
