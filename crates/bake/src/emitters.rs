@@ -1,7 +1,7 @@
 //! Where light comes from: the scene's lights, surfaces that shine, and what is around the scene.
 
 use crate::sampling::{balance, cosine_density, even_direction};
-use crate::surfaces::{Spot, Surfaces};
+use crate::surfaces::{Spot, Surfaces, moving};
 use crate::tracing::{Tracer, beside};
 use glam::{Vec2, Vec3};
 use manypass_scene::{EnvironmentLight, LightKind, LightMode, Scene};
@@ -12,6 +12,12 @@ use std::hash::Hasher;
 pub trait Around: Sync {
     /// The radiance that comes from a unit direction.
     fn radiance(&self, direction: Vec3) -> Vec3;
+
+    /// A number that is another one where other light comes from it, for [`crate::Baker::key`], which also looks at radiance
+    /// in some directions.
+    fn key(&self) -> u64 {
+        0
+    }
 
     /// A light that belongs to it and is not in its radiance; as a light that is mixed, it is not in maps.
     fn light(&self) -> Option<EnvironmentLight> {
@@ -113,6 +119,9 @@ struct Surround<'a> {
 const ROWS: usize = 256;
 const COLUMNS: usize = 2 * ROWS;
 
+/// Places along the side of a cell at which it is looked at.
+const PLACES: usize = 6;
+
 impl Surround<'_> {
     /// The middle of a cell when `within` is the middle.
     fn direction(cell: usize, within: Vec2) -> Vec3 {
@@ -155,8 +164,13 @@ pub(crate) struct Emitters<'a> {
 impl<'a> Emitters<'a> {
     /// Those of a scene with `surfaces`, and what is around it.
     pub fn new(scene: &Scene, surfaces: &'a Surfaces, around: Option<&'a dyn Around>) -> Self {
+        let moves = moving(scene);
         let lamps = scene.visible_nodes().into_iter().filter_map(|id| {
             let node = scene.node(id);
+            // What moves is dynamic.
+            if moves[id.0 as usize] {
+                return None;
+            }
             let light = scene.lights.get(node.light?).filter(|light| light.mode != LightMode::Dynamic)?;
             let matrix = node.world_from_object;
             let intensity = light.color_linear * light.intensity;
@@ -186,8 +200,13 @@ impl<'a> Emitters<'a> {
         let lamps = lamps.chain(of_around);
         let (shining, powers) = shining(surfaces);
         let surround = around.map(|around| {
-            let middle = |cell| luminance(around.radiance(Surround::direction(cell, Vec2::splat(0.5))));
-            Surround { around, choice: Choice::new((0..ROWS * COLUMNS).map(middle)) }
+            // A sun may be smaller than a cell.
+            let place = |at: usize| Vec2::new((at % PLACES) as f32 + 0.5, (at / PLACES) as f32 + 0.5) / PLACES as f32;
+            let of_cell = |cell: usize| {
+                let places = (0..PLACES * PLACES).map(|at| Surround::direction(cell, place(at)));
+                places.map(|direction| luminance(around.radiance(direction))).sum::<f32>()
+            };
+            Surround { around, choice: Choice::new((0..ROWS * COLUMNS).map(of_cell)) }
         });
         Self { surfaces, lamps: lamps.collect(), shining, by_power: Choice::new(powers.into_iter()), surround }
     }
@@ -231,7 +250,8 @@ impl<'a> Emitters<'a> {
         let distance_m = to.length();
         let direction = to / distance_m.max(1e-20);
         let (cosine, leaving) = (receiver.normal.dot(direction), -facing.dot(direction));
-        if leaving <= 0.0 || !receiver.faces(direction) || !tracer.is_free(start, direction, distance_m) {
+        let is_seen = leaving > 0.0 && receiver.faces(direction) && self.surfaces.is_there(spot);
+        if !is_seen || !tracer.is_clear(start, direction, distance_m) {
             return Vec3::ZERO;
         }
         let density = self.by_power.share(index) / area * distance_m * distance_m / leaving;
@@ -247,7 +267,7 @@ impl<'a> Emitters<'a> {
         let (cell, within) = surround.choice.part(point.x);
         let direction = Surround::direction(cell, Vec2::new(within, point.y));
         let cosine = receiver.normal.dot(direction);
-        if !receiver.faces(direction) || !tracer.is_free(receiver.start(), direction, f32::MAX) {
+        if !receiver.faces(direction) || !tracer.is_clear(receiver.start(), direction, f32::MAX) {
             return Vec3::ZERO;
         }
         let density = surround.density(direction);
@@ -273,6 +293,7 @@ impl<'a> Emitters<'a> {
     pub fn hash_into(&self, hasher: &mut impl Hasher) {
         hasher.write(format!("{:?}", self.lamps).as_bytes());
         if let Some(surround) = &self.surround {
+            hasher.write_u64(surround.around.key());
             for cell in 0..ROWS * COLUMNS {
                 let radiance = surround.around.radiance(Surround::direction(cell, Vec2::splat(0.5)));
                 hasher.write(bytemuck::bytes_of(&radiance));
@@ -352,7 +373,10 @@ fn shining(surfaces: &Surfaces) -> (Vec<(u32, f32)>, Vec<f32>) {
         for triangle in placed.first_triangle..placed.first_triangle + count {
             let [a, b, c] = surfaces.corners(triangle);
             let area = 0.5 * (b - a).cross(c - a).length();
-            let emission = SHARES.map(|shares| surfaces.shade(Spot { triangle, shares }).emission);
+            let emission = SHARES.map(|shares| {
+                let spot = Spot { triangle, shares };
+                if surfaces.is_there(spot) { surfaces.shade(spot).emission } else { Vec3::ZERO }
+            });
             let [least, mean] =
                 [emission.iter().fold(Vec3::ZERO, |most, of| most.max(*of)), emission.iter().sum::<Vec3>()];
             // Of what has dark and bright places the bright ones count, too.

@@ -7,7 +7,7 @@ use manypass_scene::gltf_file::{Numbers, Parts};
 use manypass_scene::material::LightEncoding;
 use manypass_scene::{NodeId, Primitive, Scene};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The extension of light maps, which Mozilla Hubs began.
 const LIGHT_MAP: &str = "MOZ_lightmap";
@@ -34,8 +34,13 @@ fn spread_instances(parts: &mut Parts, scene: &Scene) {
     if !parts.list("nodes").iter().any(has_instances) {
         return;
     }
+    let mut spread = BTreeSet::new();
     for (index, node) in scene.nodes.iter().enumerate().skip(count) {
-        let Some(NodeId(parent)) = node.parent else { continue };
+        // What a stage adds is no instance.
+        let Some(NodeId(parent)) = node.parent else { break };
+        if !parts.list("nodes").get(parent as usize).is_some_and(has_instances) {
+            break;
+        }
         let mesh = parts.json["nodes"][parent as usize]["mesh"].clone();
         let instance = json!({
             "name": node.name,
@@ -45,13 +50,14 @@ fn spread_instances(parts: &mut Parts, scene: &Scene) {
             "scale": node.scale.to_array(),
         });
         parts.push("nodes", instance);
+        spread.insert(parent as usize);
         let parent = &mut parts.json["nodes"][parent as usize];
         match parent.get_mut("children").and_then(Value::as_array_mut) {
             Some(children) => children.push(index.into()),
             None => parent["children"] = json!([index]),
         }
     }
-    for index in 0..count {
+    for index in spread {
         let node = &mut parts.json["nodes"][index];
         if remove_extension(node, INSTANCES)
             && let Some(node) = node.as_object_mut()
@@ -60,7 +66,9 @@ fn spread_instances(parts: &mut Parts, scene: &Scene) {
             node.remove("weights");
         }
     }
-    parts.forget_extension(INSTANCES);
+    if !parts.list("nodes").iter().any(has_instances) {
+        parts.forget_extension(INSTANCES);
+    }
 }
 
 /// A primitive of a file with other vertices.
@@ -138,12 +146,23 @@ impl Baked {
             parts.use_extension(LIGHT_MAP);
         }
         parts.prune(&unreferenced);
-        let is_packed = |primitive: &Value| primitive.pointer(&format!("/extensions/{DRACO}")).is_some();
-        let mut primitives = parts.list("meshes").iter().flat_map(|mesh| mesh["primitives"].as_array()).flatten();
-        if !primitives.any(is_packed) {
-            parts.forget_extension(DRACO);
+        for name in
+            [DRACO, LIGHT_MAP, "MOZ_texture_rgbe", "MANYPASS_texture_exr", "KHR_materials_pbrSpecularGlossiness"]
+        {
+            if !mentions(&parts.json, name) {
+                parts.forget_extension(name);
+            }
         }
         Ok(())
+    }
+}
+
+/// Whether anything in a file has a key of this name.
+fn mentions(json: &Value, name: &str) -> bool {
+    match json {
+        Value::Object(object) => object.iter().any(|(key, value)| key == name || mentions(value, name)),
+        Value::Array(list) => list.iter().any(|value| mentions(value, name)),
+        _ => false,
     }
 }
 
@@ -153,6 +172,9 @@ fn put_emission(material: &mut Value, texture: usize, factor: f32) {
     // Factors end at 1, and strengths begin at nothing.
     material["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
     material["extensions"][EMISSIVE_STRENGTH] = json!({ "emissiveStrength": factor });
+    // These take the place of what follows, or add to it.
+    remove_extension(material, "KHR_materials_pbrSpecularGlossiness");
+    remove_extension(material, "KHR_materials_diffuse_transmission");
     let plain = &mut material["pbrMetallicRoughness"];
     let alpha = plain.pointer("/baseColorFactor/3").and_then(Value::as_f64).unwrap_or(1.0);
     plain["baseColorFactor"] = json!([0.0, 0.0, 0.0, alpha]);

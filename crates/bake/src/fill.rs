@@ -75,7 +75,7 @@ impl Light for [f16; 3] {
     }
 
     fn of(value: Vec3) -> Self {
-        value.to_array().map(|part| f16::from_f32(part.min(RADIANCE_MAX)))
+        value.to_array().map(|part| f16::from_f32(if part.is_finite() { part.min(RADIANCE_MAX) } else { 0.0 }))
     }
 }
 

@@ -52,8 +52,12 @@ impl Sums {
 
     fn mean(self, count: u32) -> Mean {
         let [even, odd] = self.0;
+        let sum = even + odd;
+        if !sum.is_finite() {
+            return Mean::default();
+        }
         let apart = luminance(even - odd) / count as f32;
-        Mean { value: (even + odd) / count as f32, variance: if count > 1 { apart * apart } else { 0.0 } }
+        Mean { value: sum / count as f32, variance: if count > 1 { apart * apart } else { 0.0 } }
     }
 }
 
@@ -61,6 +65,7 @@ impl Gather<'_> {
     /// A receiver within a texel for each of `count` samples, and the seed of their points.
     fn receivers(&self, index: usize, count: u32, round: u32) -> impl Iterator<Item = (u32, Receiver, u32)> + '_ {
         let seed = hash2(index as u32, round);
+        let count = if self.texels.triangle(index).is_some() { count } else { 0 };
         (0..count).filter_map(move |sample| {
             let spot = self.texels.spot(index, point(sample, hash2(seed, 0)))?;
             let (position, facet, normal) = self.surfaces.geometry(spot);

@@ -115,8 +115,9 @@ impl Layout {
     /// There are none, settings are out of range, or the maps would be too large.
     pub fn new(surfaces: &Surfaces, settings: &LayoutSettings, progress: &dyn Progress) -> Result<Self, BakeError> {
         settings.check()?;
-        let receiving: Vec<usize> =
-            (0..surfaces.placed.len()).filter(|index| surfaces.placed[*index].receives).collect();
+        let receiving: Vec<usize> = (0..surfaces.placed.len())
+            .filter(|index| surfaces.placed[*index].receives && !surfaces.placed[*index].indices.is_empty())
+            .collect();
         let areas =
             receiving.iter().map(|index| area(&surfaces.placed[*index].positions, &surfaces.placed[*index].indices));
         let area: f64 = areas.sum();
@@ -142,6 +143,11 @@ impl Layout {
         };
         let of_all = |scales| (0..receiving.len()).map(|index| input((index, scales))).collect::<Vec<_>>();
         let (atlas, mut notes) = pack(&of_all(&[]), &of_all(&[1.0]), settings, progress)?;
+        let packed = u64::from(atlas.width) * u64::from(atlas.height) * u64::from(atlas.page_count);
+        if packed > TEXELS_MAX {
+            let possible = f64::from(settings.texels_per_m) * 0.5;
+            return Err(BakeError::TooLarge { texels: packed, texels_per_m: settings.texels_per_m, possible });
+        }
         if atlas.texels_per_unit < settings.texels_per_m {
             notes.push(format!(
                 "a surface does not fit into {side} x {side} texels; the density is {:.3} in place of {} texels a metre",

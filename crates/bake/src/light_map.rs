@@ -159,6 +159,10 @@ impl<'a> Baker<'a> {
         let occlusion = if self.settings.occlusion { self.occlusion(&gather, progress, keeper)? } else { Vec::new() };
         let mut notes = self.surfaces.warnings().to_vec();
         notes.extend(self.layout.notes.iter().cloned());
+        if !self.settings.occlusion {
+            let lost = self.surfaces.own_occlusion.iter();
+            notes.extend(lost.map(|name| format!("material `{name}`: its occlusion on the second UV set is left out")));
+        }
         drop(texels);
         let is_emission = self.settings.as_emission;
         Ok(Baked { layout: self.layout, light, is_emission, occlusion, notes })

@@ -3,6 +3,7 @@
 use crate::apply::textures;
 use crate::materials::{Shade, Surfacing};
 use glam::{Vec2, Vec3, Vec4};
+use manypass_scene::animation::Property;
 use manypass_scene::{Node, NodeId, Primitive, Scene, ShadingModel, Topology};
 use std::collections::BTreeSet;
 use std::hash::{Hash as _, Hasher};
@@ -45,6 +46,8 @@ pub struct Surfaces {
     /// Which of `placed` a triangle is of.
     pub(crate) owners: Vec<u32>,
     pub(crate) surfacing: Surfacing,
+    /// The names of materials with occlusion on the second UV set.
+    pub(crate) own_occlusion: BTreeSet<String>,
     warnings: Vec<String>,
 }
 
@@ -67,13 +70,24 @@ fn finite(value: Vec3) -> Vec3 {
     if value.is_finite() { value } else { Vec3::ZERO }
 }
 
-/// The nodes that an animation moves, and all below them.
-fn moving(scene: &Scene) -> Vec<bool> {
+/// The nodes that an animation moves or hides, or whose light it changes, and all below them.
+pub(crate) fn moving(scene: &Scene) -> Vec<bool> {
     let mut moves = vec![false; scene.nodes.len()];
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
     for channel in channels {
         if let Some(moves) = moves.get_mut(channel.node.0 as usize) {
             *moves = true;
+        }
+    }
+    let properties = scene.animations.iter().flat_map(|animation| &animation.properties);
+    for channel in properties {
+        match channel.property {
+            Property::Visible(node) => moves.get_mut(node.0 as usize).into_iter().for_each(|moves| *moves = true),
+            Property::Light(light, _) => {
+                let holders = scene.nodes.iter().zip(&mut moves).filter(|(node, _)| node.light == Some(light));
+                holders.for_each(|(_, moves)| *moves = true);
+            }
+            Property::Material(..) | Property::TextureTransform(..) | Property::Camera(..) => {}
         }
     }
     // Parents come before their children.
@@ -127,7 +141,7 @@ impl Surfaces {
         let mut warnings = Vec::new();
         let surfacing = Surfacing::new(scene, &mut warnings);
         let moves = moving(scene);
-        let mut refused = BTreeSet::new();
+        let (mut refused, mut own_occlusion) = (BTreeSet::new(), BTreeSet::new());
         let (mut placed, mut owners) = (Vec::new(), Vec::new());
         for id in scene.visible_nodes() {
             let node = scene.node(id);
@@ -150,6 +164,11 @@ impl Surfaces {
                         let name = &material.name;
                         warnings.push(format!("material `{name}` has maps on its second UV set, and so no light map"));
                     }
+                    if material.occlusion_texture.is_some_and(|texture| texture.uv_set == 1)
+                        && material.light_map.is_none()
+                    {
+                        own_occlusion.insert(material.name.clone());
+                    }
                     of_node.receives = is_free && material.shading_model == ShadingModel::Standard;
                 }
                 of_node.first_triangle = owners.len() as u32;
@@ -157,7 +176,7 @@ impl Surfaces {
                 placed.push(of_node);
             }
         }
-        Self { placed, owners, surfacing, warnings }
+        Self { placed, owners, surfacing, own_occlusion, warnings }
     }
 
     /// Hashes all that light depends on.

@@ -97,6 +97,13 @@ impl<'s> Tracer<'s> {
         Some(Hit { spot, distance_m: hit.t, is_behind })
     }
 
+    /// Whether nothing lies along a ray with a unit direction, up to a distance: what [`Self::first`] would meet.
+    pub fn is_clear(&self, from: Vec3, direction: Vec3, distance_m: f32) -> bool {
+        let Some(hierarchy) = &self.hierarchy else { return true };
+        let ray = Ray::new(from.into(), direction.into(), 0.0, distance_m);
+        hierarchy.ray_traverse_miss(ray, |ray, index| self.is_met(ray, &self.triangles[index]))
+    }
+
     /// Whether nothing that casts a shadow lies along a ray with a unit direction, up to a distance.
     pub fn is_free(&self, from: Vec3, direction: Vec3, distance_m: f32) -> bool {
         let Some(hierarchy) = &self.hierarchy else { return true };

@@ -34,6 +34,10 @@ use std::time::Instant;
 struct Surround(EnvironmentRadiance);
 
 impl Around for Surround {
+    fn key(&self) -> u64 {
+        self.0.key()
+    }
+
     fn radiance(&self, direction: Vec3) -> Vec3 {
         self.0.at(direction)
     }
@@ -73,9 +77,11 @@ impl Outputs {
     }
 
     /// Whether they are there already, made of the same.
-    fn are_of(&self, key: &str) -> bool {
-        let is_there = self.stage.as_ref().is_none_or(|path| path.is_file());
-        is_there && Parts::json_of(&self.model).is_some_and(|json| json["asset"]["extras"]["bake"]["key"] == key)
+    fn are_of(&self, key: &str, stage_text: Option<&str>) -> bool {
+        let is_same =
+            |path: &PathBuf| std::fs::read(path).is_ok_and(|bytes| Some(&*bytes) == stage_text.map(str::as_bytes));
+        self.stage.as_ref().is_none_or(is_same)
+            && Parts::json_of(&self.model).is_some_and(|json| json["asset"]["extras"]["bake"]["key"] == key)
     }
 
     /// The text of the stage: that of the input with another model, and with what flags say of the environment, so that
@@ -98,11 +104,6 @@ impl Outputs {
         if !args.says_environment() {
             return Ok(Some(text));
         }
-        let has_own = text.lines().map(str::trim_start).any(|line| line.starts_with("[environment]"));
-        if has_own {
-            let message = "the stage has an [environment] of its own";
-            return Err(Failure::usage(message, "change it there, and leave flags of the environment out"));
-        }
         text.push_str("\n[environment]\n");
         let table = |settings: &Settings| serde_json::to_value(settings).map(|all| all["environment"].clone());
         let (Ok(all), Ok(default)) = (table(settings), table(&Settings::default())) else { return Ok(Some(text)) };
@@ -113,6 +114,11 @@ impl Outputs {
             } else if *value != default[key] {
                 text.push_str(&format!("{key} = {value}\n"));
             }
+        }
+        // A second table of that name, however the first one is written, is none.
+        if Stage::parse(&model, &text).is_err() {
+            let message = "the stage says already what lies around the scene";
+            return Err(Failure::usage(message, "change its [environment], and leave flags of the environment out"));
         }
         Ok(Some(text))
     }
@@ -188,7 +194,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let baker = Baker::new(&scene, &surfaces, around, &wanted, &bar).map_err(in_input)?;
     let encoding = Encoding::named(&args.encoding).unwrap_or_default();
     let key = key(&baker, &parts, encoding);
-    if outputs.are_of(&key) {
+    if outputs.are_of(&key, stage_text.as_deref()) {
         bar.finish();
         if args.json {
             let report = json!({ "output": outputs.model, "stage": outputs.stage, "up_to_date": true });
@@ -213,10 +219,10 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
         Failure::new(Kind::Failed, message, "lower --density")
     })?;
+    output::write_file(&outputs.model, &bytes)?;
     if let (Some(path), Some(text)) = (&outputs.stage, &stage_text) {
         output::write_file(path, text.as_bytes())?;
     }
-    output::write_file(&outputs.model, &bytes)?;
     journal.remove();
     if !args.quiet {
         warnings.iter().for_each(|warning| say(format_args!("warning: {}: {warning}", input.name())));
@@ -338,12 +344,24 @@ fn open(input: &Input) -> Result<(Scene, Vec<String>, Option<Stage>, Parts), Fai
             Parts::read_path(&path).map_err(|error| Failure::new(Kind::Failed, &error, model_hint(&error)))?
         }
         None => {
-            let (parts, notes) = Parts::of_scene(&scene);
+            // What a stage adds is in its copy.
+            let unstaged = stage.as_ref().map(|stage| unstaged(input, stage)).transpose()?;
+            let (parts, notes) = Parts::of_scene(unstaged.as_ref().unwrap_or(&scene));
             warnings.extend(notes.into_iter().map(|note| format!("in the file that is written, {note}")));
             parts
         }
     };
     Ok((scene, warnings, stage, parts))
+}
+
+/// The model of a stage, without what the stage adds to it.
+fn unstaged(input: &Input, stage: &Stage) -> Result<Scene, Failure> {
+    let model = match (stage.model().strip_prefix("demo:"), input) {
+        (Some(name), _) => Input::Demo(name.to_owned()),
+        (None, Input::File(path)) => Input::File(path.with_file_name(stage.model())),
+        (None, Input::Stdin | Input::Demo(_)) => return Err(Failure::usage("the stage has no model", "name one")),
+    };
+    Ok(model.load()?.scene)
 }
 
 /// Gives the lights of the file a mode. Those of a stage have theirs there.

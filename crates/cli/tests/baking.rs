@@ -68,6 +68,10 @@ fn an_interrupted_bake_goes_on() {
     let again: Vec<&str> = slow.iter().map(|word| if *word == "a.glb" { "b.glb" } else { word }).collect();
     run_in(&folder, &again).expect(0);
     assert!(read(&folder, "a.glb") == read(&folder, "b.glb"));
+    // A file of that name that is none of a bake stays.
+    std::fs::write(folder.join("f.glb.part"), b"half a download").expect("written");
+    bake(&folder, &["demo:cornell", "-o", "f.glb"]).expect(0);
+    assert!(read(&folder, "f.glb.part") == b"half a download");
     // What is left of another bake is not taken.
     std::fs::write(folder.join("c.glb.part"), &bytes).expect("written");
     let run = bake(&folder, &["demo:cornell", "-o", "c.glb"]);
@@ -131,6 +135,18 @@ fn what_was_baked_in_some_light_is_drawn_in_it() {
             assert!((baked - plain).abs() < 0.06 * plain + 2.0, "{baked} and {plain}");
         }
     }
+    // A stage that has changed is written again, though the light is the same; its lamps are not there twice.
+    folder.write(
+        "s.stage.toml",
+        b"model = \"a.obj\"\n[[lights]]\nkind = \"point\"\nposition = [0, 0, 2]\nintensity = 5\n",
+    );
+    bake(&folder, &["s.stage.toml", "-o", "t.glb"]).expect(0);
+    let json = Parts::json_of(&folder.join("t.glb")).expect("a GLB");
+    assert!(json["extensions"]["KHR_lights_punctual"].is_null(), "{json}");
+    let stage = String::from_utf8(read(&folder, "s.stage.toml")).expect("text") + "[fog]\nmode = \"linear\"\n";
+    folder.write("s.stage.toml", stage.as_bytes());
+    bake(&folder, &["s.stage.toml", "-o", "t.glb"]).expect(0);
+    assert!(String::from_utf8(read(&folder, "t.stage.toml")).expect("text").contains("[fog]"));
     // A stage of somebody's own stays, and a file that was cut off is made again.
     folder.write("d.stage.toml", b"model = \"a.obj\"\n");
     let run = bake(&folder, &["a.obj", "-o", "d.glb", "--environment", "sky"]);

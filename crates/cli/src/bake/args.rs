@@ -11,7 +11,7 @@ pub const WHAT: [&str; 4] = ["lightmap", "occlusion", "emission", "all"];
 
 /// What stands below the help of `bake`.
 pub const EXAMPLES: &str = "Examples:
-  manypass bake room.glb -o baked.glb                     light maps of 16 texels a metre, three bounces
+  manypass bake room.glb -o baked.glb                     light maps and occlusion, 16 texels a metre
   manypass bake room.glb -o baked.glb --density 64 --samples 1024 --bounces 5
   manypass bake room.glb -o baked.glb --lights baked      lamps are in the maps, too, and cost frames nothing
   manypass bake hall.stage.toml -o baked.glb              with the stage's lights; writes baked.stage.toml as well
@@ -74,7 +74,7 @@ pub struct BakeArgs {
     /// surfaces with maps have it.
     #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(LightMode::NAMES))]
     pub lights: Option<String>,
-    /// How light maps are written: exr, half floats; rgbe, shared exponents, within 1 %; rgbm, PNG, plain glTF, within 1 %.
+    /// How light maps are written: exr, half floats; rgbe, shared exponents, within 1 %; rgbm, PNG, plain glTF.
     #[arg(long, value_name = "NAME", default_value = "exr", value_parser = PossibleValuesParser::new(Encoding::NAMES))]
     pub encoding: String,
     /// What lies around the scene, as `render` has it [default: that of the file or stage; of a file without lights the

@@ -37,8 +37,11 @@ fn hash_of(bytes: &[u8]) -> u64 {
     hasher.finish()
 }
 
+/// How every file begins.
+const START: &str = "manypass bake ";
+
 fn head(key: u64) -> String {
-    format!("manypass bake {key:016x}\n")
+    format!("{START}{key:016x}\n")
 }
 
 /// The place of the journal of an output.
@@ -91,7 +94,10 @@ impl Journal {
         let path = path_of(output);
         // Of a file that is there already.
         let is_of_this = first_bytes(&path, head(key).len()).map(|bytes| bytes == head(key).as_bytes());
-        let (known, file) = match Self::begin(&path, key) {
+        let is_foreign = first_bytes(&path, START.len()).is_some_and(|bytes| bytes != START.as_bytes());
+        let begun =
+            if is_foreign { Err(io::Error::other("it is of another program")) } else { Self::begin(&path, key) };
+        let (known, file) = match begun {
             Ok((known, file)) => (known, Some(file)),
             Err(error) => {
                 if !quiet {
@@ -123,7 +129,8 @@ impl Journal {
 
     /// Whether nothing was kept: then it is removed.
     pub fn remove_if_empty(self) -> bool {
-        let is_empty = fs::metadata(&self.path).is_ok_and(|file| file.len() <= head(0).len() as u64);
+        let is_open = self.file.lock().unwrap_or_else(PoisonError::into_inner).is_some();
+        let is_empty = !is_open || fs::metadata(&self.path).is_ok_and(|file| file.len() <= head(0).len() as u64);
         if is_empty {
             self.remove();
         }
@@ -132,8 +139,11 @@ impl Journal {
 
     /// Removes it: what it is for is done.
     pub fn remove(self) {
-        drop(self.file);
-        let _ = fs::remove_file(&self.path);
+        let file = self.file.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if file.is_some() || first_bytes(&self.path, START.len()).is_some_and(|bytes| bytes == START.as_bytes()) {
+            drop(file);
+            let _ = fs::remove_file(&self.path);
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use glam::Vec3;
 use manypass_scene::{EnvironmentLight, EnvironmentMap, Scene};
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
 /// What light comes from each direction, as frames have it.
@@ -55,6 +56,23 @@ impl EnvironmentRadiance {
             }
         };
         radiance * self.intensity
+    }
+
+    /// A number that is another one where other light comes from it.
+    pub fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        [self.intensity, self.turn[0], self.turn[1]].map(f32::to_bits).hash(&mut hasher);
+        match &self.from {
+            From::Color(color) => color.to_array().map(f32::to_bits).hash(&mut hasher),
+            From::Studio => hasher.write(b"studio"),
+            From::Picture(map, _) => {
+                (map.width, map.height, map.light.is_some()).hash(&mut hasher);
+                hasher.write(bytemuck::cast_slice(&map.texels));
+                let peaks = map.peaks.iter();
+                peaks.for_each(|(index, beyond)| (index, beyond.to_array().map(f32::to_bits)).hash(&mut hasher));
+            }
+        }
+        hasher.finish()
     }
 
     /// A light that belongs to it and that frames draw as one, with shadows: of the sky the sun, of the studio its key.

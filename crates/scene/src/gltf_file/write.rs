@@ -281,6 +281,8 @@ fn image_kind(bytes: &[u8]) -> Option<&'static str> {
         [0xff, 0xd8, 0xff, ..] => Some("image/jpeg"),
         [b'R', b'I', b'F', b'F', ..] => Some("image/webp"),
         [0xab, b'K', b'T', b'X', ..] => Some("image/ktx2"),
+        [0x76, 0x2f, 0x31, 0x01, ..] => Some("image/x-exr"),
+        [b'#', b'?', ..] => Some("image/vnd.radiance"),
         _ => None,
     }
 }

@@ -3,7 +3,7 @@
 use super::Parts;
 use crate::gltf_file::SUPPORTED_EXTENSIONS;
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An index that may be somewhere.
 fn index(value: Option<&mut Value>, visit: &mut dyn FnMut(&mut Value)) {
@@ -74,7 +74,8 @@ fn visit_textures(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
         if value.is_object() {
             index(value.get_mut("index"), visit);
         }
-        each(Some(value)).for_each(|value| within(value, visit));
+        let parts = value.as_object_mut().into_iter().flatten().filter(|(key, _)| *key != "extras");
+        parts.for_each(|(_, value)| within(value, visit));
     }
     each(json.get_mut("materials")).for_each(|material| within(material, visit));
 }
@@ -123,9 +124,10 @@ fn compact(json: &mut Value, key: &str, visit: Visit, kept: &BTreeSet<u64>) {
     {
         root.remove(key);
     }
+    let places: BTreeMap<u64, usize> = used.iter().enumerate().map(|(place, index)| (*index, place)).collect();
     visit(json, &mut |index| {
-        let now = index.as_u64().map(|index| used.range(..index).count());
-        *index = now.map_or(Value::Null, Value::from);
+        let now = index.as_u64().and_then(|index| places.get(&index));
+        *index = now.copied().map_or(Value::Null, Value::from);
     });
 }
 
@@ -146,15 +148,15 @@ impl Parts {
 
     /// Leaves out meshes, accessors, buffer views and bytes that nothing refers to, and materials, textures, images and
     /// samplers that are none of `kept`. A file that uses extensions which are not [`SUPPORTED_EXTENSIONS`] keeps them all,
-    /// because those may refer to anything; one with pointers of animations its materials.
+    /// because those may refer to anything; one with pointers of animations its meshes and materials.
     pub fn prune(&mut self, kept: &Unreferenced) {
         let is_known = |name: &Value| SUPPORTED_EXTENSIONS.iter().any(|known| name == known);
         if !self.list("extensionsUsed").iter().all(is_known) {
             return;
         }
         let none = BTreeSet::new();
-        compact(&mut self.json, "meshes", visit_meshes, &none);
         if !self.list("extensionsUsed").iter().any(|name| name == "KHR_animation_pointer") {
+            compact(&mut self.json, "meshes", visit_meshes, &none);
             for (kept, (key, visit)) in kept.0.iter().zip(KEPT) {
                 compact(&mut self.json, key, visit, kept);
             }
