@@ -87,6 +87,12 @@ fn rewrite(parts: &mut Parts, json: &Value, primitive: &Primitive) -> Value {
     give("TEXCOORD_0", Numbers::Vec2(&primitive.uv0), !primitive.uv0.is_empty());
     give("TEXCOORD_1", Numbers::Vec2(&primitive.uv1), true);
     give("COLOR_0", Numbers::Vec4(&primitive.colors), !primitive.colors.is_empty());
+    // Sets are counted without gaps.
+    if primitive.uv0.is_empty()
+        && let Some(second) = attributes.get("TEXCOORD_1").cloned()
+    {
+        attributes.insert("TEXCOORD_0".into(), second);
+    }
     written.insert("attributes".into(), attributes.into());
     written.insert("indices".into(), parts.append_accessor(Numbers::Indices(&primitive.indices)).into());
     written.remove("mode");

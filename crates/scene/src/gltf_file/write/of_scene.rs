@@ -279,6 +279,12 @@ impl Writer<'_> {
         give("TEXCOORD_0", Numbers::Vec2(&primitive.uv0), !primitive.uv0.is_empty());
         give("TEXCOORD_1", Numbers::Vec2(&primitive.uv1), !primitive.uv1.is_empty());
         give("COLOR_0", Numbers::Vec4(&primitive.colors), !primitive.colors.is_empty());
+        // Sets are counted without gaps.
+        if primitive.uv0.is_empty()
+            && let Some(second) = attributes.get("TEXCOORD_1").cloned()
+        {
+            attributes.insert("TEXCOORD_0".into(), second);
+        }
         let mut object = Object::new();
         object.insert("attributes".into(), attributes.into());
         if !primitive.indices.is_empty() {
