@@ -1,8 +1,8 @@
 //! Noise leaves bounced light where neighbours of the same piece of surface agree within it.
 //!
-//! A texel becomes the mean of those around it whose light differs by no more than noise explains, on the same chart and
-//! facing the same way: three rounds, each with wider gaps (Dammertz et al. 2010, "Edge-Avoiding À-Trous Wavelet
-//! Transform"), whose differences are weighed by the variance that the samples themselves show (Schied et al. 2017,
+//! First what stands out is brought down. Then a texel becomes the mean of those around it whose light differs by no
+//! more than noise explains, on the same chart and facing the same way: three rounds, each with wider gaps (Dammertz et
+//! al. 2010, "Edge-Avoiding À-Trous Wavelet Transform"), whose differences are weighed by the variance that the samples themselves show (Schied et al. 2017,
 //! "Spatiotemporal Variance-Guided Filtering").
 
 use crate::BakeError;
@@ -40,12 +40,43 @@ pub(crate) fn denoise(
 ) -> Result<Vec<[f32; 3]>, BakeError> {
     let mut noisy: Vec<Noisy> = light.into_iter().zip(variance).collect();
     let mut next = vec![([0.0; 3], 0.0); noisy.len()];
+    share_out(&mut next, (progress, stage), |index| without_peak(&noisy, texels, size, index))?;
+    std::mem::swap(&mut noisy, &mut next);
     for step in STEPS {
         share_out(&mut next, (progress, stage), |index| filtered(&noisy, texels, size, index, step))?;
         std::mem::swap(&mut noisy, &mut next);
     }
     drop(next);
     Ok(noisy.into_iter().map(|(light, _)| light).collect())
+}
+
+/// A texel that is brighter than all around it but one has met by chance what is small and bright, which others missed: it
+/// is brought down to the second of them, so that it does not become a spot.
+fn without_peak(noisy: &[Noisy], texels: &Texels, (width, height): (usize, usize), index: usize) -> Noisy {
+    let (light, variance) = noisy[index];
+    let Some(chart) = texels.triangle(index).map(|owner| texels.chart(owner)) else { return (light, variance) };
+    let (x, y) = (index % width, index / width % height);
+    let first = index - (y * width + x);
+    let rows = y.saturating_sub(1)..(y + 2).min(height);
+    let around = rows.flat_map(|row| (x.saturating_sub(1)..(x + 2).min(width)).map(move |column| row * width + column));
+    let others = around
+        .map(|other| first + other)
+        .filter(|other| *other != index)
+        .filter(|other| texels.triangle(*other).is_some_and(|owner| texels.chart(owner) == chart))
+        .map(|other| luminance(noisy[other].0.into()));
+    let [_, second] = others.fold(
+        [0.0f32; 2],
+        |[most, second], other| {
+            if other > most { [other, most] } else { [most, second.max(other)] }
+        },
+    );
+    let own = luminance(light.into());
+    // A piece of one or two texels has nothing to go by.
+    if second <= 0.0 || second >= own {
+        return (light, variance);
+    }
+    let share = second / own;
+    (light.map(|part| part * share), variance * share * share)
 }
 
 fn filtered(noisy: &[Noisy], texels: &Texels, (width, height): (usize, usize), index: usize, step: i32) -> Noisy {
