@@ -15,6 +15,10 @@ use glam::Vec3;
 /// Gaps between texels of each round.
 const STEPS: [i32; 3] = [1, 2, 4];
 
+/// How much brighter than all but one of those around it a texel stands out: less is noise as it is everywhere, and to cut
+/// that would darken.
+const PEAK: f32 = 1.15;
+
 /// The filter of a round along one axis, from the middle outwards.
 const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
 
@@ -72,7 +76,7 @@ fn without_peak(noisy: &[Noisy], texels: &Texels, (width, height): (usize, usize
     );
     let own = luminance(light.into());
     // A piece of one or two texels has nothing to go by.
-    if second <= 0.0 || second >= own {
+    if second <= 0.0 || own <= PEAK * second {
         return (light, variance);
     }
     let share = second / own;
