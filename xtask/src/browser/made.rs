@@ -21,6 +21,8 @@ pub(super) const BAKED: &str = "target/browser/baked.glb";
 /// # Errors
 /// It cannot be written.
 pub(super) fn write_baked() -> Result<()> {
+    // One of an earlier version would not be replaced.
+    let _ = std::fs::remove_file(root().join(BAKED).with_extension("stage.toml"));
     let mut command = cargo(["run", "--quiet", "-p", "manypass-cli", "--", "bake", "demo:cornell", "-o", BAKED]);
     check(command.args(["--density", "32", "--samples", "64", "--quiet"]))
 }
