@@ -363,6 +363,8 @@ fn shining(surfaces: &Surfaces) -> (Vec<(u32, f32)>, Vec<f32>) {
         Vec2::new(0.1, 0.45),
         Vec2::new(0.45, 0.45),
     ];
+    // What the brightest place counts beside the mean: a small bright spot between those places is found, too.
+    const BRIGHT_SHARE: f32 = 0.05;
     let (mut shining, mut powers) = (Vec::new(), Vec::new());
     for placed in &surfaces.placed {
         let surface = surfaces.surfacing.surface(placed.material);
@@ -377,10 +379,10 @@ fn shining(surfaces: &Surfaces) -> (Vec<(u32, f32)>, Vec<f32>) {
                 let spot = Spot { triangle, shares };
                 if surfaces.is_there(spot) { surfaces.shade(spot).emission } else { Vec3::ZERO }
             });
-            let [least, mean] =
+            let [most, sum] =
                 [emission.iter().fold(Vec3::ZERO, |most, of| most.max(*of)), emission.iter().sum::<Vec3>()];
             // Of what has dark and bright places the bright ones count, too.
-            let power = area * (luminance(mean) / SHARES.len() as f32 + 0.05 * luminance(least));
+            let power = area * (luminance(sum) / SHARES.len() as f32 + BRIGHT_SHARE * luminance(most));
             if power > 0.0 && power.is_finite() {
                 shining.push((triangle, area));
                 powers.push(power);

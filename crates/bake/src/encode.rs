@@ -3,6 +3,7 @@
 use crate::BakeError;
 use exr::prelude::{Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use half::f16;
+use manypass_scene::colour::srgb_from_linear;
 use manypass_scene::environment::RADIANCE_MAX;
 use manypass_scene::material::LightEncoding;
 use std::io::Cursor;
@@ -111,8 +112,7 @@ pub(crate) fn emission_png(texels: &[[f32; 3]], (width, height): (u32, u32)) -> 
     let range = most.get(last - (last as f64 * BEYOND_RANGE) as usize).copied().unwrap_or(1.0).min(RADIANCE_MAX);
     let byte = |value: f32| {
         let linear = if value.is_finite() { (value / range).clamp(0.0, 1.0) } else { 0.0 };
-        let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-        (encoded * 255.0).round() as u8
+        (srgb_from_linear(linear) * 255.0).round() as u8
     };
     let data = texels.iter().flatten().map(|value| byte(*value)).collect();
     let image = image::RgbImage::from_raw(width, height, data);

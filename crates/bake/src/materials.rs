@@ -2,6 +2,7 @@
 //! they are not there.
 
 use glam::{Mat3, Vec2, Vec3, Vec4};
+use manypass_scene::colour::linear_from_srgb;
 use manypass_scene::{AlphaMode, Material, Scene, ShadingModel, TextureRef, Wrap};
 use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
@@ -17,10 +18,7 @@ const SCHLICK_MEAN: f32 = 1.0 / 21.0;
 
 /// The linear values of all bytes of sRGB.
 fn linear_of_srgb() -> [f32; 256] {
-    std::array::from_fn(|byte| {
-        let encoded = byte as f32 / 255.0;
-        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-    })
+    std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0))
 }
 
 /// Texels of an image that was made small.

@@ -154,6 +154,22 @@ pub struct ChangeArgs {
     pub set: Vec<String>,
 }
 
+/// What lies around the scene, of all that draws or bakes.
+#[derive(Clone, Debug, Default, PartialEq, Args)]
+pub struct EnvironmentArgs {
+    /// auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, a colour: sRGB (ff8800)
+    /// or linear (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, a cube map, FILE.ktx2, or a folder
+    /// with the six faces of a cube (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights, else studio].
+    #[arg(long, value_name = "ENV")]
+    pub environment: Option<String>,
+    /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub environment_rotation: Option<String>,
+    /// Multiplies the environment [default: 1].
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub environment_intensity: Option<String>,
+}
+
 /// Flags that say what the frame is, of `render`, `graph` and `diff` of models.
 #[derive(Debug, Default, PartialEq, Args)]
 pub struct FrameArgs {
@@ -198,17 +214,8 @@ pub struct FrameArgs {
     /// The far plane in metres [default: none, or the file's camera's].
     #[arg(long, value_name = "M")]
     pub far: Option<f32>,
-    /// auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, a colour: sRGB (ff8800)
-    /// or linear (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, a cube map, FILE.ktx2, or a folder
-    /// with the six faces of a cube (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights, else studio].
-    #[arg(long, value_name = "ENV")]
-    pub environment: Option<String>,
-    /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
-    pub environment_rotation: Option<String>,
-    /// Multiplies the environment [default: 1].
-    #[arg(long, value_name = "X", allow_hyphen_values = true)]
-    pub environment_intensity: Option<String>,
+    #[command(flatten)]
+    pub around: EnvironmentArgs,
     /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), or two (ff8800,112233) at
     /// the lower and the upper edge, which come out as they are under every tone mapper and exposure [default:
     /// environment].

@@ -21,7 +21,7 @@ use glam::Vec3;
 use journal::Journal;
 use manypass::{Environment, EnvironmentRadiance, Settings};
 use manypass_bake::{Around, BakeError, BakeSettings, Baked, Baker, Encoding, LayoutSettings, Surfaces};
-use manypass_scene::gltf_file::Parts;
+use manypass_scene::gltf_file::{Parts, put_extra};
 use manypass_scene::stage::is_stage;
 use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage};
 use progress::Bar;
@@ -164,9 +164,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     drop(output::begin(&outputs.model)?);
     let (mut scene, mut warnings, stage, mut parts) = open(&input)?;
     let frame = FrameArgs {
-        environment: args.environment.clone(),
-        environment_rotation: args.environment_rotation.clone(),
-        environment_intensity: args.environment_intensity.clone(),
+        around: args.around.clone(),
         change: ChangeArgs { set: args.set.clone(), ..ChangeArgs::default() },
         ..FrameArgs::default()
     };
@@ -213,7 +211,8 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     };
     bar.finish();
     warnings.extend(baked.notes.iter().cloned());
-    parts.json["asset"]["extras"]["bake"] = provenance(&wanted, (&key, &args.encoding, source), &baked);
+    let provenance = provenance(&wanted, (&key, &args.encoding, source), &baked);
+    put_extra(&mut parts.json["asset"], "bake", provenance);
     baked.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
     let bytes = parts.to_glb().ok_or_else(|| {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
@@ -369,7 +368,7 @@ fn set_modes(scene: &mut Scene, parts: &mut Parts, mode: LightMode) {
     let lights = parts.json.pointer_mut("/extensions/KHR_lights_punctual/lights").and_then(Value::as_array_mut);
     for (light, json) in scene.lights.iter_mut().zip(lights.into_iter().flatten()) {
         light.mode = mode;
-        json["extras"]["mode"] = mode.name().into();
+        put_extra(json, "mode", mode.name().into());
     }
 }
 

@@ -24,13 +24,13 @@ impl ChangeArgs {
 
 impl FrameArgs {
     fn flags(&self) -> Vec<Flag<'_>> {
-        let environment = self.environment.as_deref();
+        let environment = self.around.environment.as_deref();
         let file = environment.filter(|value| is_picture(value));
         let own = [
             ("--environment", "environment.source", if file.is_some() { Some("file") } else { environment }),
             ("--environment", "environment.file", file),
-            ("--environment-rotation", "environment.rotation_deg", self.environment_rotation.as_deref()),
-            ("--environment-intensity", "environment.intensity", self.environment_intensity.as_deref()),
+            ("--environment-rotation", "environment.rotation_deg", self.around.environment_rotation.as_deref()),
+            ("--environment-intensity", "environment.intensity", self.around.environment_intensity.as_deref()),
             ("--background", "background.source", self.background.as_deref()),
             ("--ground", "ground.mode", self.ground.as_deref()),
             ("--exposure", "exposure.stops", self.exposure.as_deref()),

@@ -102,7 +102,7 @@ impl Places {
         inputs.iter().for_each(|input| places.read_input(input));
         places.read_named(frame);
         places.read_effects(effects);
-        let environment = frame.environment.as_deref().map(Path::new);
+        let environment = frame.around.environment.as_deref().map(Path::new);
         environment.iter().for_each(|path| places.read(path, format!("the environment {}", path.display())));
         places
     }

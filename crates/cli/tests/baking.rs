@@ -201,6 +201,18 @@ fn a_baked_room_shows_what_its_walls_send_each_other() {
     let [red, green, _] = color(&all, small_right);
     assert!(green > 1.2 * red, "the green wall on the small box: {red} {green}");
     assert!(color(&all, floor)[0] > color(&direct, floor)[0]);
+    // On every path.
+    for path in ["forward", "forward-batched", "gouraud"] {
+        let arguments =
+            ["render", "all.stage.toml", "-o", "path.png", "--size", "200x200", "--samples", "4", "--no-cache"];
+        run_in(&folder, &[&arguments[..], &["--path", path]].concat()).expect(0);
+        let picture = image::open(folder.join("path.png")).expect("a PNG").into_rgb8();
+        for place in [ceiling, tall_left, small_right, floor] {
+            for (one, other) in color(&all, place).iter().zip(color(&picture, place)) {
+                assert!((one - other).abs() < 2.0, "{path}: {one} and {other} at {place:?}");
+            }
+        }
+    }
     // As emission it looks the same, in bytes of sRGB.
     let glowing = picture("glowing.png", "glowing.stage.toml");
     for place in [ceiling, tall_left, small_right, floor, (100, 100), (100, 32)] {

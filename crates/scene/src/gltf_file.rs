@@ -20,7 +20,7 @@ mod write;
 
 pub(crate) use material::texel_budget_bytes;
 pub use references::{mentions, references};
-pub use write::{Numbers, Parts, Unreferenced};
+pub use write::{Numbers, Parts, Unreferenced, put_extra};
 
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use json::Json;

@@ -13,6 +13,7 @@ mod cache;
 pub mod camera;
 pub mod capture;
 mod chance;
+pub mod colour;
 pub mod decal;
 pub mod demo;
 mod diagnostic;

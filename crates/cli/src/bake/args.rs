@@ -1,5 +1,6 @@
 //! The command line of `bake`.
 
+use crate::args::EnvironmentArgs;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use manypass_bake::{BakeSettings, Encoding, LayoutSettings};
@@ -77,16 +78,8 @@ pub struct BakeArgs {
     /// How light maps are written: exr, half floats; rgbe, shared exponents, within 1 %; rgbm, PNG, plain glTF.
     #[arg(long, value_name = "NAME", default_value = "exr", value_parser = PossibleValuesParser::new(Encoding::NAMES))]
     pub encoding: String,
-    /// What lies around the scene, as `render` has it [default: that of the file or stage; of a file without lights the
-    /// studio, else none].
-    #[arg(long, value_name = "ENV")]
-    pub environment: Option<String>,
-    /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
-    pub environment_rotation: Option<String>,
-    /// Multiplies the environment [default: 1].
-    #[arg(long, value_name = "X", allow_hyphen_values = true)]
-    pub environment_intensity: Option<String>,
+    #[command(flatten)]
+    pub around: EnvironmentArgs,
     /// Change a setting of the environment, such as environment.turbidity=4; may be given again.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -104,7 +97,6 @@ pub struct BakeArgs {
 impl BakeArgs {
     /// Whether flags say what lies around the scene.
     pub fn says_environment(&self) -> bool {
-        let flags = [&self.environment, &self.environment_rotation, &self.environment_intensity];
-        !self.set.is_empty() || flags.into_iter().any(Option::is_some)
+        !self.set.is_empty() || self.around != EnvironmentArgs::default()
     }
 }

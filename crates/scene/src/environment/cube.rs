@@ -5,6 +5,7 @@
 
 use super::{Decoded, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, cut, equirectangular_direction};
 use super::{decode_exr, decode_radiance, is_exr, is_radiance};
+use crate::colour::linear_from_srgb;
 use glam::Vec3;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -259,11 +260,6 @@ fn decode_face(bytes: &[u8]) -> Result<Decoded, String> {
     let linear: [f32; 256] = std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0));
     let rgb = picture.pixels().map(|pixel| pixel.0.map(|byte| linear[usize::from(byte)])).collect();
     Ok(Decoded { width, height, rgb })
-}
-
-/// IEC 61966-2-1.
-pub(super) fn linear_from_srgb(srgb: f32) -> f32 {
-    if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Means of `factor` by `factor` texels.

@@ -86,7 +86,7 @@ impl TexelFormat {
         [0usize, 1, 2].map(|channel| match self {
             Self::Bytes(_, is_srgb) => {
                 let value = f32::from(part(channel)) / 255.0;
-                if is_srgb { super::cube::linear_from_srgb(value) } else { value }
+                if is_srgb { crate::colour::linear_from_srgb(value) } else { value }
             }
             Self::Halves(_) => f16::from_le_bytes([part(2 * channel), part(2 * channel + 1)]).to_f32(),
             Self::Floats(_) => f32::from_bits(word(4 * channel)),

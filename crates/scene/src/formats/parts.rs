@@ -1,9 +1,10 @@
 //! A scene of parts: one node and one mesh each.
 
+use crate::colour::linear_from_srgb;
 use crate::gltf_file::{LoadError, Loaded, geometry};
 use crate::scenes::MAX_DRAWN_PRIMITIVES;
 use crate::{Material, Mesh, Node, NodeId, Primitive, Scene};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::Hash;
 
@@ -116,7 +117,5 @@ pub(super) fn y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
 /// A colour as displays show it, as light; alpha stays.
 pub(super) fn linear(color_srgb: [f32; 4]) -> [f32; 4] {
     let [r, g, b, a] = color_srgb.map(|value| value.clamp(0.0, 1.0));
-    // IEC 61966-2-1.
-    let decode = |value: f32| if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
-    Vec4::new(decode(r), decode(g), decode(b), a).to_array()
+    [linear_from_srgb(r), linear_from_srgb(g), linear_from_srgb(b), a]
 }

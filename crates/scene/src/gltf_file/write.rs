@@ -265,6 +265,17 @@ impl Parts {
     }
 }
 
+/// Says something in the `extras` of an object, where applications may put anything: what is there and is no object is
+/// kept as `value` of one.
+pub fn put_extra(object: &mut Value, key: &str, value: Value) {
+    let extras = &mut object["extras"];
+    if !extras.is_object() {
+        let old = extras.take();
+        *extras = if old.is_null() { json!({}) } else { json!({ "value": old }) };
+    }
+    extras[key] = value;
+}
+
 /// A view, or an extension of one, whose buffer lies elsewhere now.
 fn move_view(view: &mut Value, places: &BTreeMap<u64, (u64, u64)>) {
     let buffer = view.get("buffer").and_then(Value::as_u64);
@@ -284,5 +295,24 @@ fn image_kind(bytes: &[u8]) -> Option<&'static str> {
         [0x76, 0x2f, 0x31, 0x01, ..] => Some("image/x-exr"),
         [b'#', b'?', ..] => Some("image/vnd.radiance"),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whatever_extras_are_one_more_fits() {
+        for (before, after) in [
+            (json!({}), json!({ "extras": { "mode": "baked" } })),
+            (json!({ "extras": { "a": 1 } }), json!({ "extras": { "a": 1, "mode": "baked" } })),
+            (json!({ "extras": "a text" }), json!({ "extras": { "value": "a text", "mode": "baked" } })),
+            (json!({ "extras": [1] }), json!({ "extras": { "value": [1], "mode": "baked" } })),
+        ] {
+            let mut object = before;
+            put_extra(&mut object, "mode", "baked".into());
+            assert_eq!(object, after);
+        }
     }
 }

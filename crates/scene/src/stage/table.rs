@@ -1,6 +1,7 @@
 //! A table of a stage file whose keys and values are those that are declared, with their places.
 
 use super::keys::{StageKey, StageTable, StageType};
+use crate::colour::linear_from_srgb;
 use crate::{Diagnostic, spelling};
 use glam::{Vec2, Vec3};
 use std::fmt::Display;
@@ -277,9 +278,6 @@ fn color_of_hex(text: &str) -> Option<Vec3> {
         return None;
     }
     let value = u32::from_str_radix(hex, 16).ok()?;
-    let linear = |shift: u32| {
-        let encoded = (value >> shift & 255) as f32 / 255.0;
-        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-    };
+    let linear = |shift: u32| linear_from_srgb((value >> shift & 255) as f32 / 255.0);
     Some(Vec3::new(linear(16), linear(8), linear(0)))
 }
