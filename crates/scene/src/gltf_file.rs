@@ -15,6 +15,7 @@ mod material;
 mod mesh;
 mod meshopt;
 mod node;
+mod probes;
 pub(crate) mod references;
 mod write;
 
@@ -28,7 +29,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 29] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 30] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -54,6 +55,7 @@ pub const SUPPORTED_EXTENSIONS: [&str; 29] = [
     "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
+    "MANYPASS_probes",
     "MANYPASS_texture_exr",
     "MSFT_lod",
     "MOZ_lightmap",
@@ -301,6 +303,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
         value.pointer("/asset/extras/bake").filter(|baked| baked.get("lightMap").or(baked.get("emission")).is_some());
     // What was baked in the studio is shown in the studio.
     scene.holds_baked_light = baked.is_some_and(|baked| baked.get("environment").is_none_or(|of| of != "studio"));
+    scene.probes = probes::read_probes(&mut document)?;
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;

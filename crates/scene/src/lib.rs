@@ -33,6 +33,7 @@ pub mod overlay;
 pub mod particles;
 pub mod portal;
 pub mod primitives;
+pub mod probes;
 pub mod scenes;
 mod simplify;
 pub mod simulation;

@@ -6,6 +6,7 @@ use crate::environment::EnvironmentMap;
 use crate::overlay::Overlay;
 use crate::particles::Particles;
 use crate::portal::Portal;
+use crate::probes::ProbeGrid;
 use crate::simulation::Simulation;
 use crate::surroundings::Surroundings;
 use crate::water::Water;
@@ -216,6 +217,8 @@ pub struct Scene {
     pub portals: Vec<Portal>,
     /// What stands for the environment in parts of the scene.
     pub surroundings: Vec<Surroundings>,
+    /// Light that arrives at places, for the surfaces between them.
+    pub probes: Vec<ProbeGrid>,
     /// Surfaces of water.
     pub water: Vec<Water>,
     /// Pictures that follow from themselves, step by step.

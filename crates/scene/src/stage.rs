@@ -27,6 +27,7 @@ mod names;
 mod overlay;
 mod particles;
 mod portals;
+mod probes;
 mod screens;
 mod simulations;
 mod surfaces;
@@ -44,8 +45,8 @@ use crate::overlay::Overlay;
 use crate::{Diagnostic, Scene};
 use decals::DecalEntry;
 use keys::{
-    DECALS, LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, SETTINGS_TABLES, SIMULATIONS,
-    SURROUNDINGS, StageTable, TABLES, WATER,
+    DECALS, LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, PROBES, SETTINGS_TABLES,
+    SIMULATIONS, SURROUNDINGS, StageTable, TABLES, WATER,
 };
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
@@ -55,6 +56,7 @@ use names::Pattern;
 use overlay::OverlayEntry;
 use particles::ParticlesEntry;
 use portals::PortalEntry;
+use probes::ProbesEntry;
 use simulations::SimulationEntry;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -81,6 +83,7 @@ pub struct Stage {
     water: Vec<WaterEntry>,
     portals: Vec<PortalEntry>,
     surroundings: Vec<SurroundingsEntry>,
+    probes: Vec<ProbesEntry>,
     overlay: Vec<OverlayEntry>,
 }
 
@@ -114,6 +117,7 @@ impl Stage {
             WATER.name,
             PORTALS.name,
             SURROUNDINGS.name,
+            PROBES.name,
             OVERLAY.name,
         ];
         let [beginning, ..] = &TABLES;
@@ -142,6 +146,7 @@ impl Stage {
         let water = list(&source, root, &WATER, WaterEntry::read)?;
         let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
         let surroundings = list(&source, root, &SURROUNDINGS, SurroundingsEntry::read)?;
+        let probes = list(&source, root, &PROBES, ProbesEntry::read)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
         Ok(Self {
             model,
@@ -157,6 +162,7 @@ impl Stage {
             water,
             portals,
             surroundings,
+            probes,
             overlay,
             source,
         })
@@ -225,7 +231,7 @@ impl Stage {
     }
 
     /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, simulations, particles, decals, water, portals,
-    /// surroundings, what is drawn over it.
+    /// surroundings, probes, what is drawn over it.
     /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
@@ -276,6 +282,9 @@ impl Stage {
         }
         for surroundings in &self.surroundings {
             surroundings.apply(&self.source, scene)?;
+        }
+        for probes in &self.probes {
+            probes.apply(&self.source, scene)?;
         }
         warnings.extend(self.simulations.iter().filter_map(|simulation| simulation.unshown(scene)));
         Ok(warnings)

@@ -621,6 +621,33 @@ pub(super) const PORTALS: StageTable = StageTable {
     ],
 };
 
+/// Light that arrives at places, for the surfaces between them.
+pub(super) const PROBES: StageTable = StageTable {
+    name: "probes",
+    doc: "A grid of probes: the light that arrives at places in a box, which `manypass bake --what probes` finds, for all surfaces there without light maps, what moves among them.",
+    keys: &[
+        key("name", StageType::Text, "What it is called; light that a file has of it is found by this name; probes."),
+        key("center", StageType::Vector, "The middle of its box in metres; that of the model."),
+        key("size_m", StageType::Vector, "The extent of its box along X, Y and Z in metres; that of the model."),
+        key(
+            "spacing_m",
+            StageType::Number { min: 0.0, is_above: true, max: f32::MAX as f64 },
+            "How far probes are apart in metres; so far that there are some 2,000.",
+        ),
+        key(
+            "counts",
+            StageType::Vector,
+            "How many probes there are along X, Y and Z, in place of `spacing_m`: at most 128 each, and 16,384 together.",
+        ),
+        key("fade_m", from(0.0), "Over how many metres within the box's faces the environment takes over; 0."),
+        key(
+            "basis",
+            StageType::Word(&crate::probes::ProbeBasis::NAMES),
+            "How light is known at a place: by spherical harmonics of order 2, or by six colours, which cost less and are coarser; harmonics.",
+        ),
+    ],
+};
+
 /// What stands for the environment within a box.
 pub(super) const SURROUNDINGS: StageTable = StageTable {
     name: "surroundings",
@@ -829,7 +856,7 @@ pub(super) const OVERLAY: StageTable = StageTable {
 };
 
 /// All of them but the tables of settings.
-pub const TABLES: [StageTable; 13] = [
+pub const TABLES: [StageTable; 14] = [
     FILE,
     LIGHTS,
     NODES,
@@ -842,6 +869,7 @@ pub const TABLES: [StageTable; 13] = [
     WATER,
     PORTALS,
     SURROUNDINGS,
+    PROBES,
     OVERLAY,
 ];
 

@@ -18,7 +18,7 @@ pub(super) struct SurroundingsEntry {
 }
 
 /// A box by the keys of its middle and its size, if it is there.
-fn region(table: &Table<'_>, [center, size]: [&str; 2]) -> Result<Option<Region>, Box<Diagnostic>> {
+pub(super) fn region(table: &Table<'_>, [center, size]: [&str; 2]) -> Result<Option<Region>, Box<Diagnostic>> {
     let (Some(center_world), Some(size_m)) = (table.vector(center), table.vector(size)) else {
         let lacking = [(center, size), (size, center)].into_iter().find(|(key, _)| table.place(key).is_some());
         return match lacking {

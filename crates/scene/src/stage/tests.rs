@@ -773,6 +773,49 @@ fn surroundings_are_boxes() {
 }
 
 #[test]
+fn probes_stand_in_boxes_or_all_over_the_model() {
+    let applied = |text: &str, given: Scene| {
+        let stage =
+            Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
+        let mut scene = given;
+        stage.apply(&mut scene).map_err(|error| error.to_string())?;
+        Ok::<Scene, String>(scene)
+    };
+    let scene = applied(
+        "[[probes]]\nname = \"hall\"\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\ncounts = [4, 2, 3]\nfade_m = 0.5\n\
+         [[probes]]\ncenter = [9, 1, 0]\nsize_m = [1, 1, 2]\nspacing_m = 0.5\nbasis = \"ambient-cube\"\n",
+        model(),
+    )
+    .unwrap();
+    let [hall, other] = &scene.probes[..] else { panic!("{:?}", scene.probes) };
+    assert_eq!((hall.name.as_str(), hall.counts, hall.fade_m), ("hall", [4, 2, 3], 0.5));
+    assert_eq!((other.name.as_str(), other.counts, other.basis.name()), ("probes", [2, 2, 4], "ambient-cube"));
+    // What a file has of the same name stays where it was baked.
+    let mut baked = model();
+    let probes = Some(std::sync::Arc::new(vec![crate::probes::Probe::default(); hall.count()]));
+    baked.probes = vec![crate::probes::ProbeGrid { probes, ..hall.clone() }];
+    let scene = applied("[[probes]]\nname = \"hall\"\nspacing_m = 9\nfade_m = 0.1\n", baked).unwrap();
+    assert_eq!((scene.probes.len(), scene.probes[0].counts, scene.probes[0].fade_m), (1, [4, 2, 3], 0.1));
+    for (text, expected) in [
+        ("center = [0, 0, 0]\n", "3:10: error: a box has a middle and a size"),
+        ("counts = [1, 0, 1]\n", "3:10: error: `counts` has three whole numbers above 0"),
+        (
+            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\ncounts = [100, 100, 100]\n",
+            "5:10: error: 100 x 100 x 100 probes; a grid has 1 to 16384",
+        ),
+        ("center = [0, 0, 0]\nsize_m = [9, 9, 9]\nspacing_m = 0.01\n", "5:13: error: 900 x 900 x 900 probes"),
+        ("counts = [1, 1, 1]\nspacing_m = 2\n", "4:13: error: `counts` says already"),
+        ("[[probes]]\n", "3:1: error: two grids of probes are called `probes`"),
+    ] {
+        let text = format!("[[probes]]\n{text}");
+        let error = applied(&text, model()).expect_err(&text);
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+    let many: String = (0..5).map(|number| format!("[[probes]]\nname = \"{number}\"\n")).collect();
+    assert!(applied(&many, model()).expect_err("5").contains("there are more grids of probes than 4"));
+}
+
+#[test]
 fn mirrors_are_flat_nodes_or_rectangles() {
     let flat = |scene: &mut Scene| {
         let square = Primitive { material: Some(0), ..crate::primitives::plane(2.0) };

@@ -41,6 +41,9 @@ fn visit_accessors(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
         let attributes = node.pointer_mut("/extensions/EXT_mesh_gpu_instancing/attributes");
         each(attributes).for_each(|attribute| index(Some(attribute), visit));
     }
+    for grid in each(json.pointer_mut("/extensions/MANYPASS_probes/grids")) {
+        ["light", "places", "distances"].into_iter().for_each(|key| index(grid.get_mut(key), visit));
+    }
 }
 
 /// Every index of a buffer view.

@@ -1,0 +1,270 @@
+//! Probes: the light that arrives at places in a scene, for the surfaces between them.
+//!
+//! ```
+//! # use manypass_scene::probes::ProbeGrid;
+//! # use manypass_scene::Aabb;
+//! # use glam::Vec3;
+//! let room = Aabb { min: Vec3::ZERO, max: Vec3::new(8.0, 3.0, 4.0) };
+//! let grid = ProbeGrid::over("room", &room, Some(0.5)).unwrap();
+//! assert_eq!(grid.counts, [16, 6, 8]);
+//! assert_eq!(grid.place(0), Vec3::splat(0.25));
+//! ```
+
+mod harmonics;
+
+pub use harmonics::{AmbientCube, Harmonics, harmonics};
+
+use crate::Aabb;
+use crate::surroundings::Region;
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// The most probes of a grid.
+pub const PROBES_MAX: usize = 16_384;
+
+/// The most probes along an axis.
+pub const PROBES_ALONG_MAX: u32 = 128;
+
+/// The most grids of a scene that are drawn.
+pub const GRIDS_MAX: usize = 4;
+
+/// How many probes a grid has about where nobody says.
+const PROBES_USUAL: f32 = 2048.0;
+
+/// The side of the octahedral map of the distances that a probe sees, in texels.
+pub const DISTANCE_SIDE: usize = 8;
+
+/// As what the light of probes is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ProbeBasis {
+    /// Spherical harmonics of order 2.
+    #[default]
+    Harmonics,
+    /// Six colours.
+    AmbientCube,
+}
+
+/// The light that arrives at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProbeLight {
+    /// Radiance, with a window if it needs one.
+    Harmonics(Harmonics),
+    /// Irradiance divided by π.
+    AmbientCube(AmbientCube),
+}
+
+impl Default for ProbeLight {
+    fn default() -> Self {
+        Self::Harmonics(Harmonics::default())
+    }
+}
+
+impl ProbeLight {
+    /// What arrives, in a basis: it is windowed there.
+    pub fn new(light: &Harmonics, basis: ProbeBasis) -> Self {
+        match basis {
+            ProbeBasis::Harmonics => Self::Harmonics(light.windowed()),
+            ProbeBasis::AmbientCube => Self::AmbientCube(AmbientCube::of(light)),
+        }
+    }
+
+    /// Irradiance divided by π on a surface with a unit normal.
+    pub fn irradiance(&self, normal: Vec3) -> Vec3 {
+        match self {
+            Self::Harmonics(light) => light.irradiance(normal),
+            Self::AmbientCube(light) => light.irradiance(normal),
+        }
+    }
+
+    /// Its coefficients or colours.
+    pub fn colors(&self) -> &[Vec3] {
+        match self {
+            Self::Harmonics(light) => &light.0,
+            Self::AmbientCube(light) => &light.0,
+        }
+    }
+}
+
+/// What one probe knows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// How far it was moved, in metres, because its place was inside something.
+    pub offset_m: Vec3,
+    /// Whether it has light; one inside something has not.
+    pub is_on: bool,
+    /// The light that arrives there.
+    pub light: ProbeLight,
+    /// How far surfaces are from it, in metres, and the square of that, as means over the directions of the texels of an
+    /// octahedral map, whose rows begin at (−1, −1); [`ProbeGrid::distance_max_m`] where there is none nearer.
+    pub distances: [Vec2; DISTANCE_SIDE * DISTANCE_SIDE],
+}
+
+impl Default for Probe {
+    fn default() -> Self {
+        let distances = [Vec2::ZERO; DISTANCE_SIDE * DISTANCE_SIDE];
+        Self { offset_m: Vec3::ZERO, is_on: false, light: ProbeLight::default(), distances }
+    }
+}
+
+/// Probes in the middles of the cells of a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProbeGrid {
+    /// Its name: by it a file's light is that of a stage's grid.
+    pub name: String,
+    /// The box of the surfaces that have their light.
+    pub region: Region,
+    /// How many there are along X, Y and Z.
+    pub counts: [u32; 3],
+    /// Over how many metres within the box's faces the environment takes over.
+    pub fade_m: f32,
+    /// As what frames read their light.
+    pub basis: ProbeBasis,
+    /// What they know, X first, then Y, then Z; none before it was found.
+    pub probes: Option<Arc<Vec<Probe>>>,
+}
+
+/// Why there is no such grid.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GridError {
+    /// The box has no extent.
+    #[error("the box of the probes has no extent")]
+    Flat,
+    /// There are none, or too many.
+    #[error(
+        "{x} x {y} x {z} probes; a grid has 1 to {PROBES_MAX}, and at most {PROBES_ALONG_MAX} along each axis",
+        x = counts[0], y = counts[1], z = counts[2]
+    )]
+    Count {
+        /// How many there would be along each axis.
+        counts: [u32; 3],
+    },
+}
+
+impl ProbeBasis {
+    /// The words for both.
+    pub const NAMES: [&str; 2] = ["harmonics", "ambient-cube"];
+
+    /// The one of a word.
+    pub fn named(word: &str) -> Option<Self> {
+        match word {
+            "harmonics" => Some(Self::Harmonics),
+            "ambient-cube" => Some(Self::AmbientCube),
+            _ => None,
+        }
+    }
+
+    /// Its word.
+    pub fn name(self) -> &'static str {
+        let [harmonics, cube] = Self::NAMES;
+        if self == Self::Harmonics { harmonics } else { cube }
+    }
+
+    /// How many coefficients or colours there are.
+    pub fn colors(self) -> usize {
+        if self == Self::Harmonics { 9 } else { 6 }
+    }
+}
+
+impl ProbeGrid {
+    /// Of a box with so many probes along each axis.
+    ///
+    /// # Errors
+    /// The box is none, or there are too many.
+    pub fn new(name: impl Into<String>, region: Region, counts: [u32; 3]) -> Result<Self, GridError> {
+        let largest = region.center_world.abs().max(region.half_m).max_element();
+        if !(region.half_m.min_element() > 0.0 && region.center_world.is_finite() && largest < 1e9) {
+            return Err(GridError::Flat);
+        }
+        let is_count = |count: &u32| (1..=PROBES_ALONG_MAX).contains(count);
+        if !counts.iter().all(is_count) || counts.iter().product::<u32>() as usize > PROBES_MAX {
+            return Err(GridError::Count { counts });
+        }
+        let (fade_m, basis) = (0.0, ProbeBasis::default());
+        Ok(Self { name: name.into(), region, counts, fade_m, basis, probes: None })
+    }
+
+    /// Over a box that may be flat, with probes about so far apart; so far that there are some 2,000 where nobody says.
+    ///
+    /// # Errors
+    /// The box is empty, or there are too many.
+    pub fn over(name: impl Into<String>, bounds: &Aabb, spacing_m: Option<f32>) -> Result<Self, GridError> {
+        if bounds.is_empty() {
+            return Err(GridError::Flat);
+        }
+        let size_m = bounds.max - bounds.min;
+        // What is flat is as thick as it needs to be.
+        let least_m = 1e-3 * size_m.max_element().max(1e-3);
+        let size_m = size_m.max(Vec3::splat(least_m));
+        let region = Region { center_world: bounds.center(), half_m: 0.5 * size_m };
+        let counts_at =
+            |spacing_m: f32| (size_m / spacing_m).round().max(Vec3::ONE).to_array().map(|count| count.min(1e6) as u32);
+        let counts = match spacing_m {
+            Some(spacing_m) => counts_at(spacing_m),
+            None => {
+                let mut spacing_m = (size_m.element_product() / PROBES_USUAL).cbrt().max(1e-6);
+                let is_too_many = |counts: [u32; 3]| {
+                    let all: f32 = counts.iter().map(|count| *count as f32).product();
+                    all > 2.0 * PROBES_USUAL || counts.iter().any(|count| *count > PROBES_ALONG_MAX)
+                };
+                while is_too_many(counts_at(spacing_m)) {
+                    spacing_m *= 1.1;
+                }
+                counts_at(spacing_m)
+            }
+        };
+        Self::new(name, region, counts)
+    }
+
+    /// How many probes there are.
+    pub fn count(&self) -> usize {
+        self.counts.iter().product::<u32>() as usize
+    }
+
+    /// How far they are apart along each axis, in metres.
+    pub fn spacing_m(&self) -> Vec3 {
+        2.0 * self.region.half_m / Vec3::from(self.counts.map(|count| count as f32))
+    }
+
+    /// The place of one that was not moved, in world space.
+    pub fn place(&self, index: usize) -> Vec3 {
+        let [x, y, _] = self.counts.map(|count| count as usize);
+        let at = [index % x, index / x % y, index / (x * y)].map(|at| at as f32 + 0.5);
+        self.region.center_world - self.region.half_m + self.spacing_m() * Vec3::from(at)
+    }
+
+    /// Surfaces that are farther from a probe count as if they were so far, in metres: no surface that it lights is.
+    pub fn distance_max_m(&self) -> f32 {
+        1.5 * self.spacing_m().length()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probes_stand_in_the_middles_of_cells() {
+        let region = Region { center_world: Vec3::new(1.0, 2.0, 3.0), half_m: Vec3::new(2.0, 1.0, 0.5) };
+        let grid = ProbeGrid::new("a", region, [4, 2, 1]).unwrap();
+        assert_eq!((grid.count(), grid.spacing_m()), (8, Vec3::ONE));
+        assert_eq!(grid.place(0), Vec3::new(-0.5, 1.5, 3.0));
+        assert_eq!(grid.place(7), Vec3::new(2.5, 2.5, 3.0));
+    }
+
+    #[test]
+    fn a_grid_has_neither_no_nor_a_million_probes() {
+        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::splat(10.0) };
+        let million = ProbeGrid::over("a", &bounds, Some(0.1)).unwrap_err();
+        assert_eq!(
+            million.to_string(),
+            "100 x 100 x 100 probes; a grid has 1 to 16384, and at most 128 along each axis"
+        );
+        assert!(ProbeGrid::over("a", &bounds, Some(1e-30)).is_err());
+        assert_eq!(ProbeGrid::over("a", &bounds, Some(1e9)).unwrap().counts, [1, 1, 1]);
+        assert_eq!(ProbeGrid::over("a", &Aabb::EMPTY, None), Err(GridError::Flat));
+        for size in [Vec3::new(1.0, 1.0, 1.0), Vec3::new(100.0, 0.0, 30.0), Vec3::new(1e4, 1.0, 1.0), Vec3::ZERO] {
+            let grid = ProbeGrid::over("a", &Aabb { min: Vec3::ZERO, max: size }, None).unwrap();
+            assert!(grid.count() <= 4096, "{size}: {:?}", grid.counts);
+        }
+    }
+}

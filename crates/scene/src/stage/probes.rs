@@ -1,0 +1,91 @@
+//! Grids of probes of a stage.
+
+use super::surroundings::region;
+use super::table::{Placed, Source, Table};
+use crate::probes::{GRIDS_MAX, ProbeBasis, ProbeGrid};
+use crate::surroundings::Region;
+use crate::{Aabb, Diagnostic, Scene};
+use glam::Vec3;
+use std::ops::Range;
+
+/// An entry of `[[probes]]`.
+#[derive(Clone, Debug)]
+pub(super) struct ProbesEntry {
+    name: String,
+    region: Option<Region>,
+    counts: Option<Placed<[u32; 3]>>,
+    spacing_m: Option<Placed<f32>>,
+    fade_m: Option<f32>,
+    basis: Option<ProbeBasis>,
+    range: Range<usize>,
+}
+
+fn counts(table: &Table<'_>) -> Result<Option<Placed<[u32; 3]>>, Box<Diagnostic>> {
+    let Some(counts) = table.vector("counts") else { return Ok(None) };
+    let is_whole = counts.fract() == Vec3::ZERO && counts.min_element() >= 1.0 && counts.max_element() <= 1e6;
+    if !is_whole {
+        return Err(table.fault("counts", "`counts` has three whole numbers above 0"));
+    }
+    let range = table.place("counts").unwrap_or_default();
+    Ok(Some(Placed { value: counts.to_array().map(|count| count as u32), range }))
+}
+
+impl ProbesEntry {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
+        let counts = counts(table)?;
+        let range = table.place("spacing_m");
+        let spacing_m = table.number("spacing_m").zip(range).map(|(value, range)| Placed { value, range });
+        if let (Some(_), Some(_)) = (&counts, &spacing_m) {
+            return Err(table.fault("spacing_m", "`counts` says already how many there are; leave out one of both"));
+        }
+        Ok(Self {
+            name: table.text("name").map_or("probes".into(), |name| name.value),
+            region: region(table, ["center", "size_m"])?,
+            counts,
+            spacing_m,
+            fade_m: table.number("fade_m"),
+            basis: table.text("basis").and_then(|word| ProbeBasis::named(&word.value)),
+            range: table.range.clone(),
+        })
+    }
+
+    /// Adds the grid to the scene. One that the file has, by its name, stays where it was baked.
+    ///
+    /// # Errors
+    /// There are too many grids, or too many probes.
+    pub(super) fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
+        if let Some(baked) = scene.probes.iter_mut().find(|grid| grid.name == self.name && grid.probes.is_some()) {
+            baked.fade_m = self.fade_m.unwrap_or(baked.fade_m);
+            return Ok(());
+        }
+        let fault = |range: &Range<usize>, message: String| Err(source.fault(range.clone(), message));
+        if scene.probes.iter().any(|grid| grid.name == self.name) {
+            return fault(&self.range, format!("two grids of probes are called `{}`", self.name));
+        }
+        if scene.probes.len() == GRIDS_MAX {
+            return fault(&self.range, format!("there are more grids of probes than {GRIDS_MAX}"));
+        }
+        let bounds = match self.region {
+            Some(Region { center_world, half_m }) => Aabb { min: center_world - half_m, max: center_world + half_m },
+            None => scene.bounds_world(),
+        };
+        let spacing_m = self.spacing_m.as_ref().map(|spacing| spacing.value);
+        let of_counts = |grid: ProbeGrid| match &self.counts {
+            Some(counts) => ProbeGrid::new(grid.name, grid.region, counts.value),
+            None => Ok(grid),
+        };
+        let grid = ProbeGrid::over(self.name.as_str(), &bounds, spacing_m).and_then(of_counts);
+        match grid {
+            Ok(grid) => {
+                let (fade_m, basis) = (self.fade_m.unwrap_or(0.0), self.basis.unwrap_or_default());
+                scene.probes.push(ProbeGrid { fade_m, basis, ..grid });
+                Ok(())
+            }
+            Err(error) => {
+                let at_counts = self.counts.as_ref().map(|counts| &counts.range);
+                let range = at_counts.or(self.spacing_m.as_ref().map(|spacing| &spacing.range)).unwrap_or(&self.range);
+                fault(range, error.to_string())
+            }
+        }
+    }
+}
