@@ -73,6 +73,22 @@ impl Receiver {
     }
 }
 
+/// Light from a direction that was chosen by chance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chosen {
+    pub direction: Vec3,
+    pub radiance: Vec3,
+    /// How dense such directions are.
+    pub density: f32,
+}
+
+impl Chosen {
+    /// Its radiance divided by its density, as one of two samples, of which the other one has a density for its direction.
+    pub fn share(&self, other: f32) -> Vec3 {
+        self.radiance * (balance(self.density, other) / self.density)
+    }
+}
+
 /// The share of a sum up to each of many parts, for choosing them by chance.
 #[derive(Clone, Debug, Default)]
 struct Choice {
@@ -231,11 +247,29 @@ impl<'a> Emitters<'a> {
         sums
     }
 
-    /// Irradiance from one place of what shines that is chosen by chance, as one of two samples: the other one is a ray
-    /// as dense as its cosine, and [`Self::met`] what it brings.
-    pub fn of_shining(&self, tracer: &Tracer, receiver: &Receiver, point: Vec2) -> Vec3 {
+    /// Irradiance across its direction of each lamp that maps hold, where a place without a surface is.
+    pub fn held_lamps_at(&self, tracer: &Tracer, position: Vec3, point: Vec2, mut found: impl FnMut(Vec3, Vec3)) {
+        for lamp in self.lamps.iter().filter(|lamp| lamp.is_held) {
+            let (to_light, distance_m, intensity) = lamp.towards(position);
+            let (direction, free_m) = lamp.spot_towards(position, to_light, distance_m, point);
+            let is_lit = !lamp.casts_shadows || tracer.is_free(position, direction, free_m);
+            if is_lit && intensity.max_element() > 0.0 {
+                found(to_light, intensity);
+            }
+        }
+    }
+
+    /// The light of one place of what shines that is chosen by chance, if it is seen from `start` and comes from a direction
+    /// that `accepts` takes.
+    pub fn choose_shining(
+        &self,
+        tracer: &Tracer,
+        start: Vec3,
+        accepts: impl Fn(Vec3) -> bool,
+        point: Vec2,
+    ) -> Option<Chosen> {
         if self.by_power.sums.is_empty() {
-            return Vec3::ZERO;
+            return None;
         }
         let (index, within) = self.by_power.part(point.x);
         let (triangle, area) = self.shining[index];
@@ -243,50 +277,66 @@ impl<'a> Emitters<'a> {
         let root = within.sqrt();
         let spot = Spot { triangle, shares: Vec2::new(root * (1.0 - point.y), root * point.y) };
         let (position, facet, _) = self.surfaces.geometry(spot);
-        let start = receiver.start();
         // Beside the other surface, so that rays end before it.
         let facing = if facet.dot(start - position) < 0.0 && self.is_two_sided(triangle) { -facet } else { facet };
         let to = beside(position, facing) - start;
         let distance_m = to.length();
         let direction = to / distance_m.max(1e-20);
-        let (cosine, leaving) = (receiver.normal.dot(direction), -facing.dot(direction));
-        let is_seen = leaving > 0.0 && receiver.faces(direction) && self.surfaces.is_there(spot);
+        let leaving = -facing.dot(direction);
+        let is_seen = leaving > 0.0 && accepts(direction) && self.surfaces.is_there(spot);
         if !is_seen || !tracer.is_clear(start, direction, distance_m) {
-            return Vec3::ZERO;
+            return None;
         }
         let density = self.by_power.share(index) / area * distance_m * distance_m / leaving;
-        let emission = self.surfaces.shade(spot).emission;
-        emission * (cosine / density * balance(density, cosine_density(cosine)))
+        Some(Chosen { direction, radiance: self.surfaces.shade(spot).emission, density })
     }
 
-    /// Irradiance from around the scene in a direction that is chosen by chance, as one of two samples.
-    pub fn of_around(&self, tracer: &Tracer, receiver: &Receiver, point: Vec2) -> Vec3 {
-        let Some(surround) = self.surround.as_ref().filter(|surround| !surround.choice.sums.is_empty()) else {
-            return Vec3::ZERO;
-        };
+    /// The same of what is around the scene.
+    pub fn choose_around(
+        &self,
+        tracer: &Tracer,
+        start: Vec3,
+        accepts: impl Fn(Vec3) -> bool,
+        point: Vec2,
+    ) -> Option<Chosen> {
+        let surround = self.surround.as_ref().filter(|surround| !surround.choice.sums.is_empty())?;
         let (cell, within) = surround.choice.part(point.x);
         let direction = Surround::direction(cell, Vec2::new(within, point.y));
-        let cosine = receiver.normal.dot(direction);
-        if !receiver.faces(direction) || !tracer.is_clear(receiver.start(), direction, f32::MAX) {
-            return Vec3::ZERO;
+        if !accepts(direction) || !tracer.is_clear(start, direction, f32::MAX) {
+            return None;
         }
-        let density = surround.density(direction);
-        surround.around.radiance(direction) * (cosine / density.max(1e-20) * balance(density, cosine_density(cosine)))
+        let density = surround.density(direction).max(1e-20);
+        Some(Chosen { direction, radiance: surround.around.radiance(direction), density })
     }
 
-    /// The radiance that a ray as dense as its cosine brings from what shines where it ends, counted as one of two samples.
-    pub fn met(&self, spot: Spot, emission: Vec3, distance_m: f32, leaving: f32, cosine: f32) -> Vec3 {
+    /// Irradiance from a place of what shines and from a direction of what is around the scene, each chosen by chance, as one
+    /// of two samples: the other one is a ray as dense as its cosine, of which [`Self::met`] and [`Self::missed`] say what it
+    /// brings.
+    pub fn of_chosen(&self, tracer: &Tracer, receiver: &Receiver, points: [Vec2; 2]) -> Vec3 {
+        let (start, accepts) = (receiver.start(), |direction| receiver.faces(direction));
+        let irradiance = |chosen: Chosen| {
+            let cosine = receiver.normal.dot(chosen.direction);
+            chosen.share(cosine_density(cosine)) * cosine
+        };
+        let [of_shining, of_around] = points;
+        self.choose_shining(tracer, start, accepts, of_shining).map_or(Vec3::ZERO, irradiance)
+            + self.choose_around(tracer, start, accepts, of_around).map_or(Vec3::ZERO, irradiance)
+    }
+
+    /// The radiance that a ray brings from what shines where it ends, as one of two samples, of which the other one is chosen
+    /// by [`Self::choose_shining`]; `density` is that of the ray.
+    pub fn met(&self, spot: Spot, emission: Vec3, distance_m: f32, leaving: f32, density: f32) -> Vec3 {
         let Ok(index) = self.shining.binary_search_by_key(&spot.triangle, |(triangle, _)| *triangle) else {
             return emission;
         };
-        let density = self.by_power.share(index) / self.shining[index].1 * distance_m * distance_m / leaving.max(1e-6);
-        emission * balance(cosine_density(cosine), density)
+        let other = self.by_power.share(index) / self.shining[index].1 * distance_m * distance_m / leaving.max(1e-6);
+        emission * balance(density, other)
     }
 
     /// The same of a ray that meets nothing.
-    pub fn missed(&self, direction: Vec3, cosine: f32) -> Vec3 {
+    pub fn missed(&self, direction: Vec3, density: f32) -> Vec3 {
         let Some(surround) = &self.surround else { return Vec3::ZERO };
-        surround.around.radiance(direction) * balance(cosine_density(cosine), surround.density(direction))
+        surround.around.radiance(direction) * balance(density, surround.density(direction))
     }
 
     /// Hashes all that light depends on, beside surfaces.

@@ -2,10 +2,10 @@
 
 use crate::emitters::{Emitters, Receiver, luminance};
 use crate::fill::Light;
-use crate::sampling::{cosine_direction, hash2, point};
+use crate::sampling::{cosine_density, cosine_direction, hash2, point};
 use crate::surfaces::Surfaces;
 use crate::texels::Texels;
-use crate::tracing::{Hit, Tracer};
+use crate::tracing::Tracer;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -73,18 +73,13 @@ impl Gather<'_> {
         })
     }
 
-    fn is_black(&self, hit: &Hit) -> bool {
-        let (placed, _) = self.surfaces.triangle(hit.spot.triangle);
-        hit.is_behind && !self.surfaces.surfacing.surface(placed.material).double_sided
-    }
-
     /// Whether a texel lies inside something.
     pub fn is_inside(&self, index: usize) -> bool {
         let mut behind = 0;
         for (sample, receiver, seed) in self.receivers(index, INSIDE_SAMPLES, OF_INSIDE) {
             let direction = cosine_direction(receiver.normal, point(sample, hash2(seed, 1)));
             let hit = self.tracer.first(receiver.start(), direction);
-            behind += u32::from(hit.is_some_and(|hit| self.is_black(&hit)));
+            behind += u32::from(hit.is_some_and(|hit| self.tracer.is_black(&hit)));
         }
         behind as f32 >= INSIDE_SHARE * INSIDE_SAMPLES as f32
     }
@@ -117,8 +112,7 @@ impl Gather<'_> {
         }
         for (sample, receiver, seed) in self.receivers(index, self.samples, OF_SHINING) {
             let place = |which: u32| point(sample, hash2(seed, which));
-            let chosen = self.emitters.of_shining(self.tracer, &receiver, place(1))
-                + self.emitters.of_around(self.tracer, &receiver, place(2));
+            let chosen = self.emitters.of_chosen(self.tracer, &receiver, [place(1), place(2)]);
             sums.add(sample, chosen + PI * self.emission_met(&receiver, place(3)));
         }
         sums.mean(self.samples)
@@ -129,15 +123,15 @@ impl Gather<'_> {
         let direction = cosine_direction(receiver.normal, place);
         let cosine = receiver.normal.dot(direction);
         let Some(hit) = self.tracer.first(receiver.start(), direction) else {
-            return self.emitters.missed(direction, cosine);
+            return self.emitters.missed(direction, cosine_density(cosine));
         };
         let (placed, _) = self.surfaces.triangle(hit.spot.triangle);
-        if !self.surfaces.surfacing.surface(placed.material).shines || self.is_black(&hit) {
+        if !self.surfaces.surfacing.surface(placed.material).shines || self.tracer.is_black(&hit) {
             return Vec3::ZERO;
         }
         let (_, facet, _) = self.surfaces.geometry(hit.spot);
         let emission = self.surfaces.shade(hit.spot).emission;
-        self.emitters.met(hit.spot, emission, hit.distance_m, facet.dot(direction).abs(), cosine)
+        self.emitters.met(hit.spot, emission, hit.distance_m, facet.dot(direction).abs(), cosine_density(cosine))
     }
 
     /// The irradiance that surfaces send back of `source`, which is the irradiance of all texels divided by π.
@@ -145,7 +139,8 @@ impl Gather<'_> {
         let mut sums = Sums::default();
         for (sample, receiver, seed) in self.receivers(index, self.samples, OF_BOUNCES + round) {
             let direction = cosine_direction(receiver.normal, point(sample, hash2(seed, 1)));
-            let Some(hit) = self.tracer.first(receiver.start(), direction).filter(|hit| !self.is_black(hit)) else {
+            let Some(hit) = self.tracer.first(receiver.start(), direction).filter(|hit| !self.tracer.is_black(hit))
+            else {
                 continue;
             };
             let Some(light) = self.texels.look_up(source, hit.spot) else { continue };

@@ -2,7 +2,8 @@
 //!
 //! [`bake`] makes textures of the light that reaches the surfaces of a scene that stay where they are: from
 //! its lights, from what shines, from around it, and from each other. Rays on the CPU find it, without a GPU, and the
-//! same scene with the same settings gives the same bytes on every machine of one kind.
+//! same scene with the same settings gives the same bytes on every machine of one kind. [`ProbeBaker`] finds the light that arrives
+//! at places between them.
 
 mod apply;
 mod denoise;
@@ -15,6 +16,8 @@ mod gather;
 mod layout;
 mod light_map;
 mod materials;
+mod paths;
+mod probes;
 mod progress;
 mod sampling;
 mod seams;
@@ -28,6 +31,7 @@ pub use encode::Encoding;
 pub use error::BakeError;
 pub use layout::{Layout, LayoutSettings, SIDE_MAX, TEXELS_MAX, Unwrapped};
 pub use light_map::{BOUNCES_MAX, BakeSettings, Baked, Baker, SAMPLES_MAX, bake};
+pub use probes::{ProbeBaker, ProbeSettings};
 pub use progress::{Progress, Stage};
 pub use surfaces::{Place, Surfaces};
 pub use work::Keeper;

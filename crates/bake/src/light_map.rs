@@ -194,7 +194,7 @@ impl<'a> Baker<'a> {
         };
         let blocks = sum.chunks_mut(BLOCK).zip(source.chunks_mut(BLOCK)).zip(variance.chunks_mut(BLOCK));
         let stage = (progress, Stage::Direct);
-        keep_blocks(blocks, count, stage, (keeper, 0), direct, |((sum, source), variance), values| {
+        keep_blocks(blocks, (BLOCK, count), stage, (keeper, 0), direct, |((sum, source), variance), values| {
             for (index, [a, b, c, of_variance, all @ ..]) in values.iter().enumerate() {
                 (sum[index], variance[index], source[index]) =
                     ([*a, *b, *c], *of_variance, Light::of(Vec3::from(*all) / PI));
@@ -209,14 +209,21 @@ impl<'a> Baker<'a> {
             };
             let blocks = sum.chunks_mut(BLOCK).zip(next.chunks_mut(BLOCK)).zip(variance.chunks_mut(BLOCK));
             let stage = (progress, Stage::Bounce(round + 1));
-            keep_blocks(blocks, count, stage, (keeper, round + 1), of_texel, |((sum, next), variance), values| {
-                for (index, [a, b, c, of_variance]) in values.iter().enumerate() {
-                    let light = Vec3::new(*a, *b, *c);
-                    sum[index] = (Vec3::from(sum[index]) + light).to_array();
-                    next[index] = Light::of(light / PI);
-                    variance[index] += of_variance;
-                }
-            })?;
+            keep_blocks(
+                blocks,
+                (BLOCK, count),
+                stage,
+                (keeper, round + 1),
+                of_texel,
+                |((sum, next), variance), values| {
+                    for (index, [a, b, c, of_variance]) in values.iter().enumerate() {
+                        let light = Vec3::new(*a, *b, *c);
+                        sum[index] = (Vec3::from(sum[index]) + light).to_array();
+                        next[index] = Light::of(light / PI);
+                        variance[index] += of_variance;
+                    }
+                },
+            )?;
             source = next;
         }
         drop(source);
@@ -229,7 +236,7 @@ impl<'a> Baker<'a> {
         if as_emission || self.emitters.holds_lamps() {
             // Found again, which is little work beside all else: to keep it would take a third more memory.
             let blocks = sum.chunks_mut(BLOCK);
-            each_block(blocks, count, (progress, Stage::Finish), |number, block| {
+            each_block(blocks, (BLOCK, count), (progress, Stage::Finish), |number, block| {
                 for (index, sum) in block.iter_mut().enumerate() {
                     let index = number * BLOCK + index;
                     let [held, added] = gather.of_lamps(index);
@@ -260,11 +267,18 @@ impl<'a> Baker<'a> {
         };
         let blocks = open.chunks_mut(BLOCK).zip(variance.chunks_mut(BLOCK));
         let stage = (progress, Stage::Occlusion);
-        keep_blocks(blocks, count, stage, (keeper, ROUND_OF_OCCLUSION), of_texel, |(open, variance), values| {
-            for (index, [value, of_variance]) in values.iter().enumerate() {
-                (open[index], variance[index]) = ([*value; 3], *of_variance);
-            }
-        })?;
+        keep_blocks(
+            blocks,
+            (BLOCK, count),
+            stage,
+            (keeper, ROUND_OF_OCCLUSION),
+            of_texel,
+            |(open, variance), values| {
+                for (index, [value, of_variance]) in values.iter().enumerate() {
+                    (open[index], variance[index]) = ([*value; 3], *of_variance);
+                }
+            },
+        )?;
         if self.settings.denoise {
             open = denoise(open, variance, gather.texels, self.size(), (progress, Stage::Finish))?;
         }

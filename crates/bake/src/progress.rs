@@ -13,6 +13,8 @@ pub enum Stage {
     Bounce(u32),
     /// Occlusion.
     Occlusion,
+    /// The light of probes.
+    Probes,
     /// Noise is taken out.
     Finish,
 }

@@ -97,6 +97,12 @@ impl<'s> Tracer<'s> {
         Some(Hit { spot, distance_m: hit.t, is_behind })
     }
 
+    /// Whether no light comes from where a ray ends, because it is the back of a surface that has one side.
+    pub fn is_black(&self, hit: &Hit) -> bool {
+        let (placed, _) = self.surfaces.triangle(hit.spot.triangle);
+        hit.is_behind && !self.surfaces.surfacing.surface(placed.material).double_sided
+    }
+
     /// Whether nothing lies along a ray with a unit direction, up to a distance: what [`Self::first`] would meet.
     pub fn is_clear(&self, from: Vec3, direction: Vec3, distance_m: f32) -> bool {
         let Some(hierarchy) = &self.hierarchy else { return true };

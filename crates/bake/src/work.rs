@@ -26,13 +26,13 @@ impl Keeper for () {
 }
 
 /// Does something with each of many blocks, which threads take in turn: what comes out does not depend on how many there
-/// are. `total` is how many texels all blocks have.
+/// are. Blocks have `size` texels or probes each, `total` together.
 ///
 /// # Errors
 /// `progress` says to stop.
 pub(crate) fn each_block<B: Send>(
     blocks: impl Iterator<Item = B> + Send,
-    total: usize,
+    (size, total): (usize, usize),
     (progress, stage): (&dyn Progress, Stage),
     work: impl Fn(usize, B) + Sync,
 ) -> Result<(), BakeError> {
@@ -43,7 +43,7 @@ pub(crate) fn each_block<B: Send>(
             let Some((number, block)) = blocks.lock().unwrap_or_else(PoisonError::into_inner).next() else { break };
             work(number, block);
             let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
-            *done += BLOCK;
+            *done += size;
             if !progress.step(stage, (*done).min(total) as u64, total as u64) {
                 is_stopped.store(true, Ordering::Relaxed);
             }
@@ -69,28 +69,28 @@ pub(crate) fn share_out<T: Send>(
     compute: impl Fn(usize) -> T + Sync,
 ) -> Result<(), BakeError> {
     let total = values.len();
-    each_block(values.chunks_mut(BLOCK), total, progress, |number, block| {
+    each_block(values.chunks_mut(BLOCK), (BLOCK, total), progress, |number, block| {
         for (index, value) in block.iter_mut().enumerate() {
             *value = compute(number * BLOCK + index);
         }
     })
 }
 
-/// Computes numbers for every texel, `N` each, as blocks that `keeper` may know, and gives them to `place`, which is called
+/// Computes numbers for every texel or probe, `N` each, as blocks that `keeper` may know, and gives them to `place`, which is called
 /// once a block with the numbers of its texels.
 ///
 /// # Errors
 /// `progress` says to stop.
 pub(crate) fn keep_blocks<B: Send, const N: usize>(
     blocks: impl Iterator<Item = B> + Send,
-    total: usize,
+    (size, total): (usize, usize),
     progress: (&dyn Progress, Stage),
     (keeper, round): (&dyn Keeper, u32),
     compute: impl Fn(usize) -> [f32; N] + Sync,
     place: impl Fn(B, &[[f32; N]]) + Sync,
 ) -> Result<(), BakeError> {
-    each_block(blocks, total, progress, |number, block| {
-        let texels = number * BLOCK..total.min((number + 1) * BLOCK);
+    each_block(blocks, (size, total), progress, |number, block| {
+        let texels = number * size..total.min((number + 1) * size);
         let known = keeper.get(round, number as u32).and_then(|bytes| numbers(&bytes, texels.len()));
         let values = known.unwrap_or_else(|| {
             let values: Vec<[f32; N]> = texels.map(&compute).collect();

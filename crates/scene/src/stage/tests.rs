@@ -805,13 +805,15 @@ fn probes_stand_in_boxes_or_all_over_the_model() {
         ),
         ("center = [0, 0, 0]\nsize_m = [9, 9, 9]\nspacing_m = 0.01\n", "5:13: error: 900 x 900 x 900 probes"),
         ("counts = [1, 1, 1]\nspacing_m = 2\n", "4:13: error: `counts` says already"),
-        ("[[probes]]\n", "3:1: error: two grids of probes are called `probes`"),
+        ("center = [0, 0, 0]\nsize_m = [1, 1, 1]\n[[probes]]\n", "5:1: error: two grids of probes are called `probes`"),
     ] {
         let text = format!("[[probes]]\n{text}");
         let error = applied(&text, model()).expect_err(&text);
         assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
     }
-    let many: String = (0..5).map(|number| format!("[[probes]]\nname = \"{number}\"\n")).collect();
+    let many: String = (0..5)
+        .map(|number| format!("[[probes]]\nname = \"{number}\"\ncenter = [0, 0, 0]\nsize_m = [1, 1, 1]\n"))
+        .collect();
     assert!(applied(&many, model()).expect_err("5").contains("there are more grids of probes than 4"));
 }
 
