@@ -128,7 +128,10 @@ impl Choice {
 /// What is around the scene, in texels of a map of all directions.
 struct Surround<'a> {
     around: &'a dyn Around,
-    choice: Choice,
+    /// Rows by what all their texels give, and the texels of each: so points of the unit square that are spread evenly come to
+    /// directions that are.
+    rows: Choice,
+    columns: Vec<Choice>,
 }
 
 /// Rows and columns of directions by which those that are bright are chosen.
@@ -163,7 +166,9 @@ impl Surround<'_> {
 
     /// How likely [`Emitters::sample_around`] takes a direction, by solid angle.
     fn density(&self, direction: Vec3) -> f32 {
-        self.choice.share(Self::cell(direction)) * (ROWS * COLUMNS) as f32 / (4.0 * PI)
+        let cell = Self::cell(direction);
+        let (row, column) = (cell / COLUMNS, cell % COLUMNS);
+        self.rows.share(row) * self.columns[row].share(column) * (ROWS * COLUMNS) as f32 / (4.0 * PI)
     }
 }
 
@@ -222,7 +227,10 @@ impl<'a> Emitters<'a> {
                 let places = (0..PLACES * PLACES).map(|at| Surround::direction(cell, place(at)));
                 places.map(|direction| luminance(around.radiance(direction))).sum::<f32>()
             };
-            Surround { around, choice: Choice::new((0..ROWS * COLUMNS).map(of_cell)) }
+            let cells: Vec<f32> = (0..ROWS * COLUMNS).map(of_cell).collect();
+            let rows = Choice::new(cells.chunks_exact(COLUMNS).map(|row| row.iter().sum()));
+            let columns = cells.chunks_exact(COLUMNS).map(|row| Choice::new(row.iter().copied())).collect();
+            Surround { around, rows, columns }
         });
         Self { surfaces, lamps: lamps.collect(), shining, by_power: Choice::new(powers.into_iter()), surround }
     }
@@ -299,9 +307,10 @@ impl<'a> Emitters<'a> {
         accepts: impl Fn(Vec3) -> bool,
         point: Vec2,
     ) -> Option<Chosen> {
-        let surround = self.surround.as_ref().filter(|surround| !surround.choice.sums.is_empty())?;
-        let (cell, within) = surround.choice.part(point.x);
-        let direction = Surround::direction(cell, Vec2::new(within, point.y));
+        let surround = self.surround.as_ref().filter(|surround| !surround.rows.sums.is_empty())?;
+        let (row, down) = surround.rows.part(point.x);
+        let (column, across) = surround.columns[row].part(point.y);
+        let direction = Surround::direction(row * COLUMNS + column, Vec2::new(across, down));
         if !accepts(direction) || !tracer.is_clear(start, direction, f32::MAX) {
             return None;
         }

@@ -29,7 +29,7 @@ pub const SAMPLES_MAX: u32 = 65_536;
 pub const BOUNCES_MAX: u32 = 64;
 
 /// Rises whenever the same scene and settings have other light.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The round of occlusion, as keepers number them; the first is that of direct light, and bounces follow.
 const ROUND_OF_OCCLUSION: u32 = u32::MAX;
