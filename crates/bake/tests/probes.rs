@@ -19,13 +19,13 @@ fn hollow(radius_m: f32) -> Primitive {
 
 fn grid(half_m: f32, counts: [u32; 3]) -> ProbeGrid {
     let region = Region { center_world: Vec3::ZERO, half_m: Vec3::splat(half_m) };
-    ProbeGrid::new("probes", region, counts).unwrap()
+    ProbeGrid::new("probes", region, counts).expect("a grid")
 }
 
 fn bake(scene: &Scene, around: Option<&dyn Around>, grid: &ProbeGrid, settings: ProbeSettings) -> ProbeGrid {
     let surfaces = Surfaces::new(scene);
-    let baker = ProbeBaker::new(scene, &surfaces, around, vec![grid.clone()], &settings).unwrap();
-    baker.run(&(), &()).unwrap().remove(0)
+    let baker = ProbeBaker::new(scene, &surfaces, around, vec![grid.clone()], &settings).expect("settings");
+    baker.run(&(), &()).expect("it bakes").remove(0)
 }
 
 fn directions() -> impl Iterator<Item = Vec3> {

@@ -1,6 +1,7 @@
 //! `bake`: light that is computed beforehand, as a glTF file.
 
 mod args;
+mod bakers;
 mod journal;
 mod progress;
 
@@ -17,10 +18,11 @@ use crate::session::{ms_since, print};
 use crate::stage::model_hint;
 use crate::surroundings::Surroundings;
 use crate::{interrupt, scenes};
+use bakers::{Bakers, Found, Wanted};
 use glam::Vec3;
 use journal::Journal;
 use manypass::{Environment, EnvironmentRadiance, Settings};
-use manypass_bake::{Around, BakeError, BakeSettings, Baked, Baker, Encoding, LayoutSettings, Surfaces};
+use manypass_bake::{Around, BakeError, Encoding, Surfaces};
 use manypass_scene::gltf_file::{Parts, put_extra};
 use manypass_scene::stage::is_stage;
 use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage};
@@ -147,17 +149,10 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let input = one(&args.input)?;
     let outputs = Outputs::new(args, &input)?;
     outputs.check(&input)?;
-    let wanted = settings(args);
+    let wanted = Wanted::new(args)?;
     if let Some(pair) = args.set.iter().find(|pair| !pair.trim_start().starts_with("environment.")) {
         let message = format!("`--set {pair}` says nothing of what is baked");
         return Err(Failure::usage(message, "`bake` takes settings of the environment alone: environment.KEY=VALUE"));
-    }
-    if wanted.as_emission && args.what.iter().any(|what| what == "lightmap" || what == "all") {
-        let message = "light is baked as light maps or as emission, not as both";
-        return Err(Failure::usage(message, "write --what emission, or --what emission,occlusion"));
-    }
-    if wanted.as_emission && args.lights.is_some() {
-        return Err(Failure::usage("as emission all lamps are baked", "leave --lights out"));
     }
     interrupt::heed(args.quiet);
     // The folder is made, and what cannot be written is known, before anything is computed.
@@ -172,7 +167,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let (settings, _) = chosen.settings(Settings::default(), stage.as_ref())?;
     warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
-    let mode = if wanted.as_emission { Some("baked") } else { args.lights.as_deref() };
+    let mode = if wanted.as_emission() { Some("baked") } else { args.lights.as_deref() };
     if let Some(mode) = mode.and_then(LightMode::named) {
         set_modes(&mut scene, &mut parts, mode);
     }
@@ -189,7 +184,8 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         bar.finish();
         failed(&input, &error)
     };
-    let baker = Baker::new(&scene, &surfaces, around, &wanted, &bar).map_err(in_input)?;
+    let grids = wanted.grids(&scene, args)?;
+    let baker = Bakers::new(&scene, &surfaces, around, (&wanted, grids), &bar).map_err(in_input)?;
     let encoding = Encoding::named(&args.encoding).unwrap_or_default();
     let key = key(&baker, &parts, encoding);
     if outputs.are_of(&key, stage_text.as_deref()) {
@@ -203,17 +199,22 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         return Ok(());
     }
     let journal = Journal::open(&outputs.model, baker.key(), args.quiet);
-    let baked = match baker.run(&bar, &journal) {
-        Ok(baked) => baked,
+    let found = match baker.run(&bar, &journal) {
+        Ok(found) => found,
         Err(BakeError::Interrupted) if journal.remove_if_empty() => return Err(interrupted(&bar, false)),
         Err(BakeError::Interrupted) => return Err(interrupted(&bar, true)),
         Err(error) => return Err(in_input(error)),
     };
     bar.finish();
-    warnings.extend(baked.notes.iter().cloned());
-    let provenance = provenance(&wanted, (&key, &args.encoding, source), &baked);
+    warnings.extend(found.maps.iter().flat_map(|maps| maps.notes.iter().cloned()));
+    let provenance = provenance(&wanted, (&key, &args.encoding, source), &found);
     put_extra(&mut parts.json["asset"], "bake", provenance);
-    baked.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
+    if let Some(maps) = &found.maps {
+        maps.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
+    }
+    if wanted.probes.is_some() {
+        parts.put_probes(&found.grids);
+    }
     let bytes = parts.to_glb().ok_or_else(|| {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
         Failure::new(Kind::Failed, message, "lower --density")
@@ -227,7 +228,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         warnings.iter().for_each(|warning| say(format_args!("warning: {}: {warning}", input.name())));
     }
     let report =
-        Report { baked: &baked, outputs: &outputs, warnings: &warnings, ms: ms_since(started), bytes: bytes.len() };
+        Report { found: &found, outputs: &outputs, warnings: &warnings, ms: ms_since(started), bytes: bytes.len() };
     match (args.json, args.quiet) {
         (true, _) => print(&format!("{:#}\n", report.json())),
         (false, true) => Ok(()),
@@ -238,24 +239,8 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     }
 }
 
-fn settings(args: &BakeArgs) -> BakeSettings {
-    let layout = LayoutSettings { texels_per_m: args.density, side_max: args.side_max, padding: args.padding };
-    let is_named = |name: &str| args.what.iter().any(|what| what == name);
-    let as_emission = is_named("emission");
-    BakeSettings {
-        layout,
-        light: as_emission || is_named("lightmap") || is_named("all"),
-        as_emission,
-        occlusion: is_named("occlusion") || is_named("all"),
-        samples: args.samples,
-        bounces: args.bounces,
-        denoise: !args.no_denoise,
-        occlusion_distance_m: args.occlusion_distance,
-    }
-}
-
 /// What an output is of: the light, and the file that it is put into.
-fn key(baker: &Baker, parts: &Parts, encoding: Encoding) -> String {
+fn key(baker: &Bakers, parts: &Parts, encoding: Encoding) -> String {
     let mut hasher = DefaultHasher::new();
     hasher.write_u64(baker.key());
     encoding.hash(&mut hasher);
@@ -263,26 +248,28 @@ fn key(baker: &Baker, parts: &Parts, encoding: Encoding) -> String {
     format!("{:016x}", hasher.finish())
 }
 
-/// What the file says of its maps.
-fn provenance(settings: &BakeSettings, (key, encoding, source): (&str, &str, &str), baked: &Baked) -> Value {
-    let mut extras = json!({
-        "key": key,
-        "texelsPerMetre": baked.layout.texels_per_m,
-        "samples": settings.samples,
-        "environment": source,
-    });
-    if settings.as_emission {
-        extras["emission"] = json!({ "bounces": settings.bounces });
-    } else if settings.light {
-        extras["lightMap"] = json!({
-            "encoding": encoding,
-            "color": "linear Rec. 709",
-            "unit": "irradiance / pi: what a white surface sends back, in the units of the lights",
-            "bounces": settings.bounces,
-        });
+/// What the file says of its maps and probes.
+fn provenance(wanted: &Wanted, (key, encoding, source): (&str, &str, &str), found: &Found) -> Value {
+    let mut extras = json!({ "key": key, "environment": source });
+    if let (Some(settings), Some(maps)) = (&wanted.maps, &found.maps) {
+        extras["texelsPerMetre"] = maps.layout.texels_per_m.into();
+        extras["samples"] = settings.samples.into();
+        if settings.as_emission {
+            extras["emission"] = json!({ "bounces": settings.bounces });
+        } else if settings.light {
+            extras["lightMap"] = json!({
+                "encoding": encoding,
+                "color": "linear Rec. 709",
+                "unit": "irradiance / pi: what a white surface sends back, in the units of the lights",
+                "bounces": settings.bounces,
+            });
+        }
+        if settings.occlusion && settings.occlusion_distance_m.is_finite() {
+            extras["occlusionDistance"] = settings.occlusion_distance_m.into();
+        }
     }
-    if settings.occlusion && settings.occlusion_distance_m.is_finite() {
-        extras["occlusionDistance"] = settings.occlusion_distance_m.into();
+    if let Some((settings, _)) = &wanted.probes {
+        extras["probes"] = json!({ "samples": settings.samples, "bounces": settings.bounces });
     }
     extras
 }
@@ -391,52 +378,79 @@ fn check_folder(path: &Path, stage: &Stage, output: &Path) -> Result<(), Failure
 
 /// What was done.
 struct Report<'a> {
-    baked: &'a Baked,
+    found: &'a Found,
     outputs: &'a Outputs,
     warnings: &'a [String],
     ms: f64,
     bytes: usize,
 }
 
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
 impl Report<'_> {
+    /// How many probes there are, how many of them were moved, and how many are off.
+    fn probes(&self) -> [usize; 3] {
+        let all = || self.found.grids.iter().filter_map(|grid| grid.probes.as_ref()).flat_map(|probes| probes.iter());
+        let moved = all().filter(|probe| probe.is_on && probe.offset_m != Vec3::ZERO).count();
+        [all().count(), moved, all().filter(|probe| !probe.is_on).count()]
+    }
+
     fn json(&self) -> Value {
-        let layout = &self.baked.layout;
-        json!({
-            "output": self.outputs.model,
-            "stage": self.outputs.stage,
-            "bytes": self.bytes,
-            "maps": {
-                "light": if self.baked.light.is_empty() { 0 } else { layout.page_count },
-                "occlusion": if self.baked.occlusion.is_empty() { 0 } else { layout.page_count },
+        let maps = self.found.maps.as_ref().map(|maps| {
+            let layout = &maps.layout;
+            json!({
+                "light": if maps.light.is_empty() { 0 } else { layout.page_count },
+                "occlusion": if maps.occlusion.is_empty() { 0 } else { layout.page_count },
                 "width": layout.width,
                 "height": layout.height,
                 "texels_per_m": layout.texels_per_m,
                 "charts": layout.chart_count,
                 "surfaces": layout.unwrapped.len(),
-            },
+            })
+        });
+        let [count, moved, off] = self.probes();
+        let grids: Vec<Value> =
+            self.found.grids.iter().map(|grid| json!({ "name": grid.name, "counts": grid.counts })).collect();
+        json!({
+            "output": self.outputs.model,
+            "stage": self.outputs.stage,
+            "bytes": self.bytes,
+            "maps": maps,
+            "probes": { "grids": grids, "count": count, "moved": moved, "off": off },
             "ms": self.ms,
             "warnings": self.warnings,
         })
     }
 
     fn text(&self) -> String {
-        let layout = &self.baked.layout;
-        let each = usize::from(!self.baked.light.is_empty()) + usize::from(!self.baked.occlusion.is_empty());
-        let count = each * layout.page_count as usize;
-        let maps = if count == 1 { "map" } else { "maps" };
-        let plural = |count: usize| if count == 1 { "" } else { "s" };
-        let (pieces, surfaces) = (layout.chart_count as usize, layout.unwrapped.len());
         let stage = self.outputs.stage.as_ref().map_or(String::new(), |path| format!(" and {}", path.display()));
-        format!(
-            "{}{stage}: {} {maps} of {} x {} texels, {} a metre, {pieces} piece{} of {surfaces} surface{}, {:.1} s",
-            self.outputs.model.display(),
-            count,
-            layout.width,
-            layout.height,
-            layout.texels_per_m,
-            plural(pieces),
-            plural(surfaces),
-            self.ms / 1e3,
-        )
+        let of_maps = self.found.maps.as_ref().map(|maps| {
+            let layout = &maps.layout;
+            let each = usize::from(!maps.light.is_empty()) + usize::from(!maps.occlusion.is_empty());
+            let count = each * layout.page_count as usize;
+            let (pieces, surfaces) = (layout.chart_count as usize, layout.unwrapped.len());
+            format!(
+                "{count} map{} of {} x {} texels, {} a metre, {pieces} piece{} of {surfaces} surface{}",
+                plural(count),
+                layout.width,
+                layout.height,
+                layout.texels_per_m,
+                plural(pieces),
+                plural(surfaces),
+            )
+        });
+        let [count, moved, off] = self.probes();
+        let of_probes = (count > 0).then(|| {
+            let [x, y, z] = self.found.grids.first().map_or([0; 3], |grid| grid.counts);
+            let place = match self.found.grids.len() {
+                1 => format!("{x} x {y} x {z}"),
+                grids => format!("in {grids} grids"),
+            };
+            format!("{count} probe{} ({place}; {moved} moved out of walls, {off} off)", plural(count))
+        });
+        let parts: Vec<String> = of_maps.into_iter().chain(of_probes).collect();
+        format!("{}{stage}: {}, {:.1} s", self.outputs.model.display(), parts.join("; "), self.ms / 1e3)
     }
 }

@@ -45,6 +45,11 @@ shared_constants! {
     /// 1 − exp(−x).
     CURVE_EXPONENTIAL: u32 = 5;
 
+    /// The texels of a probe's light.
+    PROBE_TEXELS: u32 = 8;
+    /// The side of a probe's map of distances in texels, without its border.
+    PROBE_DISTANCE_SIDE: u32 = 8;
+
     /// Views of the pass `debug`: how many lights are visited.
     DEBUG_LIGHTS: u32 = 0;
     /// How many fragments there are.

@@ -15,6 +15,7 @@ pub use radiance::EnvironmentRadiance;
 pub use settings::EnvironmentSettings;
 
 use crate::colour::{finite_product, linear_from_srgb, srgb_from_linear};
+use crate::probes::ProbesUniforms;
 use crate::resources::environment::EnvironmentTiles;
 use crate::surroundings::SurroundingsUniforms;
 use bytemuck::{Pod, Zeroable};
@@ -160,6 +161,8 @@ pub struct EnvironmentUniform {
     pub surroundings: SurroundingsUniforms,
     /// The sides of their tiles, as `tile_sides`.
     pub surrounding_sides: Vec4,
+    /// Grids of probes, whose light surfaces in their boxes have in its place.
+    pub probes: ProbesUniforms,
 }
 
 /// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials,
@@ -195,7 +198,8 @@ impl EnvironmentUniform {
 
     /// Whether no light comes from it.
     pub fn is_dark(&self) -> bool {
-        self.constant == Vec3::ZERO && self.picture.x == 0.0 && self.surrounding_sides == Vec4::ZERO
+        let has_others = self.surrounding_sides != Vec4::ZERO || self.probes[0].half_m != Vec4::ZERO;
+        self.constant == Vec3::ZERO && self.picture.x == 0.0 && !has_others
     }
 }
 
@@ -275,7 +279,8 @@ mod tests {
                 sun_irradiances,
                 sun_disc,
                 surroundings,
-                surrounding_sides
+                surrounding_sides,
+                probes
             ]
         );
     }

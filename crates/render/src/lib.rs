@@ -46,6 +46,7 @@ mod outline;
 mod overlay;
 mod passes;
 mod pose;
+mod probes;
 mod quality;
 mod record;
 mod render_settings;

@@ -11,6 +11,7 @@ mod mirrors;
 mod output;
 mod portals;
 mod prepare;
+mod probes;
 mod reading;
 mod recording;
 mod run;
@@ -199,6 +200,7 @@ impl Renderer {
         self.flat_faults.extend(water::faults(scene));
         self.flat_faults.extend(portals::faults(scene));
         self.flat_faults.extend(surroundings::faults(scene));
+        self.flat_faults.extend(crate::probes::faults(scene));
         self.flat_faults.extend(decals::faults(scene));
         self.flat_faults.extend(simulations::faults(scene, &self.simulations));
         Ok(self.gpu.check()?)

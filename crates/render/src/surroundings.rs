@@ -68,24 +68,36 @@ pub(crate) fn is_sound(of: &Surroundings) -> bool {
         && of.walls.as_ref().is_none_or(is_box)
 }
 
-/// Where the tiles of surroundings and those of the environment lie in one texture.
+/// Where the tiles of surroundings, those of the environment and the texels of probes lie in one texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Atlas {
     /// Width and height.
     pub size: (u32, u32),
     /// The corner of the first, and how far each is to the right of the one before.
     first: [u32; 2],
+    /// The corner of the texels of probes.
+    pub probes: [u32; 2],
+}
+
+/// The size of two rectangles, the second to the right of the first or below it, whichever is smaller, and the corner of the
+/// second.
+fn joined((width, height): (u32, u32), (w, h): (u32, u32), limit: u32) -> Option<((u32, u32), [u32; 2])> {
+    let beside = ((width + w, height.max(h)), [width, 0]);
+    let below = ((width.max(w), height + h), [0, height]);
+    let fits = |((width, height), _): &((u32, u32), [u32; 2])| *width <= limit && *height <= limit;
+    let texels = |((width, height), _): &((u32, u32), [u32; 2])| u64::from(*width) * u64::from(*height);
+    [beside, below].into_iter().filter(fits).min_by_key(texels)
 }
 
 impl Atlas {
-    /// For so many, beside tiles of the environment of a size; none where a texture may not be so large.
-    pub fn new(count: usize, (width, height): (u32, u32), limit: u32) -> Option<Self> {
+    /// For so many, beside tiles of the environment of a size, and for texels of probes; none where a texture may not be so
+    /// large.
+    pub fn new(count: usize, environment: (u32, u32), probes: (u32, u32), limit: u32) -> Option<Self> {
         let (own_width, own_height) = texture_size(SIDES);
-        let all = own_width * count as u32;
-        let beside = Self { size: (width + all, height.max(own_height)), first: [width, 0] };
-        let below = Self { size: (width.max(all), height + own_height), first: [0, height] };
-        let fits = |atlas: &Self| atlas.size.0 <= limit && atlas.size.1 <= limit;
-        [beside, below].into_iter().find(fits)
+        let own = (own_width * count as u32, if count > 0 { own_height } else { 0 });
+        let (size, first) = joined(environment, own, limit)?;
+        let (size, probes) = joined(size, probes, limit)?;
+        Some(Self { size, first, probes })
     }
 
     /// The corner of one.
@@ -128,12 +140,17 @@ mod tests {
     #[test]
     fn tiles_lie_beside_those_of_the_environment_or_below() {
         let own = texture_size(SIDES);
-        let beside = Atlas::new(2, (1000, 700), 2048).unwrap();
+        let beside = Atlas::new(2, (1000, 700), (0, 0), 2048).unwrap();
         assert_eq!((beside.size, beside.corner(1)), ((1000 + 2 * own.0, own.1), [1000 + own.0, 0]));
-        let below = Atlas::new(4, (1500, 900), 2048).unwrap();
-        assert_eq!((below.size, below.corner(0)), ((1500, 900 + own.1), [0, 900]));
-        assert_eq!(Atlas::new(4, (2048, 1500), 2048), None);
+        let below = Atlas::new(4, (1500, 900), (0, 0), 2048).unwrap();
+        assert_eq!((below.size, below.corner(0)), ((own.0 * 4, 900 + own.1), [0, 900]));
+        assert_eq!(Atlas::new(4, (2048, 1500), (0, 0), 2048), None);
         let tile = beside.tile(1, 3);
         assert_eq!(tile.corner[0], Tile::of_level(3, SIDES).corner[0] + beside.corner(1)[0]);
+        let of_probes = Atlas::new(0, (0, 0), (640, 704), 2048).unwrap();
+        assert_eq!((of_probes.size, of_probes.probes), ((640, 704), [0, 0]));
+        let of_both = Atlas::new(0, (1000, 700), (640, 704), 2048).unwrap();
+        assert_eq!((of_both.size, of_both.probes), ((1640, 704), [1000, 0]));
+        assert_eq!(Atlas::new(0, (2048, 1500), (640, 704), 2048), None);
     }
 }

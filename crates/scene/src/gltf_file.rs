@@ -299,8 +299,9 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     scene.extensions_used = used.into_iter().take(MAX_EXTENSIONS).map(str::to_owned).collect();
     let stops = value.pointer("/asset/extras/exposureStops").and_then(serde_json::Value::as_f64);
     scene.exposure_stops = stops.map(|stops| stops as f32).filter(|stops| stops.is_finite());
-    let baked =
-        value.pointer("/asset/extras/bake").filter(|baked| baked.get("lightMap").or(baked.get("emission")).is_some());
+    let holds_light =
+        |baked: &&serde_json::Value| ["lightMap", "emission", "probes"].iter().any(|of| baked.get(of).is_some());
+    let baked = value.pointer("/asset/extras/bake").filter(holds_light);
     // What was baked in the studio is shown in the studio.
     scene.holds_baked_light = baked.is_some_and(|baked| baked.get("environment").is_none_or(|of| of != "studio"));
     scene.probes = probes::read_probes(&mut document)?;

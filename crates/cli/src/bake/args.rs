@@ -8,7 +8,7 @@ use manypass_scene::LightMode;
 use std::path::PathBuf;
 
 /// The words of `--what`.
-pub const WHAT: [&str; 4] = ["lightmap", "occlusion", "emission", "all"];
+pub const WHAT: [&str; 6] = ["lightmap", "occlusion", "probes", "ambient-cubes", "emission", "all"];
 
 /// What stands below the help of `bake`.
 pub const EXAMPLES: &str = "Examples:
@@ -18,6 +18,8 @@ pub const EXAMPLES: &str = "Examples:
   manypass bake hall.stage.toml -o baked.glb              with the stage's lights; writes baked.stage.toml as well
   manypass bake room.glb -o baked.glb --environment sky.hdr
   manypass bake part.glb -o baked.glb --what occlusion    an occlusion texture, which every viewer shows
+  manypass bake room.glb -o baked.glb --what all          with probes, which light what moves among the surfaces
+  manypass bake room.glb -o baked.glb --what probes --probe-spacing 0.5
   manypass bake room.glb -o baked.glb --what emission     a room that looks lit in every viewer
   manypass render baked.glb                               draws it
 
@@ -37,13 +39,15 @@ pub struct BakeArgs {
     /// OUT.stage.toml, which frames are drawn from.
     #[arg(short, long, value_name = "OUT.glb")]
     pub output: PathBuf,
-    /// What to bake: lightmap, occlusion, both of them (all), or emission; several with commas.
+    /// What to bake: lightmap, occlusion, probes, all three of them (all), ambient-cubes, or emission; several with commas.
     ///
     /// lightmap: the light of surfaces, as MOZ_lightmap. occlusion: how open each place is, as the occlusion texture that
-    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners. emission: in place
+    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners. probes: the light that
+    /// arrives at places of a grid, as spherical harmonics, for what moves and for surfaces without light maps; where [[probes]] of
+    /// a stage says, else all over the scene. ambient-cubes: the same as six colours, which cost frames less and are coarser. emission: in place
     /// of light maps, what surfaces send out of all light, as the emissive texture that every viewer reads; they have no
     /// other colour then, and lamps are baked.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "all",
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "lightmap,occlusion",
           value_parser = PossibleValuesParser::new(WHAT))]
     pub what: Vec<String>,
     /// Texels a metre of surface.
@@ -52,13 +56,18 @@ pub struct BakeArgs {
     /// How often light is sent back from one surface to others, up to 64.
     #[arg(long, value_name = "N", default_value_t = BakeSettings::default().bounces)]
     pub bounces: u32,
-    /// Rays from every texel for each bounce, up to 65536: four times as many halve the noise.
+    /// Rays from every texel for each bounce, up to 65536, and four times as many from a probe: four times the number halves
+    /// the noise.
     #[arg(long, value_name = "N", default_value_t = BakeSettings::default().samples)]
     pub samples: u32,
     /// At this distance in metres surfaces do not occlude any more, and less the nearer they are to it; inf: all occlude
     /// alike, and in a closed room nothing is open.
     #[arg(long, value_name = "M", default_value_t = BakeSettings::default().occlusion_distance_m)]
     pub occlusion_distance: f32,
+    /// How far probes are apart, in metres, in one grid over the scene [default: what a stage says, else so far that there are
+    /// some 2,000].
+    #[arg(long, value_name = "M")]
+    pub probe_spacing: Option<f32>,
     /// Leave the noise of samples as it is.
     #[arg(long)]
     pub no_denoise: bool,

@@ -1,5 +1,6 @@
 //! How far a bake is, on a terminal.
 
+use super::bakers::Wanted;
 use crate::interrupt::STOP;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass_bake::{BakeSettings, Progress, Stage};
@@ -14,19 +15,23 @@ pub struct Bar {
     bar: ProgressBar,
     bounces: u32,
     before_occlusion: u64,
+    before_probes: u64,
 }
 
 impl Bar {
     /// For a bake.
-    pub fn new(quiet: bool, settings: &BakeSettings) -> Self {
-        let before_occlusion = if settings.light { 1 + u64::from(settings.bounces) } else { 0 };
-        let rounds = before_occlusion + u64::from(settings.occlusion);
+    pub fn new(quiet: bool, wanted: &Wanted) -> Self {
+        let rounds = |maps: &BakeSettings| if maps.light { 1 + u64::from(maps.bounces) } else { 0 };
+        let before_occlusion = wanted.maps.as_ref().map_or(0, rounds);
+        let before_probes = before_occlusion + u64::from(wanted.maps.is_some_and(|maps| maps.occlusion));
+        let rounds = before_probes + u64::from(wanted.probes.is_some());
+        let bounces = wanted.maps.map_or(0, |maps| maps.bounces);
         let is_shown = !quiet && std::io::stderr().is_terminal();
         let target = if is_shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(ROUND * rounds), target);
         let style = ProgressStyle::with_template("{bar:30} {percent}%  {eta} left  {wide_msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self { bar, bounces: settings.bounces, before_occlusion }
+        Self { bar, bounces, before_occlusion, before_probes }
     }
 
     /// Takes it away.
@@ -44,6 +49,10 @@ impl Progress for Bar {
             Stage::Occlusion => {
                 self.bar.set_position(ROUND * self.before_occlusion + share);
                 self.bar.set_message("occlusion");
+            }
+            Stage::Probes => {
+                self.bar.set_position(ROUND * self.before_probes + share);
+                self.bar.set_message("probes");
             }
             Stage::Finish => self.bar.set_message("taking out noise"),
             Stage::Direct => {

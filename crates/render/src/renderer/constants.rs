@@ -3,6 +3,7 @@
 use super::mirrors::{MirrorView, Reflector};
 use super::prepare::{Asked, ViewPart};
 use super::shadows::takes_one_tap;
+use super::surroundings::FrameSurroundings;
 use crate::decals::DECALS;
 use crate::environment::Environment;
 use crate::lights::{self, LightTable};
@@ -16,7 +17,7 @@ pub(super) fn constants_of(
     asked: &Asked,
     table: &LightTable,
     shadows: Option<&ViewShadows>,
-    (tiles, surrounding_count): (Option<&EnvironmentTiles>, u32),
+    (tiles, surroundings): (Option<&EnvironmentTiles>, Option<(&FrameSurroundings, bool)>),
     decal_parts: u32,
 ) -> Vec<Constant> {
     let settings = &asked.request.settings;
@@ -58,8 +59,11 @@ pub(super) fn constants_of(
         }
         _ => {}
     }
-    if surrounding_count > 0 {
-        constants.push(("surrounding_count", surrounding_count));
+    if let Some((surroundings, has_surroundings)) = surroundings {
+        if has_surroundings && surroundings.count > 0 {
+            constants.push(("surrounding_count", surroundings.count));
+        }
+        constants.extend(surroundings.probes.constants());
     }
     if decal_parts > 0 {
         constants.push((DECALS, decal_parts));

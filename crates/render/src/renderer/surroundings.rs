@@ -1,14 +1,16 @@
-//! Surroundings of a frame: which are drawn anew, what is asked of their views, and the texture that has their tiles
-//! beside those of the environment.
+//! Surroundings of a frame: which are drawn anew, what is asked of their views, and the texture that has their tiles and
+//! the texels of probes beside those of the environment.
 
 use super::Renderer;
 use super::captures::{Part, settings_of};
 use super::prepare::ViewPart;
+use super::probes::{PlacedProbes, ProbeTexels};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::{Background, ENVIRONMENT_FORMAT, EnvironmentUniform};
 use crate::frame;
 use crate::gpu::Gpu;
 use crate::passes::resolve::PixelSamples;
+use crate::probes::{self, ProbeLayout};
 use crate::record::{Frame, PreparedView, Recorder};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, RenderError};
@@ -18,6 +20,7 @@ use bytemuck::Zeroable;
 use glam::Vec4;
 use manypass_graph::{Graph, Handle, TextureDesc};
 use manypass_scene::capture::Update;
+use manypass_scene::probes::ProbeGrid;
 use manypass_scene::surroundings::{BOUNCES_MAX, SURROUNDINGS_MAX, Surroundings};
 use manypass_scene::{Projection, Scene};
 use std::collections::BTreeMap;
@@ -41,6 +44,8 @@ pub(super) struct SurroundingsState {
     /// What tiles are drawn from, once there are any.
     lobes: Option<Arc<(Vec<Lobe>, LobeTable)>>,
     texture: Option<Tiles>,
+    /// The texels of probes that are in it.
+    probes: ProbeTexels,
     /// What each slot shows, and with which pre-exposure it was drawn.
     drawn: [Option<Drawn>; SURROUNDINGS_MAX],
     /// Counts frames.
@@ -63,7 +68,7 @@ struct Tiles {
     copied: Option<wgpu::Texture>,
 }
 
-/// The tiles of a frame's views that have surroundings.
+/// The texture of a frame's views that have surroundings or probes.
 #[derive(Clone, Debug)]
 pub(super) struct FrameSurroundings {
     pub view: wgpu::TextureView,
@@ -71,6 +76,7 @@ pub(super) struct FrameSurroundings {
     /// For radiance that is not pre-exposed.
     uniforms: SurroundingsUniforms,
     pub count: u32,
+    pub probes: PlacedProbes,
     /// The texture of the environment whose tiles are there: views with another one have no surroundings.
     environment: Option<wgpu::Texture>,
 }
@@ -195,8 +201,8 @@ impl Renderer {
         Ok(parts)
     }
 
-    /// The texture for the tiles of a frame's surroundings, beside those of the environment, if a scene has any and the
-    /// adapter has room for it.
+    /// The texture for the tiles of a frame's surroundings and the texels of its probes, beside the tiles of the environment,
+    /// if a scene has any and the adapter has room for it; where that is too little, probes are left out.
     pub(super) fn prepare_surroundings(
         &mut self,
         scene: &Scene,
@@ -204,18 +210,21 @@ impl Renderer {
         environment: Option<&wgpu::TextureView>,
         is_plan: bool,
     ) -> Option<FrameSurroundings> {
-        let all: Vec<&Surroundings> = known(scene).collect();
-        if all.is_empty() || !request.settings.captures.enabled {
+        let all: Vec<&Surroundings> = known(scene).filter(|_| request.settings.captures.enabled).collect();
+        let grids = probes::known(scene);
+        if all.is_empty() && grids.is_empty() {
             return None;
         }
         let of_environment = environment.map(|view| view.texture().clone());
         let size = of_environment.as_ref().map_or((0, 0), |texture| (texture.width(), texture.height()));
-        let atlas = Atlas::new(all.len(), size, self.gpu.capabilities.max_texture_size)?;
+        let limit = self.gpu.capabilities.max_texture_size;
+        let (atlas, layout, grids) = fitting(&all, grids, size, limit)?;
         let state = &mut self.surroundings;
         let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);
         if !is_known && !is_plan {
             let view = create(&self.gpu, &atlas);
             state.texture = Some(Tiles { atlas, view, copied: None });
+            state.probes = ProbeTexels::default();
             // What was drawn into another texture is to be drawn again; until the next frame there is none of it.
             let frame = state.frame;
             state.drawn.iter_mut().for_each(|drawn| *drawn = drawn.take().filter(|drawn| drawn.frame == frame));
@@ -226,12 +235,40 @@ impl Renderer {
             let scale = drawn.map_or(0.0, |drawn| drawn.pre_exposure.recip());
             *uniform = SurroundingsUniform::new(of, atlas.corner(index), if scale.is_finite() { scale } else { 0.0 });
         }
+        let placed = match &state.texture {
+            Some(tiles) if !is_plan => {
+                state.probes.write(&self.gpu, (tiles.view.texture(), atlas.probes), &layout, &grids)
+            }
+            _ => PlacedProbes::of_plan(&layout, &grids),
+        };
         // Nobody looks at that of a plan.
         let view = match &state.texture {
             Some(tiles) if is_known || !is_plan => tiles.view.clone(),
             _ => self.tables.no_environment.clone(),
         };
-        Some(FrameSurroundings { view, atlas, uniforms, count: all.len() as u32, environment: of_environment })
+        Some(FrameSurroundings {
+            view,
+            atlas,
+            uniforms,
+            count: all.len() as u32,
+            probes: placed,
+            environment: of_environment,
+        })
+    }
+}
+
+/// Where all lies, with all grids or, where there is too little room, with none.
+fn fitting<'s>(
+    all: &[&Surroundings],
+    grids: Vec<&'s ProbeGrid>,
+    environment: (u32, u32),
+    limit: u32,
+) -> Option<(Atlas, ProbeLayout, Vec<&'s ProbeGrid>)> {
+    let layout = ProbeLayout::new(&grids);
+    match Atlas::new(all.len(), environment, layout.size, limit) {
+        Some(atlas) => Some((atlas, layout, grids)),
+        None if all.is_empty() => None,
+        None => Some((Atlas::new(all.len(), environment, (0, 0), limit)?, ProbeLayout::default(), Vec::new())),
     }
 }
 
@@ -241,13 +278,17 @@ impl FrameSurroundings {
         self.environment.as_ref() == environment.map(wgpu::TextureView::texture)
     }
 
-    /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed.
-    pub fn place(&self, uniform: &mut EnvironmentUniform, pre_exposure: f32) {
-        uniform.surroundings = self.uniforms;
-        for of in &mut uniform.surroundings {
-            of.half_m.w *= pre_exposure;
+    /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed; of views that are to have none, the
+    /// probes alone.
+    pub fn place(&self, uniform: &mut EnvironmentUniform, pre_exposure: f32, has_surroundings: bool) {
+        if has_surroundings && self.count > 0 {
+            uniform.surroundings = self.uniforms;
+            for of in &mut uniform.surroundings {
+                of.half_m.w *= pre_exposure;
+            }
+            uniform.surrounding_sides = SIDES.uniform();
         }
-        uniform.surrounding_sides = SIDES.uniform();
+        self.probes.place(uniform, pre_exposure);
         let (width, height) = self.atlas.size;
         let inverse = Vec4::new(0.0, 0.0, 1.0 / width as f32, 1.0 / height as f32);
         uniform.picture_backdrop = uniform.picture_backdrop.truncate().truncate().extend(inverse.z).extend(inverse.w);

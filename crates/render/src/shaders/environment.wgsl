@@ -5,6 +5,7 @@ import package::shaders::brdf::PI;
 import package::constants::ENVIRONMENT_LEVEL_LAST;
 import package::shaders::shading::linear_clamp;
 import package::shaders::environment_suns::disc_share;
+import package::shaders::probes::{ProbeGrid, probe_grids, probe_light};
 import package::shaders::octahedral::octahedral_from_direction;
 import package::shaders::environment_tiles::{environment_level, environment_texel};
 
@@ -50,11 +51,13 @@ struct Environment {
     // What stands for it in parts of the scene; its tiles have the sides that `surrounding_sides` has, as `tile_sides`.
     surroundings: array<Surroundings, 4>,
     surrounding_sides: vec4f,
+    // Grids of probes, whose light surfaces in their boxes have in place of the environment's.
+    probes: array<ProbeGrid, 4>,
 }
 
 @group(0) @binding(6) var<uniform> environment: Environment;
 // A picture of the environment: what surfaces of more and more roughness reflect, without suns but in the mirror's, in
-// the tiles of `environment_tiles.wgsl`.
+// the tiles of `environment_tiles.wgsl`. Beside them lie those of surroundings, and the texels of probes.
 @group(0) @binding(11) var environment_tiles: texture_2d<f32>;
 
 // 1 if the light of the environment is a picture, which is dear where it is none; 1 if the camera sees it, too.
@@ -118,8 +121,10 @@ var<private> surrounding_shares: vec4f;
 
 // From then on it is a place's environment that the functions here give.
 fn enter_surroundings(position_world: vec3f) {
-    if surrounding_count > 0u {
+    if surrounding_count > 0u || probe_grids > 0u {
         surrounded_world = position_world;
+    }
+    if surrounding_count > 0u {
         var left = 1.0;
         var shares = vec4f(0.0);
         for (var i = 0u; i < surrounding_count; i++) {
@@ -215,6 +220,10 @@ fn environment_irradiance(normal: vec3f) -> vec3f {
     }
     if surrounding_count > 0u {
         radiance = radiance * outside_share() + surrounding_radiance(normal, ENVIRONMENT_LEVEL_LAST, 0.0);
+    }
+    if probe_grids > 0u {
+        let of_probes = probe_light(surrounded_world, normal);
+        radiance = radiance * (1.0 - of_probes.a) + of_probes.rgb;
     }
     return radiance * PI;
 }

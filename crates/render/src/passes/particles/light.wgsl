@@ -6,7 +6,7 @@
 
 import package::view::view;
 import package::shaders::colour::half_float_clamped;
-import package::shaders::environment::{environment, environment_irradiance, enter_surroundings, surrounding_count, sun_count};
+import package::shaders::environment::{environment, environment_irradiance, enter_surroundings, sun_count};
 import package::shaders::fog::fogged;
 import package::shaders::light_lists::cluster_index_at;
 import package::shaders::light_table::{
@@ -56,9 +56,7 @@ fn directional_on(index: u32, position_world: vec3f) -> vec3f {
 
 // All light on a particle, over the whole sphere.
 fn light_on(position_world: vec3f, position_px: vec2f, distance_m: f32) -> vec3f {
-    if surrounding_count > 0u {
-        enter_surroundings(position_world);
-    }
+    enter_surroundings(position_world);
     // Of the environment from above and from below: twice the irradiance of each side is what a sphere of it gives.
     var sum = 2.0 * (environment_irradiance(vec3f(0.0, 1.0, 0.0)) + environment_irradiance(vec3f(0.0, -1.0, 0.0)));
     for (var i = 0u; i < sun_count; i++) {

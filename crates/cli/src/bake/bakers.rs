@@ -1,0 +1,140 @@
+//! What is baked: maps, probes, or both.
+
+use super::args::BakeArgs;
+use crate::failure::Failure;
+use manypass_bake::{
+    Around, BakeError, BakeSettings, Baked, Baker, Keeper, LayoutSettings, ProbeBaker, ProbeSettings, Progress,
+    SAMPLES_MAX, Surfaces,
+};
+use manypass_scene::Scene;
+use manypass_scene::probes::{ProbeBasis, ProbeGrid};
+use std::hash::{DefaultHasher, Hasher as _};
+
+/// Rays from a probe for each of those of a texel: it looks all around.
+const RAYS_OF_PROBE: u32 = 4;
+
+/// What the flags ask for.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Maps, if there are to be any.
+    pub maps: Option<BakeSettings>,
+    /// Probes, and in which basis.
+    pub probes: Option<(ProbeSettings, Option<ProbeBasis>)>,
+}
+
+impl Wanted {
+    /// Of flags.
+    ///
+    /// # Errors
+    /// They ask for two things that exclude each other.
+    pub fn new(args: &BakeArgs) -> Result<Self, Failure> {
+        let is_named = |names: &[&str]| args.what.iter().any(|what| names.contains(&what.as_str()));
+        let as_emission = is_named(&["emission"]);
+        if as_emission && is_named(&["lightmap", "all"]) {
+            let message = "light is baked as light maps or as emission, not as both";
+            return Err(Failure::usage(message, "write --what emission, or --what emission,occlusion"));
+        }
+        if as_emission && args.lights.is_some() {
+            return Err(Failure::usage("as emission all lamps are baked", "leave --lights out"));
+        }
+        let has_cubes = is_named(&["ambient-cubes"]);
+        if has_cubes && is_named(&["probes", "all"]) {
+            let message = "the light of probes is baked as spherical harmonics or as ambient cubes, not as both";
+            return Err(Failure::usage(message, "write --what probes, or --what ambient-cubes"));
+        }
+        let maps = BakeSettings {
+            layout: LayoutSettings { texels_per_m: args.density, side_max: args.side_max, padding: args.padding },
+            light: as_emission || is_named(&["lightmap", "all"]),
+            as_emission,
+            occlusion: is_named(&["occlusion", "all"]),
+            samples: args.samples,
+            bounces: args.bounces,
+            denoise: !args.no_denoise,
+            occlusion_distance_m: args.occlusion_distance,
+        };
+        let samples = args.samples.saturating_mul(RAYS_OF_PROBE).min(SAMPLES_MAX.max(args.samples));
+        let probes = ProbeSettings { samples, bounces: args.bounces };
+        let has_probes = has_cubes || is_named(&["probes", "all"]);
+        if args.probe_spacing.is_some() && !has_probes {
+            return Err(Failure::usage("--probe-spacing is of probes, which are not baked", "add --what probes"));
+        }
+        Ok(Self {
+            maps: (maps.light || maps.occlusion).then_some(maps),
+            probes: has_probes.then_some((probes, has_cubes.then_some(ProbeBasis::AmbientCube))),
+        })
+    }
+
+    /// Whether maps are what surfaces send out.
+    pub fn as_emission(&self) -> bool {
+        self.maps.is_some_and(|maps| maps.as_emission)
+    }
+
+    /// The grids of a scene without their light: those that a stage or the file has, else one over all of it.
+    ///
+    /// # Errors
+    /// There would be too many probes.
+    pub fn grids(&self, scene: &Scene, args: &BakeArgs) -> Result<Vec<ProbeGrid>, Failure> {
+        let Some((_, basis)) = self.probes else { return Ok(Vec::new()) };
+        let mut grids = scene.probes.clone();
+        if grids.is_empty() || args.probe_spacing.is_some() {
+            let grid = ProbeGrid::over("probes", &scene.bounds_world(), args.probe_spacing);
+            let hint = "raise --probe-spacing, or say with [[probes]] of a stage where they are needed";
+            grids = vec![grid.map_err(|error| Failure::usage(error, hint))?];
+        }
+        for grid in &mut grids {
+            grid.probes = None;
+            grid.basis = basis.unwrap_or(grid.basis);
+        }
+        Ok(grids)
+    }
+}
+
+/// What stays of a scene while it is baked.
+pub struct Bakers<'a> {
+    maps: Option<Baker<'a>>,
+    probes: Option<ProbeBaker<'a>>,
+}
+
+/// What was found.
+pub struct Found {
+    /// Maps, if they were asked for.
+    pub maps: Option<Baked>,
+    /// Grids of probes.
+    pub grids: Vec<ProbeGrid>,
+}
+
+impl<'a> Bakers<'a> {
+    /// Of a scene.
+    ///
+    /// # Errors
+    /// As those of [`Baker::new`] and [`ProbeBaker::new`].
+    pub fn new(
+        scene: &Scene,
+        surfaces: &'a Surfaces,
+        around: Option<&'a dyn Around>,
+        (wanted, grids): (&Wanted, Vec<ProbeGrid>),
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let maps = wanted.maps.map(|maps| Baker::new(scene, surfaces, around, &maps, progress)).transpose()?;
+        let probes = wanted.probes.map(|(probes, _)| ProbeBaker::new(scene, surfaces, around, grids, &probes));
+        Ok(Self { maps, probes: probes.transpose()? })
+    }
+
+    /// A number that is another one for another scene or other settings.
+    pub fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        hasher.write_u64(self.maps.as_ref().map_or(0, Baker::key));
+        hasher.write_u64(self.probes.as_ref().map_or(0, ProbeBaker::key));
+        hasher.finish()
+    }
+
+    /// Finds all that is asked for.
+    ///
+    /// # Errors
+    /// `progress` says to stop.
+    pub fn run(self, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Found, BakeError> {
+        let maps = self.maps.map(|maps| maps.run(progress, keeper)).transpose()?;
+        let grids = self.probes.map(|probes| probes.run(progress, keeper)).transpose()?;
+        Ok(Found { maps, grids: grids.unwrap_or_default() })
+    }
+}

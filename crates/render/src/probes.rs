@@ -1,0 +1,301 @@
+//! Grids of probes: where their texels lie, what they hold, and what shaders know of them (`probes.wgsl`).
+
+use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
+use half::f16;
+use manypass_scene::Scene;
+use manypass_scene::probes::{DISTANCE_SIDE, GRIDS_MAX, Probe, ProbeBasis, ProbeGrid, ProbeLight};
+
+const _: () = assert!(DISTANCE_SIDE == PROBE_DISTANCE_SIDE as usize);
+
+/// The side of the map of a probe's distances with its border, in texels.
+const TILE_SIDE: u32 = PROBE_DISTANCE_SIDE + 2;
+
+/// The constant of pipelines that says how many grids a scene has.
+pub(crate) const PROBE_GRIDS: &str = "probe_grids";
+/// And the one that says in which bases: 0 spherical harmonics, 1 ambient cubes, 2 both.
+pub(crate) const PROBE_BASES: &str = "probe_bases";
+
+/// The largest coefficient is so large in the texture, whose half floats end at 65,504.
+const LARGEST: f32 = 1024.0;
+
+/// A grid fades over so much of its smaller extents where it fades at once, and is larger by so much.
+const FADE_MIN_SHARE: f32 = 1e-3;
+const SLACK_SHARE: f32 = 0.01;
+
+/// What is off is so far away in the map of an ambient cube, which has no other place for that.
+const FAR_AWAY_M: f32 = 60_000.0;
+
+/// As `ProbeGrid` of `probes.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ProbesUniform {
+    /// The place of the first probe; one divided by how many metres the box fades over.
+    pub first: Vec4,
+    /// How far probes are apart; what their light is multiplied by.
+    pub spacing: Vec4,
+    /// How many there are along each axis; layers along Z that lie beside each other in the texture.
+    pub counts: Vec4,
+    /// The corners of the light and of the distances in texels.
+    pub corners: Vec4,
+    /// The middle of the box; 1 if light is six colours.
+    pub center: Vec4,
+    /// Half the box's extent; how far from a surface its light is looked up, in metres.
+    pub half_m: Vec4,
+}
+
+/// As many uniforms as shaders have room for.
+pub(crate) type ProbesUniforms = [ProbesUniform; GRIDS_MAX];
+
+/// The grids of a scene that have light.
+pub(crate) fn known(scene: &Scene) -> Vec<&ProbeGrid> {
+    let has_light = |grid: &&ProbeGrid| grid.probes.as_ref().is_some_and(|probes| probes.len() == grid.count());
+    scene.probes.iter().filter(has_light).take(GRIDS_MAX).collect()
+}
+
+/// What is wrong with the grids of a scene.
+pub(crate) fn faults(scene: &Scene) -> Vec<String> {
+    let has_none = |grid: &&ProbeGrid| grid.probes.is_none();
+    let said = |grid: &ProbeGrid| {
+        format!("the probes `{}` have no light yet: `manypass bake SCENE -o OUT.glb --what probes` finds it", grid.name)
+    };
+    scene.probes.iter().filter(has_none).map(said).collect()
+}
+
+/// In which bases the light of grids is, as [`PROBE_BASES`] says it.
+pub(crate) fn bases(grids: &[&ProbeGrid]) -> u32 {
+    let has = |basis: ProbeBasis| grids.iter().any(|grid| grid.basis == basis);
+    match (has(ProbeBasis::Harmonics), has(ProbeBasis::AmbientCube)) {
+        (_, false) => 0,
+        (false, true) => 1,
+        (true, true) => 2,
+    }
+}
+
+/// Where the texels of a grid lie within those of all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct GridPlace {
+    /// Layers along Z that lie beside each other.
+    pub columns: u32,
+    /// The corners of the light and of the distances.
+    pub light: [u32; 2],
+    pub distances: [u32; 2],
+}
+
+/// Where the texels of grids lie: one below the other, of each its distances above its light.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ProbeLayout {
+    /// Width and height of all.
+    pub size: (u32, u32),
+    pub places: Vec<GridPlace>,
+}
+
+/// Width of all, and the heights of distances and light, of a grid with so many layers beside each other.
+fn extent([x, y, z]: [u32; 3], columns: u32) -> (u32, u32, u32) {
+    let rows = z.div_ceil(columns);
+    (x * columns * TILE_SIDE.max(PROBE_TEXELS), y * rows * TILE_SIDE, y * rows)
+}
+
+impl ProbeLayout {
+    /// Of grids.
+    pub fn new(grids: &[&ProbeGrid]) -> Self {
+        let mut layout = Self::default();
+        for grid in grids {
+            let side = |columns: &u32| {
+                let (width, of_distances, of_light) = extent(grid.counts, *columns);
+                width.max(of_distances + of_light)
+            };
+            let columns = (1..=grid.counts[2]).min_by_key(side).unwrap_or(1);
+            let (width, of_distances, of_light) = extent(grid.counts, columns);
+            let top = layout.size.1;
+            layout.places.push(GridPlace { columns, light: [0, top + of_distances], distances: [0, top] });
+            layout.size = (layout.size.0.max(width), top + of_distances + of_light);
+        }
+        layout
+    }
+}
+
+/// The texels of a grid, as rectangles of half floats.
+#[derive(Debug)]
+pub(crate) struct GridTexels {
+    /// Of the light: width, height, texels.
+    pub light: (u32, u32, Vec<[f16; 4]>),
+    /// Of the distances.
+    pub distances: (u32, u32, Vec<[f16; 4]>),
+    /// What light is divided by.
+    pub scale: f32,
+}
+
+/// The coefficients or colours of a probe as shaders add them up.
+fn colors(light: &ProbeLight) -> Vec<Vec3> {
+    match light {
+        ProbeLight::Harmonics(light) => light.irradiance_polynomial().to_vec(),
+        ProbeLight::AmbientCube(light) => light.0.to_vec(),
+    }
+}
+
+/// By what the light of a grid is divided in the texture.
+fn scale_of(probes: &[Probe]) -> f32 {
+    let largest =
+        |probe: &Probe| colors(&probe.light).iter().fold(0f32, |most, color| most.max(color.abs().max_element()));
+    let most = probes.iter().map(largest).fold(0f32, f32::max);
+    if most > 0.0 && most.is_finite() { most / LARGEST } else { 1.0 }
+}
+
+/// The texels of a probe's light; see `probes.wgsl`.
+fn light_texels(probe: &Probe, scale: f32) -> [Vec4; PROBE_TEXELS as usize] {
+    let colors = colors(&probe.light);
+    let color = |at: usize| colors.get(at).copied().unwrap_or_default() / scale;
+    let mut texels: [Vec4; PROBE_TEXELS as usize] = std::array::from_fn(|at| color(at).extend(0.0));
+    let offset_m = probe.offset_m.to_array();
+    match probe.light {
+        ProbeLight::Harmonics(_) => {
+            texels[0].w = if probe.is_on { 1.0 } else { 0.0 };
+            let last = color(8).to_array();
+            for at in 0..3 {
+                texels[at + 1].w = offset_m[at];
+                texels[at + 4].w = last[at];
+            }
+        }
+        ProbeLight::AmbientCube(_) => {
+            for (at, texel) in texels.iter_mut().take(6).enumerate() {
+                texel.w = if probe.is_on { offset_m[at / 2] } else { FAR_AWAY_M };
+            }
+        }
+    }
+    texels
+}
+
+/// The texel of a map of distances that one of its border repeats, or itself: beyond an edge the map goes on at the other
+/// end of the same edge.
+fn within(mut x: i32, mut y: i32) -> usize {
+    let last = PROBE_DISTANCE_SIDE as i32 - 1;
+    if !(0..=last).contains(&x) {
+        (x, y) = (x.clamp(0, last), last - y);
+    }
+    if !(0..=last).contains(&y) {
+        (x, y) = (last - x, y.clamp(0, last));
+    }
+    (y * PROBE_DISTANCE_SIDE as i32 + x) as usize
+}
+
+/// The mean of distances and its standard deviation.
+fn spread(distance: Vec2) -> [f32; 2] {
+    [distance.x, (distance.y - distance.x * distance.x).max(0.0).sqrt()]
+}
+
+/// The texels of a grid that has light.
+pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe]) -> GridTexels {
+    let scale = scale_of(probes);
+    let (_, of_distances, of_light) = extent(grid.counts, place.columns);
+    let [x, y, z] = grid.counts;
+    let across = x * place.columns.min(z);
+    let (light_width, distance_width) = (across * PROBE_TEXELS, across * TILE_SIDE);
+    let mut light = vec![[f16::ZERO; 4]; (light_width * of_light) as usize];
+    let mut distances = vec![[f16::ZERO; 4]; (distance_width * of_distances) as usize];
+    let half = |value: Vec4| value.to_array().map(f16::from_f32);
+    for (index, probe) in probes.iter().enumerate() {
+        let index = index as u32;
+        let (at_x, at_y, at_z) = (index % x, index / x % y, index / (x * y));
+        let (column, row) = (at_x + at_z % place.columns * x, at_y + at_z / place.columns * y);
+        let first = (row * light_width + column * PROBE_TEXELS) as usize;
+        for (texel, value) in light[first..].iter_mut().zip(light_texels(probe, scale)) {
+            *texel = half(value);
+        }
+        for line in 0..TILE_SIDE {
+            let first = ((row * TILE_SIDE + line) * distance_width + column * TILE_SIDE) as usize;
+            for (at, texel) in distances[first..].iter_mut().take(TILE_SIDE as usize).enumerate() {
+                let [mean, deviation] = spread(probe.distances[within(at as i32 - 1, line as i32 - 1)]);
+                *texel = half(Vec4::new(mean, deviation, 0.0, 0.0));
+            }
+        }
+    }
+    GridTexels { light: (light_width, of_light, light), distances: (distance_width, of_distances, distances), scale }
+}
+
+impl ProbesUniform {
+    /// Of a grid whose texels lie behind a corner of the texture, and whose light is multiplied by `scale`.
+    pub(crate) fn new(grid: &ProbeGrid, place: &GridPlace, [x, y]: [u32; 2], scale: f32) -> Self {
+        let (spacing_m, half_m) = (grid.spacing_m(), grid.region.half_m);
+        let least_m = FADE_MIN_SHARE * half_m.min_element();
+        let fade_m = if grid.fade_m > least_m { grid.fade_m } else { least_m };
+        let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
+        let (of_light, of_distances) = (corner(place.light), corner(place.distances));
+        let counts = Vec3::from(grid.counts.map(|count| count as f32));
+        let is_cube = if grid.basis == ProbeBasis::AmbientCube { 1.0 } else { 0.0 };
+        Self {
+            first: grid.place(0).extend(fade_m.recip()),
+            spacing: spacing_m.extend(scale),
+            counts: counts.extend(place.columns as f32),
+            corners: Vec4::new(of_light.x, of_light.y, of_distances.x, of_distances.y),
+            center: grid.region.center_world.extend(is_cube),
+            half_m: (half_m + SLACK_SHARE * half_m.min_element()).extend(BIAS_SHARE * spacing_m.min_element()),
+        }
+    }
+}
+
+/// Surfaces are seen from so far before them, as a share of the least distance between probes: light of what lies beside
+/// them counts as theirs within that.
+const BIAS_SHARE: f32 = 0.2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::octahedral::direction_from_octahedral;
+    use crate::shader::layout::assert_same_layout;
+    use manypass_scene::surroundings::Region;
+
+    fn grid(counts: [u32; 3]) -> ProbeGrid {
+        let region = Region { center_world: Vec3::ZERO, half_m: Vec3::ONE };
+        ProbeGrid::new("probes", region, counts).unwrap()
+    }
+
+    #[test]
+    fn the_uniform_has_one_layout() {
+        assert_same_layout!("forward", "ProbeGrid", ProbesUniform, [first, spacing, counts, corners, center, half_m]);
+    }
+
+    #[test]
+    fn texels_of_all_grids_lie_apart_and_are_about_square() {
+        let grids = [grid([16, 16, 16]), grid([128, 1, 128]), grid([1, 128, 128]), grid([5, 3, 7])];
+        let layout = ProbeLayout::new(&grids.each_ref());
+        let mut bottom = 0;
+        for (grid, place) in grids.iter().zip(&layout.places) {
+            let probes = vec![Probe::default(); grid.count()];
+            let texels = grid_texels(grid, place, &probes);
+            assert_eq!(place.distances, [0, bottom]);
+            assert_eq!(place.light, [0, bottom + texels.distances.1]);
+            bottom = place.light[1] + texels.light.1;
+            for (width, height, texels) in [texels.light, texels.distances] {
+                assert!(width <= layout.size.0 && width <= 2048 && height <= 2048, "{width} {height}");
+                assert_eq!(texels.len(), (width * height) as usize);
+            }
+        }
+        assert_eq!(bottom, layout.size.1);
+        assert!(ProbeLayout::new(&[&grids[0]]).size.0.max(ProbeLayout::new(&[&grids[0]]).size.1) <= 720);
+    }
+
+    #[test]
+    fn borders_repeat_what_lies_beyond() {
+        let direction = |x: i32, y: i32| {
+            let place = |at: i32| (2 * at + 1) as f32 / PROBE_DISTANCE_SIDE as f32 - 1.0;
+            direction_from_octahedral(Vec2::new(place(x), place(y)))
+        };
+        let last = PROBE_DISTANCE_SIDE as i32 - 1;
+        for at in 0..=last {
+            for (x, y, beside) in
+                [(-1, at, (0, at)), (last + 1, at, (last, at)), (at, -1, (at, 0)), (at, last + 1, (at, last))]
+            {
+                let found = within(x, y) as i32;
+                let (found, beside) =
+                    (direction(found % (last + 1), found / (last + 1)), direction(beside.0, beside.1));
+                assert!(found.dot(beside) > 0.85, "{x} {y}");
+            }
+        }
+        assert_eq!(
+            (within(-1, -1), within(3, 2)),
+            ((last * (last + 1) + last) as usize, (2 * (last + 1) + 3) as usize)
+        );
+    }
+}
