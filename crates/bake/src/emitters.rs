@@ -348,6 +348,11 @@ impl<'a> Emitters<'a> {
         surround.around.radiance(direction) * balance(density, surround.density(direction))
     }
 
+    /// The radiance of what is around the scene.
+    pub fn radiance_around(&self, direction: Vec3) -> Vec3 {
+        self.surround.as_ref().map_or(Vec3::ZERO, |surround| surround.around.radiance(direction))
+    }
+
     /// Hashes all that light depends on, beside surfaces.
     pub fn hash_into(&self, hasher: &mut impl Hasher) {
         hasher.write(format!("{:?}", self.lamps).as_bytes());

@@ -21,6 +21,7 @@ mod probes;
 mod progress;
 mod sampling;
 mod seams;
+mod small_source;
 mod surfaces;
 mod texels;
 mod tracing;

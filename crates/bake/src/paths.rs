@@ -33,20 +33,34 @@ impl Draw {
 /// Points that a path needs where it meets a surface.
 const POINTS: u32 = 4;
 
+/// What a ray brings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Brought {
+    /// The radiance that surfaces send back.
+    pub sent_back: Vec3,
+    /// The radiance that comes straight from where it is made, and what it is as one of two samples.
+    pub made: Vec3,
+    pub share: Vec3,
+    /// Where it ends.
+    pub hit: Option<Hit>,
+}
+
 impl Paths<'_> {
-    /// The radiance that a ray brings, as one of two samples of what shines and of what is around the scene, by the density of
-    /// the ray; and where it ends.
-    pub fn along(&self, from: Vec3, direction: Vec3, density: f32, draw: Draw) -> (Vec3, Option<Hit>) {
+    /// What a ray brings, whose `density` weighs it as one of two samples of what shines and of what is around the scene.
+    pub fn along(&self, from: Vec3, direction: Vec3, density: f32, draw: Draw) -> Brought {
         let (mut from, mut direction, mut density) = (from, direction, density);
-        let (mut radiance, mut throughput) = (Vec3::ZERO, Vec3::ONE);
-        let mut first = None;
+        let (mut brought, mut throughput) = (Brought::default(), Vec3::ONE);
         for bounce in 0..=self.bounces {
             let Some(hit) = self.tracer.first(from, direction) else {
-                radiance += throughput * self.emitters.missed(direction, density);
+                let share = self.emitters.missed(direction, density);
+                match bounce {
+                    0 => (brought.share, brought.made) = (share, self.emitters.radiance_around(direction)),
+                    _ => brought.sent_back += throughput * share,
+                }
                 break;
             };
             if bounce == 0 {
-                first = Some(hit);
+                brought.hit = Some(hit);
             }
             if self.tracer.is_black(&hit) {
                 break;
@@ -54,7 +68,11 @@ impl Paths<'_> {
             let (position, facet, normal) = self.surfaces.geometry(hit.spot);
             let shade = self.surfaces.shade(hit.spot);
             let leaving = facet.dot(direction).abs();
-            radiance += throughput * self.emitters.met(hit.spot, shade.emission, hit.distance_m, leaving, density);
+            let share = self.emitters.met(hit.spot, shade.emission, hit.distance_m, leaving, density);
+            match bounce {
+                0 => (brought.share, brought.made) = (share, shade.emission),
+                _ => brought.sent_back += throughput * share,
+            }
             throughput *= shade.reflectance;
             if bounce == self.bounces || throughput.max_element() <= 0.0 {
                 break;
@@ -64,12 +82,12 @@ impl Paths<'_> {
             let place = |purpose: u32| draw.point(1 + POINTS * bounce + purpose);
             let [held, added] = self.emitters.of_lamps(self.tracer, &receiver, place(0));
             let chosen = self.emitters.of_chosen(self.tracer, &receiver, [place(1), place(2)]);
-            radiance += throughput * (held + added + chosen) / PI;
+            brought.sent_back += throughput * (held + added + chosen) / PI;
             // Rays as dense as their cosine bring what is sent back of them as it is.
             direction = cosine_direction(receiver.normal, place(3));
             density = cosine_density(receiver.normal.dot(direction));
             from = receiver.start();
         }
-        (radiance, first)
+        brought
     }
 }

@@ -1,17 +1,18 @@
 //! Grids of probes: the light that arrives at places, by paths.
 
 use crate::BakeError;
-use crate::emitters::{Around, Emitters};
+use crate::emitters::{Around, Emitters, luminance};
 use crate::light_map::{BOUNCES_MAX, SAMPLES_MAX};
 use crate::paths::{Draw, Paths};
 use crate::progress::{Progress, Stage};
 use crate::sampling::{even_direction, hash2, point};
+use crate::small_source::{Made, take_small_source};
 use crate::surfaces::Surfaces;
 use crate::tracing::Tracer;
 use crate::work::{Keeper, keep_blocks};
 use glam::{Vec2, Vec3};
 use manypass_scene::Scene;
-use manypass_scene::probes::{DISTANCE_SIDE, Harmonics, Probe, ProbeGrid, ProbeLight};
+use manypass_scene::probes::{DISTANCE_SIDE, Harmonics, Probe, ProbeGrid, ProbeLight, SmallSource};
 use std::f32::consts::PI;
 use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
@@ -34,7 +35,7 @@ const OFFSET_SHARE_MAX: f32 = 0.45;
 const MOVES: u32 = 4;
 
 /// It stands so far from surfaces, as a share of the least distance between probes, if it can.
-const CLEARANCE_SHARE: f32 = 0.2;
+const CLEARANCE_SHARE: f32 = 0.1;
 
 /// Of distances around the middle of a texel those count that lie within some 12 degrees: the power of their cosine
 /// (Majercik et al. 2019, "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields").
@@ -44,8 +45,17 @@ const DISTANCE_POWER: i32 = 50;
 const LAMP_SAMPLES: u32 = 16;
 
 const DISTANCES: usize = DISTANCE_SIDE * DISTANCE_SIDE;
-/// Numbers of a probe: light, offset, whether it is on, distances.
-const NUMBERS: usize = 9 * 3 + 4 + 2 * DISTANCES;
+/// Numbers of a probe: light, offset, whether it is on, small source, distances.
+const NUMBERS: usize = 9 * 3 + 4 + 7 + 2 * DISTANCES;
+
+/// What was found of a probe.
+struct Looked {
+    light: Harmonics,
+    source: SmallSource,
+    offset_m: Vec3,
+    is_on: bool,
+    distances: [Vec2; DISTANCES],
+}
 
 /// How well the light of probes is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,27 +198,35 @@ impl<'a> ProbeBaker<'a> {
         (best.0, best.1 <= INSIDE_SHARE)
     }
 
-    fn probe(&self, paths: &Paths, grid: &ProbeGrid, index: usize) -> (Harmonics, Vec3, bool, [Vec2; DISTANCES]) {
+    fn probe(&self, paths: &Paths, grid: &ProbeGrid, index: usize) -> Looked {
         let seed = hash2(index as u32, 77);
         let (offset_m, is_on) = self.stand(paths, grid, index, seed);
         let (mut light, mut sums) = (Harmonics::default(), [(Vec2::ZERO, 0.0f32); DISTANCES]);
+        let mut made = Vec::new();
         let place = grid.place(index) + offset_m;
         let (count, most_m) = (self.settings.samples, grid.distance_max_m());
         let (each, even) = (1.0 / count as f32, 1.0 / (4.0 * PI));
         for sample in 0..if is_on { count } else { 0 } {
             let draw = Draw { sample, seed };
             let direction = even_direction(draw.point(0));
-            let (radiance, hit) = paths.along(place, direction, even, draw);
-            light.add(direction, finite(radiance) * (4.0 * PI * each));
+            let brought = paths.along(place, direction, even, draw);
+            let whole = 4.0 * PI * each;
+            light.add(direction, finite(brought.sent_back + brought.share) * whole);
+            if brought.made != Vec3::ZERO {
+                let (share, level) = (finite(brought.share) * whole, luminance(brought.made));
+                made.push(Made { direction, share, level });
+            }
             let points = [1, 2].map(|at| draw.point(u32::MAX - at));
             let chosen = [
                 self.emitters.choose_shining(paths.tracer, place, |_| true, points[0]),
                 self.emitters.choose_around(paths.tracer, place, |_| true, points[1]),
             ];
             for chosen in chosen.into_iter().flatten() {
-                light.add(chosen.direction, finite(chosen.share(even)) * each);
+                let (direction, share) = (chosen.direction, finite(chosen.share(even)) * each);
+                light.add(direction, share);
+                made.push(Made { direction, share, level: luminance(chosen.radiance) });
             }
-            let distance_m = hit.map_or(most_m, |hit| hit.distance_m.min(most_m));
+            let distance_m = brought.hit.map_or(most_m, |hit| hit.distance_m.min(most_m));
             for (at, (sum, weight)) in sums.iter_mut().enumerate() {
                 let share = texel_direction(at).dot(direction).max(0.0).powi(DISTANCE_POWER);
                 *sum += share * Vec2::new(distance_m, distance_m * distance_m);
@@ -217,11 +235,14 @@ impl<'a> ProbeBaker<'a> {
         }
         for sample in 0..if is_on { LAMP_SAMPLES } else { 0 } {
             self.emitters.held_lamps_at(paths.tracer, place, point(sample, hash2(seed, 3)), |direction, irradiance| {
-                light.add(direction, finite(irradiance) / LAMP_SAMPLES as f32);
+                let share = finite(irradiance) / LAMP_SAMPLES as f32;
+                light.add(direction, share);
+                made.push(Made { direction, share, level: f32::INFINITY });
             });
         }
+        let source = take_small_source(&mut light, &made);
         let distances = sums.map(|(sum, weight)| if weight > 0.0 { sum / weight } else { Vec2::ZERO });
-        (light, offset_m, is_on, distances)
+        Looked { light, source, offset_m, is_on, distances }
     }
 }
 
@@ -239,20 +260,23 @@ fn texel_direction(at: usize) -> Vec3 {
     Vec3::new(turned(x, y), turned(y, x), z).normalize()
 }
 
-fn numbers((light, offset_m, is_on, distances): &(Harmonics, Vec3, bool, [Vec2; DISTANCES])) -> [f32; NUMBERS] {
-    let of_light = light.0.iter().flat_map(|color| color.to_array());
-    let of_place = offset_m.extend(if *is_on { 1.0 } else { 0.0 }).to_array();
-    let of_distances = distances.iter().flat_map(|distance| distance.to_array());
-    let mut all = of_light.chain(of_place).chain(of_distances);
+fn numbers(found: &Looked) -> [f32; NUMBERS] {
+    let of_light = found.light.0.iter().flat_map(|color| color.to_array());
+    let of_place = found.offset_m.extend(if found.is_on { 1.0 } else { 0.0 }).to_array();
+    let of_source = [found.source.direction, found.source.irradiance].map(|of| of.to_array());
+    let of_distances = found.distances.iter().flat_map(|distance| distance.to_array());
+    let of_source = of_source.into_iter().flatten().chain([found.source.spread]);
+    let mut all = of_light.chain(of_place).chain(of_source).chain(of_distances);
     std::array::from_fn(|_| all.next().unwrap_or(0.0))
 }
 
 fn of_numbers(numbers: &[f32; NUMBERS], grid: &ProbeGrid) -> Probe {
     let vector = |at: usize| Vec3::new(numbers[at], numbers[at + 1], numbers[at + 2]);
     let light = Harmonics(std::array::from_fn(|at| vector(3 * at)));
-    let distances = std::array::from_fn(|at| Vec2::new(numbers[31 + 2 * at], numbers[32 + 2 * at]));
+    let source = SmallSource { direction: vector(31), irradiance: vector(34), spread: numbers[37] };
+    let distances = std::array::from_fn(|at| Vec2::new(numbers[38 + 2 * at], numbers[39 + 2 * at]));
     let (offset_m, is_on) = (vector(27), numbers[30] > 0.5);
-    Probe { offset_m, is_on, light: ProbeLight::new(&light, grid.basis), distances }
+    Probe { offset_m, is_on, light: ProbeLight::new(&light, source, grid.basis), distances }
 }
 
 /// Steps of a grid among those of all.

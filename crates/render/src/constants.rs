@@ -46,7 +46,7 @@ shared_constants! {
     CURVE_EXPONENTIAL: u32 = 5;
 
     /// The texels of a probe's light.
-    PROBE_TEXELS: u32 = 8;
+    PROBE_TEXELS: u32 = 9;
     /// The side of a probe's map of distances in texels, without its border.
     PROBE_DISTANCE_SIDE: u32 = 8;
 

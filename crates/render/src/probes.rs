@@ -1,11 +1,13 @@
 //! Grids of probes: where their texels lie, what they hold, and what shaders know of them (`probes.wgsl`).
 
 use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
+use crate::octahedral::octahedral_from_direction;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
 use manypass_scene::Scene;
 use manypass_scene::probes::{DISTANCE_SIDE, GRIDS_MAX, Probe, ProbeBasis, ProbeGrid, ProbeLight};
+use std::f32::consts::PI;
 
 const _: () = assert!(DISTANCE_SIDE == PROBE_DISTANCE_SIDE as usize);
 
@@ -130,7 +132,9 @@ pub(crate) struct GridTexels {
 /// The coefficients or colours of a probe as shaders add them up.
 fn colors(light: &ProbeLight) -> Vec<Vec3> {
     match light {
-        ProbeLight::Harmonics(light) => light.irradiance_polynomial().to_vec(),
+        ProbeLight::Harmonics(light, source) => {
+            light.irradiance_polynomial().into_iter().chain([source.irradiance / PI]).collect()
+        }
         ProbeLight::AmbientCube(light) => light.0.to_vec(),
     }
 }
@@ -150,8 +154,11 @@ fn light_texels(probe: &Probe, scale: f32) -> [Vec4; PROBE_TEXELS as usize] {
     let mut texels: [Vec4; PROBE_TEXELS as usize] = std::array::from_fn(|at| color(at).extend(0.0));
     let offset_m = probe.offset_m.to_array();
     match probe.light {
-        ProbeLight::Harmonics(_) => {
-            texels[0].w = if probe.is_on { 1.0 } else { 0.0 };
+        ProbeLight::Harmonics(_, source) => {
+            let towards = octahedral_from_direction(source.direction);
+            texels[8] = color(9).extend(towards.y);
+            texels[7].w = towards.x;
+            texels[0].w = if probe.is_on { 1.0 + source.spread } else { 0.0 };
             let last = color(8).to_array();
             for at in 0..3 {
                 texels[at + 1].w = offset_m[at];

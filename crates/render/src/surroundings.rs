@@ -143,7 +143,7 @@ mod tests {
         let beside = Atlas::new(2, (1000, 700), (0, 0), 2048).unwrap();
         assert_eq!((beside.size, beside.corner(1)), ((1000 + 2 * own.0, own.1), [1000 + own.0, 0]));
         let below = Atlas::new(4, (1500, 900), (0, 0), 2048).unwrap();
-        assert_eq!((below.size, below.corner(0)), ((own.0 * 4, 900 + own.1), [0, 900]));
+        assert_eq!((below.size, below.corner(0)), ((1500.max(4 * own.0), 900 + own.1), [0, 900]));
         assert_eq!(Atlas::new(4, (2048, 1500), (0, 0), 2048), None);
         let tile = beside.tile(1, 3);
         assert_eq!(tile.corner[0], Tile::of_level(3, SIDES).corner[0] + beside.corner(1)[0]);

@@ -6,8 +6,8 @@
 //! # use glam::Vec3;
 //! let room = Aabb { min: Vec3::ZERO, max: Vec3::new(8.0, 3.0, 4.0) };
 //! let grid = ProbeGrid::over("room", &room, Some(0.5)).unwrap();
-//! assert_eq!(grid.counts, [16, 6, 8]);
-//! assert_eq!(grid.place(0), Vec3::splat(0.25));
+//! assert_eq!(grid.counts, [17, 7, 9]);
+//! assert!((grid.place(0) - Vec3::splat(0.06)).length() < 0.01);
 //! ```
 
 mod harmonics;
@@ -17,6 +17,7 @@ pub use harmonics::{AmbientCube, Harmonics, harmonics};
 use crate::Aabb;
 use crate::surroundings::Region;
 use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
 use std::sync::Arc;
 
 /// The most probes of a grid.
@@ -27,6 +28,10 @@ pub const PROBES_ALONG_MAX: u32 = 128;
 
 /// The most grids of a scene that are drawn.
 pub const GRIDS_MAX: usize = 4;
+
+/// The outermost probes of a grid stand so far within the faces of its box, as a share of the distance between probes: faces
+/// are often walls.
+const INSET: f32 = 0.125;
 
 /// How many probes a grid has about where nobody says.
 const PROBES_USUAL: f32 = 2048.0;
@@ -44,42 +49,78 @@ pub enum ProbeBasis {
     AmbientCube,
 }
 
+/// The strongest small source of a probe's light. Harmonics of order 2 light what such a source shines along by a tenth of
+/// its irradiance, and what faces it by 6 % too much; known for itself it lights by the cosine (Sloan 2008, "Stupid Spherical
+/// Harmonics (SH) Tricks", takes the dominant light out of them).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SmallSource {
+    /// Where it is, of length 1; zero if there is none.
+    pub direction: Vec3,
+    /// Its irradiance across that direction.
+    pub irradiance: Vec3,
+    /// The sine of half the angle that it takes: so far beyond a surface's horizon it still gives light.
+    pub spread: f32,
+}
+
+impl SmallSource {
+    /// Irradiance divided by π on a surface with a unit normal: of a disc, of which the horizon leaves a part.
+    pub fn irradiance(&self, normal: Vec3) -> Vec3 {
+        let cosine = self.direction.dot(normal);
+        let spread = self.spread.max(1e-6);
+        let above = (cosine + spread).max(0.0);
+        let share = if cosine < spread { above * above / (4.0 * spread) } else { cosine };
+        self.irradiance * (share / PI)
+    }
+}
+
 /// The light that arrives at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProbeLight {
-    /// Radiance, with a window if it needs one.
-    Harmonics(Harmonics),
+    /// Radiance, with a window if it needs one, without the light of one small source, which is known for itself.
+    Harmonics(Harmonics, SmallSource),
     /// Irradiance divided by π.
     AmbientCube(AmbientCube),
 }
 
 impl Default for ProbeLight {
     fn default() -> Self {
-        Self::Harmonics(Harmonics::default())
+        Self::Harmonics(Harmonics::default(), SmallSource::default())
     }
 }
 
 impl ProbeLight {
-    /// What arrives, in a basis: it is windowed there.
-    pub fn new(light: &Harmonics, basis: ProbeBasis) -> Self {
+    /// What arrives, of a small source and of all else, in a basis: it is windowed there.
+    pub fn new(light: &Harmonics, source: SmallSource, basis: ProbeBasis) -> Self {
         match basis {
-            ProbeBasis::Harmonics => Self::Harmonics(light.windowed()),
-            ProbeBasis::AmbientCube => Self::AmbientCube(AmbientCube::of(light)),
+            ProbeBasis::Harmonics => Self::Harmonics(light.windowed(), source),
+            ProbeBasis::AmbientCube => {
+                let mut all = *light;
+                all.add(source.direction, source.irradiance);
+                Self::AmbientCube(AmbientCube::of(&all))
+            }
         }
     }
 
     /// Irradiance divided by π on a surface with a unit normal.
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
         match self {
-            Self::Harmonics(light) => light.irradiance(normal),
+            Self::Harmonics(light, source) => light.irradiance(normal) + source.irradiance(normal),
             Self::AmbientCube(light) => light.irradiance(normal),
+        }
+    }
+
+    /// Its small source, if it may have one.
+    pub fn source(&self) -> SmallSource {
+        match self {
+            Self::Harmonics(_, source) => *source,
+            Self::AmbientCube(_) => SmallSource::default(),
         }
     }
 
     /// Its coefficients or colours.
     pub fn colors(&self) -> &[Vec3] {
         match self {
-            Self::Harmonics(light) => &light.0,
+            Self::Harmonics(light, _) => &light.0,
             Self::AmbientCube(light) => &light.0,
         }
     }
@@ -106,7 +147,7 @@ impl Default for Probe {
     }
 }
 
-/// Probes in the middles of the cells of a box.
+/// Probes in a box, as far apart along each axis, and from its faces an eighth of that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProbeGrid {
     /// Its name: by it a file's light is that of a stage's grid.
@@ -196,8 +237,9 @@ impl ProbeGrid {
         let least_m = 1e-3 * size_m.max_element().max(1e-3);
         let size_m = size_m.max(Vec3::splat(least_m));
         let region = Region { center_world: bounds.center(), half_m: 0.5 * size_m };
-        let counts_at =
-            |spacing_m: f32| (size_m / spacing_m).round().max(Vec3::ONE).to_array().map(|count| count.min(1e6) as u32);
+        let counts_at = |spacing_m: f32| {
+            (size_m / spacing_m + 0.75).round().max(Vec3::ONE).to_array().map(|count| count.min(1e6) as u32)
+        };
         let counts = match spacing_m {
             Some(spacing_m) => counts_at(spacing_m),
             None => {
@@ -222,14 +264,16 @@ impl ProbeGrid {
 
     /// How far they are apart along each axis, in metres.
     pub fn spacing_m(&self) -> Vec3 {
-        2.0 * self.region.half_m / Vec3::from(self.counts.map(|count| count as f32))
+        let spaces = self.counts.map(|count| if count > 1 { count as f32 - 1.0 + 2.0 * INSET } else { 1.0 });
+        2.0 * self.region.half_m / Vec3::from(spaces)
     }
 
     /// The place of one that was not moved, in world space.
     pub fn place(&self, index: usize) -> Vec3 {
         let [x, y, _] = self.counts.map(|count| count as usize);
-        let at = [index % x, index / x % y, index / (x * y)].map(|at| at as f32 + 0.5);
-        self.region.center_world - self.region.half_m + self.spacing_m() * Vec3::from(at)
+        let at = [index % x, index / x % y, index / (x * y)].map(|at| at as f32);
+        let middle = Vec3::from(self.counts.map(|count| 0.5 * (count - 1) as f32));
+        self.region.center_world + self.spacing_m() * (Vec3::from(at) - middle)
     }
 
     /// Surfaces that are farther from a probe count as if they were so far, in metres: no surface that it lights is.
@@ -243,12 +287,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn probes_stand_in_the_middles_of_cells() {
+    fn probes_stand_within_their_box() {
         let region = Region { center_world: Vec3::new(1.0, 2.0, 3.0), half_m: Vec3::new(2.0, 1.0, 0.5) };
-        let grid = ProbeGrid::new("a", region, [4, 2, 1]).unwrap();
-        assert_eq!((grid.count(), grid.spacing_m()), (8, Vec3::ONE));
-        assert_eq!(grid.place(0), Vec3::new(-0.5, 1.5, 3.0));
-        assert_eq!(grid.place(7), Vec3::new(2.5, 2.5, 3.0));
+        let grid = ProbeGrid::new("a", region, [5, 2, 1]).unwrap();
+        let spacing = Vec3::new(4.0 / 4.25, 2.0 / 1.25, 1.0);
+        assert_eq!(grid.count(), 10);
+        assert!((grid.spacing_m() - spacing).length() < 1e-5);
+        assert!((grid.place(0) - Vec3::new(-1.0 + spacing.x / 8.0, 1.0 + spacing.y / 8.0, 3.0)).length() < 1e-5);
+        assert!((grid.place(9) - Vec3::new(3.0 - spacing.x / 8.0, 3.0 - spacing.y / 8.0, 3.0)).length() < 1e-5);
     }
 
     #[test]
@@ -257,7 +303,7 @@ mod tests {
         let million = ProbeGrid::over("a", &bounds, Some(0.1)).unwrap_err();
         assert_eq!(
             million.to_string(),
-            "100 x 100 x 100 probes; a grid has 1 to 16384, and at most 128 along each axis"
+            "101 x 101 x 101 probes; a grid has 1 to 16384, and at most 128 along each axis"
         );
         assert!(ProbeGrid::over("a", &bounds, Some(1e-30)).is_err());
         assert_eq!(ProbeGrid::over("a", &bounds, Some(1e9)).unwrap().counts, [1, 1, 1]);

@@ -4,7 +4,7 @@
 
 import package::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
 import package::shaders::environment::{environment, environment_tiles};
-import package::shaders::octahedral::octahedral_from_direction;
+import package::shaders::octahedral::{direction_from_octahedral, octahedral_from_direction};
 import package::shaders::shading::linear_clamp;
 
 // A grid of probes.
@@ -31,7 +31,7 @@ override probe_bases: u32 = 0u;
 // What is off is farther away than this from its place.
 const OFF_M: f32 = 30000.0;
 // Probes that lie behind a surface count so much, and those that see it hardly are crushed below the other.
-const BEHIND: f32 = 0.2;
+const BEHIND: f32 = 0.05;
 const CRUSHED: f32 = 0.2;
 
 // What is added up of probes: coefficients with what is left of them in the last places, or the colours of three faces.
@@ -44,6 +44,8 @@ struct ProbeSum {
     f: vec4f,
     g: vec4f,
     h: vec4f,
+    // Of small sources, by their cosines.
+    of_sources: vec3f,
     weight: f32,
 }
 
@@ -87,7 +89,7 @@ fn add_probe(sum: ptr<function, ProbeSum>, grid: ProbeGrid, at: vec3f, nearness:
         c = textureLoad(environment_tiles, texel + vec2i(2, 0), 0);
         d = textureLoad(environment_tiles, texel + vec2i(3, 0), 0);
         offset_m = vec3f(b.a, c.a, d.a);
-        is_on = a.a;
+        is_on = min(a.a, 1.0);
     }
     let probe_world = grid.first.xyz + at * grid.spacing.xyz + offset_m;
     let seen_world = position_world + normal * grid.half_m.w;
@@ -109,7 +111,15 @@ fn add_probe(sum: ptr<function, ProbeSum>, grid: ProbeGrid, at: vec3f, nearness:
         (*sum).e += weight * textureLoad(environment_tiles, texel + vec2i(4, 0), 0);
         (*sum).f += weight * textureLoad(environment_tiles, texel + vec2i(5, 0), 0);
         (*sum).g += weight * textureLoad(environment_tiles, texel + vec2i(6, 0), 0);
-        (*sum).h += weight * textureLoad(environment_tiles, texel + vec2i(7, 0), 0);
+        let h = textureLoad(environment_tiles, texel + vec2i(7, 0), 0);
+        (*sum).h += weight * h;
+        let source = textureLoad(environment_tiles, texel + vec2i(8, 0), 0);
+        // Of a disc of some spread the horizon leaves a part.
+        let spread = max(a.a - 1.0, 1e-3);
+        let cosine = dot(direction_from_octahedral(vec2f(h.a, source.a)), normal);
+        let above = max(cosine + spread, 0.0);
+        let share = select(cosine, above * above / (4.0 * spread), cosine < spread);
+        (*sum).of_sources += (weight * share) * source.rgb;
     }
 }
 
@@ -137,8 +147,9 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
             + sum.f.rgb * (n.y * n.z) + sum.g.rgb * (3.0 * n.z * n.z - 1.0) + sum.h.rgb * (n.x * n.z)
             + last_color * (n.x * n.x - n.y * n.y);
     }
+    light = max(light, vec3f(0.0)) + sum.of_sources;
     let is_known = select(0.0, 1.0, sum.weight > 0.0);
-    return vec4f(max(light, vec3f(0.0)) * (grid.spacing.w / max(sum.weight, 1e-20)), is_known);
+    return vec4f(light * (grid.spacing.w / max(sum.weight, 1e-20)), is_known);
 }
 
 // Irradiance divided by pi of all grids at a place by their shares, and the sum of the shares.

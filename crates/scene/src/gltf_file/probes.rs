@@ -1,12 +1,15 @@
 //! Grids of probes in files: `MANYPASS_probes` of the root.
 //!
 //! Each of `grids` has `center` and `size` in metres, `counts`, and three accessors: `light` (VEC3: 9 coefficients of
-//! spherical harmonics or 6 colours a probe, as `basis` says), `places` (VEC4: how far it was moved, and 1 if it has light),
+//! spherical harmonics or 6 colours a probe, as `basis` says), with harmonics `sources` (VEC4: direction and
+//! spread, then irradiance and 0, of [`SmallSource`]; may be left out), `places` (VEC4: how far it was moved, and 1 if it has light),
 //! and `distances` (VEC2: [`Probe::distances`]).
 
 use super::accessor::to_f32;
 use super::{Document, LoadError, Numbers, Parts, json::Json};
-use crate::probes::{AmbientCube, DISTANCE_SIDE, GRIDS_MAX, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight};
+use crate::probes::{
+    AmbientCube, DISTANCE_SIDE, GRIDS_MAX, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource,
+};
 use crate::surroundings::Region;
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
@@ -56,6 +59,8 @@ fn read_grid(document: &mut Document, json: &Json) -> Result<ProbeGrid, LoadErro
     let count = grid.count();
     document.spend((count * size_of::<Probe>()) as u64, &json.pointer)?;
     let colors = elements::<3>(document, json, "light", count * grid.basis.colors())?;
+    let has_sources = json.has("sources") && grid.basis == ProbeBasis::Harmonics;
+    let sources = if has_sources { elements::<4>(document, json, "sources", 2 * count)? } else { Vec::new() };
     let places = elements::<4>(document, json, "places", count)?;
     let distances = elements::<2>(document, json, "distances", count * DISTANCES)?;
     let mut broken = 0;
@@ -64,12 +69,24 @@ fn read_grid(document: &mut Document, json: &Json) -> Result<ProbeGrid, LoadErro
         let mut next = colors.take(grid.basis.colors());
         let mut color = || next.next().unwrap_or_default();
         let light = match grid.basis {
-            ProbeBasis::Harmonics => ProbeLight::Harmonics(Harmonics(std::array::from_fn(|_| color()))),
+            ProbeBasis::Harmonics => {
+                let [direction, irradiance] =
+                    [2 * index, 2 * index + 1].map(|at| sources.get(at).copied().map(Vec4::from).unwrap_or_default());
+                let source = SmallSource {
+                    direction: direction.truncate().normalize_or_zero(),
+                    irradiance: irradiance.truncate(),
+                    spread: direction.w,
+                };
+                ProbeLight::Harmonics(Harmonics(std::array::from_fn(|_| color())), source)
+            }
             ProbeBasis::AmbientCube => ProbeLight::AmbientCube(AmbientCube(std::array::from_fn(|_| color()))),
         };
         let place = Vec4::from(places[index]);
         let distances: [Vec2; DISTANCES] = std::array::from_fn(|at| Vec2::from(distances[index * DISTANCES + at]));
-        let is_sound = light.colors().iter().all(|color| color.is_finite())
+        let SmallSource { direction, irradiance, spread } = light.source();
+        let has_sound_source = direction.is_finite() && irradiance.is_finite() && (0.0..=1.0).contains(&spread);
+        let is_sound = has_sound_source
+            && light.colors().iter().all(|color| color.is_finite())
             && place.is_finite()
             && distances.iter().all(|distance| distance.is_finite() && distance.min_element() >= 0.0);
         if !is_sound {
@@ -112,7 +129,7 @@ impl Parts {
         let places: Vec<[f32; 4]> = probes.iter().map(place).collect();
         let distances: Vec<[f32; 2]> =
             probes.iter().flat_map(|probe| probe.distances).map(|distance| distance.to_array()).collect();
-        Some(json!({
+        let mut written = json!({
             "name": grid.name,
             "basis": grid.basis.name(),
             "center": grid.region.center_world.to_array(),
@@ -122,7 +139,16 @@ impl Parts {
             "light": self.append_accessor(Numbers::Vec3(&colors)),
             "places": self.append_accessor(Numbers::Vec4(&places)),
             "distances": self.append_accessor(Numbers::Vec2(&distances)),
-        }))
+        });
+        if grid.basis == ProbeBasis::Harmonics {
+            let of_probe = |probe: &Probe| {
+                let SmallSource { direction, irradiance, spread } = probe.light.source();
+                [direction.extend(spread).to_array(), irradiance.extend(0.0).to_array()]
+            };
+            let sources: Vec<[f32; 4]> = probes.iter().flat_map(of_probe).collect();
+            written["sources"] = self.append_accessor(Numbers::Vec4(&sources)).into();
+        }
+        Some(written)
     }
 }
 
@@ -141,7 +167,11 @@ mod tests {
             Probe {
                 offset_m: Vec3::splat(0.01 * index as f32),
                 is_on: index != 2,
-                light: ProbeLight::new(&light, basis),
+                light: ProbeLight::new(
+                    &light,
+                    SmallSource { direction: Vec3::Z, irradiance: Vec3::ONE, spread: 0.25 },
+                    basis,
+                ),
                 distances,
             }
         };
@@ -160,7 +190,7 @@ mod tests {
         parts.put_probes(&grids);
         parts.put_probes(&grids);
         parts.prune(&parts.clone().unreferenced());
-        assert_eq!(parts.list("accessors").len(), 6);
+        assert_eq!(parts.list("accessors").len(), 7);
         assert_eq!(loaded(&parts).unwrap().scene.probes, grids);
         parts.put_probes(&[]);
         assert!(parts.json.get("extensions").is_none() && parts.json.get("extensionsUsed").is_none());

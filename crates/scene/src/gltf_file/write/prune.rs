@@ -42,7 +42,7 @@ fn visit_accessors(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
         each(attributes).for_each(|attribute| index(Some(attribute), visit));
     }
     for grid in each(json.pointer_mut("/extensions/MANYPASS_probes/grids")) {
-        ["light", "places", "distances"].into_iter().for_each(|key| index(grid.get_mut(key), visit));
+        ["light", "sources", "places", "distances"].into_iter().for_each(|key| index(grid.get_mut(key), visit));
     }
 }
 
