@@ -196,6 +196,11 @@ impl EnvironmentUniform {
         uniform
     }
 
+    /// How many probes all grids have.
+    pub fn probe_count(&self) -> u32 {
+        self.probes.iter().map(|grid| grid.counts.truncate().element_product() as u32).sum()
+    }
+
     /// Whether no light comes from it.
     pub fn is_dark(&self) -> bool {
         let has_others = self.surrounding_sides != Vec4::ZERO || self.probes[0].half_m != Vec4::ZERO;

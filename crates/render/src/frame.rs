@@ -20,6 +20,7 @@ use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::mirror_picture::MirrorPicture;
 use crate::occlusion::Occlusion;
+use crate::passes::debug::DebugView;
 use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::mirrors::ShownMirror;
@@ -28,8 +29,8 @@ use crate::passes::portals::ShownPortal;
 use crate::passes::water::ShownWater;
 use crate::passes::{
     adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
-    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, particles, portals, reflections, resolve,
-    shadows, tile_depth, transparency, volumes, water,
+    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, particles, portals, probes, reflections,
+    resolve, shadows, tile_depth, transparency, volumes, water,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -153,6 +154,7 @@ pub fn view_passes(
     let radiance = fog::record_background(r, &settings.fog, settings.background.source, &depth, radiance)?;
     let radiance = fog::record_light(r, &settings.fog, linear_depth, radiance)?;
     let (radiance, depth) = portals::record(r, &flat.portals, (radiance, depth))?;
+    let (radiance, depth) = probe_passes(r, settings, (radiance, depth))?;
     let radiance = particle_passes(r, settings, flat, (linear_depth, &depth), radiance)?;
     let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
@@ -210,6 +212,7 @@ fn forward_view_passes(
         None => radiance,
     };
     let (radiance, depth) = portals::record(r, &flat.portals, (radiance, depth))?;
+    let (radiance, depth) = probe_passes(r, settings, (radiance, depth))?;
     let radiance = match &linear_depth {
         Some(linear_depth) => particle_passes(r, settings, flat, (linear_depth, &depth), radiance)?,
         None => radiance,
@@ -218,6 +221,18 @@ fn forward_view_passes(
     let radiance = resolve::record(r, "resolve", radiance);
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
     Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion })
+}
+
+/// Spheres for probes, where settings ask for them.
+fn probe_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    (radiance, depth): (Handle, Handle),
+) -> Result<(Handle, Handle), ProgramError> {
+    match settings.debug.view {
+        DebugView::Probes => probes::record(r, (radiance, depth)),
+        _ => Ok((radiance, depth)),
+    }
 }
 
 /// Particles over all that is opaque; `linear_depth` is that of it without portals.

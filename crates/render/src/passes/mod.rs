@@ -28,6 +28,7 @@ pub mod overlay;
 pub mod particles;
 pub mod portals;
 pub mod present;
+pub mod probes;
 pub mod reflections;
 pub mod resolve;
 pub mod scrub;

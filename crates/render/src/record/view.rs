@@ -59,6 +59,8 @@ pub struct PreparedView {
     pub(crate) light_reaches: wgpu::TextureView,
     /// Whether the environment lights anything.
     pub is_environment_dark: bool,
+    /// How many probes there are.
+    pub probe_count: u32,
     /// Whether the frame goes on from the view's last one, so that histories hold what that left.
     pub goes_on: bool,
     /// The same of what is made of a picture that is shown: the last one was, too, and belongs to this one.
@@ -358,6 +360,7 @@ impl Viewed<'_> {
             uniform: self.uniform,
             light_count: self.light_count,
             is_environment_dark: self.environment.is_dark(),
+            probe_count: self.environment.probe_count(),
             goes_on: self.goes_on,
             display_goes_on: self.display_goes_on,
             display_exposure: self.display_exposure,

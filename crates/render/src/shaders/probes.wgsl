@@ -34,8 +34,9 @@ const OFF_M: f32 = 30000.0;
 const BEHIND: f32 = 0.05;
 const CRUSHED: f32 = 0.2;
 
-// What is added up of probes: coefficients with what is left of them in the last places, or the colours of three faces.
-struct ProbeSum {
+// Light of a probe, or of several added up: coefficients, of which the ninth lies in the last places of the fifth to the
+// seventh; or the colours of the three faces that a normal sees. And what a small source gives by its cosine.
+struct ProbeLight {
     a: vec4f,
     b: vec4f,
     c: vec4f,
@@ -44,9 +45,71 @@ struct ProbeSum {
     f: vec4f,
     g: vec4f,
     h: vec4f,
-    // Of small sources, by their cosines.
-    of_sources: vec3f,
-    weight: f32,
+    of_source: vec3f,
+}
+
+struct Probe {
+    light: ProbeLight,
+    // How far it was moved, and 1 if it has light.
+    offset_m: vec3f,
+    is_on: f32,
+}
+
+fn has_colors(grid: ProbeGrid) -> bool {
+    return probe_bases == 1u || (probe_bases == 2u && grid.center.w > 0.5);
+}
+
+// The column and row of a probe among those of its grid in the texture, where some layers along Z lie beside each other.
+fn probe_cell(grid: ProbeGrid, at: vec3f) -> vec2f {
+    let row = floor((at.z + 0.5) / grid.counts.w);
+    let column = at.z - row * grid.counts.w;
+    return vec2f(at.x + column * grid.counts.x, at.y + row * grid.counts.y);
+}
+
+fn probe_at(grid: ProbeGrid, cell: vec2f, normal: vec3f) -> Probe {
+    let texel = vec2i(grid.corners.xy + cell * vec2f(f32(PROBE_TEXELS), 1.0));
+    var probe = Probe();
+    if has_colors(grid) {
+        let faces = vec3i(vec3u(normal < vec3f(0.0))) + vec3i(0, 2, 4);
+        probe.light.a = textureLoad(environment_tiles, texel + vec2i(faces.x, 0), 0);
+        probe.light.b = textureLoad(environment_tiles, texel + vec2i(faces.y, 0), 0);
+        probe.light.c = textureLoad(environment_tiles, texel + vec2i(faces.z, 0), 0);
+        probe.is_on = select(1.0, 0.0, probe.light.a.a > OFF_M);
+        probe.offset_m = vec3f(probe.light.a.a, probe.light.b.a, probe.light.c.a) * probe.is_on;
+        return probe;
+    }
+    probe.light.a = textureLoad(environment_tiles, texel, 0);
+    probe.light.b = textureLoad(environment_tiles, texel + vec2i(1, 0), 0);
+    probe.light.c = textureLoad(environment_tiles, texel + vec2i(2, 0), 0);
+    probe.light.d = textureLoad(environment_tiles, texel + vec2i(3, 0), 0);
+    probe.light.e = textureLoad(environment_tiles, texel + vec2i(4, 0), 0);
+    probe.light.f = textureLoad(environment_tiles, texel + vec2i(5, 0), 0);
+    probe.light.g = textureLoad(environment_tiles, texel + vec2i(6, 0), 0);
+    probe.light.h = textureLoad(environment_tiles, texel + vec2i(7, 0), 0);
+    let source = textureLoad(environment_tiles, texel + vec2i(8, 0), 0);
+    // Of a disc of some spread the horizon leaves a part.
+    let spread = max(probe.light.a.a - 1.0, 1e-3);
+    let cosine = dot(direction_from_octahedral(vec2f(probe.light.h.a, source.a)), normal);
+    let above = max(cosine + spread, 0.0);
+    let share = select(cosine, above * above / (4.0 * spread), cosine < spread);
+    probe.light.of_source = share * source.rgb;
+    probe.is_on = min(probe.light.a.a, 1.0);
+    probe.offset_m = vec3f(probe.light.b.a, probe.light.c.a, probe.light.d.a);
+    return probe;
+}
+
+// Irradiance divided by pi on a surface with a normal, in the units of the grid.
+fn probe_irradiance(light: ProbeLight, grid: ProbeGrid, normal: vec3f) -> vec3f {
+    let n = normal;
+    if has_colors(grid) {
+        let squares = n * n;
+        return light.a.rgb * squares.x + light.b.rgb * squares.y + light.c.rgb * squares.z;
+    }
+    let ninth = vec3f(light.e.a, light.f.a, light.g.a);
+    let of_harmonics = light.a.rgb + light.b.rgb * n.y + light.c.rgb * n.z + light.d.rgb * n.x
+        + light.e.rgb * (n.x * n.y) + light.f.rgb * (n.y * n.z) + light.g.rgb * (3.0 * n.z * n.z - 1.0)
+        + light.h.rgb * (n.x * n.z) + ninth * (n.x * n.x - n.y * n.y);
+    return max(of_harmonics, vec3f(0.0)) + light.of_source;
 }
 
 // The share of a probe's light that comes from before a place, by how far surfaces are from the probe in its direction
@@ -62,94 +125,50 @@ fn seen_share(grid: ProbeGrid, cell: vec2f, from_probe: vec3f, distance_m: f32) 
     return share * share * share;
 }
 
-fn add_probe(sum: ptr<function, ProbeSum>, grid: ProbeGrid, at: vec3f, nearness: f32, position_world: vec3f, normal: vec3f) {
-    // Of a layer along Z its row and column.
-    let row = floor((at.z + 0.5) / grid.counts.w);
-    let column = at.z - row * grid.counts.w;
-    let cell = vec2f(at.x + column * grid.counts.x, at.y + row * grid.counts.y);
-    let texel = vec2i(grid.corners.xy + cell * vec2f(f32(PROBE_TEXELS), 1.0));
-    let is_cube = probe_bases == 1u || (probe_bases == 2u && grid.center.w > 0.5);
-    var a: vec4f;
-    var b: vec4f;
-    var c: vec4f;
-    var d = vec4f(0.0);
-    var offset_m: vec3f;
-    var is_on: f32;
-    if is_cube {
-        let faces = vec3i(vec3u(normal < vec3f(0.0))) + vec3i(0, 2, 4);
-        a = textureLoad(environment_tiles, texel + vec2i(faces.x, 0), 0);
-        b = textureLoad(environment_tiles, texel + vec2i(faces.y, 0), 0);
-        c = textureLoad(environment_tiles, texel + vec2i(faces.z, 0), 0);
-        offset_m = vec3f(a.a, b.a, c.a);
-        is_on = select(1.0, 0.0, a.a > OFF_M);
-        offset_m = select(vec3f(0.0), offset_m, is_on > 0.0);
-    } else {
-        a = textureLoad(environment_tiles, texel, 0);
-        b = textureLoad(environment_tiles, texel + vec2i(1, 0), 0);
-        c = textureLoad(environment_tiles, texel + vec2i(2, 0), 0);
-        d = textureLoad(environment_tiles, texel + vec2i(3, 0), 0);
-        offset_m = vec3f(b.a, c.a, d.a);
-        is_on = min(a.a, 1.0);
-    }
-    let probe_world = grid.first.xyz + at * grid.spacing.xyz + offset_m;
-    let seen_world = position_world + normal * grid.half_m.w;
+// How much a probe counts for a surface at a place, but for how near it is.
+fn probe_weight(grid: ProbeGrid, probe: Probe, at: vec3f, cell: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
+    let probe_world = grid.first.xyz + at * grid.spacing.xyz + probe.offset_m;
     let to_probe = normalize(probe_world - position_world + vec3f(1e-6, 0.0, 0.0));
-    let away = seen_world - probe_world;
+    let away = position_world + normal * grid.half_m.w - probe_world;
     let distance_m = length(away);
     let facing = dot(to_probe, normal) * 0.5 + 0.5;
-    var weight = (facing * facing + BEHIND) * is_on;
+    var weight = facing * facing + BEHIND;
     weight *= seen_share(grid, cell, away / max(distance_m, 1e-6), distance_m);
     weight *= select(1.0, weight * weight / (CRUSHED * CRUSHED), weight < CRUSHED);
     // What no probe sees has the light of those around it all the same.
-    weight = (weight + 1e-5 * is_on) * nearness;
-    (*sum).weight += weight;
-    (*sum).a += weight * a;
-    (*sum).b += weight * b;
-    (*sum).c += weight * c;
-    if !is_cube {
-        (*sum).d += weight * d;
-        (*sum).e += weight * textureLoad(environment_tiles, texel + vec2i(4, 0), 0);
-        (*sum).f += weight * textureLoad(environment_tiles, texel + vec2i(5, 0), 0);
-        (*sum).g += weight * textureLoad(environment_tiles, texel + vec2i(6, 0), 0);
-        let h = textureLoad(environment_tiles, texel + vec2i(7, 0), 0);
-        (*sum).h += weight * h;
-        let source = textureLoad(environment_tiles, texel + vec2i(8, 0), 0);
-        // Of a disc of some spread the horizon leaves a part.
-        let spread = max(a.a - 1.0, 1e-3);
-        let cosine = dot(direction_from_octahedral(vec2f(h.a, source.a)), normal);
-        let above = max(cosine + spread, 0.0);
-        let share = select(cosine, above * above / (4.0 * spread), cosine < spread);
-        (*sum).of_sources += (weight * share) * source.rgb;
-    }
+    return (weight + 1e-5) * probe.is_on;
 }
 
-// Irradiance divided by pi of a grid at a place; how much of it is known, 0 or 1.
+// Irradiance divided by pi of a grid at a place; 0 where all probes around are off, else 1.
 fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
     let last = grid.counts.xyz - 1.0;
     let place = clamp((position_world - grid.first.xyz) / grid.spacing.xyz, vec3f(0.0), last);
     let before = floor(place);
     let along = place - before;
-    var sum = ProbeSum();
+    var sum = ProbeLight();
+    var weights = 0.0;
     for (var i = 0u; i < 8u; i++) {
         let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u));
         let shares = mix(1.0 - along, along, corner);
-        let nearness = shares.x * shares.y * shares.z;
-        add_probe(&sum, grid, min(before + corner, last), nearness, position_world, normal);
+        let at = min(before + corner, last);
+        let cell = probe_cell(grid, at);
+        let probe = probe_at(grid, cell, normal);
+        let weight = probe_weight(grid, probe, at, cell, position_world, normal) * shares.x * shares.y * shares.z;
+        weights += weight;
+        sum.a += weight * probe.light.a;
+        sum.b += weight * probe.light.b;
+        sum.c += weight * probe.light.c;
+        if probe_bases != 1u {
+            sum.d += weight * probe.light.d;
+            sum.e += weight * probe.light.e;
+            sum.f += weight * probe.light.f;
+            sum.g += weight * probe.light.g;
+            sum.h += weight * probe.light.h;
+            sum.of_source += weight * probe.light.of_source;
+        }
     }
-    let n = normal;
-    var light: vec3f;
-    if probe_bases == 1u || (probe_bases == 2u && grid.center.w > 0.5) {
-        let squares = n * n;
-        light = sum.a.rgb * squares.x + sum.b.rgb * squares.y + sum.c.rgb * squares.z;
-    } else {
-        let last_color = vec3f(sum.e.a, sum.f.a, sum.g.a);
-        light = sum.a.rgb + sum.b.rgb * n.y + sum.c.rgb * n.z + sum.d.rgb * n.x + sum.e.rgb * (n.x * n.y)
-            + sum.f.rgb * (n.y * n.z) + sum.g.rgb * (3.0 * n.z * n.z - 1.0) + sum.h.rgb * (n.x * n.z)
-            + last_color * (n.x * n.x - n.y * n.y);
-    }
-    light = max(light, vec3f(0.0)) + sum.of_sources;
-    let is_known = select(0.0, 1.0, sum.weight > 0.0);
-    return vec4f(light * (grid.spacing.w / max(sum.weight, 1e-20)), is_known);
+    let is_known = select(0.0, 1.0, weights > 0.0);
+    return vec4f(probe_irradiance(sum, grid, normal) * (grid.spacing.w / max(weights, 1e-20)), is_known);
 }
 
 // Irradiance divided by pi of all grids at a place by their shares, and the sum of the shares.

@@ -36,7 +36,7 @@ impl Shown {
     /// That of a view; none if it is off.
     pub fn of(view: DebugView) -> Option<Self> {
         let (number, drawn) = match view {
-            DebugView::Off => return None,
+            DebugView::Off | DebugView::Probes => return None,
             DebugView::Lights => (DEBUG_LIGHTS, Drawn::Steps(COUNTS)),
             DebugView::Overdraw => (DEBUG_OVERDRAW, Drawn::Steps(COUNTS)),
             DebugView::Uv => (DEBUG_UV, Drawn::Colors(CORNERS)),

@@ -20,6 +20,8 @@ choices! {
         TexelDensity = "texel_density",
         /// Inputs that cannot be right.
         Flags = "flags",
+        /// The picture with its probes as spheres.
+        Probes = "probes",
     }
 }
 
@@ -27,7 +29,7 @@ settings! {
     /// Settings of the pictures that show how a frame is made.
     pub struct DebugSettings {
         /// What is shown in place of the picture: lights visited for a pixel, fragments drawn for it, texture
-        /// coordinates, world normals, texels of the base colour a pixel, or inputs that cannot be right; radiance and
+        /// coordinates, world normals, texels of the base colour a pixel, inputs that cannot be right, or the picture with its probes as spheres; radiance and
         /// variables stay what they are. `--contact-sheet` has the legend.
         view: DebugView = DebugView::Off;
     }
