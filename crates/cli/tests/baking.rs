@@ -95,6 +95,13 @@ fn what_is_wrong_is_said_and_nothing_is_lost() {
         (&["a.glb", "-o", "b.glb", "--side-max", "65536"], 2, "light maps of 65536 texels a side; write 16 to 8192"),
         (&["a.glb", "-o", "b.glb", "--bounces", "100"], 2, "100 bounces; write 0 to 64"),
         (&["a.glb", "-o", "b.glb", "--what", "probe"], 2, "probe"),
+        (&["a.glb", "-o", "b.glb", "--what", "all,ambient-cubes"], 2, "as spherical harmonics or as ambient cubes"),
+        (&["a.glb", "-o", "b.glb", "--probe-spacing", "1"], 2, "--probe-spacing is of probes, which are not baked"),
+        (
+            &["a.glb", "-o", "b.glb", "--what", "probes", "--probe-spacing", "0.02"],
+            2,
+            "101 x 101 x 101 probes; a grid has 1 to 16384",
+        ),
         (&["a.glb", "-o", "b.glb", "--set", "environment.sorce=sky"], 2, "environment.sorce"),
     ] {
         let run = bake(&folder, arguments);
@@ -107,6 +114,49 @@ fn what_is_wrong_is_said_and_nothing_is_lost() {
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stderr.contains("texels a metre are possible"), "{}", run.stderr);
     assert!(read(&folder, "a.glb") == before);
+}
+
+#[test]
+fn probes_are_baked_where_a_stage_says_and_light_what_is_there() {
+    let folder = Folder::new("probes");
+    let probes = ["--what", "probes", "--probe-spacing", "0.4"];
+    let run = bake(&folder, &[&["demo:cornell", "-o", "a.glb"], &probes[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("216 probes (6 x 6 x 6; "), "{}", run.stderr);
+    bake(&folder, &[&["demo:cornell", "-o", "b.glb"], &probes[..]].concat()).expect(0);
+    assert!(read(&folder, "a.glb") == read(&folder, "b.glb"));
+    let run = bake(&folder, &[&["demo:cornell", "-o", "b.glb"], &probes[..]].concat());
+    assert!(run.stderr.contains("b.glb is up to date"), "{}", run.stderr);
+    // A stage says where, and how light is known; the stage that is written finds it by its name.
+    folder.write(
+        "s.stage.toml",
+        b"model = \"demo:cornell\"\n[environment]\nsource = \"none\"\n[[probes]]\nname = \"front\"\ncenter = [0, 1, 0.5]\n\
+          size_m = [2, 2, 1]\ncounts = [3, 4, 2]\nbasis = \"ambient-cube\"\n",
+    );
+    let run = bake(&folder, &["s.stage.toml", "-o", "c.glb", "--what", "all", "--json"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let report: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON");
+    assert_eq!((&report["maps"]["light"], &report["probes"]["count"]), (&1.into(), &24.into()));
+    let json = Parts::json_of(&folder.join("c.glb")).expect("a GLB");
+    let grid = &json["extensions"]["MANYPASS_probes"]["grids"][0];
+    assert_eq!((&grid["name"], &grid["basis"]), (&"front".into(), &"ambient-cube".into()));
+    if !has_adapter() {
+        return;
+    }
+    let middle = |name: &str| {
+        let picture = ["-o", "x.png", "--size", "96x96", "--samples", "4", "--no-cache"];
+        let run = run_in(&folder, &[&["render", name], &picture[..]].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let picture = image::open(folder.join("x.png")).expect("a PNG").into_rgb8();
+        (run.stderr, color(&picture, (30, 20)))
+    };
+    let (_, lit) = middle("a.stage.toml");
+    let (warned, dark) = middle("s.stage.toml");
+    assert!(warned.contains("the probes `front` have no light yet"), "{warned}");
+    let (sum, none) = (lit.iter().sum::<f32>(), dark.iter().sum::<f32>());
+    assert!(sum > 60.0 && none < 10.0, "{lit:?} {dark:?}");
+    let (warned, _) = middle("c.stage.toml");
+    assert!(!warned.contains("no light"), "{warned}");
 }
 
 #[test]

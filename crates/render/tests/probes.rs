@@ -214,7 +214,8 @@ fn light_does_not_come_through_a_thin_floor() {
 
 #[test]
 fn probes_that_are_off_are_left_out_and_moved_ones_are_where_they_are() {
-    let light = |radiance: f32| ProbeLight::new(&even(Vec3::splat(radiance)), SmallSource::default(), ProbeBasis::Harmonics);
+    let light =
+        |radiance: f32| ProbeLight::new(&even(Vec3::splat(radiance)), SmallSource::default(), ProbeBasis::Harmonics);
     let mut renderer = renderer();
     // Every other one is off, and would be wrong.
     let probe = |index: usize, _: Vec3| match index % 2 {

@@ -104,7 +104,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 67] = [
+pub(super) const CASES: [Case; 70] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -153,6 +153,10 @@ pub(super) const CASES: [Case; 67] = [
     Case { time_secs: 2.0, ..case("trails", "docs/examples/trails.stage.toml", WIDE) },
     // Light maps and occlusion of the Cornell box, which the program baked.
     case("baked", made::BAKED, SQUARE),
+    // The same lit by probes, as harmonics on both kinds of paths, and as cubes.
+    case("probes", made::PROBES, SQUARE),
+    Case { is_forward: true, ..case("probes-forward", made::PROBES, SQUARE) },
+    case("ambient-cubes", made::CUBES, SQUARE),
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
     // Others from the page's own calls.
@@ -482,9 +486,7 @@ impl Case {
         if self.settings.iter().any(|(_, value)| *value == made::CUBE) {
             made::write_cube()?;
         }
-        if self.model == made::BAKED {
-            made::write_baked()?;
-        }
+        made::write_baked(self.model)?;
         if self.model.starts_with("demo:") {
             return Ok(Some(self.model.to_owned()));
         }

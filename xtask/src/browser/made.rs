@@ -16,15 +16,25 @@ const SIDE: u32 = 32;
 /// A file that the program bakes, seen from the repository.
 pub(super) const BAKED: &str = "target/browser/baked.glb";
 
-/// Writes [`BAKED`]: the Cornell box, unless it is there.
+/// Others, with probes in place of maps.
+pub(super) const PROBES: &str = "target/browser/probes.glb";
+pub(super) const CUBES: &str = "target/browser/ambient_cubes.glb";
+
+/// Writes the Cornell box as a case has it, if that is baked and not there.
 ///
 /// # Errors
 /// It cannot be written.
-pub(super) fn write_baked() -> Result<()> {
+pub(super) fn write_baked(model: &str) -> Result<()> {
+    let what = match model {
+        BAKED => "lightmap,occlusion",
+        PROBES => "probes",
+        CUBES => "ambient-cubes",
+        _ => return Ok(()),
+    };
     // One of an earlier version would not be replaced.
-    let _ = std::fs::remove_file(root().join(BAKED).with_extension("stage.toml"));
-    let mut command = cargo(["run", "--quiet", "-p", "manypass-cli", "--", "bake", "demo:cornell", "-o", BAKED]);
-    check(command.args(["--density", "32", "--samples", "64", "--quiet"]))
+    let _ = std::fs::remove_file(root().join(model).with_extension("stage.toml"));
+    let mut command = cargo(["run", "--quiet", "-p", "manypass-cli", "--", "bake", "demo:cornell", "-o", model]);
+    check(command.args(["--what", what, "--density", "32", "--samples", "64", "--quiet"]))
 }
 
 /// Writes [`CUBE`]: a colour for each face, squares on it, and one bright corner each, so that a face that is turned or
