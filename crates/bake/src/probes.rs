@@ -37,9 +37,12 @@ const MOVES: u32 = 4;
 /// It stands so far from surfaces, as a share of the least distance between probes, if it can.
 const CLEARANCE_SHARE: f32 = 0.1;
 
-/// Of distances around the middle of a texel those count that lie within some 12 degrees: the power of their cosine
+/// One that was in a wall goes so far beyond it: light of the wrong side is told from there by a coarse map of distances.
+const OUT_SHARE: f32 = 0.25;
+
+/// Of distances around the middle of a texel those count that lie within some 7 degrees: the power of their cosine
 /// (Majercik et al. 2019, "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields").
-const DISTANCE_POWER: i32 = 50;
+const DISTANCE_POWER: i32 = 128;
 
 /// Places on a lamp that its light in a probe is the mean of.
 const LAMP_SAMPLES: u32 = 16;
@@ -175,7 +178,8 @@ impl<'a> ProbeBaker<'a> {
     /// Where a probe stands that is free, by how much it was moved, and whether it is.
     fn stand(&self, paths: &Paths, grid: &ProbeGrid, index: usize, seed: u32) -> (Vec3, bool) {
         let (place, spacing_m) = (grid.place(index), grid.spacing_m());
-        let (least_m, most_m) = (CLEARANCE_SHARE * spacing_m.min_element(), OFFSET_SHARE_MAX * spacing_m);
+        let (least_m, out_m) = (CLEARANCE_SHARE * spacing_m.min_element(), OUT_SHARE * spacing_m.min_element());
+        let most_m = OFFSET_SHARE_MAX * spacing_m;
         let (mut offset_m, mut best) = (Vec3::ZERO, (Vec3::ZERO, f32::MAX));
         for step in 0..=MOVES {
             let around = self.neighbourhood(paths, place + offset_m, hash2(seed, 64 + step));
@@ -184,7 +188,7 @@ impl<'a> ProbeBaker<'a> {
             }
             let way = match (around.to_back, around.to_front) {
                 // Out through the nearest wall, and a little beyond.
-                (Some(back), _) if around.behind > INSIDE_SHARE => back + back.normalize_or_zero() * least_m,
+                (Some(back), _) if around.behind > INSIDE_SHARE => back + back.normalize_or_zero() * out_m,
                 (_, Some(front)) if front.length() < 0.9 * least_m => {
                     -front.normalize_or_zero() * (least_m - front.length())
                 }

@@ -48,7 +48,7 @@ shared_constants! {
     /// The texels of a probe's light.
     PROBE_TEXELS: u32 = 9;
     /// The side of a probe's map of distances in texels, without its border.
-    PROBE_DISTANCE_SIDE: u32 = 8;
+    PROBE_DISTANCE_SIDE: u32 = 12;
 
     /// Views of the pass `debug`: how many lights are visited.
     DEBUG_LIGHTS: u32 = 0;

@@ -26,9 +26,6 @@ const LARGEST: f32 = 1024.0;
 const FADE_MIN_SHARE: f32 = 1e-3;
 const SLACK_SHARE: f32 = 0.01;
 
-/// What is off is so far away in the map of an ambient cube, which has no other place for that.
-const FAR_AWAY_M: f32 = 60_000.0;
-
 /// As `ProbeGrid` of `probes.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -147,28 +144,19 @@ fn scale_of(probes: &[Probe]) -> f32 {
     if most > 0.0 && most.is_finite() { most / LARGEST } else { 1.0 }
 }
 
-/// The texels of a probe's light; see `probes.wgsl`.
+/// The texels of a probe; see `probes.wgsl`.
 fn light_texels(probe: &Probe, scale: f32) -> [Vec4; PROBE_TEXELS as usize] {
     let colors = colors(&probe.light);
     let color = |at: usize| colors.get(at).copied().unwrap_or_default() / scale;
-    let mut texels: [Vec4; PROBE_TEXELS as usize] = std::array::from_fn(|at| color(at).extend(0.0));
-    let offset_m = probe.offset_m.to_array();
-    match probe.light {
-        ProbeLight::Harmonics(_, source) => {
-            let towards = octahedral_from_direction(source.direction);
-            texels[8] = color(9).extend(towards.y);
-            texels[7].w = towards.x;
-            texels[0].w = if probe.is_on { 1.0 + source.spread } else { 0.0 };
-            let last = color(8).to_array();
-            for at in 0..3 {
-                texels[at + 1].w = offset_m[at];
-                texels[at + 4].w = last[at];
-            }
-        }
-        ProbeLight::AmbientCube(_) => {
-            for (at, texel) in texels.iter_mut().take(6).enumerate() {
-                texel.w = if probe.is_on { offset_m[at / 2] } else { FAR_AWAY_M };
-            }
+    let source = probe.light.source();
+    let place = probe.offset_m.extend(if probe.is_on { 1.0 + source.spread } else { 0.0 });
+    let mut texels: [Vec4; PROBE_TEXELS as usize] =
+        std::array::from_fn(|at| if at == 0 { place } else { color(at - 1).extend(0.0) });
+    if let ProbeLight::Harmonics(..) = probe.light {
+        let towards = octahedral_from_direction(source.direction).to_array();
+        let last = [color(8).to_array(), color(9).to_array()].concat();
+        for (texel, value) in texels.iter_mut().skip(1).zip(last.into_iter().chain(towards)) {
+            texel.w = value;
         }
     }
     texels

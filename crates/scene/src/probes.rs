@@ -37,7 +37,7 @@ const INSET: f32 = 0.125;
 const PROBES_USUAL: f32 = 2048.0;
 
 /// The side of the octahedral map of the distances that a probe sees, in texels.
-pub const DISTANCE_SIDE: usize = 8;
+pub const DISTANCE_SIDE: usize = 12;
 
 /// As what the light of probes is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -28,14 +28,18 @@ override probe_grids: u32 = 0u;
 // Their light is spherical harmonics; 1 if it is six colours; 2 if there are both.
 override probe_bases: u32 = 0u;
 
-// What is off is farther away than this from its place.
-const OFF_M: f32 = 30000.0;
-// Probes that lie behind a surface count so much, and those that see it hardly are crushed below the other.
+// Probes that lie behind a surface count so much, and those that see it hardly are crushed below the second. Those with less
+// than the third of all do not count at all, so that their light need not be read.
 const BEHIND: f32 = 0.05;
 const CRUSHED: f32 = 0.2;
+const LEAST: f32 = 0.01;
+// So far from a surface's plane a probe is on one side of it, as a share of the distance between probes; what one counts
+// that is on the other side.
+const PLANE_MARGIN: f32 = 0.1;
+const OTHER_SIDE: f32 = 0.002;
 
-// Light of a probe, or of several added up: coefficients, of which the ninth lies in the last places of the fifth to the
-// seventh; or the colours of the three faces that a normal sees. And what a small source gives by its cosine.
+// Light of a probe, or of several added up: coefficients, of which the ninth lies in the last places of the first three; or the
+// colours of the three faces that a normal sees. And what a small source gives by its cosine.
 struct ProbeLight {
     a: vec4f,
     b: vec4f,
@@ -46,13 +50,6 @@ struct ProbeLight {
     g: vec4f,
     h: vec4f,
     of_source: vec3f,
-}
-
-struct Probe {
-    light: ProbeLight,
-    // How far it was moved, and 1 if it has light.
-    offset_m: vec3f,
-    is_on: f32,
 }
 
 fn has_colors(grid: ProbeGrid) -> bool {
@@ -66,36 +63,41 @@ fn probe_cell(grid: ProbeGrid, at: vec3f) -> vec2f {
     return vec2f(at.x + column * grid.counts.x, at.y + row * grid.counts.y);
 }
 
-fn probe_at(grid: ProbeGrid, cell: vec2f, normal: vec3f) -> Probe {
-    let texel = vec2i(grid.corners.xy + cell * vec2f(f32(PROBE_TEXELS), 1.0));
-    var probe = Probe();
+// Of a probe the first of its texels: how far it was moved, and 0 if it is off, else 1 and how wide its small source is. Those
+// of its light follow.
+fn probe_texel(grid: ProbeGrid, cell: vec2f) -> vec2i {
+    return vec2i(grid.corners.xy + cell * vec2f(f32(PROBE_TEXELS), 1.0));
+}
+
+fn probe_place(texel: vec2i) -> vec4f {
+    return textureLoad(environment_tiles, texel, 0);
+}
+
+// `place` is the first of its texels.
+fn probe_light_at(grid: ProbeGrid, texel: vec2i, place: vec4f, normal: vec3f) -> ProbeLight {
+    var light = ProbeLight();
     if has_colors(grid) {
-        let faces = vec3i(vec3u(normal < vec3f(0.0))) + vec3i(0, 2, 4);
-        probe.light.a = textureLoad(environment_tiles, texel + vec2i(faces.x, 0), 0);
-        probe.light.b = textureLoad(environment_tiles, texel + vec2i(faces.y, 0), 0);
-        probe.light.c = textureLoad(environment_tiles, texel + vec2i(faces.z, 0), 0);
-        probe.is_on = select(1.0, 0.0, probe.light.a.a > OFF_M);
-        probe.offset_m = vec3f(probe.light.a.a, probe.light.b.a, probe.light.c.a) * probe.is_on;
-        return probe;
+        let faces = vec3i(vec3u(normal < vec3f(0.0))) + vec3i(1, 3, 5);
+        light.a = textureLoad(environment_tiles, texel + vec2i(faces.x, 0), 0);
+        light.b = textureLoad(environment_tiles, texel + vec2i(faces.y, 0), 0);
+        light.c = textureLoad(environment_tiles, texel + vec2i(faces.z, 0), 0);
+        return light;
     }
-    probe.light.a = textureLoad(environment_tiles, texel, 0);
-    probe.light.b = textureLoad(environment_tiles, texel + vec2i(1, 0), 0);
-    probe.light.c = textureLoad(environment_tiles, texel + vec2i(2, 0), 0);
-    probe.light.d = textureLoad(environment_tiles, texel + vec2i(3, 0), 0);
-    probe.light.e = textureLoad(environment_tiles, texel + vec2i(4, 0), 0);
-    probe.light.f = textureLoad(environment_tiles, texel + vec2i(5, 0), 0);
-    probe.light.g = textureLoad(environment_tiles, texel + vec2i(6, 0), 0);
-    probe.light.h = textureLoad(environment_tiles, texel + vec2i(7, 0), 0);
-    let source = textureLoad(environment_tiles, texel + vec2i(8, 0), 0);
+    light.a = textureLoad(environment_tiles, texel + vec2i(1, 0), 0);
+    light.b = textureLoad(environment_tiles, texel + vec2i(2, 0), 0);
+    light.c = textureLoad(environment_tiles, texel + vec2i(3, 0), 0);
+    light.d = textureLoad(environment_tiles, texel + vec2i(4, 0), 0);
+    light.e = textureLoad(environment_tiles, texel + vec2i(5, 0), 0);
+    light.f = textureLoad(environment_tiles, texel + vec2i(6, 0), 0);
+    light.g = textureLoad(environment_tiles, texel + vec2i(7, 0), 0);
+    light.h = textureLoad(environment_tiles, texel + vec2i(8, 0), 0);
     // Of a disc of some spread the horizon leaves a part.
-    let spread = max(probe.light.a.a - 1.0, 1e-3);
-    let cosine = dot(direction_from_octahedral(vec2f(probe.light.h.a, source.a)), normal);
+    let spread = max(place.a - 1.0, 1e-3);
+    let cosine = dot(direction_from_octahedral(vec2f(light.g.a, light.h.a)), normal);
     let above = max(cosine + spread, 0.0);
     let share = select(cosine, above * above / (4.0 * spread), cosine < spread);
-    probe.light.of_source = share * source.rgb;
-    probe.is_on = min(probe.light.a.a, 1.0);
-    probe.offset_m = vec3f(probe.light.b.a, probe.light.c.a, probe.light.d.a);
-    return probe;
+    light.of_source = share * vec3f(light.d.a, light.e.a, light.f.a);
+    return light;
 }
 
 // Irradiance divided by pi on a surface with a normal, in the units of the grid.
@@ -105,7 +107,7 @@ fn probe_irradiance(light: ProbeLight, grid: ProbeGrid, normal: vec3f) -> vec3f 
         let squares = n * n;
         return light.a.rgb * squares.x + light.b.rgb * squares.y + light.c.rgb * squares.z;
     }
-    let ninth = vec3f(light.e.a, light.f.a, light.g.a);
+    let ninth = vec3f(light.a.a, light.b.a, light.c.a);
     let of_harmonics = light.a.rgb + light.b.rgb * n.y + light.c.rgb * n.z + light.d.rgb * n.x
         + light.e.rgb * (n.x * n.y) + light.f.rgb * (n.y * n.z) + light.g.rgb * (3.0 * n.z * n.z - 1.0)
         + light.h.rgb * (n.x * n.z) + ninth * (n.x * n.x - n.y * n.y);
@@ -122,21 +124,29 @@ fn seen_share(grid: ProbeGrid, cell: vec2f, from_probe: vec3f, distance_m: f32) 
     let beyond_m = max(distance_m - met.x, 0.0);
     let variance = met.y * met.y + 1e-6 * distance_m * distance_m;
     let share = variance / (variance + beyond_m * beyond_m);
-    return share * share * share;
+    let cubed = share * share * share;
+    return cubed * cubed;
 }
 
-// How much a probe counts for a surface at a place, but for how near it is.
-fn probe_weight(grid: ProbeGrid, probe: Probe, at: vec3f, cell: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
-    let probe_world = grid.first.xyz + at * grid.spacing.xyz + probe.offset_m;
+// How much a probe counts for a surface at a place, but for how near it is; `place` is the first of its texels.
+fn probe_weight(grid: ProbeGrid, place: vec4f, at: vec3f, cell: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
+    let probe_world = grid.first.xyz + at * grid.spacing.xyz + place.xyz;
     let to_probe = normalize(probe_world - position_world + vec3f(1e-6, 0.0, 0.0));
     let away = position_world + normal * grid.half_m.w - probe_world;
     let distance_m = length(away);
     let facing = dot(to_probe, normal) * 0.5 + 0.5;
-    var weight = facing * facing + BEHIND;
+    // Those on the other side of the surface's plane see nothing of it, however near they are.
+    let before = dot(probe_world - position_world, normal) / (5.0 * grid.half_m.w);
+    var weight = (facing * facing + BEHIND) * (smoothstep(-PLANE_MARGIN, PLANE_MARGIN, before) + OTHER_SIDE);
     weight *= seen_share(grid, cell, away / max(distance_m, 1e-6), distance_m);
     weight *= select(1.0, weight * weight / (CRUSHED * CRUSHED), weight < CRUSHED);
     // What no probe sees has the light of those around it all the same.
-    return (weight + 1e-5) * probe.is_on;
+    return (weight + 1e-5) * min(place.a, 1.0);
+}
+
+// The corner of a cell that a number from 0 to 7 stands for.
+fn cell_corner(index: u32) -> vec3f {
+    return vec3f(vec3u(index, index >> 1u, index >> 2u) & vec3u(1u));
 }
 
 // Irradiance divided by pi of a grid at a place; 0 where all probes around are off, else 1.
@@ -145,30 +155,51 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
     let place = clamp((position_world - grid.first.xyz) / grid.spacing.xyz, vec3f(0.0), last);
     let before = floor(place);
     let along = place - before;
-    var sum = ProbeLight();
-    var weights = 0.0;
+    var weights: array<f32, 8>;
+    var all = 0.0;
     for (var i = 0u; i < 8u; i++) {
-        let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u));
+        let corner = cell_corner(i);
         let shares = mix(1.0 - along, along, corner);
         let at = min(before + corner, last);
         let cell = probe_cell(grid, at);
-        let probe = probe_at(grid, cell, normal);
-        let weight = probe_weight(grid, probe, at, cell, position_world, normal) * shares.x * shares.y * shares.z;
-        weights += weight;
-        sum.a += weight * probe.light.a;
-        sum.b += weight * probe.light.b;
-        sum.c += weight * probe.light.c;
+        let weight = probe_weight(grid, probe_place(probe_texel(grid, cell)), at, cell, position_world, normal)
+            * shares.x * shares.y * shares.z;
+        weights[i] = weight;
+        all += weight;
+    }
+    // A bit for each that counts.
+    var left = 0u;
+    for (var i = 0u; i < 8u; i++) {
+        left |= select(0u, 1u << i, weights[i] > LEAST * all);
+    }
+    var sum = ProbeLight();
+    var counted = 0.0;
+    for (var i = 0u; i < 8u; i++) {
+        if left == 0u {
+            break;
+        }
+        let index = firstTrailingBit(left);
+        left &= left - 1u;
+        let at = min(before + cell_corner(index), last);
+        let texel = probe_texel(grid, probe_cell(grid, at));
+        // Less by as much as others lack, so that none of them begins to count at once.
+        let weight = weights[index] - LEAST * all;
+        let light = probe_light_at(grid, texel, probe_place(texel), normal);
+        counted += weight;
+        sum.a += weight * light.a;
+        sum.b += weight * light.b;
+        sum.c += weight * light.c;
         if probe_bases != 1u {
-            sum.d += weight * probe.light.d;
-            sum.e += weight * probe.light.e;
-            sum.f += weight * probe.light.f;
-            sum.g += weight * probe.light.g;
-            sum.h += weight * probe.light.h;
-            sum.of_source += weight * probe.light.of_source;
+            sum.d += weight * light.d;
+            sum.e += weight * light.e;
+            sum.f += weight * light.f;
+            sum.g += weight * light.g;
+            sum.h += weight * light.h;
+            sum.of_source += weight * light.of_source;
         }
     }
-    let is_known = select(0.0, 1.0, weights > 0.0);
-    return vec4f(probe_irradiance(sum, grid, normal) * (grid.spacing.w / max(weights, 1e-20)), is_known);
+    let is_known = select(0.0, 1.0, counted > 0.0);
+    return vec4f(probe_irradiance(sum, grid, normal) * (grid.spacing.w / max(counted, 1e-20)), is_known);
 }
 
 // Irradiance divided by pi of all grids at a place by their shares, and the sum of the shares.

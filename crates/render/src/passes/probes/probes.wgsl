@@ -4,7 +4,7 @@
 // Program: probes.
 
 import package::shaders::environment::environment;
-import package::shaders::probes::{ProbeGrid, probe_irradiance, probe_at, probe_cell, probe_grids};
+import package::shaders::probes::{probe_cell, probe_grids, probe_irradiance, probe_light_at, probe_place, probe_texel};
 import package::view::{direction_to_eye_world, position_world_from_pixel, ray_direction_world_from_pixel, view};
 
 // Radii as shares of the least distance between probes.
@@ -39,10 +39,10 @@ fn vs_probes(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instan
     var out: SphereVarying;
     out.grid = index;
     out.at = vec3f(vec3u(left % counts.x, left / counts.x % counts.y, left / (counts.x * counts.y)));
-    let probe = probe_at(grid, probe_cell(grid, out.at), vec3f(0.0, 1.0, 0.0));
-    let middle = grid.first.xyz + out.at * grid.spacing.xyz + probe.offset_m;
+    let place = probe_place(probe_texel(grid, probe_cell(grid, out.at)));
+    let middle = grid.first.xyz + out.at * grid.spacing.xyz + place.xyz;
     let least_m = min(grid.spacing.x, min(grid.spacing.y, grid.spacing.z));
-    out.sphere = vec4f(middle, least_m * select(RADIUS_OFF, RADIUS, probe.is_on > 0.5));
+    out.sphere = vec4f(middle, least_m * select(RADIUS_OFF, RADIUS, place.a > 0.5));
     // A square across the way to the eye, around what is seen of the sphere from nearby, too.
     let forward = direction_to_eye_world(middle);
     let helper = select(vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.0, 0.0), abs(forward.y) > 0.9);
@@ -50,8 +50,8 @@ fn vs_probes(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instan
     let up = cross(forward, right);
     let corner = vec2f(vec2u(vertex, vertex >> 1u) & vec2u(1u)) * 2.0 - 1.0;
     let second = vec2f(vec2u(vertex - 2u, (vertex - 2u) >> 1u) & vec2u(1u)) * 2.0 - 1.0;
-    let place = select(corner, second, vertex >= 3u) * (1.3 * out.sphere.w);
-    out.position_clip = view.clip_from_world * vec4f(middle + right * place.x + up * place.y, 1.0);
+    let within = select(corner, second, vertex >= 3u) * (1.3 * out.sphere.w);
+    out.position_clip = view.clip_from_world * vec4f(middle + right * within.x + up * within.y, 1.0);
     return out;
 }
 
@@ -68,7 +68,8 @@ fn fs_probes(in: SphereVarying) -> @location(0) vec4f {
     }
     let normal = normalize(ray * (along - sqrt(half_squared)) - to_middle);
     let grid = environment.probes[in.grid];
-    let probe = probe_at(grid, probe_cell(grid, in.at), normal);
-    let light = probe_irradiance(probe.light, grid, normal) * grid.spacing.w;
-    return vec4f(select(OFF * (0.5 + 0.5 * normal.y), light, probe.is_on > 0.5), 1.0);
+    let texel = probe_texel(grid, probe_cell(grid, in.at));
+    let place = probe_place(texel);
+    let light = probe_irradiance(probe_light_at(grid, texel, place, normal), grid, normal) * grid.spacing.w;
+    return vec4f(select(OFF * (0.5 + 0.5 * normal.y), light, place.a > 0.5), 1.0);
 }
