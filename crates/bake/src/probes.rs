@@ -120,6 +120,7 @@ impl<'a> ProbeBaker<'a> {
         let mut hasher = DefaultHasher::new();
         hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.write_u32(VERSION);
+        hasher.write_usize(DISTANCE_SIDE);
         hasher.write(format!("{:?}", self.settings).as_bytes());
         for ProbeGrid { name, region, counts, fade_m, basis, .. } in &self.grids {
             hasher.write(format!("{name:?} {region:?} {counts:?} {fade_m:?} {basis:?}").as_bytes());

@@ -42,6 +42,8 @@ pub struct ProbesUniform {
     pub center: Vec4,
     /// Half the box's extent; how far from a surface its light is looked up, in metres.
     pub half_m: Vec4,
+    /// One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
+    pub inverse: Vec4,
 }
 
 /// As many uniforms as shaders have room for.
@@ -226,6 +228,7 @@ impl ProbesUniform {
             corners: Vec4::new(of_light.x, of_light.y, of_distances.x, of_distances.y),
             center: grid.region.center_world.extend(is_cube),
             half_m: (half_m + SLACK_SHARE * half_m.min_element()).extend(BIAS_SHARE * spacing_m.min_element()),
+            inverse: spacing_m.recip().extend((2.0 * SIDE_SHARE * spacing_m.min_element()).recip()),
         }
     }
 }
@@ -233,6 +236,9 @@ impl ProbesUniform {
 /// Surfaces are seen from so far before them, as a share of the least distance between probes: light of what lies beside
 /// them counts as theirs within that.
 const BIAS_SHARE: f32 = 0.2;
+
+/// So far from a surface's plane a probe is on one side of it, as a share of the least distance between probes.
+const SIDE_SHARE: f32 = 0.1;
 
 #[cfg(test)]
 mod tests {
@@ -248,7 +254,12 @@ mod tests {
 
     #[test]
     fn the_uniform_has_one_layout() {
-        assert_same_layout!("forward", "ProbeGrid", ProbesUniform, [first, spacing, counts, corners, center, half_m]);
+        assert_same_layout!(
+            "forward",
+            "ProbeGrid",
+            ProbesUniform,
+            [first, spacing, counts, corners, center, half_m, inverse]
+        );
     }
 
     #[test]
@@ -268,7 +279,8 @@ mod tests {
             }
         }
         assert_eq!(bottom, layout.size.1);
-        assert!(ProbeLayout::new(&[&grids[0]]).size.0.max(ProbeLayout::new(&[&grids[0]]).size.1) <= 720);
+        let (width, height) = ProbeLayout::new(&[&grids[0]]).size;
+        assert!(width.max(height) <= 960, "{width} {height}");
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub(super) fn constants_of(
     asked: &Asked,
     table: &LightTable,
     shadows: Option<&ViewShadows>,
-    (tiles, surroundings): (Option<&EnvironmentTiles>, Option<(&FrameSurroundings, bool)>),
+    (tiles, surroundings): (Option<&EnvironmentTiles>, Option<&FrameSurroundings>),
     decal_parts: u32,
 ) -> Vec<Constant> {
     let settings = &asked.request.settings;
@@ -59,8 +59,8 @@ pub(super) fn constants_of(
         }
         _ => {}
     }
-    if let Some((surroundings, has_surroundings)) = surroundings {
-        if has_surroundings && surroundings.count > 0 {
+    if let Some(surroundings) = surroundings {
+        if surroundings.count > 0 {
             constants.push(("surrounding_count", surroundings.count));
         }
         constants.extend(surroundings.probes.constants());

@@ -425,11 +425,12 @@ impl Renderer {
             ClusterUniform { shadow_filter, contact: contact_uniform(&settings.shadows), ..lists.uniform };
         let tiles = self.tiles_of(asked);
         let mut environment = request.environment_uniform(tiles);
-        // Sides that are captured first have the environment's light alone.
-        let has_surroundings = !matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. }));
-        let surroundings = surroundings.filter(|surroundings| surroundings.have(tiles.map(|tiles| &tiles.view)));
+        // Sides that are captured first have the environment's light alone: the texture of the others is being drawn.
+        let surroundings = surroundings
+            .filter(|_| !matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })))
+            .filter(|surroundings| surroundings.have(tiles.map(|tiles| &tiles.view)));
         if let Some(surroundings) = surroundings {
-            surroundings.place(&mut environment, request.pre_exposure(), has_surroundings);
+            surroundings.place(&mut environment, request.pre_exposure());
         }
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
             ViewGround::new(settings.ground.mode, map, texture, &lists.table)
@@ -456,7 +457,7 @@ impl Renderer {
                     asked,
                     &lists.table,
                     shadows.map(|(shadows, _)| shadows),
-                    (tiles, surroundings.map(|surroundings| (surroundings, has_surroundings))),
+                    (tiles, surroundings),
                     lists.decals.parts,
                 ),
                 lit_rectangles: lists.lit_rectangles.clone(),

@@ -278,10 +278,9 @@ impl FrameSurroundings {
         self.environment.as_ref() == environment.map(wgpu::TextureView::texture)
     }
 
-    /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed; of views that are to have none, the
-    /// probes alone.
-    pub fn place(&self, uniform: &mut EnvironmentUniform, pre_exposure: f32, has_surroundings: bool) {
-        if has_surroundings && self.count > 0 {
+    /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed.
+    pub fn place(&self, uniform: &mut EnvironmentUniform, pre_exposure: f32) {
+        if self.count > 0 {
             uniform.surroundings = self.uniforms;
             for of in &mut uniform.surroundings {
                 of.half_m.w *= pre_exposure;

@@ -4,7 +4,7 @@
 
 import package::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
 import package::shaders::environment::{environment, environment_tiles};
-import package::shaders::octahedral::{direction_from_octahedral, octahedral_from_direction};
+import package::shaders::octahedral::{direction_from_octahedral, octahedral_wrap};
 import package::shaders::shading::linear_clamp;
 
 // A grid of probes.
@@ -21,6 +21,8 @@ struct ProbeGrid {
     center: vec4f,
     // Half the box's extent; how far from a surface its light is looked up, in metres.
     half_m: vec4f,
+    // One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
+    inverse: vec4f,
 }
 
 // How many grids there are.
@@ -33,9 +35,7 @@ override probe_bases: u32 = 0u;
 const BEHIND: f32 = 0.05;
 const CRUSHED: f32 = 0.2;
 const LEAST: f32 = 0.01;
-// So far from a surface's plane a probe is on one side of it, as a share of the distance between probes; what one counts
-// that is on the other side.
-const PLANE_MARGIN: f32 = 0.1;
+// What a probe counts that is on the other side of a surface's plane.
 const OTHER_SIDE: f32 = 0.002;
 
 // Light of a probe, or of several added up: coefficients, of which the ninth lies in the last places of the first three; or the
@@ -116,10 +116,12 @@ fn probe_irradiance(light: ProbeLight, grid: ProbeGrid, normal: vec3f) -> vec3f 
 
 // The share of a probe's light that comes from before a place, by how far surfaces are from the probe in its direction
 // (Donnelly & Lauritzen 2006, "Variance Shadow Maps", of the mean distance and its deviation).
-fn seen_share(grid: ProbeGrid, cell: vec2f, from_probe: vec3f, distance_m: f32) -> f32 {
+fn seen_share(grid: ProbeGrid, cell: vec2f, away: vec3f, distance_m: f32) -> f32 {
+    // As `octahedral_from_direction`, by one division: software adapters feel each.
+    let n = away * (1.0 / (abs(away.x) + abs(away.y) + abs(away.z) + 1e-6));
+    let place = select(octahedral_wrap(n.xy), n.xy, n.z >= 0.0);
     let side = f32(PROBE_DISTANCE_SIDE);
-    let place = (octahedral_from_direction(from_probe) * 0.5 + 0.5) * side + 1.0;
-    let texel = grid.corners.zw + cell * (side + 2.0) + place;
+    let texel = grid.corners.zw + cell * (side + 2.0) + place * (0.5 * side) + (0.5 * side + 1.0);
     let met = textureSampleLevel(environment_tiles, linear_clamp, texel * environment.picture_backdrop.zw, 0.0).rg;
     let beyond_m = max(distance_m - met.x, 0.0);
     let variance = met.y * met.y + 1e-6 * distance_m * distance_m;
@@ -130,16 +132,16 @@ fn seen_share(grid: ProbeGrid, cell: vec2f, from_probe: vec3f, distance_m: f32) 
 
 // How much a probe counts for a surface at a place, but for how near it is; `place` is the first of its texels.
 fn probe_weight(grid: ProbeGrid, place: vec4f, at: vec3f, cell: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
-    let probe_world = grid.first.xyz + at * grid.spacing.xyz + place.xyz;
-    let to_probe = normalize(probe_world - position_world + vec3f(1e-6, 0.0, 0.0));
-    let away = position_world + normal * grid.half_m.w - probe_world;
-    let distance_m = length(away);
-    let facing = dot(to_probe, normal) * 0.5 + 0.5;
+    let to_probe = grid.first.xyz + at * grid.spacing.xyz + place.xyz - position_world;
+    let away = normal * grid.half_m.w - to_probe;
+    let distance_m = sqrt(dot(away, away));
+    let before_m = dot(to_probe, normal);
+    let facing = before_m * inverseSqrt(dot(to_probe, to_probe) + 1e-12) * 0.5 + 0.5;
     // Those on the other side of the surface's plane see nothing of it, however near they are.
-    let before = dot(probe_world - position_world, normal) / (5.0 * grid.half_m.w);
-    var weight = (facing * facing + BEHIND) * (smoothstep(-PLANE_MARGIN, PLANE_MARGIN, before) + OTHER_SIDE);
-    weight *= seen_share(grid, cell, away / max(distance_m, 1e-6), distance_m);
-    weight *= select(1.0, weight * weight / (CRUSHED * CRUSHED), weight < CRUSHED);
+    let side = clamp(before_m * grid.inverse.w + 0.5, 0.0, 1.0);
+    let is_before = side * side * (3.0 - 2.0 * side) + OTHER_SIDE;
+    var weight = (facing * facing + BEHIND) * is_before * seen_share(grid, cell, away, distance_m);
+    weight *= min(weight * weight * (1.0 / (CRUSHED * CRUSHED)), 1.0);
     // What no probe sees has the light of those around it all the same.
     return (weight + 1e-5) * min(place.a, 1.0);
 }
@@ -152,7 +154,7 @@ fn cell_corner(index: u32) -> vec3f {
 // Irradiance divided by pi of a grid at a place; 0 where all probes around are off, else 1.
 fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
     let last = grid.counts.xyz - 1.0;
-    let place = clamp((position_world - grid.first.xyz) / grid.spacing.xyz, vec3f(0.0), last);
+    let place = clamp((position_world - grid.first.xyz) * grid.inverse.xyz, vec3f(0.0), last);
     let before = floor(place);
     let along = place - before;
     var weights: array<f32, 8>;
@@ -202,18 +204,30 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
     return vec4f(probe_irradiance(sum, grid, normal) * (grid.spacing.w / max(counted, 1e-20)), is_known);
 }
 
-// Irradiance divided by pi of all grids at a place by their shares, and the sum of the shares.
+// The same of a grid by its share of what earlier ones have left, added to theirs.
+fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
+    let inside_m = grid.half_m.xyz - abs(position_world - grid.center.xyz);
+    let nearest_m = min(inside_m.x, min(inside_m.y, inside_m.z));
+    let share = (1.0 - light.a) * clamp(nearest_m * grid.first.w, 0.0, 1.0);
+    if share <= 0.0 {
+        return light;
+    }
+    let found = grid_light(grid, position_world, normal);
+    return light + vec4f(found.rgb, 1.0) * (share * found.a);
+}
+
+// Irradiance divided by pi of all grids at a place by their shares, and the sum of the shares. No loop: numbers that are not
+// known when a shader is compiled make software adapters read uniforms for every pixel.
 fn probe_light(position_world: vec3f, normal: vec3f) -> vec4f {
-    var light = vec4f(0.0);
-    for (var i = 0u; i < probe_grids; i++) {
-        let grid = environment.probes[i];
-        let inside_m = grid.half_m.xyz - abs(position_world - grid.center.xyz);
-        let nearest_m = min(inside_m.x, min(inside_m.y, inside_m.z));
-        let share = (1.0 - light.a) * clamp(nearest_m * grid.first.w, 0.0, 1.0);
-        if share > 0.0 {
-            let found = grid_light(grid, position_world, normal);
-            light += vec4f(found.rgb, 1.0) * (share * found.a);
-        }
+    var light = with_grid(vec4f(0.0), environment.probes[0], position_world, normal);
+    if probe_grids > 1u {
+        light = with_grid(light, environment.probes[1], position_world, normal);
+    }
+    if probe_grids > 2u {
+        light = with_grid(light, environment.probes[2], position_world, normal);
+    }
+    if probe_grids > 3u {
+        light = with_grid(light, environment.probes[3], position_world, normal);
     }
     return light;
 }
