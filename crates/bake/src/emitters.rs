@@ -255,14 +255,24 @@ impl<'a> Emitters<'a> {
         sums
     }
 
-    /// Irradiance across its direction of each lamp that maps hold, where a place without a surface is.
-    pub fn held_lamps_at(&self, tracer: &Tracer, position: Vec3, point: Vec2, mut found: impl FnMut(Vec3, Vec3)) {
+    /// Irradiance across its direction of each lamp that maps hold, where a place without a surface is; of a lamp that is
+    /// nearer than `least_m` as if it were so far away.
+    pub fn held_lamps_at(
+        &self,
+        tracer: &Tracer,
+        (position, least_m): (Vec3, f32),
+        point: Vec2,
+        mut found: impl FnMut(Vec3, Vec3),
+    ) {
         for lamp in self.lamps.iter().filter(|lamp| lamp.is_held) {
             let (to_light, distance_m, intensity) = lamp.towards(position);
+            if intensity.max_element() <= 0.0 {
+                continue;
+            }
             let (direction, free_m) = lamp.spot_towards(position, to_light, distance_m, point);
-            let is_lit = !lamp.casts_shadows || tracer.is_free(position, direction, free_m);
-            if is_lit && intensity.max_element() > 0.0 {
-                found(to_light, intensity);
+            if !lamp.casts_shadows || tracer.is_free(position, direction, free_m) {
+                let nearness = (distance_m / least_m).min(1.0);
+                found(to_light, intensity * (nearness * nearness));
             }
         }
     }

@@ -3,7 +3,7 @@
 //! [`bake`] makes textures of the light that reaches the surfaces of a scene that stay where they are: from
 //! its lights, from what shines, from around it, and from each other. Rays on the CPU find it, without a GPU, and the
 //! same scene with the same settings gives the same bytes on every machine of one kind. [`ProbeBaker`] finds the light that arrives
-//! at places between them.
+//! at places between them, [`SurroundingsBaker`] what is to be seen there.
 
 mod apply;
 mod denoise;
@@ -23,6 +23,7 @@ mod sampling;
 mod seams;
 mod small_source;
 mod surfaces;
+mod surroundings;
 mod texels;
 mod tracing;
 mod work;
@@ -35,4 +36,5 @@ pub use light_map::{BOUNCES_MAX, BakeSettings, Baked, Baker, SAMPLES_MAX, bake};
 pub use probes::{ProbeBaker, ProbeSettings};
 pub use progress::{Progress, Stage};
 pub use surfaces::{Place, Surfaces};
+pub use surroundings::{SurroundingsBaker, SurroundingsSettings, picture_file};
 pub use work::Keeper;

@@ -238,12 +238,19 @@ impl<'a> ProbeBaker<'a> {
                 *weight += share;
             }
         }
+        // Nearer ones would light all that is between probes as if it were as near.
+        let least_m = 0.5 * grid.spacing_m().min_element();
         for sample in 0..if is_on { LAMP_SAMPLES } else { 0 } {
-            self.emitters.held_lamps_at(paths.tracer, place, point(sample, hash2(seed, 3)), |direction, irradiance| {
-                let share = finite(irradiance) / LAMP_SAMPLES as f32;
-                light.add(direction, share);
-                made.push(Made { direction, share, level: f32::INFINITY });
-            });
+            self.emitters.held_lamps_at(
+                paths.tracer,
+                (place, least_m),
+                point(sample, hash2(seed, 3)),
+                |direction, irradiance| {
+                    let share = finite(irradiance) / LAMP_SAMPLES as f32;
+                    light.add(direction, share);
+                    made.push(Made { direction, share, level: f32::INFINITY });
+                },
+            );
         }
         let source = take_small_source(&mut light, &made);
         let distances = sums.map(|(sum, weight)| if weight > 0.0 { sum / weight } else { Vec2::ZERO });

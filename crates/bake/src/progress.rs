@@ -15,6 +15,8 @@ pub enum Stage {
     Occlusion,
     /// The light of probes.
     Probes,
+    /// Pictures of what is to be seen around places.
+    Surroundings,
     /// Noise is taken out.
     Finish,
 }

@@ -22,7 +22,7 @@ use bakers::{Bakers, Found, Wanted};
 use glam::Vec3;
 use journal::Journal;
 use manypass::{Environment, EnvironmentRadiance, Settings};
-use manypass_bake::{Around, BakeError, Encoding, Surfaces};
+use manypass_bake::{Around, BakeError, Encoding, Surfaces, picture_file};
 use manypass_scene::gltf_file::{Parts, put_extra};
 use manypass_scene::stage::is_stage;
 use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage};
@@ -185,7 +185,8 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         failed(&input, &error)
     };
     let grids = wanted.grids(&scene, args)?;
-    let baker = Bakers::new(&scene, &surfaces, around, (&wanted, grids), &bar).map_err(in_input)?;
+    let places = wanted.places(&scene);
+    let baker = Bakers::new(&scene, &surfaces, around, (&wanted, grids, places), &bar).map_err(in_input)?;
     let encoding = Encoding::named(&args.encoding).unwrap_or_default();
     let key = key(&baker, &parts, encoding);
     if outputs.are_of(&key, stage_text.as_deref()) {
@@ -207,14 +208,21 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     };
     bar.finish();
     warnings.extend(found.maps.iter().flat_map(|maps| maps.notes.iter().cloned()));
-    let provenance = provenance(&wanted, (&key, &args.encoding, source), &found);
+    let before = parts.json["asset"]["extras"]["bake"].clone();
+    let provenance = provenance((&wanted, &before), (&key, &args.encoding, source), &found);
     put_extra(&mut parts.json["asset"], "bake", provenance);
     if let Some(maps) = &found.maps {
         maps.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
     }
+    // What those of a bake before leave behind.
+    let kept = parts.unreferenced();
     if wanted.probes.is_some() {
         parts.put_probes(&found.grids);
     }
+    if wanted.surroundings.is_some() {
+        parts.put_surroundings(&found.places, picture_file).map_err(|error| failed(&input, &error))?;
+    }
+    parts.prune(&kept);
     let bytes = parts.to_glb().ok_or_else(|| {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
         Failure::new(Kind::Failed, message, "lower --density")
@@ -249,8 +257,22 @@ fn key(baker: &Bakers, parts: &Parts, encoding: Encoding) -> String {
 }
 
 /// What the file says of its maps and probes.
-fn provenance(wanted: &Wanted, (key, encoding, source): (&str, &str, &str), found: &Found) -> Value {
+fn provenance(
+    (wanted, before): (&Wanted, &Value),
+    (key, encoding, source): (&str, &str, &str),
+    found: &Found,
+) -> Value {
     let mut extras = json!({ "key": key, "environment": source });
+    // What stays in the file of a bake before.
+    let of_maps = ["texelsPerMetre", "samples", "emission", "lightMap", "occlusionDistance"];
+    let stays = |key: &str| match key {
+        "probes" => wanted.probes.is_none(),
+        "surroundings" => wanted.surroundings.is_none(),
+        _ => wanted.maps.is_none() && of_maps.contains(&key),
+    };
+    for (key, value) in before.as_object().into_iter().flatten().filter(|(key, _)| stays(key)) {
+        extras[key] = value.clone();
+    }
     if let (Some(settings), Some(maps)) = (&wanted.maps, &found.maps) {
         extras["texelsPerMetre"] = maps.layout.texels_per_m.into();
         extras["samples"] = settings.samples.into();
@@ -270,6 +292,9 @@ fn provenance(wanted: &Wanted, (key, encoding, source): (&str, &str, &str), foun
     }
     if let Some((settings, _)) = &wanted.probes {
         extras["probes"] = json!({ "samples": settings.samples, "bounces": settings.bounces });
+    }
+    if let (Some((settings, _)), false) = (&wanted.surroundings, found.places.is_empty()) {
+        extras["surroundings"] = json!({ "samples": settings.samples, "bounces": settings.bounces });
     }
     extras
 }
@@ -418,6 +443,7 @@ impl Report<'_> {
             "stage": self.outputs.stage,
             "bytes": self.bytes,
             "maps": maps,
+            "surroundings": self.found.places.len(),
             "probes": { "grids": grids, "count": count, "moved": moved, "off": off },
             "ms": self.ms,
             "warnings": self.warnings,
@@ -448,9 +474,11 @@ impl Report<'_> {
                 1 => format!("{x} x {y} x {z}"),
                 grids => format!("in {grids} grids"),
             };
-            format!("{count} probe{} ({place}; {moved} moved out of walls, {off} off)", plural(count))
+            format!("{count} probe{} ({place}; {moved} moved, {off} off)", plural(count))
         });
-        let parts: Vec<String> = of_maps.into_iter().chain(of_probes).collect();
+        let of_places = Some(self.found.places.len()).filter(|count| *count > 0);
+        let of_places = of_places.map(|count| format!("{count} picture{} of surroundings", plural(count)));
+        let parts: Vec<String> = of_maps.into_iter().chain(of_probes).chain(of_places).collect();
         format!("{}{stage}: {}, {:.1} s", self.outputs.model.display(), parts.join("; "), self.ms / 1e3)
     }
 }

@@ -160,6 +160,39 @@ fn probes_are_baked_where_a_stage_says_and_light_what_is_there() {
 }
 
 #[test]
+fn what_is_reflected_is_baked_where_a_stage_says() {
+    let folder = Folder::new("reflection");
+    let run = bake(&folder, &["demo:cornell", "-o", "a.glb", "--what", "reflection", "--bounces", "1"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("1 picture of surroundings"), "{}", run.stderr);
+    let json = Parts::json_of(&folder.join("a.glb")).expect("a GLB");
+    let place = &json["extensions"]["MANYPASS_surroundings"]["places"][0];
+    assert_eq!((&place["name"], place["position"][1].as_f64().map(f64::round)), (&"room".into(), Some(1.0)));
+    // Without a word of surroundings `all` has none; a stage says where, and finds it by its name.
+    folder.write(
+        "s.stage.toml",
+        b"model = \"demo:cornell\"\n[environment]\nsource = \"none\"\n[[surroundings]]\nname = \"box\"\ncenter = [0, 1, 0]\n\
+          size_m = [2, 2, 2]\nposition = [0, 1.2, 0.3]\n",
+    );
+    let all = ["-o", "b.glb", "--what", "occlusion,reflection", "--json"];
+    let run = bake(&folder, &[&["s.stage.toml"], &all[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let report: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON");
+    assert_eq!(report["surroundings"], 1);
+    if !has_adapter() {
+        return;
+    }
+    let captures = |name: &str| {
+        let picture = ["-o", "x.png", "--size", "64x64", "--samples", "1", "--no-cache", "--report", "r.json"];
+        run_in(&folder, &[&["render", name], &picture[..]].concat()).expect(0);
+        let report: serde_json::Value = serde_json::from_slice(&read(&folder, "r.json")).expect("JSON");
+        report["captures"].as_u64()
+    };
+    assert_eq!(captures("b.stage.toml"), Some(0));
+    assert!(captures("s.stage.toml") > Some(0));
+}
+
+#[test]
 fn what_was_baked_in_some_light_is_drawn_in_it() {
     if !has_adapter() {
         return;

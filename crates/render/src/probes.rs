@@ -2,6 +2,7 @@
 
 use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
 use crate::octahedral::octahedral_from_direction;
+use crate::surroundings::fading_box;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
@@ -20,11 +21,10 @@ pub(crate) const PROBE_GRIDS: &str = "probe_grids";
 pub(crate) const PROBE_BASES: &str = "probe_bases";
 
 /// The largest coefficient is so large in the texture, whose half floats end at 65,504.
-const LARGEST: f32 = 1024.0;
+const LARGEST: f32 = 32_768.0;
 
-/// A grid fades over so much of its smaller extents where it fades at once, and is larger by so much.
-const FADE_MIN_SHARE: f32 = 1e-3;
-const SLACK_SHARE: f32 = 0.01;
+/// Distances and offsets are so large at the most, in metres.
+const DISTANCE_MAX_M: f32 = 60_000.0;
 
 /// As `ProbeGrid` of `probes.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -142,16 +142,20 @@ fn colors(light: &ProbeLight) -> Vec<Vec3> {
 fn scale_of(probes: &[Probe]) -> f32 {
     let largest =
         |probe: &Probe| colors(&probe.light).iter().fold(0f32, |most, color| most.max(color.abs().max_element()));
-    let most = probes.iter().map(largest).fold(0f32, f32::max);
-    if most > 0.0 && most.is_finite() { most / LARGEST } else { 1.0 }
+    let most = probes.iter().filter(|probe| probe.is_on).map(largest).fold(0f32, f32::max);
+    if most > 0.0 && most.is_finite() { (most / LARGEST).max(f32::MIN_POSITIVE) } else { 1.0 }
 }
 
 /// The texels of a probe; see `probes.wgsl`.
 fn light_texels(probe: &Probe, scale: f32) -> [Vec4; PROBE_TEXELS as usize] {
     let colors = colors(&probe.light);
-    let color = |at: usize| colors.get(at).copied().unwrap_or_default() / scale;
+    let color = |at: usize| match probe.is_on {
+        true => colors.get(at).copied().unwrap_or_default() / scale,
+        false => Vec3::ZERO,
+    };
     let source = probe.light.source();
-    let place = probe.offset_m.extend(if probe.is_on { 1.0 + source.spread } else { 0.0 });
+    let offset_m = probe.offset_m.clamp(Vec3::splat(-DISTANCE_MAX_M), Vec3::splat(DISTANCE_MAX_M));
+    let place = offset_m.extend(if probe.is_on { 1.0 + source.spread } else { 0.0 });
     let mut texels: [Vec4; PROBE_TEXELS as usize] =
         std::array::from_fn(|at| if at == 0 { place } else { color(at - 1).extend(0.0) });
     if let ProbeLight::Harmonics(..) = probe.light {
@@ -179,7 +183,8 @@ fn within(mut x: i32, mut y: i32) -> usize {
 
 /// The mean of distances and its standard deviation.
 fn spread(distance: Vec2) -> [f32; 2] {
-    [distance.x, (distance.y - distance.x * distance.x).max(0.0).sqrt()]
+    let deviation = (distance.y - distance.x * distance.x).max(0.0).sqrt();
+    [distance.x, deviation].map(|value| value.min(DISTANCE_MAX_M))
 }
 
 /// The texels of a grid that has light.
@@ -214,20 +219,19 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe])
 impl ProbesUniform {
     /// Of a grid whose texels lie behind a corner of the texture, and whose light is multiplied by `scale`.
     pub(crate) fn new(grid: &ProbeGrid, place: &GridPlace, [x, y]: [u32; 2], scale: f32) -> Self {
-        let (spacing_m, half_m) = (grid.spacing_m(), grid.region.half_m);
-        let least_m = FADE_MIN_SHARE * half_m.min_element();
-        let fade_m = if grid.fade_m > least_m { grid.fade_m } else { least_m };
+        let spacing_m = grid.spacing_m();
+        let (half_m, per_fade_m) = fading_box(&grid.region, grid.fade_m);
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
         let (of_light, of_distances) = (corner(place.light), corner(place.distances));
         let counts = Vec3::from(grid.counts.map(|count| count as f32));
         let is_cube = if grid.basis == ProbeBasis::AmbientCube { 1.0 } else { 0.0 };
         Self {
-            first: grid.place(0).extend(fade_m.recip()),
+            first: grid.place(0).extend(per_fade_m),
             spacing: spacing_m.extend(scale),
             counts: counts.extend(place.columns as f32),
             corners: Vec4::new(of_light.x, of_light.y, of_distances.x, of_distances.y),
             center: grid.region.center_world.extend(is_cube),
-            half_m: (half_m + SLACK_SHARE * half_m.min_element()).extend(BIAS_SHARE * spacing_m.min_element()),
+            half_m: half_m.extend(BIAS_SHARE * spacing_m.min_element()),
             inverse: spacing_m.recip().extend((2.0 * SIDE_SHARE * spacing_m.min_element()).recip()),
         }
     }

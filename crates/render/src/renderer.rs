@@ -265,6 +265,12 @@ impl Renderer {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.resources.warnings();
         warnings.extend(self.flat_faults.iter().cloned());
+        if self.surroundings.lacks_probes {
+            let side = self.gpu.capabilities.max_texture_size;
+            warnings.push(format!(
+                "probes are left out: textures of the adapter, {side} texels a side, have no room for them"
+            ));
+        }
         let monitors = self.resources.textures.monitor_count();
         if monitors > MONITORS_MAX {
             warnings

@@ -3,6 +3,7 @@
 use crate::environment::tiles::{Tile, TileSides, texture_size};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
+use manypass_scene::Scene;
 use manypass_scene::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
 
 /// The side of the pictures that are taken, in texels.
@@ -35,18 +36,23 @@ pub struct SurroundingsUniform {
     pub corner: Vec4,
 }
 
+/// Half the extent of a box in which something fades in, and one divided by how many metres it fades over: walls that lie on
+/// its faces are in it.
+pub(crate) fn fading_box(region: &Region, fade_m: f32) -> (Vec3, f32) {
+    let half_m = region.half_m.max(Vec3::splat(1e-6)) + SLACK_SHARE * region.half_m.min_element().max(1e-6);
+    let least_m = FADE_MIN_SHARE * half_m.min_element();
+    (half_m, if fade_m > least_m { fade_m } else { least_m }.recip())
+}
+
 impl SurroundingsUniform {
     /// Of surroundings whose tiles lie at a corner, and whose light is multiplied by `scale`.
     pub fn new(of: &Surroundings, [x, y]: [u32; 2], scale: f32) -> Self {
-        let Region { center_world, half_m } = of.region;
-        // Walls that lie on its faces are in it.
-        let half_m = half_m.max(Vec3::splat(1e-6)) + SLACK_SHARE * half_m.min_element().max(1e-6);
-        let least_m = FADE_MIN_SHARE * half_m.min_element();
-        let fade_m = if of.fade_m > least_m { of.fade_m } else { least_m };
+        let Region { center_world, .. } = of.region;
+        let (half_m, per_fade_m) = fading_box(&of.region, of.fade_m);
         let walls = of.walls.unwrap_or(of.region);
         let has_walls = if of.walls.is_some() { 1.0 } else { 0.0 };
         Self {
-            center: center_world.extend(fade_m.recip()),
+            center: center_world.extend(per_fade_m),
             half_m: half_m.extend(scale),
             place: of.position_world.extend(has_walls),
             walls_center: walls.center_world.extend(0.0),
@@ -66,6 +72,11 @@ pub(crate) fn is_sound(of: &Surroundings) -> bool {
         && of.position_world.abs().max_element() < 1e9
         && is_box(&of.region)
         && of.walls.as_ref().is_none_or(is_box)
+}
+
+/// The surroundings of a scene that are drawn.
+pub(crate) fn known_surroundings(scene: &Scene) -> impl Iterator<Item = &Surroundings> + Clone {
+    scene.surroundings.iter().take(SURROUNDINGS_MAX).filter(|of| is_sound(of))
 }
 
 /// Where the tiles of surroundings, those of the environment and the texels of probes lie in one texture.

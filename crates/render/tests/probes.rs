@@ -12,7 +12,7 @@ use manypass_scene::material::Specular;
 use manypass_scene::primitives::{plane, uv_sphere};
 use manypass_scene::probes::{DISTANCE_SIDE, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource};
 use manypass_scene::surroundings::Region;
-use manypass_scene::{Camera, Mapped, Material, Mesh, Node, Primitive, Projection, Scene};
+use manypass_scene::{Camera, EnvironmentMap, Mapped, Material, Mesh, Node, Primitive, Projection, Scene};
 use std::sync::Arc;
 
 const SIZE: (u32, u32) = (64, 48);
@@ -133,9 +133,11 @@ fn a_furnace_of_probes_is_white() {
     let mut renderer = renderer();
     for basis in [ProbeBasis::Harmonics, ProbeBasis::AmbientCube] {
         let light = ProbeLight::new(&even(Vec3::ONE), SmallSource::default(), basis);
-        let (scene, request) = scene_of(uv_sphere(RADIUS_M, 128, 64), grid([3, 3, 3], |_, _| open(light)));
-        // Whatever is around: a dark place and a bright one.
-        for source in [Environment::None, Environment::Color([9.0; 3])] {
+        let (mut scene, request) = scene_of(uv_sphere(RADIUS_M, 128, 64), grid([3, 3, 3], |_, _| open(light)));
+        let sunny = |to: Vec3| Vec3::splat(if to.dot(EYE.normalize()) > 0.999 { 5000.0 } else { 1.0 });
+        scene.environment = Some(EnvironmentMap::from_fn("sunny", 512, 256, sunny).into());
+        // Whatever is around: a dark place, a bright one, and one with a sun, whose light is in probes already.
+        for source in [Environment::None, Environment::Color([9.0; 3]), Environment::File] {
             let request = request.with(|settings| settings.environment.source = source);
             let shown = radiance(&mut renderer, &scene, &request);
             for (pixel, _, normal) in seen(&request) {

@@ -292,3 +292,28 @@ fn odd_surroundings_are_left_out() {
     let picture = radiance(&mut renderer, &scene, &request);
     assert!(picture.iter().flatten().all(|value| value.is_finite()));
 }
+
+#[test]
+fn a_picture_that_was_found_before_is_what_would_be_captured() {
+    let mut renderer = renderer();
+    for roughness in [0.0, 0.3, 1.0] {
+        let at = Vec3::new(0.7, -0.3, -0.5);
+        let (mut scene, request) = room(WALLS, metal(roughness), at);
+        let captured = radiance(&mut renderer, &scene, &request);
+        assert!(renderer.stats().captures > 0);
+        let picture = |to: Vec3| WALLS[wall_at(Vec3::ZERO, to + 1e-6).0];
+        scene.surroundings[0].picture = Some(EnvironmentMap::from_fn("room", 512, 256, picture).into());
+        // Also where nothing is captured.
+        let request = request.with(|settings| settings.captures.enabled = false);
+        let found = radiance(&mut renderer, &scene, &request);
+        assert_eq!(renderer.stats().captures, 0);
+        let (mut sum, mut difference) = (0.0, 0.0);
+        for (pixel, ..) in seen(&request, at) {
+            for channel in 0..3 {
+                sum += captured[pixel][channel];
+                difference += (found[pixel][channel] - captured[pixel][channel]).abs();
+            }
+        }
+        assert!(difference < 0.01 * sum, "{roughness}: {}", difference / sum);
+    }
+}

@@ -193,9 +193,14 @@ impl EnvironmentMap {
 }
 
 /// The unit direction of the middle of a texel of an equirectangular picture.
-pub fn equirectangular_direction((x, y): (u32, u32), (width, height): (u32, u32)) -> Vec3 {
-    let around = std::f32::consts::TAU * ((x as f32 + 0.5) / width as f32 - 0.5);
-    let down = std::f32::consts::PI * (y as f32 + 0.5) / height as f32;
+pub fn equirectangular_direction((x, y): (u32, u32), size: (u32, u32)) -> Vec3 {
+    equirectangular_direction_within((x as f32 + 0.5, y as f32 + 0.5), size)
+}
+
+/// The unit direction of a place of an equirectangular picture, in texels from its upper left corner.
+pub fn equirectangular_direction_within((x, y): (f32, f32), (width, height): (u32, u32)) -> Vec3 {
+    let around = std::f32::consts::TAU * (x / width as f32 - 0.5);
+    let down = std::f32::consts::PI * y / height as f32;
     Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
 }
 

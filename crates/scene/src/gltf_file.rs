@@ -17,6 +17,7 @@ mod meshopt;
 mod node;
 mod probes;
 pub(crate) mod references;
+mod surroundings;
 mod write;
 
 pub(crate) use material::texel_budget_bytes;
@@ -29,7 +30,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 30] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 31] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -56,6 +57,7 @@ pub const SUPPORTED_EXTENSIONS: [&str; 30] = [
     "KHR_texture_basisu",
     "KHR_texture_transform",
     "MANYPASS_probes",
+    "MANYPASS_surroundings",
     "MANYPASS_texture_exr",
     "MSFT_lod",
     "MOZ_lightmap",
@@ -299,12 +301,14 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     scene.extensions_used = used.into_iter().take(MAX_EXTENSIONS).map(str::to_owned).collect();
     let stops = value.pointer("/asset/extras/exposureStops").and_then(serde_json::Value::as_f64);
     scene.exposure_stops = stops.map(|stops| stops as f32).filter(|stops| stops.is_finite());
-    let holds_light =
-        |baked: &&serde_json::Value| ["lightMap", "emission", "probes"].iter().any(|of| baked.get(of).is_some());
+    let holds_light = |baked: &&serde_json::Value| {
+        ["lightMap", "emission", "probes", "surroundings"].iter().any(|of| baked.get(of).is_some())
+    };
     let baked = value.pointer("/asset/extras/bake").filter(holds_light);
     // What was baked in the studio is shown in the studio.
     scene.holds_baked_light = baked.is_some_and(|baked| baked.get("environment").is_none_or(|of| of != "studio"));
     scene.probes = probes::read_probes(&mut document)?;
+    scene.surroundings = surroundings::read_surroundings(&mut document)?;
     scene.cameras = node::read_cameras(&document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;

@@ -63,8 +63,9 @@ pub struct SmallSource {
 }
 
 impl SmallSource {
-    /// Irradiance divided by π on a surface with a unit normal: of a disc, of which the horizon leaves a part.
-    pub fn irradiance(&self, normal: Vec3) -> Vec3 {
+    /// What a white surface with a unit normal sends back of it: irradiance divided by π, of a disc of which the horizon leaves
+    /// a part.
+    pub fn sent_back(&self, normal: Vec3) -> Vec3 {
         let cosine = self.direction.dot(normal);
         let spread = self.spread.max(1e-6);
         let above = (cosine + spread).max(0.0);
@@ -104,7 +105,7 @@ impl ProbeLight {
     /// Irradiance divided by π on a surface with a unit normal.
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
         match self {
-            Self::Harmonics(light, source) => light.irradiance(normal) + source.irradiance(normal),
+            Self::Harmonics(light, source) => light.irradiance(normal) + source.sent_back(normal),
             Self::AmbientCube(light) => light.irradiance(normal),
         }
     }
@@ -170,6 +171,9 @@ pub enum GridError {
     /// The box has no extent.
     #[error("the box of the probes has no extent")]
     Flat,
+    /// They are to be no distance apart.
+    #[error("probes {0} m apart; write a distance above 0")]
+    Spacing(f32),
     /// There are none, or too many.
     #[error(
         "{x} x {y} x {z} probes; a grid has 1 to {PROBES_MAX}, and at most {PROBES_ALONG_MAX} along each axis",
@@ -231,6 +235,9 @@ impl ProbeGrid {
     pub fn over(name: impl Into<String>, bounds: &Aabb, spacing_m: Option<f32>) -> Result<Self, GridError> {
         if bounds.is_empty() {
             return Err(GridError::Flat);
+        }
+        if let Some(spacing_m) = spacing_m.filter(|spacing_m| !(spacing_m.is_finite() && *spacing_m > 0.0)) {
+            return Err(GridError::Spacing(spacing_m));
         }
         let size_m = bounds.max - bounds.min;
         // What is flat is as thick as it needs to be.
@@ -305,7 +312,9 @@ mod tests {
             million.to_string(),
             "101 x 101 x 101 probes; a grid has 1 to 16384, and at most 128 along each axis"
         );
-        assert!(ProbeGrid::over("a", &bounds, Some(1e-30)).is_err());
+        for spacing_m in [1e-30, 0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(ProbeGrid::over("a", &bounds, Some(spacing_m)).is_err(), "{spacing_m}");
+        }
         assert_eq!(ProbeGrid::over("a", &bounds, Some(1e9)).unwrap().counts, [1, 1, 1]);
         assert_eq!(ProbeGrid::over("a", &Aabb::EMPTY, None), Err(GridError::Flat));
         for size in [Vec3::new(1.0, 1.0, 1.0), Vec3::new(100.0, 0.0, 30.0), Vec3::new(1e4, 1.0, 1.0), Vec3::ZERO] {

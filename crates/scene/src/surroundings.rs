@@ -9,8 +9,10 @@
 //! scene.surroundings.push(Surroundings::of_room("room", room));
 //! ```
 
+use crate::EnvironmentMap;
 use crate::capture::{LAYERS_ALL, Update};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// The most surroundings of a scene that are drawn.
 pub const SURROUNDINGS_MAX: usize = 4;
@@ -53,6 +55,8 @@ pub struct Surroundings {
     pub quality: Option<String>,
     /// When they are drawn anew.
     pub update: Update,
+    /// What is to be seen around the place, where that was found beforehand: then frames draw nothing for it.
+    pub picture: Option<Arc<EnvironmentMap>>,
 }
 
 impl Surroundings {
@@ -68,6 +72,7 @@ impl Surroundings {
             layers: LAYERS_ALL,
             quality: None,
             update: Update::Always,
+            picture: None,
         }
     }
 }

@@ -8,7 +8,7 @@ use manypass_scene::LightMode;
 use std::path::PathBuf;
 
 /// The words of `--what`.
-pub const WHAT: [&str; 6] = ["lightmap", "occlusion", "probes", "ambient-cubes", "emission", "all"];
+pub const WHAT: [&str; 7] = ["lightmap", "occlusion", "probes", "reflection", "ambient-cubes", "emission", "all"];
 
 /// What stands below the help of `bake`.
 pub const EXAMPLES: &str = "Examples:
@@ -39,12 +39,14 @@ pub struct BakeArgs {
     /// OUT.stage.toml, which frames are drawn from.
     #[arg(short, long, value_name = "OUT.glb")]
     pub output: PathBuf,
-    /// What to bake: lightmap, occlusion, probes, all three of them (all), ambient-cubes, or emission; several with commas.
+    /// What to bake: lightmap, occlusion, probes, reflection, all of these (all), ambient-cubes, or emission; several with commas.
     ///
     /// lightmap: the light of surfaces, as MOZ_lightmap. occlusion: how open each place is, as the occlusion texture that
     /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners. probes: the light that
     /// arrives at places of a grid, as spherical harmonics, for what moves and for surfaces without light maps; where [[probes]] of
-    /// a stage says, else all over the scene. ambient-cubes: the same as six colours, which cost frames less and are coarser. emission: in place
+    /// a stage says, else all over the scene. reflection: what
+    /// is to be seen around places, which surfaces there reflect; where [[surroundings]] of a stage say, else around the middle of
+    /// the scene (not for all). ambient-cubes: the light of probes as six colours, which cost frames less and are coarser. emission: in place
     /// of light maps, what surfaces send out of all light, as the emissive texture that every viewer reads; they have no
     /// other colour then, and lamps are baked.
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "lightmap,occlusion",
@@ -56,7 +58,8 @@ pub struct BakeArgs {
     /// How often light is sent back from one surface to others, up to 64.
     #[arg(long, value_name = "N", default_value_t = BakeSettings::default().bounces)]
     pub bounces: u32,
-    /// Rays from every texel for each bounce, up to 65536, and four times as many from a probe: four times the number halves
+    /// Rays from every texel for each bounce, up to 65536, four times as many from a probe, a
+    /// quarter through a texel of what is reflected: four times the number halves
     /// the noise.
     #[arg(long, value_name = "N", default_value_t = BakeSettings::default().samples)]
     pub samples: u32,
@@ -80,8 +83,8 @@ pub struct BakeArgs {
     /// Who adds up the light of lamps [default: what each says in the file, else mixed].
     ///
     /// dynamic: frames alone, and nothing of it is baked; mixed: frames add what comes straight from a lamp, with its
-    /// highlights and shadows, and maps hold what surfaces send back of it; baked: all of it is in the maps, and only
-    /// surfaces with maps have it.
+    /// highlights and shadows, and maps hold what surfaces send back of it; baked: all of it is in maps and probes, and only
+    /// surfaces with those have it.
     #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(LightMode::NAMES))]
     pub lights: Option<String>,
     /// How light maps are written: exr, half floats; rgbe, shared exponents, within 1 %; rgbm, PNG, plain glTF.

@@ -2,16 +2,22 @@
 
 use super::args::BakeArgs;
 use crate::failure::Failure;
+use glam::Vec3;
 use manypass_bake::{
     Around, BakeError, BakeSettings, Baked, Baker, Keeper, LayoutSettings, ProbeBaker, ProbeSettings, Progress,
-    SAMPLES_MAX, Surfaces,
+    SAMPLES_MAX, Surfaces, SurroundingsBaker, SurroundingsSettings,
 };
 use manypass_scene::Scene;
 use manypass_scene::probes::{ProbeBasis, ProbeGrid};
+use manypass_scene::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
 use std::hash::{DefaultHasher, Hasher as _};
 
 /// Rays from a probe for each of those of a texel: it looks all around.
 const RAYS_OF_PROBE: u32 = 4;
+
+/// And for each of those through a texel of what is to be seen around a place, whose neighbours are blurred together where
+/// surfaces are rough.
+const RAYS_FOR_PICTURES: u32 = 4;
 
 /// What the flags ask for.
 #[derive(Clone, Debug)]
@@ -20,6 +26,8 @@ pub struct Wanted {
     pub maps: Option<BakeSettings>,
     /// Probes, and in which basis.
     pub probes: Option<(ProbeSettings, Option<ProbeBasis>)>,
+    /// What is to be seen around places; whether a place is made where the scene has none.
+    pub surroundings: Option<(SurroundingsSettings, bool)>,
 }
 
 impl Wanted {
@@ -54,6 +62,8 @@ impl Wanted {
         };
         let samples = args.samples.saturating_mul(RAYS_OF_PROBE).min(SAMPLES_MAX.max(args.samples));
         let probes = ProbeSettings { samples, bounces: args.bounces };
+        let samples = args.samples.div_ceil(RAYS_FOR_PICTURES);
+        let pictures = SurroundingsSettings { samples, bounces: args.bounces };
         let has_probes = has_cubes || is_named(&["probes", "all"]);
         if args.probe_spacing.is_some() && !has_probes {
             return Err(Failure::usage("--probe-spacing is of probes, which are not baked", "add --what probes"));
@@ -61,6 +71,7 @@ impl Wanted {
         Ok(Self {
             maps: (maps.light || maps.occlusion).then_some(maps),
             probes: has_probes.then_some((probes, has_cubes.then_some(ProbeBasis::AmbientCube))),
+            surroundings: is_named(&["reflection", "all"]).then_some((pictures, is_named(&["reflection"]))),
         })
     }
 
@@ -76,9 +87,14 @@ impl Wanted {
     pub fn grids(&self, scene: &Scene, args: &BakeArgs) -> Result<Vec<ProbeGrid>, Failure> {
         let Some((_, basis)) = self.probes else { return Ok(Vec::new()) };
         let mut grids = scene.probes.clone();
+        // Those of a file have light already.
+        if args.probe_spacing.is_some() && grids.iter().any(|grid| grid.probes.is_none()) {
+            let message = "--probe-spacing says another distance than [[probes]] of the stage";
+            return Err(Failure::usage(message, "change spacing_m there, and leave the flag out"));
+        }
         if grids.is_empty() || args.probe_spacing.is_some() {
             let grid = ProbeGrid::over("probes", &scene.bounds_world(), args.probe_spacing);
-            let hint = "raise --probe-spacing, or say with [[probes]] of a stage where they are needed";
+            let hint = "give --probe-spacing another distance, or say with [[probes]] of a stage where they are needed";
             grids = vec![grid.map_err(|error| Failure::usage(error, hint))?];
         }
         for grid in &mut grids {
@@ -89,10 +105,27 @@ impl Wanted {
     }
 }
 
+impl Wanted {
+    /// The surroundings of a scene without their pictures: those that a stage or the file has, else, where they are asked for,
+    /// a room that the whole scene is.
+    pub fn places(&self, scene: &Scene) -> Vec<Surroundings> {
+        let Some((_, makes_one)) = self.surroundings else { return Vec::new() };
+        let mut places: Vec<Surroundings> = scene.surroundings.iter().take(SURROUNDINGS_MAX).cloned().collect();
+        let bounds = scene.bounds_world();
+        if places.is_empty() && makes_one && !bounds.is_empty() {
+            let half_m = (0.5 * (bounds.max - bounds.min)).max(Vec3::splat(1e-3));
+            places.push(Surroundings::of_room("room", Region { center_world: bounds.center(), half_m }));
+        }
+        places.iter_mut().for_each(|place| place.picture = None);
+        places
+    }
+}
+
 /// What stays of a scene while it is baked.
 pub struct Bakers<'a> {
     maps: Option<Baker<'a>>,
     probes: Option<ProbeBaker<'a>>,
+    surroundings: Option<SurroundingsBaker<'a>>,
 }
 
 /// What was found.
@@ -101,6 +134,8 @@ pub struct Found {
     pub maps: Option<Baked>,
     /// Grids of probes.
     pub grids: Vec<ProbeGrid>,
+    /// Places with pictures of what is to be seen around them.
+    pub places: Vec<Surroundings>,
 }
 
 impl<'a> Bakers<'a> {
@@ -112,12 +147,15 @@ impl<'a> Bakers<'a> {
         scene: &Scene,
         surfaces: &'a Surfaces,
         around: Option<&'a dyn Around>,
-        (wanted, grids): (&Wanted, Vec<ProbeGrid>),
+        (wanted, grids, places): (&Wanted, Vec<ProbeGrid>, Vec<Surroundings>),
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let maps = wanted.maps.map(|maps| Baker::new(scene, surfaces, around, &maps, progress)).transpose()?;
         let probes = wanted.probes.map(|(probes, _)| ProbeBaker::new(scene, surfaces, around, grids, &probes));
-        Ok(Self { maps, probes: probes.transpose()? })
+        let of_places = wanted.surroundings.filter(|_| !places.is_empty());
+        let surroundings =
+            of_places.map(|(settings, _)| SurroundingsBaker::new(scene, surfaces, around, places, &settings));
+        Ok(Self { maps, probes: probes.transpose()?, surroundings: surroundings.transpose()? })
     }
 
     /// A number that is another one for another scene or other settings.
@@ -125,6 +163,7 @@ impl<'a> Bakers<'a> {
         let mut hasher = DefaultHasher::new();
         hasher.write_u64(self.maps.as_ref().map_or(0, Baker::key));
         hasher.write_u64(self.probes.as_ref().map_or(0, ProbeBaker::key));
+        hasher.write_u64(self.surroundings.as_ref().map_or(0, SurroundingsBaker::key));
         hasher.finish()
     }
 
@@ -135,6 +174,7 @@ impl<'a> Bakers<'a> {
     pub fn run(self, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Found, BakeError> {
         let maps = self.maps.map(|maps| maps.run(progress, keeper)).transpose()?;
         let grids = self.probes.map(|probes| probes.run(progress, keeper)).transpose()?;
-        Ok(Found { maps, grids: grids.unwrap_or_default() })
+        let places = self.surroundings.map(|places| places.run(progress, keeper)).transpose()?;
+        Ok(Found { maps, grids: grids.unwrap_or_default(), places: places.unwrap_or_default() })
     }
 }

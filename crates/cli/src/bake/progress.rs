@@ -16,6 +16,7 @@ pub struct Bar {
     bounces: u32,
     before_occlusion: u64,
     before_probes: u64,
+    before_surroundings: u64,
 }
 
 impl Bar {
@@ -24,14 +25,15 @@ impl Bar {
         let rounds = |maps: &BakeSettings| if maps.light { 1 + u64::from(maps.bounces) } else { 0 };
         let before_occlusion = wanted.maps.as_ref().map_or(0, rounds);
         let before_probes = before_occlusion + u64::from(wanted.maps.is_some_and(|maps| maps.occlusion));
-        let rounds = before_probes + u64::from(wanted.probes.is_some());
+        let before_surroundings = before_probes + u64::from(wanted.probes.is_some());
+        let rounds = before_surroundings + u64::from(wanted.surroundings.is_some());
         let bounces = wanted.maps.map_or(0, |maps| maps.bounces);
         let is_shown = !quiet && std::io::stderr().is_terminal();
         let target = if is_shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(ROUND * rounds), target);
         let style = ProgressStyle::with_template("{bar:30} {percent}%  {eta} left  {wide_msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self { bar, bounces, before_occlusion, before_probes }
+        Self { bar, bounces, before_occlusion, before_probes, before_surroundings }
     }
 
     /// Takes it away.
@@ -53,6 +55,10 @@ impl Progress for Bar {
             Stage::Probes => {
                 self.bar.set_position(ROUND * self.before_probes + share);
                 self.bar.set_message("probes");
+            }
+            Stage::Surroundings => {
+                self.bar.set_position(ROUND * self.before_surroundings + share);
+                self.bar.set_message("what is reflected");
             }
             Stage::Finish => self.bar.set_message("taking out noise"),
             Stage::Direct => {

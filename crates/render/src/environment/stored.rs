@@ -24,11 +24,11 @@ const HEAD: usize = MAGIC.len() + 8 + 4 * SUN_NUMBERS * SUNS_MAX;
 
 /// The name of the tiles of `map` on a device: of what the map holds, how the tiles are made, and who draws them,
 /// because adapters round each in a way of their own.
-pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, sides: TileSides) -> String {
+pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, (sides, has_suns): (TileSides, bool)) -> String {
     let mut hasher = DefaultHasher::new();
     let adapter = &gpu.adapter;
     (&adapter.name, &adapter.backend, &adapter.driver).hash(&mut hasher);
-    (VERSION, map.width, map.height, map.light.is_some(), sides).hash(&mut hasher);
+    (VERSION, map.width, map.height, map.light.is_some(), sides, has_suns).hash(&mut hasher);
     format!("{:?}", map.layout).hash(&mut hasher);
     hasher.write(bytemuck::cast_slice(&map.texels));
     let prefiltered = map.prefiltered.iter().flat_map(|prefiltered| prefiltered.texels());

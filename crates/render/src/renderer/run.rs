@@ -261,6 +261,7 @@ impl Renderer {
         }
         if surroundings.is_some() && !purpose.is_plan() {
             self.surroundings.copy_environment(&mut encoder, of_environment.as_ref(), !unfinished.is_empty());
+            self.surroundings.copy_pictures(&mut encoder, (scene, &self.resources), !unfinished.is_empty());
         }
         let mut graph = self.executor.graph(limits);
         if let (Some(view), Some((shadows, atlas))) = (&shared_view, &shadows) {

@@ -14,7 +14,10 @@ use crate::probes::{self, ProbeLayout};
 use crate::record::{Frame, PreparedView, Recorder};
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, RenderError};
-use crate::surroundings::{Atlas, FACE_SIDE, SIDES, SurroundingsUniform, SurroundingsUniforms, face_camera, is_sound};
+use crate::resources::SceneResources;
+use crate::surroundings::{
+    Atlas, FACE_SIDE, SIDES, SurroundingsUniform, SurroundingsUniforms, face_camera, is_sound, known_surroundings,
+};
 use crate::view::View;
 use bytemuck::Zeroable;
 use glam::Vec4;
@@ -48,6 +51,8 @@ pub(super) struct SurroundingsState {
     probes: ProbeTexels,
     /// What each slot shows, and with which pre-exposure it was drawn.
     drawn: [Option<Drawn>; SURROUNDINGS_MAX],
+    /// Whether the texture has no room for the probes of the last frame.
+    pub lacks_probes: bool,
     /// Counts frames.
     frame: u64,
 }
@@ -64,8 +69,9 @@ struct Drawn {
 struct Tiles {
     atlas: Atlas,
     view: wgpu::TextureView,
-    /// The texture of the environment that was copied into it.
+    /// The texture of the environment that was copied into it, and those of pictures of surroundings.
     copied: Option<wgpu::Texture>,
+    pictures: [Option<wgpu::Texture>; SURROUNDINGS_MAX],
 }
 
 /// The texture of a frame's views that have surroundings or probes.
@@ -100,15 +106,37 @@ impl SurroundingsState {
         tiles.copied = Some(from);
     }
 
+    /// The same of the tiles of pictures that surroundings have, which lie in `resources`; `are_new` says that some were drawn
+    /// anew.
+    pub fn copy_pictures(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (scene, resources): (&Scene, &SceneResources),
+        are_new: bool,
+    ) {
+        let Some(tiles) = &mut self.texture else { return };
+        for (index, (of, copied)) in known_surroundings(scene).zip(&mut tiles.pictures).enumerate() {
+            let picture = of.picture.as_ref().and_then(|picture| resources.environment(picture));
+            let Some(from) = picture.map(|tiles| tiles.view.texture()) else {
+                *copied = None;
+                continue;
+            };
+            if copied.as_ref() == Some(from) && !are_new {
+                continue;
+            }
+            let extent = wgpu::Extent3d { width: from.width(), height: from.height(), depth_or_array_layers: 1 };
+            let [x, y] = tiles.atlas.corner(index);
+            let origin = wgpu::Origin3d { x, y, z: 0 };
+            let to = wgpu::TexelCopyTextureInfo { origin, ..tiles.view.texture().as_image_copy() };
+            encoder.copy_texture_to_texture(from.as_image_copy(), to, extent);
+            *copied = Some(from.clone());
+        }
+    }
+
     /// Nothing is known to be there any more.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
-}
-
-/// The surroundings of a scene that are drawn.
-fn known(scene: &Scene) -> impl Iterator<Item = &Surroundings> {
-    scene.surroundings.iter().take(SURROUNDINGS_MAX).filter(|of| is_sound(of))
 }
 
 /// What is wrong with surroundings of a scene, which are not drawn then.
@@ -168,7 +196,7 @@ impl Renderer {
             let table = LobeTable::new(&self.gpu, &lobes);
             Arc::new((lobes, table))
         });
-        for (index, of) in known(scene).enumerate() {
+        for (index, of) in known_surroundings(scene).enumerate().filter(|(_, of)| of.picture.is_none()) {
             let last = state.drawn.get(index).and_then(Option::as_ref).filter(|drawn| drawn.of == *of);
             let is_due = last.is_none_or(|last| match (request.goes_on, of.update) {
                 // The samples of a still have those of its first.
@@ -188,7 +216,7 @@ impl Renderer {
         }
         for bounce in 0..BOUNCES_MAX {
             for (index, of) in due.iter().filter(|(_, of)| bounce < of.bounces.max(1)) {
-                let twin = known(scene).take(*index).filter(|other| other.name == of.name).count();
+                let twin = known_surroundings(scene).take(*index).filter(|other| other.name == of.name).count();
                 let twin = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
                 let again = if bounce > 0 { format!("/{}", bounce + 1) } else { String::new() };
                 for face in 0..FACES.len() {
@@ -210,7 +238,10 @@ impl Renderer {
         environment: Option<&wgpu::TextureView>,
         is_plan: bool,
     ) -> Option<FrameSurroundings> {
-        let all: Vec<&Surroundings> = known(scene).filter(|_| request.settings.captures.enabled).collect();
+        // Pictures that were found beforehand are none that are captured.
+        let is_shown = |of: &Surroundings| request.settings.captures.enabled || of.picture.is_some();
+        let has_any = known_surroundings(scene).any(is_shown);
+        let all: Vec<&Surroundings> = known_surroundings(scene).filter(|_| has_any).collect();
         let grids = probes::known(scene);
         if all.is_empty() && grids.is_empty() {
             return None;
@@ -218,12 +249,15 @@ impl Renderer {
         let of_environment = environment.map(|view| view.texture().clone());
         let size = of_environment.as_ref().map_or((0, 0), |texture| (texture.width(), texture.height()));
         let limit = self.gpu.capabilities.max_texture_size;
-        let (atlas, layout, grids) = fitting(&all, grids, size, limit)?;
+        let count = grids.len();
+        let fitting = fitting(&all, grids, size, limit);
+        self.surroundings.lacks_probes = fitting.as_ref().map_or(0, |(_, layout, _)| layout.places.len()) < count;
+        let (atlas, layout, grids) = fitting?;
         let state = &mut self.surroundings;
         let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);
         if !is_known && !is_plan {
             let view = create(&self.gpu, &atlas);
-            state.texture = Some(Tiles { atlas, view, copied: None });
+            state.texture = Some(Tiles { atlas, view, copied: None, pictures: Default::default() });
             state.probes = ProbeTexels::default();
             // What was drawn into another texture is to be drawn again; until the next frame there is none of it.
             let frame = state.frame;
@@ -232,8 +266,12 @@ impl Renderer {
         let mut uniforms = SurroundingsUniforms::zeroed();
         for (index, (uniform, of)) in uniforms.iter_mut().zip(&all).enumerate() {
             let drawn = state.drawn.get(index).and_then(Option::as_ref);
-            let scale = drawn.map_or(0.0, |drawn| drawn.pre_exposure.recip());
+            let of_drawn = drawn.map_or(0.0, |drawn| drawn.pre_exposure.recip());
+            let scale = if of.picture.is_some() { 1.0 } else { of_drawn };
             *uniform = SurroundingsUniform::new(of, atlas.corner(index), if scale.is_finite() { scale } else { 0.0 });
+            if !is_shown(of) {
+                uniform.half_m = Vec4::ZERO;
+            }
         }
         let placed = match &state.texture {
             Some(tiles) if !is_plan => {
@@ -257,18 +295,22 @@ impl Renderer {
     }
 }
 
-/// Where all lies, with all grids or, where there is too little room, with none.
+/// Where all lies, with as many grids as there is room for, the first ones.
 fn fitting<'s>(
     all: &[&Surroundings],
-    grids: Vec<&'s ProbeGrid>,
+    mut grids: Vec<&'s ProbeGrid>,
     environment: (u32, u32),
     limit: u32,
 ) -> Option<(Atlas, ProbeLayout, Vec<&'s ProbeGrid>)> {
-    let layout = ProbeLayout::new(&grids);
-    match Atlas::new(all.len(), environment, layout.size, limit) {
-        Some(atlas) => Some((atlas, layout, grids)),
-        None if all.is_empty() => None,
-        None => Some((Atlas::new(all.len(), environment, (0, 0), limit)?, ProbeLayout::default(), Vec::new())),
+    loop {
+        let layout = ProbeLayout::new(&grids);
+        match Atlas::new(all.len(), environment, layout.size, limit) {
+            Some(_) if all.is_empty() && grids.is_empty() => return None,
+            Some(atlas) => return Some((atlas, layout, grids)),
+            None => {
+                grids.pop()?;
+            }
+        }
     }
 }
 

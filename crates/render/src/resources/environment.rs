@@ -53,6 +53,22 @@ impl EnvironmentTiles {
     /// Of a map: as the cache has them, or yet to be drawn from its picture, which is uploaded.
     pub fn new(gpu: &Gpu, map: &Arc<EnvironmentMap>, cache: Option<&dyn Cache>) -> Self {
         let sides = TileSides::of_picture(map.width, gpu.capabilities.max_texture_size);
+        // A map with a light of its own has none in its texels, and what is prefiltered has its suns in its levels.
+        let has_suns = map.light.is_none() && map.prefiltered.is_none();
+        Self::with_sides(gpu, map, (sides, has_suns), cache)
+    }
+
+    /// Of a picture of what is to be seen around a place: small bright sources stay in it.
+    pub fn of_surroundings(gpu: &Gpu, map: &Arc<EnvironmentMap>, cache: Option<&dyn Cache>) -> Self {
+        Self::with_sides(gpu, map, (crate::surroundings::SIDES, false), cache)
+    }
+
+    fn with_sides(
+        gpu: &Gpu,
+        map: &Arc<EnvironmentMap>,
+        (sides, has_suns): (TileSides, bool),
+        cache: Option<&dyn Cache>,
+    ) -> Self {
         let (width, height) = texture_size(sides);
         let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
         let texture = create(gpu, "environment", desc, wgpu::TextureUsages::RENDER_ATTACHMENT);
@@ -61,7 +77,7 @@ impl EnvironmentTiles {
         let factor = shrink_factor(map, gpu.capabilities.max_texture_size);
         let picture_size = (map.width / factor, map.height / factor);
         let warning = (factor > 1).then(|| shrink_warning(map, picture_size, gpu.capabilities.max_texture_size));
-        let missing = cache.map(|_| stored::name_of(gpu, map, sides));
+        let missing = cache.map(|_| stored::name_of(gpu, map, (sides, has_suns)));
         let entry = cache.zip(missing.as_ref()).and_then(|(cache, name)| cache.get(name));
         if let Some((suns, texels)) = entry.and_then(|entry| stored::tiles_of(&entry, (width * height) as usize)) {
             write(gpu, &texture, (width, height), &texels);
@@ -82,8 +98,7 @@ impl EnvironmentTiles {
             view,
             desc,
             sides,
-            // A map with a light of its own has none in its texels, and what is prefiltered has its suns in its levels.
-            suns: if map.light.is_some() || map.prefiltered.is_some() { Suns::default() } else { suns(map) },
+            suns: if has_suns { suns(map) } else { Suns::default() },
             light: map.light,
             of,
             warning,

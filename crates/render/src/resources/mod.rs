@@ -33,6 +33,7 @@ use crate::constants::DATA_WIDTH;
 use crate::decals::DecalAtlas;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use crate::surroundings::known_surroundings;
 use environment::EnvironmentTiles;
 use manypass_scene::Cache;
 use manypass_scene::{EnvironmentMap, Material, Primitive, Scene, Texture};
@@ -183,12 +184,15 @@ impl SceneResources {
             self.are_layers_left_out = primitives().filter(|part| is_deformed(part)).any(has_layers);
         }
         let maps = scene.environment.iter().chain(computed);
+        let pictures = known_surroundings(scene).filter_map(|of| of.picture.as_ref());
         let count = self.environments.len();
-        self.environments.retain(|tiles| maps.clone().any(|map| tiles.are_of(map)));
+        self.environments.retain(|tiles| maps.clone().chain(pictures.clone()).any(|map| tiles.are_of(map)));
         followed.has_moved |= self.environments.len() < count;
-        for map in maps {
+        let (maps, pictures) = (maps.map(|map| (map, true)), pictures.map(|map| (map, false)));
+        for (map, is_environment) in maps.chain(pictures) {
             if self.environment(map).is_none() {
-                self.environments.push(EnvironmentTiles::new(gpu, map, cache));
+                let new = if is_environment { EnvironmentTiles::new } else { EnvironmentTiles::of_surroundings };
+                self.environments.push(new(gpu, map, cache));
                 followed.has_moved = true;
             }
         }

@@ -7,8 +7,8 @@ import package::shaders::brdf::{Shading, PI, reflectance, reflectance_model};
 @if(layered) import package::shaders::layer_maps::has_layer;
 @if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::environment::{
-    environment, environment_irradiance, environment_reflection, grazing_share, lobe_direction, outside_share,
-    sun_count,
+    environment, environment_irradiance_about, environment_reflection, grazing_share, lobe_direction, outside_share,
+    outside_probes, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
 import package::shaders::environment_suns::{disc_share, strip_share};
@@ -115,11 +115,12 @@ fn ambient_radiance_seen(surface: Surface, shading: Shading, seen: Seen) -> vec3
     let mirrored = mirrored_environment(shading);
     let specular = mirrored.radiance * mirrored.albedo * (seen.specular * (1.0 - seen.reflected.a))
         + seen.reflected.rgb * mirrored.albedo;
-    let diffuse = environment_irradiance(seen.direction) * (1.0 / PI) * shading.albedo * (1.0 - mirrored.albedo);
+    let diffuse = environment_irradiance_about(seen.direction, shading.normal) * (1.0 / PI) * shading.albedo * (1.0 - mirrored.albedo);
     let diffuse_share = diffuse_environment_share(surface);
+    // Probes hold the diffuse light of suns, as light maps do.
     var radiance = diffuse * diffuse_share * seen.diffuse + specular;
     if sun_count > 0u {
-        radiance += suns_radiance(shading, diffuse_share) * seen.diffuse;
+        radiance += suns_radiance(shading, diffuse_share * outside_probes) * seen.diffuse;
     }
     return radiance * surface.occlusion;
 }

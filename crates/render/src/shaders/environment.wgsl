@@ -211,19 +211,38 @@ fn lobe_direction(mirrored: vec3f, normal: vec3f, n_dot_v: f32, roughness_alpha:
     return normalize(mix(normal, mirrored, mix(share, 1.0, grazing_share)));
 }
 
-fn environment_irradiance(normal: vec3f) -> vec3f {
+// Of the environment itself.
+fn outer_irradiance(normal: vec3f) -> vec3f {
+    return outer_light(normal) * PI;
+}
+
+fn outer_light(normal: vec3f) -> vec3f {
     var radiance = environment.constant;
     if has_picture != 0u {
         let place = octahedral_from_direction(picture_direction(normal));
         // Seen along the normal, what roughness 1 reflects is irradiance divided by pi.
         radiance += tile_at(place, ENVIRONMENT_LEVEL_LAST) * environment.picture.x;
     }
+    return radiance;
+}
+
+// What of the environment's diffuse light is not that of probes, at the place of which irradiance was last asked.
+var<private> outside_probes: f32 = 1.0;
+
+fn environment_irradiance(normal: vec3f) -> vec3f {
+    return environment_irradiance_about(normal, normal);
+}
+
+// About a direction, of a surface with a normal.
+fn environment_irradiance_about(direction: vec3f, normal: vec3f) -> vec3f {
+    var radiance = outer_light(direction);
     if surrounding_count > 0u {
-        radiance = radiance * outside_share() + surrounding_radiance(normal, ENVIRONMENT_LEVEL_LAST, 0.0);
+        radiance = radiance * outside_share() + surrounding_radiance(direction, ENVIRONMENT_LEVEL_LAST, 0.0);
     }
     if probe_grids > 0u {
-        let of_probes = probe_light(surrounded_world, normal);
-        radiance = radiance * (1.0 - of_probes.a) + of_probes.rgb;
+        let of_probes = probe_light(surrounded_world, direction, normal);
+        outside_probes = 1.0 - of_probes.a;
+        radiance = radiance * outside_probes + of_probes.rgb;
     }
     return radiance * PI;
 }

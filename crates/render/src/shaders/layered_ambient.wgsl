@@ -8,7 +8,8 @@ import package::view::view;
 import package::shaders::brdf::{PI, Shading};
 import package::shaders::ambient::suns_radiance;
 import package::shaders::environment::{
-    environment_irradiance, environment_reflection, grazing_share, lobe_direction, sun_count,
+    environment_irradiance, environment_irradiance_about, environment_reflection, grazing_share, lobe_direction,
+    outside_probes, sun_count,
 };
 import package::shaders::layer_maps::has_layer;
 import package::shaders::layers::{STRETCHED_LOOKUPS, below_coat};
@@ -87,7 +88,7 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
         // The lobe of fibres is as wide as that of irradiance, and leans towards the eye: a fit of its mean direction.
         let leaning = 0.35 + 1.8 * (1.0 - sqrt(terms.sheen_alpha));
         let axis = normalize(shading.normal + shading.to_eye * leaning);
-        let sheen = environment_irradiance(axis) * (terms.sheen_color * (terms.sheen_albedo / PI));
+        let sheen = environment_irradiance_about(axis, shading.normal) * (terms.sheen_color * (terms.sheen_albedo / PI));
         radiance = radiance * terms.through + sheen;
     }
     if has_layer(LAYER_CLEARCOAT) {
@@ -97,7 +98,7 @@ fn layered_ambient(surface: Surface, shading: Shading) -> vec3f {
         radiance = radiance * below_coat(terms) + environment_reflection(of_coat, terms.coat_alpha) * terms.coat_albedo;
     }
     if sun_count > 0u {
-        radiance += suns_radiance(shading, diffuse_share);
+        radiance += suns_radiance(shading, diffuse_share * outside_probes);
     }
     return radiance * surface.occlusion;
 }

@@ -151,8 +151,8 @@ fn cell_corner(index: u32) -> vec3f {
     return vec3f(vec3u(index, index >> 1u, index >> 2u) & vec3u(1u));
 }
 
-// Irradiance divided by pi of a grid at a place; 0 where all probes around are off, else 1.
-fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
+// Irradiance divided by pi of a grid at a place, about a direction; 0 where all probes around are off, else 1.
+fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
     let last = grid.counts.xyz - 1.0;
     let place = clamp((position_world - grid.first.xyz) * grid.inverse.xyz, vec3f(0.0), last);
     let before = floor(place);
@@ -186,7 +186,7 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
         let texel = probe_texel(grid, probe_cell(grid, at));
         // Less by as much as others lack, so that none of them begins to count at once.
         let weight = weights[index] - LEAST * all;
-        let light = probe_light_at(grid, texel, probe_place(texel), normal);
+        let light = probe_light_at(grid, texel, probe_place(texel), direction);
         counted += weight;
         sum.a += weight * light.a;
         sum.b += weight * light.b;
@@ -201,33 +201,34 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
         }
     }
     let is_known = select(0.0, 1.0, counted > 0.0);
-    return vec4f(probe_irradiance(sum, grid, normal) * (grid.spacing.w / max(counted, 1e-20)), is_known);
+    return vec4f(probe_irradiance(sum, grid, direction) * (grid.spacing.w / max(counted, 1e-20)), is_known);
 }
 
 // The same of a grid by its share of what earlier ones have left, added to theirs.
-fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, normal: vec3f) -> vec4f {
+fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
     let inside_m = grid.half_m.xyz - abs(position_world - grid.center.xyz);
     let nearest_m = min(inside_m.x, min(inside_m.y, inside_m.z));
     let share = (1.0 - light.a) * clamp(nearest_m * grid.first.w, 0.0, 1.0);
     if share <= 0.0 {
         return light;
     }
-    let found = grid_light(grid, position_world, normal);
+    let found = grid_light(grid, position_world, direction, normal);
     return light + vec4f(found.rgb, 1.0) * (share * found.a);
 }
 
-// Irradiance divided by pi of all grids at a place by their shares, and the sum of the shares. No loop: numbers that are not
+// Irradiance divided by pi of all grids at a place by their shares, about a direction, of a surface with a normal; and the sum
+// of the shares. No loop: numbers that are not
 // known when a shader is compiled make software adapters read uniforms for every pixel.
-fn probe_light(position_world: vec3f, normal: vec3f) -> vec4f {
-    var light = with_grid(vec4f(0.0), environment.probes[0], position_world, normal);
+fn probe_light(position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
+    var light = with_grid(vec4f(0.0), environment.probes[0], position_world, direction, normal);
     if probe_grids > 1u {
-        light = with_grid(light, environment.probes[1], position_world, normal);
+        light = with_grid(light, environment.probes[1], position_world, direction, normal);
     }
     if probe_grids > 2u {
-        light = with_grid(light, environment.probes[2], position_world, normal);
+        light = with_grid(light, environment.probes[2], position_world, direction, normal);
     }
     if probe_grids > 3u {
-        light = with_grid(light, environment.probes[3], position_world, normal);
+        light = with_grid(light, environment.probes[3], position_world, direction, normal);
     }
     return light;
 }

@@ -105,15 +105,7 @@ fn read_grid(document: &mut Document, json: &Json) -> Result<ProbeGrid, LoadErro
 impl Parts {
     /// Puts grids of probes whose light is known into the file, in place of those that it has.
     pub fn put_probes(&mut self, grids: &[ProbeGrid]) {
-        if let Some(extensions) = self.json.get_mut("extensions").and_then(Value::as_object_mut) {
-            extensions.remove(EXTENSION);
-            if extensions.is_empty()
-                && let Some(root) = self.json.as_object_mut()
-            {
-                root.remove("extensions");
-            }
-        }
-        self.forget_extension(EXTENSION);
+        self.forget_root(EXTENSION);
         let written: Vec<Value> = grids.iter().filter_map(|grid| self.put_grid(grid)).collect();
         if written.is_empty() {
             return;

@@ -179,6 +179,19 @@ impl Parts {
         }
     }
 
+    /// Takes an extension away from the root of the file.
+    pub(super) fn forget_root(&mut self, name: &str) {
+        if let Some(extensions) = self.json.get_mut("extensions").and_then(Value::as_object_mut) {
+            extensions.remove(name);
+            if extensions.is_empty()
+                && let Some(root) = self.json.as_object_mut()
+            {
+                root.remove("extensions");
+            }
+        }
+        self.forget_extension(name);
+    }
+
     fn append_bytes(&mut self, bytes: &[u8]) -> usize {
         self.binary.resize(self.binary.len().next_multiple_of(8), 0);
         let offset = self.binary.len();

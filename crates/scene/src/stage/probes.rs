@@ -49,15 +49,13 @@ impl ProbesEntry {
         })
     }
 
-    /// Adds the grid to the scene. One that the file has, by its name, stays where it was baked.
+    /// Adds the grid to the scene, with the light that the file has of it, if that was found for the same places.
     ///
     /// # Errors
     /// There are too many grids, or too many probes.
     pub(super) fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
-        if let Some(baked) = scene.probes.iter_mut().find(|grid| grid.name == self.name && grid.probes.is_some()) {
-            baked.fade_m = self.fade_m.unwrap_or(baked.fade_m);
-            return Ok(());
-        }
+        let is_baked = |grid: &ProbeGrid| grid.name == self.name && grid.probes.is_some();
+        let baked = scene.probes.iter().position(is_baked).map(|index| scene.probes.remove(index));
         let fault = |range: &Range<usize>, message: String| Err(source.fault(range.clone(), message));
         if scene.probes.iter().any(|grid| grid.name == self.name) {
             return fault(&self.range, format!("two grids of probes are called `{}`", self.name));
@@ -78,7 +76,21 @@ impl ProbesEntry {
         match grid {
             Ok(grid) => {
                 let (fade_m, basis) = (self.fade_m.unwrap_or(0.0), self.basis.unwrap_or_default());
-                scene.probes.push(ProbeGrid { fade_m, basis, ..grid });
+                // Of the same places within what is rounded.
+                let apart_m = |baked: &ProbeGrid| {
+                    let middle_m = (baked.region.center_world - grid.region.center_world).abs();
+                    middle_m.max((baked.region.half_m - grid.region.half_m).abs()).max_element()
+                };
+                let is_same = |baked: &ProbeGrid| {
+                    baked.counts == grid.counts && apart_m(baked) < 1e-3 * grid.region.half_m.max_element()
+                };
+                let has_basis = |baked: &ProbeGrid| self.basis.is_none_or(|basis| basis == baked.basis);
+                match baked.filter(|baked| is_same(baked) && has_basis(baked)) {
+                    Some(baked) => {
+                        scene.probes.push(ProbeGrid { fade_m: self.fade_m.unwrap_or(baked.fade_m), ..baked })
+                    }
+                    None => scene.probes.push(ProbeGrid { fade_m, basis, ..grid }),
+                }
                 Ok(())
             }
             Err(error) => {

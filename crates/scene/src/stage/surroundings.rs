@@ -66,11 +66,15 @@ impl SurroundingsEntry {
         Ok(Self { surroundings, range: table.range.clone() })
     }
 
-    /// Adds them to the scene.
+    /// Adds them to the scene. Those that the file has a picture of, by their name, stay where they were baked.
     ///
     /// # Errors
     /// There are too many.
     pub(super) fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
+        let is_baked = |of: &Surroundings| of.name == self.surroundings.name && of.picture.is_some();
+        if scene.surroundings.iter().any(is_baked) {
+            return Ok(());
+        }
         if scene.surroundings.len() == SURROUNDINGS_MAX {
             let message = format!("there are more surroundings than {SURROUNDINGS_MAX}");
             return Err(source.fault(self.range.clone(), message));

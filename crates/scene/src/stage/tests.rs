@@ -790,12 +790,16 @@ fn probes_stand_in_boxes_or_all_over_the_model() {
     let [hall, other] = &scene.probes[..] else { panic!("{:?}", scene.probes) };
     assert_eq!((hall.name.as_str(), hall.counts, hall.fade_m), ("hall", [4, 2, 3], 0.5));
     assert_eq!((other.name.as_str(), other.counts, other.basis.name()), ("probes", [3, 3, 5], "ambient-cube"));
-    // What a file has of the same name stays where it was baked.
+    // A file's light of the same name is taken where it is of the same places.
     let mut baked = model();
     let probes = Some(std::sync::Arc::new(vec![crate::probes::Probe::default(); hall.count()]));
     baked.probes = vec![crate::probes::ProbeGrid { probes, ..hall.clone() }];
-    let scene = applied("[[probes]]\nname = \"hall\"\nspacing_m = 9\nfade_m = 0.1\n", baked).unwrap();
-    assert_eq!((scene.probes.len(), scene.probes[0].counts, scene.probes[0].fade_m), (1, [4, 2, 3], 0.1));
+    let of_hall = "[[probes]]\nname = \"hall\"\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\nfade_m = 0.1\ncounts = ";
+    for (counts, has_light) in [("[4, 2, 3]", true), ("[4, 2, 4]", false)] {
+        let scene = applied(&format!("{of_hall}{counts}\n"), baked.clone()).unwrap();
+        assert_eq!((scene.probes.len(), scene.probes[0].fade_m), (1, 0.1));
+        assert_eq!(scene.probes[0].probes.is_some(), has_light, "{counts}");
+    }
     for (text, expected) in [
         ("center = [0, 0, 0]\n", "3:10: error: a box has a middle and a size"),
         ("counts = [1, 0, 1]\n", "3:10: error: `counts` has three whole numbers above 0"),

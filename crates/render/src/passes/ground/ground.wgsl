@@ -5,7 +5,7 @@
 import package::view::{view, position_world_from_pixel, ray_direction_world_from_pixel};
 import package::shaders::brdf::PI;
 import package::shaders::colour::half_float_clamped;
-import package::shaders::environment::{enter_surroundings, environment_irradiance};
+import package::shaders::environment::outer_irradiance;
 import package::shaders::shading::linear_clamp;
 
 struct Ground {
@@ -44,8 +44,7 @@ fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let from_middle = at - ground.place.xy;
     let share = 1.0 - smoothstep(ground.plane.y, ground.plane.z, length(from_middle));
     let light = textureSampleLevel(ground_light, linear_clamp, from_middle * ground.place.zw + 0.5, 0.0).rg;
-    enter_surroundings(vec3f(at.x, ground.plane.x, at.y));
-    let from_everywhere = environment_irradiance(vec3f(0.0, 1.0, 0.0));
+    let from_everywhere = outer_irradiance(vec3f(0.0, 1.0, 0.0));
     // Of a floor it is what a single reflection leaves, as of all surfaces.
     let visible = mix(reflected_between(light.g), light.g, ground.color.w);
     let irradiance = from_everywhere * visible + ground.light.rgb * light.r;

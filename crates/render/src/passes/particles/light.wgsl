@@ -6,7 +6,7 @@
 
 import package::view::view;
 import package::shaders::colour::half_float_clamped;
-import package::shaders::environment::{environment, environment_irradiance, enter_surroundings, sun_count};
+import package::shaders::environment::{environment, environment_irradiance, enter_surroundings, outside_probes, sun_count};
 import package::shaders::fog::fogged;
 import package::shaders::light_lists::cluster_index_at;
 import package::shaders::light_table::{
@@ -60,7 +60,7 @@ fn light_on(position_world: vec3f, position_px: vec2f, distance_m: f32) -> vec3f
     // Of the environment from above and from below: twice the irradiance of each side is what a sphere of it gives.
     var sum = 2.0 * (environment_irradiance(vec3f(0.0, 1.0, 0.0)) + environment_irradiance(vec3f(0.0, -1.0, 0.0)));
     for (var i = 0u; i < sun_count; i++) {
-        sum += environment.sun_irradiances[i].rgb;
+        sum += environment.sun_irradiances[i].rgb * outside_probes;
     }
     // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
     let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);

@@ -19,7 +19,7 @@ import package::shaders::behind_mirror::{behind_radiance_at, meeting_behind, mir
 import package::shaders::brdf::PI;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::environment::{
-    enter_surroundings, environment_irradiance, environment_reflection, sun_count,
+    enter_surroundings, environment_irradiance, environment_reflection, outside_probes, sun_count,
 };
 import package::shaders::gbuffer_textures::distance_at;
 import package::shaders::hash::{mixed, plastic_turn, seed_of_pixel, unit_from_bits};
@@ -305,7 +305,7 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
     var light = sums.radiance - sums.specular + environment_irradiance(water.normal.xyz) * (LETS_IN / PI);
     var highlights = select(sums.specular, vec3f(0.0), is_below);
     if sun_count > 0u {
-        let with_diffuse = suns_radiance(shading, 1.0);
+        let with_diffuse = suns_radiance(shading, outside_probes);
         let of_suns = suns_radiance(shading, 0.0);
         light += with_diffuse - of_suns;
         highlights += select(of_suns, vec3f(0.0), is_below | (rays == 0u));

@@ -54,6 +54,8 @@ fn visit_views(json: &mut Value, visit: &mut dyn FnMut(&mut Value)) {
         index(accessor.pointer_mut("/sparse/values/bufferView"), visit);
     }
     each(json.get_mut("images")).for_each(|image| index(image.get_mut("bufferView"), visit));
+    let places = json.pointer_mut("/extensions/MANYPASS_surroundings/places");
+    each(places).for_each(|place| index(place.get_mut("picture"), visit));
     for primitive in each(json.get_mut("meshes")).flat_map(|mesh| each(mesh.get_mut("primitives"))) {
         index(primitive.pointer_mut("/extensions/KHR_draco_mesh_compression/bufferView"), visit);
     }
