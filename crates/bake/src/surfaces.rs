@@ -26,6 +26,8 @@ pub(crate) struct Placed {
     pub receives: bool,
     /// Whether it keeps light of lamps, and what is chosen by chance, from what lies behind.
     pub casts_shadow: bool,
+    /// The layers of its node.
+    pub layers: u32,
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub uv: [Vec<Vec2>; 2],
@@ -126,6 +128,7 @@ fn place(node: &Node, id: NodeId, index: usize, primitive: &Primitive) -> Placed
         material: primitive.material,
         receives: true,
         casts_shadow: node.casts_shadow,
+        layers: node.layers,
         normals: normals.map(|normal| finite(normal.normalize_or_zero())).collect(),
         positions,
         uv: [uv_of(&primitive.uv0), uv_of(&primitive.uv1)],
@@ -183,7 +186,7 @@ impl Surfaces {
     pub(crate) fn hash_into(&self, hasher: &mut impl Hasher) {
         hasher.write(self.surfacing.describe().as_bytes());
         for placed in &self.placed {
-            (placed.place, placed.material, placed.receives, placed.casts_shadow).hash(hasher);
+            (placed.place, placed.material, placed.receives, placed.casts_shadow, placed.layers).hash(hasher);
             hasher.write(bytemuck::cast_slice(&placed.positions));
             hasher.write(bytemuck::cast_slice(&placed.normals));
             placed.uv.iter().for_each(|uv| hasher.write(bytemuck::cast_slice(uv)));

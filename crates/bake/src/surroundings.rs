@@ -8,7 +8,7 @@ use crate::paths::{Draw, Paths};
 use crate::progress::{Progress, Stage};
 use crate::sampling::hash2;
 use crate::surfaces::Surfaces;
-use crate::tracing::Tracer;
+use crate::tracing::{Tracer, beside};
 use crate::work::{BLOCK, Keeper, keep_blocks};
 use glam::Vec3;
 use half::f16;
@@ -40,6 +40,9 @@ impl Default for SurroundingsSettings {
         Self { samples: 64, bounces: 3 }
     }
 }
+
+/// So many surfaces in a row that are not to be seen are passed.
+const PASSED_MAX: u32 = 64;
 
 /// What stays of a scene while pictures of it are baked.
 pub struct SurroundingsBaker<'a> {
@@ -77,8 +80,8 @@ impl<'a> SurroundingsBaker<'a> {
         hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.write_u32(VERSION);
         hasher.write(format!("{:?}", self.settings).as_bytes());
-        for Surroundings { name, position_world, region, fade_m, walls, .. } in &self.places {
-            hasher.write(format!("{name:?} {position_world:?} {region:?} {fade_m:?} {walls:?}").as_bytes());
+        for Surroundings { name, position_world, region, fade_m, walls, layers, .. } in &self.places {
+            hasher.write(format!("{name:?} {position_world:?} {region:?} {fade_m:?} {walls:?} {layers}").as_bytes());
         }
         self.surfaces.hash_into(&mut hasher);
         self.emitters.hash_into(&mut hasher);
@@ -98,7 +101,7 @@ impl<'a> SurroundingsBaker<'a> {
         for (number, of) in self.places.iter().enumerate() {
             let mut texels = vec![[f16::ZERO; 4]; count];
             let keeper = (keeper, ROUND_OF_SURROUNDINGS - number as u32);
-            let find = |index: usize| self.texel(&paths, of.position_world, index as u32).to_array();
+            let find = |index: usize| self.texel(&paths, of, index as u32).to_array();
             let blocks = texels.chunks_mut(BLOCK);
             keep_blocks(blocks, (BLOCK, count), (progress, Stage::Surroundings), keeper, find, |texels, values| {
                 for (texel, [r, g, b]) in texels.iter_mut().zip(values) {
@@ -113,8 +116,23 @@ impl<'a> SurroundingsBaker<'a> {
         Ok(baked)
     }
 
+    /// Where a ray begins that passes what is in no layer that is seen.
+    fn beyond_hidden(&self, paths: &Paths, of: &Surroundings, direction: Vec3) -> Vec3 {
+        let mut from = of.position_world;
+        for _ in 0..PASSED_MAX {
+            let Some(hit) = paths.tracer.first(from, direction) else { break };
+            let (placed, _) = self.surfaces.triangle(hit.spot.triangle);
+            if placed.layers & of.layers != 0 {
+                break;
+            }
+            let (position, facet, _) = self.surfaces.geometry(hit.spot);
+            from = beside(position, if hit.is_behind { facet } else { -facet });
+        }
+        from
+    }
+
     /// The mean radiance through a texel.
-    fn texel(&self, paths: &Paths, place: Vec3, index: u32) -> Vec3 {
+    fn texel(&self, paths: &Paths, of: &Surroundings, index: u32) -> Vec3 {
         let (x, y) = (index % SIZE.0, index / SIZE.0);
         let (seed, mut sum) = (hash2(index, 99), Vec3::ZERO);
         for sample in 0..self.settings.samples {
@@ -123,7 +141,8 @@ impl<'a> SurroundingsBaker<'a> {
             let at = (x as f32 + within.x, y as f32 + within.y);
             let direction = equirectangular_direction_within(at, SIZE);
             // What shines is met by these rays alone, so that it counts as a whole.
-            let brought = paths.along(place, direction, 1.0, draw);
+            let from = self.beyond_hidden(paths, of, direction);
+            let brought = paths.along(from, direction, 1.0, draw);
             let radiance = brought.sent_back + brought.made;
             sum += if radiance.is_finite() { radiance } else { Vec3::ZERO };
         }

@@ -15,7 +15,7 @@ fn bake(scene: &Scene, place: Vec3, bounces: u32) -> Surroundings {
     let surfaces = Surfaces::new(scene);
     let settings = SurroundingsSettings { samples: 4, bounces };
     let around = Vec3::splat(0.25);
-    let places = vec![Surroundings::of_room("room", region)];
+    let places = vec![Surroundings { layers: 1, ..Surroundings::of_room("room", region) }];
     let baker = SurroundingsBaker::new(scene, &surfaces, Some(&around), places, &settings).expect("settings");
     baker.run(&(), &()).expect("it bakes").remove(0)
 }
@@ -35,6 +35,8 @@ fn what_shines_what_is_lit_and_what_is_around_is_seen_where_it_is() {
     scene.lights.push(Light { intensity: 100.0 * PI, kind: LightKind::Directional, ..Light::default() });
     scene.add_node(None, Node { rotation: Quat::from_rotation_x(-0.5 * PI), light: Some(0), ..Node::default() });
     scene.update_transforms();
+    // The place is in something of another layer.
+    add(&mut scene, primitives::cube(Vec3::splat(0.2)), matte(0.0, 0.0), Node { layers: 2, ..Node::default() });
     let picture = bake(&scene, Vec3::ZERO, 0).picture.expect("a picture");
     let at = |to: Vec3| {
         let size = (picture.width, picture.height);

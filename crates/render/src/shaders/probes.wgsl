@@ -180,8 +180,10 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: 
         if left == 0u {
             break;
         }
-        let index = firstTrailingBit(left);
-        left &= left - 1u;
+        // The lowest bit and its number, for which GLSL ES 3.00 has no function.
+        let rest = left & (left - 1u);
+        let index = u32(log2(f32(left ^ rest)) + 0.5);
+        left = rest;
         let at = min(before + cell_corner(index), last);
         let texel = probe_texel(grid, probe_cell(grid, at));
         // Less by as much as others lack, so that none of them begins to count at once.
