@@ -38,8 +38,15 @@ fn translate(
     let reflection = glsl::Writer::new(&mut text, &module, &info, &options, &pipeline, Default::default())
         .and_then(|mut writer| writer.write())
         .map_err(|error| error.to_string())?;
-    Ok(reflection.texture_mapping.len())
+    match LATER_FUNCTIONS.iter().find(|name| text.contains(&format!("{name}("))) {
+        Some(name) => Err(format!("`{name}` came after GLSL ES 3.00")),
+        None => Ok(reflection.texture_mapping.len()),
+    }
 }
+
+/// Functions that naga writes without a word, and that GLSL ES 3.00 lacks.
+const LATER_FUNCTIONS: [&str; 8] =
+    ["findLSB", "findMSB", "bitCount", "bitfieldExtract", "bitfieldInsert", "bitfieldReverse", "textureGather", "fma"];
 
 /// What a stage has of textures and of samplers on every device of WebGL 2, and as many in `downlevel_webgl2_defaults`
 /// of wgpu, which counts all that the layouts of a pipeline name, whether its shader reads it or not.
