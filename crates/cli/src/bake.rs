@@ -184,7 +184,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         bar.finish();
         failed(&input, &error)
     };
-    let grids = wanted.grids(&scene, args)?;
+    let grids = wanted.grids(&scene, stage.as_ref(), args)?;
     let places = wanted.places(&scene);
     let baker = Bakers::new(&scene, &surfaces, around, (&wanted, grids, places), &bar).map_err(in_input)?;
     let encoding = Encoding::named(&args.encoding).unwrap_or_default();

@@ -155,6 +155,13 @@ fn probes_are_baked_where_a_stage_says_and_light_what_is_there() {
     assert!(warned.contains("the probes `front` have no light yet"), "{warned}");
     let (sum, none) = (lit.iter().sum::<f32>(), dark.iter().sum::<f32>());
     assert!(sum > 60.0 && none < 10.0, "{lit:?} {dark:?}");
+    let run = bake(&folder, &["c.stage.toml", "-o", "d.glb", "--what", "probes", "--probe-spacing", "1"]);
+    assert!(run.code == 2 && run.stderr.contains("another distance than [[probes]]"), "{}", run.stderr);
+    // The flag says six colours, whatever the stage does.
+    let cubes = ["s.stage.toml", "-o", "e.glb", "--what", "ambient-cubes"];
+    bake(&folder, &cubes).expect(0);
+    let (warned, _) = middle("e.stage.toml");
+    assert!(!warned.contains("no light"), "{warned}");
     let (warned, _) = middle("c.stage.toml");
     assert!(!warned.contains("no light"), "{warned}");
 }

@@ -147,6 +147,7 @@ impl Stage {
         let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
         let surroundings = list(&source, root, &SURROUNDINGS, SurroundingsEntry::read)?;
         let probes = list(&source, root, &PROBES, ProbesEntry::read)?;
+        ProbesEntry::check(&probes, &source)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
         Ok(Self {
             model,
@@ -166,6 +167,11 @@ impl Stage {
             overlay,
             source,
         })
+    }
+
+    /// Whether it says where probes are.
+    pub fn has_probes(&self) -> bool {
+        !self.probes.is_empty()
     }
 
     /// The file, as [`Self::parse`] was told.

@@ -67,7 +67,7 @@ pub struct BakeArgs {
     /// alike, and in a closed room nothing is open.
     #[arg(long, value_name = "M", default_value_t = BakeSettings::default().occlusion_distance_m)]
     pub occlusion_distance: f32,
-    /// How far probes are apart, in metres, in one grid over the scene [default: what a stage says, else so far that there are
+    /// How far probes are apart, in metres, in one grid over the scene, where no stage says it [default: so far that there are
     /// some 2,000].
     #[arg(long, value_name = "M")]
     pub probe_spacing: Option<f32>,

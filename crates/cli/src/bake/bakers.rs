@@ -7,9 +7,9 @@ use manypass_bake::{
     Around, BakeError, BakeSettings, Baked, Baker, Keeper, LayoutSettings, ProbeBaker, ProbeSettings, Progress,
     SAMPLES_MAX, Surfaces, SurroundingsBaker, SurroundingsSettings,
 };
-use manypass_scene::Scene;
 use manypass_scene::probes::{ProbeBasis, ProbeGrid};
 use manypass_scene::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
+use manypass_scene::{Scene, Stage};
 use std::hash::{DefaultHasher, Hasher as _};
 
 /// Rays from a probe for each of those of a texel: it looks all around.
@@ -84,11 +84,10 @@ impl Wanted {
     ///
     /// # Errors
     /// There would be too many probes.
-    pub fn grids(&self, scene: &Scene, args: &BakeArgs) -> Result<Vec<ProbeGrid>, Failure> {
+    pub fn grids(&self, scene: &Scene, stage: Option<&Stage>, args: &BakeArgs) -> Result<Vec<ProbeGrid>, Failure> {
         let Some((_, basis)) = self.probes else { return Ok(Vec::new()) };
         let mut grids = scene.probes.clone();
-        // Those of a file have light already.
-        if args.probe_spacing.is_some() && grids.iter().any(|grid| grid.probes.is_none()) {
+        if args.probe_spacing.is_some() && stage.is_some_and(Stage::has_probes) {
             let message = "--probe-spacing says another distance than [[probes]] of the stage";
             return Err(Failure::usage(message, "change spacing_m there, and leave the flag out"));
         }

@@ -116,7 +116,7 @@ impl SurroundingsState {
     ) {
         let Some(tiles) = &mut self.texture else { return };
         for (index, (of, copied)) in known_surroundings(scene).zip(&mut tiles.pictures).enumerate() {
-            let picture = of.picture.as_ref().and_then(|picture| resources.environment(picture));
+            let picture = of.picture.as_ref().and_then(|picture| resources.picture_of_place(picture));
             let Some(from) = picture.map(|tiles| tiles.view.texture()) else {
                 *copied = None;
                 continue;
@@ -130,6 +130,10 @@ impl SurroundingsState {
             let to = wgpu::TexelCopyTextureInfo { origin, ..tiles.view.texture().as_image_copy() };
             encoder.copy_texture_to_texture(from.as_image_copy(), to, extent);
             *copied = Some(from.clone());
+            // Nothing that was captured is there any more.
+            if let Some(drawn) = self.drawn.get_mut(index) {
+                *drawn = None;
+            }
         }
     }
 
@@ -244,6 +248,7 @@ impl Renderer {
         let all: Vec<&Surroundings> = known_surroundings(scene).filter(|_| has_any).collect();
         let grids = probes::known(scene);
         if all.is_empty() && grids.is_empty() {
+            self.surroundings.lacks_probes = false;
             return None;
         }
         let of_environment = environment.map(|view| view.texture().clone());

@@ -29,6 +29,8 @@ pub(crate) struct EnvironmentTiles {
     pub light: Option<EnvironmentLight>,
     /// The map; of the studio none.
     of: Weak<EnvironmentMap>,
+    /// Whether it is what is to be seen around a place.
+    is_of_place: bool,
     unfinished: Option<Unfinished>,
     /// What is to be said of the picture.
     warning: Option<String>,
@@ -60,7 +62,8 @@ impl EnvironmentTiles {
 
     /// Of a picture of what is to be seen around a place: small bright sources stay in it.
     pub fn of_surroundings(gpu: &Gpu, map: &Arc<EnvironmentMap>, cache: Option<&dyn Cache>) -> Self {
-        Self::with_sides(gpu, map, (crate::surroundings::SIDES, false), cache)
+        let tiles = Self::with_sides(gpu, map, (crate::surroundings::SIDES, false), cache);
+        Self { is_of_place: true, ..tiles }
     }
 
     fn with_sides(
@@ -81,7 +84,18 @@ impl EnvironmentTiles {
         let entry = cache.zip(missing.as_ref()).and_then(|(cache, name)| cache.get(name));
         if let Some((suns, texels)) = entry.and_then(|entry| stored::tiles_of(&entry, (width * height) as usize)) {
             write(gpu, &texture, (width, height), &texels);
-            return Self { view, desc, sides, suns, light: map.light, of, unfinished: None, warning, missing: None };
+            return Self {
+                view,
+                desc,
+                sides,
+                suns,
+                light: map.light,
+                of,
+                is_of_place: false,
+                unfinished: None,
+                warning,
+                missing: None,
+            };
         }
         if let Some(prefiltered) = &map.prefiltered {
             write_prefiltered(gpu, &texture, sides, prefiltered);
@@ -101,6 +115,7 @@ impl EnvironmentTiles {
             suns: if has_suns { suns(map) } else { Suns::default() },
             light: map.light,
             of,
+            is_of_place: false,
             warning,
             missing,
             unfinished: Some(Unfinished {
@@ -123,12 +138,23 @@ impl EnvironmentTiles {
         write(gpu, &texture, (width, height), studio::texels());
         let view = texture.create_view(&Default::default());
         let (suns, of) = (Suns::default(), Weak::new());
-        Self { view, desc, sides, suns, light: None, of, unfinished: None, warning: None, missing: None }
+        Self {
+            view,
+            desc,
+            sides,
+            suns,
+            light: None,
+            of,
+            is_of_place: false,
+            unfinished: None,
+            warning: None,
+            missing: None,
+        }
     }
 
-    /// Whether they are those of `map`.
-    pub fn are_of(&self, map: &Arc<EnvironmentMap>) -> bool {
-        std::ptr::eq(self.of.as_ptr(), Arc::as_ptr(map))
+    /// Whether they are those of `map`, as an environment or as what is to be seen around a place.
+    pub fn are_of(&self, map: &Arc<EnvironmentMap>, is_of_place: bool) -> bool {
+        self.is_of_place == is_of_place && std::ptr::eq(self.of.as_ptr(), Arc::as_ptr(map))
     }
 
     /// What is to be drawn, if it was not yet.

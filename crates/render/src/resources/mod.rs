@@ -186,12 +186,12 @@ impl SceneResources {
         let maps = scene.environment.iter().chain(computed);
         let pictures = known_surroundings(scene).filter_map(|of| of.picture.as_ref());
         let count = self.environments.len();
-        self.environments.retain(|tiles| maps.clone().chain(pictures.clone()).any(|map| tiles.are_of(map)));
+        let all = maps.map(|map| (map, false)).chain(pictures.map(|map| (map, true)));
+        self.environments.retain(|tiles| all.clone().any(|(map, is_of_place)| tiles.are_of(map, is_of_place)));
         followed.has_moved |= self.environments.len() < count;
-        let (maps, pictures) = (maps.map(|map| (map, true)), pictures.map(|map| (map, false)));
-        for (map, is_environment) in maps.chain(pictures) {
-            if self.environment(map).is_none() {
-                let new = if is_environment { EnvironmentTiles::new } else { EnvironmentTiles::of_surroundings };
+        for (map, is_of_place) in all {
+            if !self.environments.iter().any(|tiles| tiles.are_of(map, is_of_place)) {
+                let new = if is_of_place { EnvironmentTiles::of_surroundings } else { EnvironmentTiles::new };
                 self.environments.push(new(gpu, map, cache));
                 followed.has_moved = true;
             }
@@ -207,7 +207,12 @@ impl SceneResources {
 
     /// What is there of a map of the environment.
     pub fn environment(&self, map: &Arc<EnvironmentMap>) -> Option<&EnvironmentTiles> {
-        self.environments.iter().find(|tiles| tiles.are_of(map))
+        self.environments.iter().find(|tiles| tiles.are_of(map, false))
+    }
+
+    /// What is there of a picture of what is to be seen around a place.
+    pub fn picture_of_place(&self, map: &Arc<EnvironmentMap>) -> Option<&EnvironmentTiles> {
+        self.environments.iter().find(|tiles| tiles.are_of(map, true))
     }
 
     /// What was left out, or replaced.

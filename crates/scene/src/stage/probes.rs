@@ -31,6 +31,17 @@ fn counts(table: &Table<'_>) -> Result<Option<Placed<[u32; 3]>>, Box<Diagnostic>
 }
 
 impl ProbesEntry {
+    /// An error at an entry whose name an earlier one has.
+    pub(super) fn check(all: &[Self], source: &Source) -> Result<(), Box<Diagnostic>> {
+        let twin = all.iter().enumerate().find(|(at, entry)| all[..*at].iter().any(|other| other.name == entry.name));
+        match twin {
+            Some((_, Self { name, range, .. })) => {
+                Err(source.fault(range.clone(), format!("two grids of probes are called `{name}`")))
+            }
+            None => Ok(()),
+        }
+    }
+
     pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         let counts = counts(table)?;
         let range = table.place("spacing_m");
@@ -55,7 +66,7 @@ impl ProbesEntry {
     /// There are too many grids, or too many probes.
     pub(super) fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
         let is_baked = |grid: &ProbeGrid| grid.name == self.name && grid.probes.is_some();
-        let baked = scene.probes.iter().position(is_baked).map(|index| scene.probes.remove(index));
+        let baked = scene.probes.iter().position(is_baked).map(|index| (index, scene.probes.remove(index)));
         let fault = |range: &Range<usize>, message: String| Err(source.fault(range.clone(), message));
         if scene.probes.iter().any(|grid| grid.name == self.name) {
             return fault(&self.range, format!("two grids of probes are called `{}`", self.name));
@@ -84,12 +95,14 @@ impl ProbesEntry {
                 let is_same = |baked: &ProbeGrid| {
                     baked.counts == grid.counts && apart_m(baked) < 1e-3 * grid.region.half_m.max_element()
                 };
-                let has_basis = |baked: &ProbeGrid| self.basis.is_none_or(|basis| basis == baked.basis);
-                match baked.filter(|baked| is_same(baked) && has_basis(baked)) {
-                    Some(baked) => {
-                        scene.probes.push(ProbeGrid { fade_m: self.fade_m.unwrap_or(baked.fade_m), ..baked })
+                let own = ProbeGrid { fade_m, basis, ..grid.clone() };
+                match baked {
+                    Some((index, baked)) if is_same(&baked) => {
+                        let fade_m = self.fade_m.unwrap_or(baked.fade_m);
+                        scene.probes.insert(index, ProbeGrid { fade_m, ..baked });
                     }
-                    None => scene.probes.push(ProbeGrid { fade_m, basis, ..grid }),
+                    Some((index, _)) => scene.probes.insert(index, own),
+                    None => scene.probes.push(own),
                 }
                 Ok(())
             }

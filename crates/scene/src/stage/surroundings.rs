@@ -5,6 +5,7 @@ use super::table::{Source, Table};
 use crate::capture::LAYERS_ALL;
 use crate::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
 use crate::{Diagnostic, Scene};
+use glam::Vec3;
 use std::ops::Range;
 
 /// The largest side of a box.
@@ -33,6 +34,18 @@ pub(super) fn region(table: &Table<'_>, [center, size]: [&str; 2]) -> Result<Opt
         return Err(table.fault(size, message));
     }
     Ok(Some(Region { center_world, half_m: 0.5 * size_m }))
+}
+
+/// Whether a picture of one is that of the other, within what is rounded.
+fn are_of_one_place(a: &Surroundings, b: &Surroundings) -> bool {
+    let largest_m = a.region.half_m.max_element();
+    let is_near = |a: Vec3, b: Vec3| (a - b).abs().max_element() < 1e-3 * largest_m;
+    let is_one = |a: &Region, b: &Region| is_near(a.center_world, b.center_world) && is_near(a.half_m, b.half_m);
+    let has_same_walls = match (&a.walls, &b.walls) {
+        (Some(a), Some(b)) => is_one(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    };
+    is_near(a.position_world, b.position_world) && is_one(&a.region, &b.region) && has_same_walls
 }
 
 impl SurroundingsEntry {
@@ -66,13 +79,16 @@ impl SurroundingsEntry {
         Ok(Self { surroundings, range: table.range.clone() })
     }
 
-    /// Adds them to the scene. Those that the file has a picture of, by their name, stay where they were baked.
+    /// Adds them to the scene. Of those that the file has a picture of, by their name, that is taken if it is of the same place.
     ///
     /// # Errors
     /// There are too many.
     pub(super) fn apply(&self, source: &Source, scene: &mut Scene) -> Result<(), Box<Diagnostic>> {
-        let is_baked = |of: &Surroundings| of.name == self.surroundings.name && of.picture.is_some();
-        if scene.surroundings.iter().any(is_baked) {
+        let own = &self.surroundings;
+        let is_baked = |of: &&mut Surroundings| of.name == own.name && of.picture.is_some();
+        if let Some(baked) = scene.surroundings.iter_mut().find(is_baked) {
+            let picture = baked.picture.take().filter(|_| are_of_one_place(baked, own));
+            *baked = Surroundings { picture, ..own.clone() };
             return Ok(());
         }
         if scene.surroundings.len() == SURROUNDINGS_MAX {

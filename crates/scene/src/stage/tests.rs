@@ -773,6 +773,21 @@ fn surroundings_are_boxes() {
 }
 
 #[test]
+fn surroundings_have_the_picture_of_their_place() {
+    use crate::surroundings::{Region, Surroundings};
+    let text = "model = \"m.glb\"\n[[surroundings]]\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\nlayers = [0]\n";
+    for (name, size_m, has_picture) in [("room", 4.0, true), ("room", 5.0, false), ("other", 4.0, false)] {
+        let mut scene = model();
+        let region = Region { center_world: Vec3::Y, half_m: Vec3::new(0.5 * size_m, 1.0, 3.0) };
+        let picture = Some(crate::EnvironmentMap::from_fn("a", 2, 1, |_| Vec3::ONE).into());
+        scene.surroundings.push(Surroundings { picture, ..Surroundings::of_room(name, region) });
+        Stage::parse("a.stage.toml", text).unwrap().apply(&mut scene).unwrap();
+        let room = scene.surroundings.iter().find(|of| of.name == "room").unwrap();
+        assert_eq!((room.picture.is_some(), room.layers), (has_picture, 1), "{name} {size_m}");
+    }
+}
+
+#[test]
 fn probes_stand_in_boxes_or_all_over_the_model() {
     let applied = |text: &str, given: Scene| {
         let stage =
