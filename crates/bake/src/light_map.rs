@@ -72,15 +72,21 @@ impl Default for BakeSettings {
     }
 }
 
+/// Checks how many rays there are, and how often light is sent back.
+pub(crate) fn check_rays((samples, whence): (u32, &str), bounces: u32) -> Result<(), BakeError> {
+    if !(1..=SAMPLES_MAX).contains(&samples) {
+        return Err(BakeError::Setting(format!("{samples} rays {whence}; write 1 to {SAMPLES_MAX}")));
+    }
+    if bounces > BOUNCES_MAX {
+        return Err(BakeError::Setting(format!("{bounces} bounces; write 0 to {BOUNCES_MAX}")));
+    }
+    Ok(())
+}
+
 impl BakeSettings {
     fn check(&self) -> Result<(), BakeError> {
         let Self { samples, bounces, occlusion_distance_m, .. } = *self;
-        if !(1..=SAMPLES_MAX).contains(&samples) {
-            return Err(BakeError::Setting(format!("{samples} samples; write 1 to {SAMPLES_MAX}")));
-        }
-        if bounces > BOUNCES_MAX {
-            return Err(BakeError::Setting(format!("{bounces} bounces; write 0 to {BOUNCES_MAX}")));
-        }
+        check_rays((samples, "from a texel"), bounces)?;
         if occlusion_distance_m.is_nan() || occlusion_distance_m <= 0.0 {
             let message = format!("occlusion within {occlusion_distance_m} m; write a distance above 0");
             return Err(BakeError::Setting(message));

@@ -2,7 +2,7 @@
 
 use crate::BakeError;
 use crate::emitters::{Around, Emitters, luminance};
-use crate::light_map::{BOUNCES_MAX, SAMPLES_MAX};
+use crate::light_map::check_rays;
 use crate::paths::{Draw, Paths};
 use crate::progress::{Progress, Stage};
 use crate::sampling::{even_direction, hash2, point};
@@ -12,7 +12,7 @@ use crate::tracing::Tracer;
 use crate::work::{Keeper, keep_blocks};
 use glam::{Vec2, Vec3};
 use manypass_scene::Scene;
-use manypass_scene::probes::{DISTANCE_SIDE, Harmonics, Probe, ProbeGrid, ProbeLight, SmallSource};
+use manypass_scene::probes::{DISTANCE_SIDE, Harmonics, Probe, ProbeGrid, ProbeLight, SmallSource, distance_direction};
 use std::f32::consts::PI;
 use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
@@ -106,12 +106,7 @@ impl<'a> ProbeBaker<'a> {
         settings: &ProbeSettings,
     ) -> Result<Self, BakeError> {
         let ProbeSettings { samples, bounces } = *settings;
-        if !(1..=SAMPLES_MAX).contains(&samples) {
-            return Err(BakeError::Setting(format!("{samples} rays from a probe; write 1 to {SAMPLES_MAX}")));
-        }
-        if bounces > BOUNCES_MAX {
-            return Err(BakeError::Setting(format!("{bounces} bounces; write 0 to {BOUNCES_MAX}")));
-        }
+        check_rays((samples, "from a probe"), bounces)?;
         Ok(Self { settings: *settings, surfaces, emitters: Emitters::new(scene, surfaces, around), grids })
     }
 
@@ -233,7 +228,7 @@ impl<'a> ProbeBaker<'a> {
             }
             let distance_m = brought.hit.map_or(most_m, |hit| hit.distance_m.min(most_m));
             for (at, (sum, weight)) in sums.iter_mut().enumerate() {
-                let share = texel_direction(at).dot(direction).max(0.0).powi(DISTANCE_POWER);
+                let share = distance_direction(at).dot(direction).max(0.0).powi(DISTANCE_POWER);
                 *sum += share * Vec2::new(distance_m, distance_m * distance_m);
                 *weight += share;
             }
@@ -260,16 +255,6 @@ impl<'a> ProbeBaker<'a> {
 
 fn finite(value: Vec3) -> Vec3 {
     if value.is_finite() { value } else { Vec3::ZERO }
-}
-
-/// The direction of the middle of a texel of an octahedral map (Cigolle et al. 2014, "A Survey of Efficient Representations
-/// for Independent Unit Vectors").
-fn texel_direction(at: usize) -> Vec3 {
-    let place = |at: usize| (2 * at + 1) as f32 / DISTANCE_SIDE as f32 - 1.0;
-    let (x, y) = (place(at % DISTANCE_SIDE), place(at / DISTANCE_SIDE));
-    let z = 1.0 - x.abs() - y.abs();
-    let turned = |a: f32, b: f32| if z < 0.0 { (1.0 - b.abs()).copysign(a) } else { a };
-    Vec3::new(turned(x, y), turned(y, x), z).normalize()
 }
 
 fn numbers(found: &Looked) -> [f32; NUMBERS] {

@@ -3,7 +3,7 @@
 use crate::BakeError;
 use crate::emitters::{Around, Emitters};
 use crate::encode::{Encoding, light_file};
-use crate::light_map::{BOUNCES_MAX, SAMPLES_MAX};
+use crate::light_map::check_rays;
 use crate::paths::{Draw, Paths};
 use crate::progress::{Progress, Stage};
 use crate::sampling::hash2;
@@ -65,12 +65,7 @@ impl<'a> SurroundingsBaker<'a> {
         settings: &SurroundingsSettings,
     ) -> Result<Self, BakeError> {
         let SurroundingsSettings { samples, bounces } = *settings;
-        if !(1..=SAMPLES_MAX).contains(&samples) {
-            return Err(BakeError::Setting(format!("{samples} rays through a texel; write 1 to {SAMPLES_MAX}")));
-        }
-        if bounces > BOUNCES_MAX {
-            return Err(BakeError::Setting(format!("{bounces} bounces; write 0 to {BOUNCES_MAX}")));
-        }
+        check_rays((samples, "through a texel"), bounces)?;
         Ok(Self { settings: *settings, surfaces, emitters: Emitters::new(scene, surfaces, around), places })
     }
 

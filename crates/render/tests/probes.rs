@@ -10,7 +10,9 @@ use manypass::{Environment, FrameRequest, Path, Renderer};
 use manypass_scene::framing::look_along;
 use manypass_scene::material::Specular;
 use manypass_scene::primitives::{plane, uv_sphere};
-use manypass_scene::probes::{DISTANCE_SIDE, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource};
+use manypass_scene::probes::{
+    DISTANCE_SIDE, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource, distance_direction,
+};
 use manypass_scene::surroundings::Region;
 use manypass_scene::{Camera, EnvironmentMap, Mapped, Material, Mesh, Node, Primitive, Projection, Scene};
 use std::sync::Arc;
@@ -200,11 +202,7 @@ fn distances(of: impl Fn(Vec3) -> f32) -> [Vec2; DISTANCE_SIDE * DISTANCE_SIDE] 
         })
         .collect();
     std::array::from_fn(|at| {
-        let middle = |at: usize| (2 * at + 1) as f32 / DISTANCE_SIDE as f32 - 1.0;
-        let (x, y) = (middle(at % DISTANCE_SIDE), middle(at / DISTANCE_SIDE));
-        let z = 1.0 - x.abs() - y.abs();
-        let wrap = |a: f32, b: f32| if z < 0.0 { (1.0 - b.abs()).copysign(a) } else { a };
-        let texel = Vec3::new(wrap(x, y), wrap(y, x), z).normalize();
+        let texel = distance_direction(at);
         let weighted = directions.iter().map(|(direction, distance_m)| {
             let weight = texel.dot(*direction).max(0.0).powi(128);
             Vec3::new(*distance_m, distance_m * distance_m, 1.0) * weight

@@ -39,6 +39,16 @@ const PROBES_USUAL: f32 = 2048.0;
 /// The side of the octahedral map of the distances that a probe sees, in texels.
 pub const DISTANCE_SIDE: usize = 12;
 
+/// The direction of the middle of a texel of that map (Cigolle et al. 2014, "A Survey of Efficient Representations for
+/// Independent Unit Vectors"), by its number: rows begin at (−1, −1).
+pub fn distance_direction(texel: usize) -> Vec3 {
+    let place = |at: usize| (2 * at + 1) as f32 / DISTANCE_SIDE as f32 - 1.0;
+    let (x, y) = (place(texel % DISTANCE_SIDE), place(texel / DISTANCE_SIDE));
+    let z = 1.0 - x.abs() - y.abs();
+    let turned = |a: f32, b: f32| if z < 0.0 { (1.0 - b.abs()).copysign(a) } else { a };
+    Vec3::new(turned(x, y), turned(y, x), z).normalize()
+}
+
 /// As what the light of probes is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ProbeBasis {

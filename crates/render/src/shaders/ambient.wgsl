@@ -7,10 +7,11 @@ import package::shaders::brdf::{Shading, PI, reflectance, reflectance_model};
 @if(layered) import package::shaders::layer_maps::has_layer;
 @if(layered) import package::shaders::layers::layered_reflectance;
 import package::shaders::environment::{
-    environment, environment_irradiance_about, environment_reflection, grazing_share, lobe_direction, outside_share,
+    environment_irradiance_about, environment_reflection, grazing_share, lobe_direction, outside_share,
     outside_probes, sun_count,
 };
 import package::shaders::environment_tiles::environment_level;
+import package::shaders::environment_uniform::environment;
 import package::shaders::environment_suns::{disc_share, strip_share};
 
 // What a round lobe of GGX about `normal` has of a sun's disc, see `disc_share`.

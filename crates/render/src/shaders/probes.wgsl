@@ -3,27 +3,9 @@
 // (Majercik et al. 2019, "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields").
 
 import package::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
-import package::shaders::environment::{environment, environment_tiles};
+import package::shaders::environment_uniform::{ProbeGrid, environment, environment_tiles};
 import package::shaders::octahedral::{direction_from_octahedral, octahedral_wrap};
 import package::shaders::shading::linear_clamp;
-
-// A grid of probes.
-struct ProbeGrid {
-    // The place of the first probe; one divided by how many metres the box fades over.
-    first: vec4f,
-    // How far probes are apart; what their light is multiplied by.
-    spacing: vec4f,
-    // How many there are along each axis; layers along Z that lie beside each other in the texture.
-    counts: vec4f,
-    // The corners of the light and of the distances in texels.
-    corners: vec4f,
-    // The middle of the box; 1 if light is six colours.
-    center: vec4f,
-    // Half the box's extent; how far from a surface its light is looked up, in metres.
-    half_m: vec4f,
-    // One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
-    inverse: vec4f,
-}
 
 // How many grids there are.
 override probe_grids: u32 = 0u;

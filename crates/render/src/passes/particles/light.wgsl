@@ -6,7 +6,8 @@
 
 import package::view::view;
 import package::shaders::colour::half_float_clamped;
-import package::shaders::environment::{environment, environment_irradiance, enter_surroundings, outside_probes, sun_count};
+import package::shaders::environment::{environment_irradiance, enter_surroundings, outside_probes, sun_count};
+import package::shaders::environment_uniform::environment;
 import package::shaders::fog::fogged;
 import package::shaders::light_lists::cluster_index_at;
 import package::shaders::light_table::{

@@ -3,7 +3,7 @@
 // Reads: the texels of probes. Writes: radiance, and depth of the planes through their middles.
 // Program: probes.
 
-import package::shaders::environment::environment;
+import package::shaders::environment_uniform::environment;
 import package::shaders::probes::{probe_cell, probe_grids, probe_irradiance, probe_light_at, probe_place, probe_texel};
 import package::view::{direction_to_eye_world, position_world_from_pixel, ray_direction_world_from_pixel, view};
 
