@@ -138,6 +138,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         "lights_too_small": stats.lights_too_small,
         "captures": stats.captures,
         "captures_left_out": stats.captures_left_out,
+        "probes_captured": stats.probes_captured,
         "draws": stats.draws,
         "light_draws": stats.light_draws,
         "written_bytes": stats.written_bytes,

@@ -206,6 +206,7 @@ impl Report {
             "texture_bytes_unaliased": bytes.unaliased,
             "captures": stats.captures,
             "captures_left_out": stats.captures_left_out,
+            "probes_captured": stats.probes_captured,
             "draws": stats.draws,
             "light_draws": stats.light_draws,
             "written_bytes": stats.written_bytes,

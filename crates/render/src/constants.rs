@@ -49,6 +49,8 @@ shared_constants! {
     PROBE_TEXELS: u32 = 9;
     /// The side of a probe's map of distances in texels, without its border.
     PROBE_DISTANCE_SIDE: u32 = 12;
+    /// The side of the pictures that frames draw around a probe, in texels.
+    PROBE_FACE_SIDE: u32 = 32;
 
     /// Views of the pass `debug`: how many lights are visited.
     DEBUG_LIGHTS: u32 = 0;

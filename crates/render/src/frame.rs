@@ -26,11 +26,12 @@ use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
 use crate::passes::mirrors::ShownMirror;
 use crate::passes::particles::ShownParticles;
 use crate::passes::portals::ShownPortal;
+use crate::passes::probe_capture::{CapturedProbe, SeenSide};
 use crate::passes::water::ShownWater;
 use crate::passes::{
     adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
-    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, particles, portals, probes, reflections,
-    resolve, shadows, tile_depth, transparency, volumes, water,
+    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, particles, portals, probe_capture, probes,
+    reflections, resolve, shadows, tile_depth, transparency, volumes, water,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -79,6 +80,21 @@ pub(crate) fn surroundings_passes(
     target: Handle,
 ) -> Result<(), ProgramError> {
     let drawn = environment::record_surroundings(r, lobes, faces, tile, target)?;
+    r.graph.export(drawn);
+    Ok(())
+}
+
+/// The light of a probe, of what is to be seen around it.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub(crate) fn probe_light_passes(
+    r: &mut Recorder<'_, '_>,
+    probe: &CapturedProbe,
+    sides: &[SeenSide],
+    target: Handle,
+) -> Result<(), ProgramError> {
+    let drawn = probe_capture::record(r, probe, sides, target)?;
     r.graph.export(drawn);
     Ok(())
 }

@@ -7,13 +7,15 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
 use manypass_scene::Scene;
-use manypass_scene::probes::{DISTANCE_SIDE, GRIDS_MAX, Probe, ProbeBasis, ProbeGrid, ProbeLight};
+use manypass_scene::probes::{
+    DISTANCE_SIDE, GRIDS_MAX, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource,
+};
 use std::f32::consts::PI;
 
 const _: () = assert!(DISTANCE_SIDE == PROBE_DISTANCE_SIDE as usize);
 
 /// The side of the map of a probe's distances with its border, in texels.
-const TILE_SIDE: u32 = PROBE_DISTANCE_SIDE + 2;
+pub(crate) const TILE_SIDE: u32 = PROBE_DISTANCE_SIDE + 2;
 
 /// The constant of pipelines that says how many grids a scene has.
 pub(crate) const PROBE_GRIDS: &str = "probe_grids";
@@ -49,15 +51,26 @@ pub struct ProbesUniform {
 /// As many uniforms as shaders have room for.
 pub(crate) type ProbesUniforms = [ProbesUniform; GRIDS_MAX];
 
-/// The grids of a scene that have light.
-pub(crate) fn known(scene: &Scene) -> Vec<&ProbeGrid> {
-    let has_light = |grid: &&ProbeGrid| grid.probes.as_ref().is_some_and(|probes| probes.len() == grid.count());
+/// The grids of a scene that have light, or find it in frames where these may.
+pub(crate) fn known(scene: &Scene, is_captured: bool) -> Vec<&ProbeGrid> {
+    let has_light = |grid: &&ProbeGrid| match &grid.probes {
+        Some(probes) => probes.len() == grid.count(),
+        None => is_captured && grid.live.is_some(),
+    };
     scene.probes.iter().filter(has_light).take(GRIDS_MAX).collect()
+}
+
+/// What a grid knows before frames have found anything: no light, and nothing nearby.
+pub(crate) fn unlit(grid: &ProbeGrid) -> Vec<Probe> {
+    let far_m = grid.distance_max_m();
+    let distances = [Vec2::new(far_m, far_m * far_m); DISTANCE_SIDE * DISTANCE_SIDE];
+    let light = ProbeLight::new(&Harmonics::default(), SmallSource::default(), grid.basis);
+    vec![Probe { is_on: true, light, distances, ..Probe::default() }; grid.count()]
 }
 
 /// What is wrong with the grids of a scene.
 pub(crate) fn faults(scene: &Scene) -> Vec<String> {
-    let has_none = |grid: &&ProbeGrid| grid.probes.is_none();
+    let has_none = |grid: &&ProbeGrid| grid.probes.is_none() && grid.live.is_none();
     let said = |grid: &ProbeGrid| {
         format!("the probes `{}` have no light yet: `manypass bake SCENE -o OUT.glb --what probes` finds it", grid.name)
     };
@@ -79,9 +92,27 @@ pub(crate) fn bases(grids: &[&ProbeGrid]) -> u32 {
 pub(crate) struct GridPlace {
     /// Layers along Z that lie beside each other.
     pub columns: u32,
-    /// The corners of the light and of the distances.
-    pub light: [u32; 2],
+    /// The corners of the light, which live grids have twice, and of the distances.
+    pub light: [[u32; 2]; 2],
     pub distances: [u32; 2],
+}
+
+impl GridPlace {
+    /// Where the texels of a probe begin within those of all: of its light, whichever of the two, and of its distances.
+    pub fn of_probe(&self, grid: &ProbeGrid, index: usize, light: usize) -> [[u32; 2]; 2] {
+        let (column, row) = self.cell(grid.counts, index as u32);
+        let [light, distances] = [self.light[light.min(1)], self.distances];
+        [
+            [light[0] + column * PROBE_TEXELS, light[1] + row],
+            [distances[0] + column * TILE_SIDE, distances[1] + row * TILE_SIDE],
+        ]
+    }
+
+    /// The column and row of a probe among those of its grid.
+    fn cell(&self, [x, y, _]: [u32; 3], index: u32) -> (u32, u32) {
+        let (at_x, at_y, at_z) = (index % x, index / x % y, index / (x * y));
+        (at_x + at_z % self.columns * x, at_y + at_z / self.columns * y)
+    }
 }
 
 /// Where the texels of grids lie: one below the other, of each its distances above its light.
@@ -103,15 +134,18 @@ impl ProbeLayout {
     pub fn new(grids: &[&ProbeGrid]) -> Self {
         let mut layout = Self::default();
         for grid in grids {
+            let lights = if grid.live.is_some() { 2 } else { 1 };
             let side = |columns: &u32| {
                 let (width, of_distances, of_light) = extent(grid.counts, *columns);
-                width.max(of_distances + of_light)
+                width.max(of_distances + lights * of_light)
             };
             let columns = (1..=grid.counts[2]).min_by_key(side).unwrap_or(1);
             let (width, of_distances, of_light) = extent(grid.counts, columns);
             let top = layout.size.1;
-            layout.places.push(GridPlace { columns, light: [0, top + of_distances], distances: [0, top] });
-            layout.size = (layout.size.0.max(width), top + of_distances + of_light);
+            let first = top + of_distances;
+            let light = [[0, first], [0, first + (lights - 1) * of_light]];
+            layout.places.push(GridPlace { columns, light, distances: [0, top] });
+            layout.size = (layout.size.0.max(width), first + lights * of_light);
         }
         layout
     }
@@ -187,20 +221,18 @@ fn spread(distance: Vec2) -> [f32; 2] {
     [distance.x, deviation].map(|value| value.min(DISTANCE_MAX_M))
 }
 
-/// The texels of a grid that has light.
-pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe]) -> GridTexels {
-    let scale = scale_of(probes);
+/// The texels of a grid that has light, divided by `scale`, or as probes need it.
+pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe], scale: Option<f32>) -> GridTexels {
+    let scale = scale.unwrap_or_else(|| scale_of(probes));
     let (_, of_distances, of_light) = extent(grid.counts, place.columns);
-    let [x, y, z] = grid.counts;
+    let [x, _, z] = grid.counts;
     let across = x * place.columns.min(z);
     let (light_width, distance_width) = (across * PROBE_TEXELS, across * TILE_SIDE);
     let mut light = vec![[f16::ZERO; 4]; (light_width * of_light) as usize];
     let mut distances = vec![[f16::ZERO; 4]; (distance_width * of_distances) as usize];
     let half = |value: Vec4| value.to_array().map(f16::from_f32);
     for (index, probe) in probes.iter().enumerate() {
-        let index = index as u32;
-        let (at_x, at_y, at_z) = (index % x, index / x % y, index / (x * y));
-        let (column, row) = (at_x + at_z % place.columns * x, at_y + at_z / place.columns * y);
+        let (column, row) = place.cell(grid.counts, index as u32);
         let first = (row * light_width + column * PROBE_TEXELS) as usize;
         for (texel, value) in light[first..].iter_mut().zip(light_texels(probe, scale)) {
             *texel = half(value);
@@ -217,12 +249,13 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe])
 }
 
 impl ProbesUniform {
-    /// Of a grid whose texels lie behind a corner of the texture, and whose light is multiplied by `scale`.
-    pub(crate) fn new(grid: &ProbeGrid, place: &GridPlace, [x, y]: [u32; 2], scale: f32) -> Self {
+    /// Of a grid whose texels lie behind a corner of the texture, and whose light, the one or the other, is multiplied by
+    /// `scale`.
+    pub(crate) fn new(grid: &ProbeGrid, place: &GridPlace, [x, y]: [u32; 2], (light, scale): (usize, f32)) -> Self {
         let spacing_m = grid.spacing_m();
         let (half_m, per_fade_m) = fading_box(&grid.region, grid.fade_m);
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
-        let (of_light, of_distances) = (corner(place.light), corner(place.distances));
+        let (of_light, of_distances) = (corner(place.light[light.min(1)]), corner(place.distances));
         let counts = Vec3::from(grid.counts.map(|count| count as f32));
         let is_cube = if grid.basis == ProbeBasis::AmbientCube { 1.0 } else { 0.0 };
         Self {
@@ -249,6 +282,7 @@ mod tests {
     use super::*;
     use crate::octahedral::direction_from_octahedral;
     use crate::shader::layout::assert_same_layout;
+    use manypass_scene::probes::LiveProbes;
     use manypass_scene::surroundings::Region;
 
     fn grid(counts: [u32; 3]) -> ProbeGrid {
@@ -268,15 +302,18 @@ mod tests {
 
     #[test]
     fn texels_of_all_grids_lie_apart_and_are_about_square() {
-        let grids = [grid([16, 16, 16]), grid([128, 1, 128]), grid([1, 128, 128]), grid([5, 3, 7])];
+        let live = ProbeGrid { live: Some(LiveProbes::default()), ..grid([5, 3, 7]) };
+        let grids = [grid([16, 16, 16]), grid([128, 1, 128]), grid([1, 128, 128]), live];
         let layout = ProbeLayout::new(&grids.each_ref());
         let mut bottom = 0;
         for (grid, place) in grids.iter().zip(&layout.places) {
             let probes = vec![Probe::default(); grid.count()];
-            let texels = grid_texels(grid, place, &probes);
+            let texels = grid_texels(grid, place, &probes, None);
             assert_eq!(place.distances, [0, bottom]);
-            assert_eq!(place.light, [0, bottom + texels.distances.1]);
-            bottom = place.light[1] + texels.light.1;
+            assert_eq!(place.light[0], [0, bottom + texels.distances.1]);
+            let lights = if grid.live.is_some() { 2 } else { 1 };
+            bottom = place.light[1][1] + texels.light.1;
+            assert_eq!(bottom, place.light[0][1] + lights * texels.light.1);
             for (width, height, texels) in [texels.light, texels.distances] {
                 assert!(width <= layout.size.0 && width <= 2048 && height <= 2048, "{width} {height}");
                 assert_eq!(texels.len(), (width * height) as usize);

@@ -6,6 +6,7 @@ mod counts;
 mod effects;
 mod fisheye;
 mod ground;
+mod live_probes;
 mod metering;
 mod mirrors;
 mod output;
@@ -104,6 +105,8 @@ enum Purpose<'t> {
     Meter(Vec<f32>),
     /// Nothing: the frame is planned and not run.
     Plan,
+    /// What is around probes alone.
+    Probes,
     /// How many rounds of lights there are. The frame is not run.
     Rounds(u32),
 }

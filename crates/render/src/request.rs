@@ -410,6 +410,9 @@ pub enum RenderError {
     /// Two views of a frame have one name.
     #[error("two views of the frame are called `{0}`")]
     ViewTwice(String),
+    /// Whoever follows the progress of something long said to stop.
+    #[error("stopped")]
+    Stopped,
     /// [`crate::Renderer::load`] was not called, or nothing was rendered yet.
     #[error("{0}")]
     Missing(&'static str),
@@ -438,6 +441,8 @@ pub struct FrameStats {
     pub captures: u32,
     /// Pictures within the picture that were left out, because nobody sees them, or it was not their turn.
     pub captures_left_out: u32,
+    /// Probes that were looked around, to find their light. A still has looked around all before its first frame.
+    pub probes_captured: u32,
     /// What of them is of each level of detail, of all that has levels; those of the finest first.
     pub levels: Vec<LevelCount>,
     /// Lights of the scene; that of an environment is none of them.

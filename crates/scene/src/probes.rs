@@ -15,6 +15,7 @@ mod harmonics;
 pub use harmonics::{AmbientCube, Harmonics, harmonics};
 
 use crate::Aabb;
+use crate::capture::LAYERS_ALL;
 use crate::surroundings::Region;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -28,6 +29,9 @@ pub const PROBES_ALONG_MAX: u32 = 128;
 
 /// The most grids of a scene that are drawn.
 pub const GRIDS_MAX: usize = 4;
+
+/// The most bounces of a grid whose light frames find.
+pub const LIVE_BOUNCES_MAX: u32 = 8;
 
 /// The outermost probes of a grid stand so far within the faces of its box, as a share of the distance between probes: faces
 /// are often walls.
@@ -173,6 +177,26 @@ pub struct ProbeGrid {
     pub basis: ProbeBasis,
     /// What they know, X first, then Y, then Z; none before it was found.
     pub probes: Option<Arc<Vec<Probe>>>,
+    /// How frames find their light, anew when something moves. Of `probes` they have then the places, and the light to begin
+    /// with. None where the light is that of `probes` alone.
+    pub live: Option<LiveProbes>,
+}
+
+/// How frames find the light of a grid: they draw what is to be seen around each probe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LiveProbes {
+    /// How often a still draws what is around each, each time in the light that was found before: so often lamps' light is sent
+    /// back, and that of the environment once less. 1 to [`LIVE_BOUNCES_MAX`]. A live view goes on as long as something moves,
+    /// and then so often.
+    pub bounces: u32,
+    /// The layers that are seen ([`crate::Node::layers`]), a bit each.
+    pub layers: u32,
+}
+
+impl Default for LiveProbes {
+    fn default() -> Self {
+        Self { bounces: 3, layers: LAYERS_ALL }
+    }
 }
 
 /// Why there is no such grid.
@@ -235,7 +259,7 @@ impl ProbeGrid {
             return Err(GridError::Count { counts });
         }
         let (fade_m, basis) = (0.0, ProbeBasis::default());
-        Ok(Self { name: name.into(), region, counts, fade_m, basis, probes: None })
+        Ok(Self { name: name.into(), region, counts, fade_m, basis, probes: None, live: None })
     }
 
     /// Over a box that may be flat, with probes about so far apart; so far that there are some 2,000 where nobody says.

@@ -97,7 +97,7 @@ impl Wanted {
             grids = vec![grid.map_err(|error| Failure::usage(error, hint))?];
         }
         for grid in &mut grids {
-            grid.probes = None;
+            (grid.probes, grid.live) = (None, None);
             grid.basis = basis.unwrap_or(grid.basis);
         }
         Ok(grids)

@@ -28,6 +28,7 @@ pub mod overlay;
 pub mod particles;
 pub mod portals;
 pub mod present;
+pub mod probe_capture;
 pub mod probes;
 pub mod reflections;
 pub mod resolve;

@@ -197,7 +197,8 @@ impl Renderer {
         let (mut drawn, mut shown) = (0, BTreeSet::new());
         let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
         let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, is_plan)?;
-        let mut all = self.sides(scene, &first, is_plan)?;
+        let mut all = self.probe_parts(scene, &first, is_plan);
+        all.extend(self.sides(scene, &first, is_plan)?);
         all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
         all.extend(of_picture);
         let beyond = drawn.saturating_sub(VIEWS_MAX) as u32;

@@ -3,6 +3,7 @@
 use super::captures::{MonitorView, Part};
 use super::constants::constants_of;
 use super::ground::FrameGround;
+use super::live_probes::ProbeSide;
 use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN};
 use super::output::{MeansOf, Output, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
@@ -89,12 +90,14 @@ pub(super) enum ViewPart {
     Mirror(MirrorView),
     /// A side of the pictures around a place, which views after it have as their environment.
     Side(SideView),
+    /// A side of what is around a probe, which views after it have the light of.
+    Probe(ProbeSide),
 }
 
 impl ViewPart {
     /// Whether it is within a picture, over which nothing is laid.
     pub fn is_within(&self) -> bool {
-        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_) | Self::Side(_))
+        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_) | Self::Side(_) | Self::Probe(_))
     }
 
     /// Whether it is a picture of a fisheye, or a side of one, whose frustum is sheared; or what is behind a mirror in that.
@@ -102,7 +105,7 @@ impl ViewPart {
         match self {
             Self::Face(_) | Self::Fisheye(_) => true,
             Self::Mirror(view) => view.shear != (Vec2::ZERO, 0.0),
-            Self::Whole | Self::Monitor(_) | Self::Side(_) => false,
+            Self::Whole | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => false,
         }
     }
 
@@ -111,7 +114,7 @@ impl ViewPart {
         match self {
             Self::Face(face) => (face.shift_ndc(), face.beyond()),
             Self::Mirror(view) => view.shear,
-            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) | Self::Side(_) => (Vec2::ZERO, 0.0),
+            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => (Vec2::ZERO, 0.0),
         }
     }
 
@@ -164,7 +167,7 @@ impl Asked {
             size,
             output_size: (width, height),
             means_of: match part {
-                ViewPart::Face(_) | ViewPart::Mirror(_) | ViewPart::Side(_) => MeansOf::Nothing,
+                ViewPart::Face(_) | ViewPart::Mirror(_) | ViewPart::Side(_) | ViewPart::Probe(_) => MeansOf::Nothing,
                 // Those of a live view are not drawn in all of its frames.
                 ViewPart::Monitor(_) if request.goes_on || request.sample_count <= 1 => MeansOf::Nothing,
                 ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),

@@ -1,19 +1,58 @@
-//! Probes of a frame: their texels beside the tiles of the environment.
+//! Probes of a frame: their texels beside the tiles of the environment, and which of them frames look around.
 
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
-use crate::probes::{PROBE_BASES, PROBE_GRIDS, ProbeLayout, ProbesUniform, ProbesUniforms, bases, grid_texels};
+use crate::probes::{
+    GridPlace, PROBE_BASES, PROBE_GRIDS, ProbeLayout, ProbesUniform, ProbesUniforms, bases, grid_texels, unlit,
+};
 use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
 use half::f16;
-use manypass_scene::probes::{Probe, ProbeGrid};
+use manypass_scene::probes::{LiveProbes, Probe, ProbeGrid};
 use std::sync::Arc;
+
+/// The light of a live grid is written anew where the exposure has changed by so much since: half floats have no room for more.
+const EXPOSURE_RATIO_MAX: f32 = 256.0;
 
 /// The texels of probes that are on the device.
 #[derive(Debug, Default)]
 pub(super) struct ProbeTexels {
-    /// What was written of each grid, and what its light was divided by.
-    written: Vec<(Arc<Vec<Probe>>, f32)>,
+    layout: ProbeLayout,
+    written: Vec<Written>,
+    /// The live grid that frames look into next.
+    turn: usize,
+}
+
+/// What was written of a grid.
+#[derive(Debug)]
+struct Written {
+    probes: Option<Arc<Vec<Probe>>>,
+    live: Option<LiveProbes>,
+    /// What its light was divided by.
+    scale: f32,
+    /// Which of the two lights of a live grid frames read.
+    light: usize,
+    /// How many of its probes frames have looked around, and around how many they still do.
+    done: usize,
+    left: usize,
+}
+
+/// A probe that a frame looks around.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct DueProbe {
+    /// Which of the known grids, and which of its probes.
+    pub grid: usize,
+    pub probe: usize,
+}
+
+/// A grid of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedGrid {
+    pub place: GridPlace,
+    /// What its light is multiplied by.
+    pub scale: f32,
+    /// Which of the two lights of a live grid frames read.
+    pub light: usize,
 }
 
 /// The grids of a frame.
@@ -21,22 +60,23 @@ pub(super) struct ProbeTexels {
 pub(super) struct PlacedProbes {
     /// For radiance that is not pre-exposed.
     uniforms: ProbesUniforms,
-    count: u32,
     bases: u32,
+    pub grids: Vec<PlacedGrid>,
 }
 
 impl PlacedProbes {
-    fn new(layout: &ProbeLayout, grids: &[&ProbeGrid], corner: [u32; 2], scale: impl Fn(usize) -> f32) -> Self {
+    fn new(grids: &[&ProbeGrid], corner: [u32; 2], placed: Vec<PlacedGrid>) -> Self {
         let mut uniforms = ProbesUniforms::zeroed();
-        for (at, (uniform, (grid, place))) in uniforms.iter_mut().zip(grids.iter().zip(&layout.places)).enumerate() {
-            *uniform = ProbesUniform::new(grid, place, corner, scale(at));
+        for (uniform, (grid, of)) in uniforms.iter_mut().zip(grids.iter().zip(&placed)) {
+            *uniform = ProbesUniform::new(grid, &of.place, corner, (of.light, of.scale));
         }
-        Self { uniforms, count: grids.len() as u32, bases: bases(grids) }
+        Self { uniforms, bases: bases(grids), grids: placed }
     }
 
     /// Of a frame that is planned only.
     pub fn of_plan(layout: &ProbeLayout, grids: &[&ProbeGrid]) -> Self {
-        Self::new(layout, grids, [0, 0], |_| 1.0)
+        let placed = layout.places.iter().map(|place| PlacedGrid { place: *place, scale: 1.0, light: 0 });
+        Self::new(grids, [0, 0], placed.collect())
     }
 
     /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed.
@@ -49,37 +89,156 @@ impl PlacedProbes {
 
     /// What pipelines know of them.
     pub fn constants(&self) -> impl Iterator<Item = Constant> + use<> {
-        let constants = [(PROBE_GRIDS, self.count), (PROBE_BASES, self.bases)];
+        let constants = [(PROBE_GRIDS, self.grids.len() as u32), (PROBE_BASES, self.bases)];
         constants.into_iter().filter(|(_, value)| *value > 0)
     }
 }
 
+/// Where a probe is, and by how much it was moved, as the light that was found beforehand has it; none if it is off.
+pub(super) fn place_of(grid: &ProbeGrid, probe: usize) -> Option<(glam::Vec3, glam::Vec3)> {
+    let known = grid.probes.as_ref().and_then(|probes| probes.get(probe));
+    let offset_m = known.map_or(glam::Vec3::ZERO, |known| known.offset_m);
+    known.is_none_or(|known| known.is_on).then(|| (grid.place(probe) + offset_m, offset_m))
+}
+
+/// The probe that frames look around as the one of a number, so that those which follow each other lie apart.
+fn in_turn(done: usize, count: usize) -> usize {
+    let divides = |a: usize, b: usize| {
+        let (mut a, mut b) = (a, b);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a > 1
+    };
+    let mut stride = (count as f64 * 0.618).round().max(1.0) as usize;
+    while divides(stride, count) {
+        stride += 1;
+    }
+    done % count * stride % count
+}
+
+impl Written {
+    fn is_of(&self, grid: &ProbeGrid) -> bool {
+        let has_same = match (&self.probes, &grid.probes) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        has_same && self.live == grid.live
+    }
+}
+
 impl ProbeTexels {
-    /// Writes what is new of the texels of grids behind a corner of a texture.
+    fn are_of(&self, grids: &[&ProbeGrid]) -> bool {
+        self.written.len() == grids.len() && self.written.iter().zip(grids).all(|(written, grid)| written.is_of(grid))
+    }
+
+    /// Of live grids those probes that a frame of a live view looks around, at most so many; all become due where `is_new`
+    /// says that light is another one.
+    pub fn due(&mut self, grids: &[&ProbeGrid], is_new: bool, most: usize, pre_exposure: f32) -> Vec<DueProbe> {
+        // What is not there yet is written by the frame.
+        if !self.are_of(grids) {
+            return Vec::new();
+        }
+        let mut due = Vec::new();
+        let is_kept = |written: &Written| {
+            let ratio = written.scale * pre_exposure;
+            written.live.is_none() || (EXPOSURE_RATIO_MAX.recip()..EXPOSURE_RATIO_MAX).contains(&ratio)
+        };
+        if !self.written.iter().all(is_kept) {
+            self.written.clear();
+            return due;
+        }
+        for (written, grid) in self.written.iter_mut().zip(grids) {
+            if let (true, Some(live)) = (is_new, written.live) {
+                written.left = grid.count() * live.bounces.max(1) as usize;
+            }
+        }
+        let mut passed = 0;
+        while due.len() < most && passed < self.written.len() {
+            let at = self.turn % self.written.len();
+            self.turn += 1;
+            let (written, grid) = (&mut self.written[at], grids[at]);
+            passed += 1;
+            while written.left > 0 {
+                let probe = in_turn(written.done, grid.count());
+                written.done += 1;
+                written.left -= 1;
+                if place_of(grid, probe).is_some() {
+                    due.push(DueProbe { grid: at, probe });
+                    passed = 0;
+                    break;
+                }
+            }
+        }
+        due
+    }
+
+    /// Whether all that frames are to find of light is found.
+    pub fn is_found(&self, grids: &[&ProbeGrid]) -> bool {
+        self.are_of(grids) && self.written.iter().all(|written| written.left == 0)
+    }
+
+    /// Begins anew: light is that which the grids bring.
+    pub fn forget(&mut self) {
+        self.written.clear();
+    }
+
+    /// From now on frames read what they have found apart.
+    pub fn swap(&mut self, grid: usize) {
+        if let Some(written) = self.written.get_mut(grid) {
+            written.light = 1 - written.light.min(1);
+        }
+    }
+
+    /// All that frames are to find of a grid's light is found.
+    pub fn finish(&mut self) {
+        self.written.iter_mut().for_each(|written| written.left = 0);
+    }
+
+    /// Writes what is new of the texels of grids behind a corner of a texture. The light of live ones is divided by
+    /// the inverse of `pre_exposure`.
     pub fn write(
         &mut self,
         gpu: &Gpu,
         (texture, corner): (&wgpu::Texture, [u32; 2]),
         layout: &ProbeLayout,
         grids: &[&ProbeGrid],
+        pre_exposure: f32,
     ) -> PlacedProbes {
-        let is_same = |((written, _), grid): (&(Arc<Vec<Probe>>, f32), &&ProbeGrid)| {
-            grid.probes.as_ref().is_some_and(|probes| Arc::ptr_eq(probes, written))
-        };
-        if self.written.len() != grids.len() || !self.written.iter().zip(grids).all(is_same) {
+        if !self.are_of(grids) || self.layout != *layout {
             self.written.clear();
+            self.layout = layout.clone();
+            let of_live = pre_exposure.recip();
+            let of_live = if of_live.is_finite() && of_live > 0.0 { of_live } else { 1.0 };
             for (grid, place) in grids.iter().zip(&layout.places) {
-                let Some(probes) = &grid.probes else { continue };
-                let texels = grid_texels(grid, place, probes);
-                for ((width, height, texels), [x, y]) in
-                    [(texels.light, place.light), (texels.distances, place.distances)]
-                {
-                    write(gpu, texture, [corner[0] + x, corner[1] + y], (width, height), &texels);
+                let scale = grid.live.map(|_| of_live);
+                let texels = match &grid.probes {
+                    Some(probes) => grid_texels(grid, place, probes, scale),
+                    None => grid_texels(grid, place, &unlit(grid), scale),
+                };
+                let (width, height, light) = &texels.light;
+                let lights = if grid.live.is_some() { &place.light[..] } else { &place.light[..1] };
+                for [x, y] in lights {
+                    write(gpu, texture, [corner[0] + x, corner[1] + y], (*width, *height), light);
                 }
-                self.written.push((probes.clone(), texels.scale));
+                let (width, height, distances) = &texels.distances;
+                let [x, y] = place.distances;
+                write(gpu, texture, [corner[0] + x, corner[1] + y], (*width, *height), distances);
+                let bounces = grid.live.map_or(0, |live| live.bounces.max(1) as usize);
+                self.written.push(Written {
+                    probes: grid.probes.clone(),
+                    live: grid.live,
+                    scale: texels.scale,
+                    light: 0,
+                    done: 0,
+                    left: grid.count() * bounces,
+                });
             }
         }
-        PlacedProbes::new(layout, grids, corner, |at| self.written.get(at).map_or(0.0, |(_, scale)| *scale))
+        let placed = self.written.iter().zip(&layout.places);
+        let placed =
+            placed.map(|(written, place)| PlacedGrid { place: *place, scale: written.scale, light: written.light });
+        PlacedProbes::new(grids, corner, placed.collect())
     }
 }
 
@@ -99,4 +258,18 @@ fn write(gpu: &Gpu, texture: &wgpu::Texture, [x, y]: [u32; 2], (width, height): 
         },
         wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_turn;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_probe_has_its_turn() {
+        for count in [1, 2, 3, 7, 12, 64, 100, 4096, 2584] {
+            let all: BTreeSet<usize> = (0..count).map(|done| in_turn(done, count)).collect();
+            assert_eq!(all.len(), count);
+        }
+    }
 }

@@ -10,8 +10,9 @@ use super::prepare::{Asked, Ready, ViewPart, output_of};
 use super::surroundings::{self, FrameSurroundings, SideView, SurroundingsState};
 use super::water::Surfaces;
 use crate::aov::AovExports;
+use crate::environment::lobe::FACES;
 use crate::frame::{self, Flat, Means, Monitored, Picture};
-use crate::gbuffer::ViewOutputs;
+use crate::gbuffer::{Gbuffer, ViewOutputs};
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::rectangle_of;
 use crate::overlay::draw::OverlayDraw;
@@ -20,8 +21,9 @@ use crate::passes::fisheye::FaceRadiance;
 use crate::passes::mirrors::ShownMirror;
 use crate::passes::particles::ShownParticles;
 use crate::passes::present::Target;
+use crate::passes::probe_capture::{CapturedProbe, SeenSide};
 use crate::passes::{adaptive, meter};
-use crate::record::{Frame, Recorder};
+use crate::record::{Frame, PreparedView, Recorder};
 use crate::request::RenderError;
 use crate::resources::monitor_desc;
 use manypass_graph::{Export, Graph, Handle};
@@ -44,6 +46,8 @@ pub(super) struct OfScene<'s> {
     doors: Doors,
     particles: Vec<ShownParticles>,
     surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
+    /// Where what views around probes show belongs, in their order; and of which view it is put there.
+    probes: Option<(&'s PreparedView, &'s [CapturedProbe])>,
 }
 
 impl<'s> OfScene<'s> {
@@ -51,8 +55,9 @@ impl<'s> OfScene<'s> {
         scene: &'s Scene,
         particles: Vec<ShownParticles>,
         surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
+        probes: Option<(&'s PreparedView, &'s [CapturedProbe])>,
     ) -> Self {
-        Self { scene, water: Surfaces::of(scene), doors: Doors::of(scene), particles, surroundings }
+        Self { scene, water: Surfaces::of(scene), doors: Doors::of(scene), particles, surroundings, probes }
     }
 }
 
@@ -68,7 +73,7 @@ pub(super) struct RecordedView<'v, 'f> {
 pub(super) fn record_views<'v, 'f: 'v>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
-    of_scene: &OfScene<'_>,
+    of_scene: &OfScene<'f>,
     views: impl Iterator<Item = RecordedView<'v, 'f>>,
     purpose: &Purpose<'_>,
 ) -> Result<Vec<Recorded>, RenderError> {
@@ -106,6 +111,9 @@ struct Before<'f> {
     seen: Vec<Seen<'f>>,
     /// The sides of the pictures around places.
     sides: BTreeMap<SideView, Handle>,
+    /// The sides of what is around a probe, and how many probes came before it.
+    around: Vec<SeenSide>,
+    probes: usize,
     /// What is behind mirrors, by the names of the views.
     behind: BTreeMap<String, MirrorPicture>,
     /// Radiance of what is seen through portals, by the names of the views.
@@ -168,6 +176,25 @@ fn record_monitors<'f>(
     Ok(())
 }
 
+/// Finds the light of a probe of what its sides show.
+fn record_probe<'f>(
+    graph: &mut Graph<'f>,
+    frame: &'f Frame<'f>,
+    of_scene: &OfScene<'f>,
+    before: &mut Before<'_>,
+) -> Result<(), RenderError> {
+    let (sides, at) = (std::mem::take(&mut before.around), before.probes);
+    before.probes += 1;
+    let (Some((_, surroundings)), Some((view, probes))) = (of_scene.surroundings, of_scene.probes) else {
+        return Ok(());
+    };
+    let Some(probe) = probes.get(at) else { return Ok(()) };
+    let mut r = Recorder::new(graph, frame, view);
+    let target = surroundings.import(&mut r, format!("probes.{at}"));
+    frame::probe_light_passes(&mut r, probe, &sides, target)?;
+    Ok(())
+}
+
 /// The texture that shows what the monitor of an image does.
 fn import_monitor(r: &mut Recorder<'_, '_>, scene: &Scene, image: usize) -> Option<Handle> {
     let monitor = scene.images.get(image)?.monitor()?;
@@ -180,7 +207,7 @@ fn import_monitor(r: &mut Recorder<'_, '_>, scene: &Scene, image: usize) -> Opti
 fn record_view<'f>(
     graph: &mut Graph<'f>,
     frame: &'f Frame<'f>,
-    of_scene: &OfScene<'_>,
+    of_scene: &OfScene<'f>,
     view: RecordedView<'_, 'f>,
     before: &mut Before<'f>,
     purpose: &Purpose<'_>,
@@ -230,6 +257,16 @@ fn record_view<'f>(
         ViewPart::Side(side) => {
             let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             before.sides.insert(*side, radiance);
+            return Ok(Recorded::default());
+        }
+        ViewPart::Probe(_) => {
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
+            if let ViewOutputs { radiance, gbuffer: Some(Gbuffer { linear_depth, .. }), .. } = outputs {
+                before.around.push(SeenSide { radiance, linear_depth });
+            }
+            if before.around.len() == FACES.len() {
+                record_probe(graph, frame, of_scene, before)?;
+            }
             return Ok(Recorded::default());
         }
         ViewPart::Face(face) => {

@@ -10,6 +10,7 @@ use super::shadows::Atlas;
 use super::temporal::{TemporalAsked, move_mirrors};
 use super::{Purpose, Renderer};
 use crate::draws::Deformation;
+use crate::environment::lobe::FACES;
 use crate::environment::{Environment, stored};
 use crate::frame;
 use crate::gpu::readback;
@@ -63,10 +64,28 @@ impl Renderer {
             parts_of(name, request, capabilities.max_texture_size)
         });
         let parts: Vec<Part> = parts.collect();
+        if purpose.has_captures()
+            && !purpose.is_plan()
+            && let Some(first) = parts.first().map(|part| &part.request)
+            && !first.goes_on
+            && first.sample_index == 0
+        {
+            self.light_probes(scene, first, &mut |_, _| true).await?;
+        }
         let captures = match purpose.has_captures() {
             true => self.captures(scene, parts, purpose.is_plan())?,
             false => Captures { parts, ..Captures::default() },
         };
+        self.run_views(scene, captures, purpose).await
+    }
+
+    /// Runs a frame of views whose captures are known.
+    pub(super) async fn run_views(
+        &mut self,
+        scene: &Scene,
+        captures: Captures,
+        purpose: &mut Purpose<'_>,
+    ) -> Result<Plan, RenderError> {
         let capabilities = &self.gpu.capabilities;
         let left_out = captures.left_out;
         let mut asked: Vec<Asked> = captures
@@ -105,6 +124,10 @@ impl Renderer {
         let executed = self.execute(scene, (&asked, left_out), &mut states, purpose);
         if !purpose.is_plan() {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
+        }
+        if executed.is_err() {
+            // Nobody knows what of it was drawn.
+            self.surroundings.clear();
         }
         let Executed { plan, run, exports, legends } = executed?;
         if let Some(run) = run {
@@ -163,7 +186,9 @@ impl Renderer {
         let is_capture =
             |asked: &&Asked| matches!(asked.part, ViewPart::Monitor(_) | ViewPart::Mirror(_) | ViewPart::Side(_));
         let captures = asked.iter().filter(is_capture).count() as u32;
-        let mut stats = FrameStats { captures, captures_left_out, ..FrameStats::default() };
+        let probe_views = asked.iter().filter(|asked| matches!(asked.part, ViewPart::Probe(_))).count();
+        let probes_captured = (probe_views / FACES.len()) as u32;
+        let mut stats = FrameStats { captures, captures_left_out, probes_captured, ..FrameStats::default() };
 
         let (mut world, has_previous) = self.world(scene, asked, &mut stats);
 
@@ -208,6 +233,7 @@ impl Renderer {
                 )
             })
             .collect::<Result<_, _>>()?;
+        let captured = self.captured_probes(scene, asked, surroundings.as_ref());
         let mut room = Room { budget_bytes: self.memory_budget_bytes, needed_bytes: output_bytes };
         let overlays: Vec<Option<OverlayDraw>> = asked
             .iter()
@@ -228,7 +254,9 @@ impl Renderer {
         let unfinished: Vec<(usize, Unfinished)> =
             environments.filter_map(|(at, tiles)| Some((at, tiles.take_unfinished()?))).collect();
         let shared_view = match (asked.first(), ready.first(), states.first()) {
-            (Some(asked), Some(ready), Some(state)) if shadows.is_some() || !unfinished.is_empty() => {
+            (Some(asked), Some(ready), Some(state))
+                if shadows.is_some() || !unfinished.is_empty() || !captured.is_empty() =>
+            {
                 Some(self.shared_view(asked, ready, state, &self.shadows.instances))
             }
             _ => None,
@@ -273,6 +301,7 @@ impl Renderer {
             scene,
             self.simulations.particles(scene),
             surroundings.as_ref().map(|of_frame| (&self.surroundings, of_frame)),
+            shared_view.as_ref().map(|view| (view, &captured[..])),
         );
         let views = asked.iter().zip(&mut *states).zip(&ready).zip(&overlays);
         let views = views.map(|(((asked, state), ready), overlay)| RecordedView { asked, state, ready, overlay });

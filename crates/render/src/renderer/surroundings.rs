@@ -20,7 +20,7 @@ use crate::surroundings::{
 };
 use crate::view::View;
 use bytemuck::Zeroable;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use manypass_graph::{Graph, Handle, TextureDesc};
 use manypass_scene::capture::Update;
 use manypass_scene::probes::ProbeGrid;
@@ -48,7 +48,9 @@ pub(super) struct SurroundingsState {
     lobes: Option<Arc<(Vec<Lobe>, LobeTable)>>,
     texture: Option<Tiles>,
     /// The texels of probes that are in it.
-    probes: ProbeTexels,
+    pub probes: ProbeTexels,
+    /// What lit live probes when frames last looked around them.
+    pub probe_light: Option<u64>,
     /// What each slot shows, and with which pre-exposure it was drawn.
     drawn: [Option<Drawn>; SURROUNDINGS_MAX],
     /// Whether the texture has no room for the probes of the last frame.
@@ -156,9 +158,18 @@ pub(super) fn faults(scene: &Scene) -> Vec<String> {
     faults
 }
 
-/// What is asked of a side of the pictures around a place where `request` is asked of the picture.
-fn request_of(of: &Surroundings, face: usize, request: &FrameRequest) -> Result<FrameRequest, RenderError> {
-    let mut settings = settings_of(of.quality.as_deref(), &request.settings)?;
+/// What is asked of a side of what is around a place, so many pixels wide, where `request` is asked of the picture: of some
+/// layers, and of a tier of quality.
+///
+/// # Errors
+/// There is no such tier.
+pub(super) fn side_request(
+    (position_world, face): (Vec3, usize),
+    (layers, quality): (u32, Option<&str>),
+    side_px: u32,
+    request: &FrameRequest,
+) -> Result<FrameRequest, RenderError> {
+    let mut settings = settings_of(quality, &request.settings)?;
     settings.background.source = Background::Environment;
     settings.render.path = Path::Deferred;
     settings.msaa.samples = PixelSamples::default();
@@ -166,11 +177,11 @@ fn request_of(of: &Surroundings, face: usize, request: &FrameRequest) -> Result<
     let projection = Projection::Perspective { fov_y_rad: FRAC_PI_2, near_m: 0.02, far_m: None };
     let axes = FACES.get(face).copied().unwrap_or_default();
     let side = FrameRequest {
-        width: FACE_SIDE,
-        height: FACE_SIDE,
-        camera: View { world_from_view: face_camera(axes, of.position_world), projection },
+        width: side_px,
+        height: side_px,
+        camera: View { world_from_view: face_camera(axes, position_world), projection },
         clip_plane_world: None,
-        layers: of.layers,
+        layers,
         sample_index: 0,
         sample_count: 1,
         ..request.within(settings)
@@ -226,7 +237,9 @@ impl Renderer {
                 for face in 0..FACES.len() {
                     let name = format!("surroundings/{}{twin}.{face}{again}", of.name);
                     let side = SideView { bounce, index: *index, face };
-                    parts.push(Part::new(name, request_of(of, face, request)?, ViewPart::Side(side)));
+                    let of_place = (of.layers, of.quality.as_deref());
+                    let asked = side_request((of.position_world, face), of_place, FACE_SIDE, request)?;
+                    parts.push(Part::new(name, asked, ViewPart::Side(side)));
                 }
             }
         }
@@ -246,7 +259,7 @@ impl Renderer {
         let is_shown = |of: &Surroundings| request.settings.captures.enabled || of.picture.is_some();
         let has_any = known_surroundings(scene).any(is_shown);
         let all: Vec<&Surroundings> = known_surroundings(scene).filter(|_| has_any).collect();
-        let grids = probes::known(scene);
+        let grids = probes::known(scene, request.settings.captures.enabled);
         if all.is_empty() && grids.is_empty() {
             self.surroundings.lacks_probes = false;
             return None;
@@ -279,9 +292,13 @@ impl Renderer {
             }
         }
         let placed = match &state.texture {
-            Some(tiles) if !is_plan => {
-                state.probes.write(&self.gpu, (tiles.view.texture(), atlas.probes), &layout, &grids)
-            }
+            Some(tiles) if !is_plan => state.probes.write(
+                &self.gpu,
+                (tiles.view.texture(), atlas.probes),
+                &layout,
+                &grids,
+                request.pre_exposure(),
+            ),
             _ => PlacedProbes::of_plan(&layout, &grids),
         };
         // Nobody looks at that of a plan.
@@ -325,6 +342,12 @@ impl FrameSurroundings {
         self.environment.as_ref() == environment.map(wgpu::TextureView::texture)
     }
 
+    /// Their texture as one that passes draw into.
+    pub fn import(&self, r: &mut Recorder<'_, '_>, name: String) -> Handle {
+        let (width, height) = self.atlas.size;
+        r.graph.import(name, TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT), self.view.clone())
+    }
+
     /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed.
     pub fn place(&self, uniform: &mut EnvironmentUniform, pre_exposure: f32) {
         if self.count > 0 {
@@ -358,9 +381,7 @@ pub(super) fn record<'f>(
             continue;
         };
         let mut r = Recorder::new(graph, frame, view);
-        let (width, height) = surroundings.atlas.size;
-        let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
-        let target = r.graph.import(format!("surroundings.{index}"), desc, surroundings.view.clone());
+        let target = surroundings.import(&mut r, format!("surroundings.{index}"));
         let tile = |level: u32| surroundings.atlas.tile(index, level);
         frame::surroundings_passes(&mut r, (lobes, table), &[a, b, c, d, e, f], tile, target)?;
     }

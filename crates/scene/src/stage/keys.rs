@@ -624,7 +624,7 @@ pub(super) const PORTALS: StageTable = StageTable {
 /// Light that arrives at places, for the surfaces between them.
 pub(super) const PROBES: StageTable = StageTable {
     name: "probes",
-    doc: "A grid of probes: the light that arrives at places in a box, which `manypass bake --what probes` finds, for all surfaces there without light maps, what moves among them.",
+    doc: "A grid of probes: the light that arrives at places in a box, for all surfaces there without light maps, what moves among them. `manypass bake --what probes` finds it; else frames do.",
     keys: &[
         key("name", StageType::Text, "What it is called; light that a file has of it is found by this name; probes."),
         key("center", StageType::Vector, "The middle of its box in metres; that of the model."),
@@ -645,6 +645,17 @@ pub(super) const PROBES: StageTable = StageTable {
             StageType::Word(&crate::probes::ProbeBasis::NAMES),
             "How light is known at a place: by spherical harmonics of order 2, or by six colours, which cost less and are coarser; harmonics.",
         ),
+        key(
+            "live",
+            StageType::Boolean,
+            "Whether frames find their light, anew when something moves, by drawing what is around each; true, unless the file has their light.",
+        ),
+        key(
+            "bounces",
+            StageType::Number { min: 1.0, is_above: false, max: crate::probes::LIVE_BOUNCES_MAX as f64 },
+            "How often live ones are drawn around, each time in the light that was found before; 3.",
+        ),
+        key("layers", StageType::Layers, "The layers that live ones see, by number (`layers` of `[[nodes]]`); all."),
     ],
 };
 

@@ -1,8 +1,9 @@
 //! Grids of probes of a stage.
 
+use super::monitors::whole;
 use super::surroundings::region;
 use super::table::{Placed, Source, Table};
-use crate::probes::{GRIDS_MAX, ProbeBasis, ProbeGrid};
+use crate::probes::{GRIDS_MAX, LiveProbes, ProbeBasis, ProbeGrid};
 use crate::surroundings::Region;
 use crate::{Aabb, Diagnostic, Scene};
 use glam::Vec3;
@@ -17,6 +18,8 @@ pub(super) struct ProbesEntry {
     spacing_m: Option<Placed<f32>>,
     fade_m: Option<f32>,
     basis: Option<ProbeBasis>,
+    is_live: Option<bool>,
+    live: LiveProbes,
     range: Range<usize>,
 }
 
@@ -49,7 +52,22 @@ impl ProbesEntry {
         if let (Some(_), Some(_)) = (&counts, &spacing_m) {
             return Err(table.fault("spacing_m", "`counts` says already how many there are; leave out one of both"));
         }
+        let is_live = table.boolean("live");
+        if let (Some(false), Some(key)) = (is_live, ["bounces", "layers"].iter().find(|key| table.place(key).is_some()))
+        {
+            return Err(
+                table.fault(key, format!("`{key}` is of probes whose light frames find; leave out `live = false`"))
+            );
+        }
+        let usual = LiveProbes::default();
+        let bounces = table.number("bounces").map(|bounces| whole(table, "bounces", bounces)).transpose()?;
+        let live = LiveProbes {
+            bounces: bounces.unwrap_or(usual.bounces),
+            layers: table.layers("layers").unwrap_or(usual.layers),
+        };
         Ok(Self {
+            is_live,
+            live,
             name: table.text("name").map_or("probes".into(), |name| name.value),
             region: region(table, ["center", "size_m"])?,
             counts,
@@ -95,11 +113,12 @@ impl ProbesEntry {
                 let is_same = |baked: &ProbeGrid| {
                     baked.counts == grid.counts && apart_m(baked) < 1e-3 * grid.region.half_m.max_element()
                 };
-                let own = ProbeGrid { fade_m, basis, ..grid.clone() };
+                let live = |is_usual: bool| self.is_live.unwrap_or(is_usual).then_some(self.live);
+                let own = ProbeGrid { fade_m, basis, live: live(true), ..grid.clone() };
                 match baked {
                     Some((index, baked)) if is_same(&baked) => {
                         let fade_m = self.fade_m.unwrap_or(baked.fade_m);
-                        scene.probes.insert(index, ProbeGrid { fade_m, ..baked });
+                        scene.probes.insert(index, ProbeGrid { fade_m, live: live(false), ..baked });
                     }
                     Some((index, _)) => scene.probes.insert(index, own),
                     None => scene.probes.push(own),

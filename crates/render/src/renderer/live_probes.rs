@@ -1,0 +1,189 @@
+//! Probes whose light frames find: what is asked of the views around them, and where what they show belongs.
+
+use super::captures::{Captures, Part};
+use super::prepare::{Asked, ViewPart};
+use super::probes::{DueProbe, place_of};
+use super::surroundings::{FrameSurroundings, side_request};
+use super::{Purpose, Renderer};
+use crate::constants::PROBE_FACE_SIDE;
+use crate::environment::lobe::FACES;
+use crate::passes::probe_capture::CapturedProbe;
+use crate::probes::known;
+use crate::request::{FrameRequest, RenderError, SceneDefaults};
+use crate::setting::Switch;
+use manypass_scene::Scene;
+use manypass_scene::probes::ProbeGrid;
+use std::cell::LazyCell;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
+/// Around so many probes a frame looks that a still has before its first.
+const AT_ONCE: usize = 8;
+
+/// A side of what is to be seen around a probe.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ProbeSide {
+    of: DueProbe,
+    face: usize,
+    /// Whether what is found is read by later frames alone.
+    is_apart: bool,
+}
+
+/// What is asked of a side of what is around a probe where `request` is asked of the picture: all light and all shadows, and
+/// nothing that is found in the picture.
+fn request_of(grid: &ProbeGrid, probe: usize, face: usize, request: &FrameRequest) -> Option<FrameRequest> {
+    let (position_world, _) = place_of(grid, probe)?;
+    let layers = grid.live.unwrap_or_default().layers;
+    let side = side_request((position_world, face), (layers, None), PROBE_FACE_SIDE, request).ok()?;
+    let side = side.with(|settings| {
+        settings.occlusion.enabled = Switch::Off;
+        settings.reflections.enabled = Switch::Off;
+        settings.gi.enabled = false;
+        settings.shadows.contact_m = 0.0;
+        settings.lights.min_px = 0.0;
+    });
+    Some(FrameRequest { light_rounds: None, ..side })
+}
+
+/// The views around probes. Their names are those of their places among them, so that few are kept.
+fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &FrameRequest) -> Vec<Part> {
+    let views = due.iter().enumerate().flat_map(|(slot, of)| (0..FACES.len()).map(move |face| (slot, *of, face)));
+    let part = |(slot, of, face): (usize, DueProbe, usize)| {
+        let asked = request_of(grids.get(of.grid)?, of.probe, face, request)?;
+        let side = ProbeSide { of, face, is_apart };
+        Some(Part::new(format!("probes/{slot}.{face}"), asked, ViewPart::Probe(side)))
+    };
+    views.filter_map(part).collect()
+}
+
+/// Another number whenever what lights probes is another scene, or another environment.
+fn light_of(scene: &Scene, scene_version: u64, request: &FrameRequest) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    hasher.write_u64(scene_version);
+    for node in &scene.nodes {
+        // Where cameras are changes no light.
+        if node.camera.is_some() {
+            continue;
+        }
+        (node.mesh, node.light, node.layers, node.is_visible).hash(&mut hasher);
+        node.world_from_object.to_cols_array().map(f32::to_bits).hash(&mut hasher);
+        node.morph_weights.iter().for_each(|weight| weight.to_bits().hash(&mut hasher));
+    }
+    let settings = &request.settings;
+    format!("{:?} {:?} {:?}", scene.lights, settings.environment, settings.shadows.enabled).hash(&mut hasher);
+    hasher.finish()
+}
+
+impl Renderer {
+    /// The views around the probes that a frame of a live view looks around. A still has looked around all before.
+    pub(super) fn probe_parts(&mut self, scene: &Scene, request: &FrameRequest, is_plan: bool) -> Vec<Part> {
+        let grids = known(scene, request.settings.captures.enabled);
+        if !request.goes_on || !request.settings.captures.enabled || grids.iter().all(|grid| grid.live.is_none()) {
+            return Vec::new();
+        }
+        let most = request.settings.captures.probes as usize;
+        if is_plan {
+            let at = grids.iter().position(|grid| grid.live.is_some()).unwrap_or(0);
+            let due: Vec<DueProbe> =
+                (0..most.min(grids[at].count())).map(|probe| DueProbe { grid: at, probe }).collect();
+            return parts_of(&grids, &due, false, request);
+        }
+        let light = light_of(scene, self.shadows.scene_version, request);
+        let is_new = self.surroundings.probe_light.replace(light) != Some(light);
+        let due = self.surroundings.probes.due(&grids, is_new, most, request.pre_exposure());
+        parts_of(&grids, &due, false, request)
+    }
+
+    /// Finds the light of live probes for the stills of `request` ([`ProbeGrid::live`]), unless it is known. The first frame of a
+    /// still does so by itself; whoever shows how far that is, or lets it be stopped, does it before. `progress` is told around
+    /// how many probes was looked, and around how many will be, and says whether to go on.
+    ///
+    /// # Errors
+    /// As [`Self::render`]; and [`RenderError::Stopped`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn find_probe_light(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        progress: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<(), RenderError> {
+        let defaults = LazyCell::new(|| SceneDefaults::of(scene));
+        let request = request.resolved_by(&defaults);
+        self.computed.follow(std::iter::once(&request.settings.environment));
+        pollster::block_on(self.light_probes(scene, &request, progress))
+    }
+
+    /// Finds the light of live probes for a still, unless it is known: as often as their grids say, each time in the light that
+    /// was found before.
+    pub(super) async fn light_probes(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        progress: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> Result<(), RenderError> {
+        let grids = known(scene, request.settings.captures.enabled);
+        if !request.settings.captures.enabled || grids.iter().all(|grid| grid.live.is_none()) {
+            return Ok(());
+        }
+        self.follow(scene);
+        let light = light_of(scene, self.shadows.scene_version, request);
+        let is_new = self.surroundings.probe_light.replace(light) != Some(light);
+        if !is_new && self.surroundings.probes.is_found(&grids) {
+            return Ok(());
+        }
+        self.surroundings.probes.forget();
+        let bounces = |grid: &ProbeGrid| grid.live.map_or(0, |live| live.bounces.max(1));
+        let all: usize = grids.iter().map(|grid| grid.count() * bounces(grid) as usize).sum();
+        let (mut done, rounds) = (0, grids.iter().map(|grid| bounces(grid)).max().unwrap_or(0));
+        for round in 0..rounds {
+            let in_round = || grids.iter().enumerate().filter(|(_, grid)| round < bounces(grid));
+            let due = in_round().flat_map(|(grid, of)| (0..of.count()).map(move |probe| DueProbe { grid, probe }));
+            let due: Vec<DueProbe> = due.filter(|due| place_of(grids[due.grid], due.probe).is_some()).collect();
+            for due in due.chunks(AT_ONCE) {
+                let parts = parts_of(&grids, due, true, request);
+                self.run_views(scene, Captures { parts, left_out: 0 }, &mut Purpose::Probes).await?;
+                done += due.len();
+                if !progress(done, all) {
+                    self.surroundings.probes.forget();
+                    return Err(RenderError::Stopped);
+                }
+                if self.surroundings.lacks_probes {
+                    return Ok(());
+                }
+            }
+            in_round().for_each(|(grid, _)| self.surroundings.probes.swap(grid));
+        }
+        self.surroundings.probes.finish();
+        Ok(())
+    }
+
+    /// Where what views around probes show belongs, in their order.
+    pub(super) fn captured_probes(
+        &self,
+        scene: &Scene,
+        asked: &[Asked],
+        surroundings: Option<&FrameSurroundings>,
+    ) -> Vec<CapturedProbe> {
+        let Some(surroundings) = surroundings else { return Vec::new() };
+        let grids = known(scene, true);
+        let captured = |asked: &Asked| {
+            let ViewPart::Probe(ProbeSide { of, face: 0, is_apart }) = asked.part else { return None };
+            let (grid, placed) = (grids.get(of.grid)?, surroundings.probes.grids.get(of.grid)?);
+            let (_, offset_m) = place_of(grid, of.probe)?;
+            let light = if is_apart { 1 - placed.light.min(1) } else { placed.light };
+            let [[x, y], [left, top]] = placed.place.of_probe(grid, of.probe, light);
+            let corner = surroundings.atlas.probes;
+            let uniform = asked.request.environment_uniform(self.tiles_of(asked));
+            Some(CapturedProbe {
+                offset_m,
+                scale: (placed.scale * asked.request.pre_exposure()).recip(),
+                is_cube: grid.basis == manypass_scene::probes::ProbeBasis::AmbientCube,
+                light: [corner[0] + x, corner[1] + y],
+                distances: [corner[0] + left, corner[1] + top],
+                distance_max_m: grid.distance_max_m(),
+                sun_directions: uniform.sun_directions,
+                sun_irradiances: uniform.sun_irradiances,
+            })
+        };
+        asked.iter().filter_map(captured).collect()
+    }
+}
