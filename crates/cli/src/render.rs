@@ -1,5 +1,6 @@
 //! `render`: pictures of one or more inputs.
 
+mod live_probes;
 mod load;
 mod picture;
 mod simulate;

@@ -138,11 +138,16 @@ impl Batch<'_> {
         let renderer = &mut self.renderer;
         let budget = memory::budget(job, &request, &renderer.gpu().adapter, shows_passes, self.report.is_some())?;
         renderer.set_memory_budget(budget.as_ref().and_then(|budget| budget.texture_bytes));
-        let start = Instant::now();
-        let looked_ms = renderer.compile_ms();
-        let go_on = |_| !interrupt::STOP.load(Ordering::SeqCst);
         let (samples, shutter_deg) = (args.frame.samples, request.settings.camera.shutter_deg);
-        let drawn = if shutter_deg > 0.0 && samples > 1 && moves(scene, args) {
+        let is_moving = shutter_deg > 0.0 && samples > 1 && moves(scene, args);
+        let start = Instant::now();
+        let looked_ms = self.renderer.compile_ms();
+        if !request.goes_on && !is_moving {
+            self.find_probe_light(scene, &request)?;
+        }
+        let renderer = &mut self.renderer;
+        let go_on = |_| !interrupt::STOP.load(Ordering::SeqCst);
+        let drawn = if is_moving {
             let at = |scene: &mut Scene, position: f32| {
                 moment(scene, framing, args, (job, look), frame, (shutter_deg, position)).map_err(Undrawn::Pose)
             };

@@ -142,6 +142,10 @@ impl Renderer {
                 let parts = parts_of(&grids, due, true, request);
                 self.run_views(scene, Captures { parts, left_out: 0 }, &mut Purpose::Probes).await?;
                 done += due.len();
+                eprintln!(
+                    "{} drawn {} kept {} ms",
+                    self.stats.shadow_tiles_drawn, self.stats.shadow_tiles_kept, self.stats.culling_ms
+                );
                 if !progress(done, all) {
                     self.surroundings.probes.forget();
                     return Err(RenderError::Stopped);

@@ -3,7 +3,7 @@
 use super::Purpose;
 use super::Renderer;
 use super::output::ViewState;
-use super::prepare::{Asked, Lit, World};
+use super::prepare::{Asked, Lit, ViewPart, World};
 use crate::gpu::Gpu;
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};
@@ -133,6 +133,7 @@ impl Renderer {
                 asked.size,
                 (lit.range, lit.seen.beyond),
                 asked.request.settings.fog.scatters(),
+                matches!(asked.part, ViewPart::Probe(_)),
                 table,
             ))
         };
@@ -140,9 +141,10 @@ impl Renderer {
         let viewers: Vec<_> = views
             .iter()
             .flatten()
-            .map(|(name, view, size, (range, beyond), sees_air, table)| {
+            .map(|(name, view, size, (range, beyond), sees_air, is_around, table)| {
                 let (range, beyond) = (*range, *beyond);
-                (Viewer { name, view, range, size: *size, sees_air: *sees_air, beyond }, &**table)
+                let (sees_air, is_around) = (*sees_air, *is_around);
+                (Viewer { name, view, range, size: *size, sees_air, beyond, is_around }, &**table)
             })
             .collect();
         let is_plan = purpose.is_plan();

@@ -49,7 +49,9 @@ impl LightKey {
     fn of(viewer: &Viewer<'_>, light: &TableLight) -> Self {
         let view = if light.kind == LightKind::Directional {
             let mut hasher = DefaultHasher::new();
-            viewer.name.hash(&mut hasher);
+            // Whatever is around places has the same.
+            if viewer.is_around { "around" } else { viewer.name }.hash(&mut hasher);
+            viewer.is_around.hash(&mut hasher);
             hasher.finish() | 1
         } else {
             0

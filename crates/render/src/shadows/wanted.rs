@@ -28,6 +28,9 @@ pub struct Viewer<'v> {
     pub sees_air: bool,
     /// How far samples see beyond the picture: metres everywhere, and beside them metres a metre.
     pub beyond: [f32; 2],
+    /// Whether it sees a side of what is around one of many places, small and for no picture. Maps are then as fine wherever
+    /// that is, and those of directional lights show the whole scene, so that they are drawn once for all places.
+    pub is_around: bool,
 }
 
 /// A light with the tiles that it wants.
@@ -64,6 +67,9 @@ const NEAR_M: [f32; 2] = [1e-4, 0.02];
 /// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges,
 /// and of wide ones.
 const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
+/// The sides in texels of maps for what is around places: of lights at a place, and of directional ones.
+const AROUND_PX: f32 = 64.0;
+const AROUND_DIRECTIONAL_PX: u32 = 512;
 
 impl Aim {
     pub fn projection(&self, side: u32) -> TileProjection {
@@ -104,6 +110,9 @@ impl Aim {
         let z = (rotation.inverse() * center).z;
         // A little room, because bounds touch the surfaces that they enclose.
         let depth = [z + 1.001 * radius + 1e-3, z - 1.001 * radius - 1e-3];
+        if viewer.is_around {
+            return vec![Self::Parallel { rotation, center, half_m: radius, depth }];
+        }
         let (width, height) = viewer.size;
         let half_extent = viewer.view.half_extent(width as f32 / height.max(1) as f32);
         // As far as the scene reaches, in steps, so that cascades keep their size while the camera moves.
@@ -158,6 +167,9 @@ pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
     if beyond(center.x, half_extent.x) || beyond(center.y, half_extent.y) {
         return None;
     }
+    if viewer.is_around {
+        return Some(AROUND_PX);
+    }
     let tangent = match light.kind {
         LightKind::Spot { outer_cone_rad, .. } if outer_cone_rad < SPOT_MAX_RAD => outer_cone_rad.tan(),
         _ => 1.0,
@@ -185,7 +197,11 @@ impl Shadows {
                 let light = &dealing.moved(source);
                 let side = if light.kind == LightKind::Directional {
                     // Cascades are as fine as the picture if they have twice its pixels.
-                    let side = 2 * viewer.size.0.max(viewer.size.1).next_power_of_two();
+                    let side = if viewer.is_around {
+                        AROUND_DIRECTIONAL_PX
+                    } else {
+                        2 * viewer.size.0.max(viewer.size.1).next_power_of_two()
+                    };
                     let side = side.min(side_max / 2) as f32;
                     // Edges of wide ones are never sharp.
                     Some(if is_wide(light) { 0.5 * side } else { side })
