@@ -53,7 +53,7 @@ pub(crate) fn test() -> Result<Tally> {
             let variables = case.has_variables.then(variables::page);
             Ok(json!({ "name": case.name, "model": input, "width": case.size.0, "height": case.size.1,
                 "groups": GROUPS.contains(&case.name), "variant": case.variant, "options": options, "effects": effects, "overlay": case.overlay()?, "time": case.time_secs,
-                "variables": variables, "frames": case.frames, "orbits": case.orbits() }))
+                "variables": variables, "frames": case.frames, "settles": case.settles, "orbits": case.orbits() }))
         })
         .collect::<Result<_>>()?;
     let browser = check(

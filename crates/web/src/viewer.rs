@@ -377,16 +377,18 @@ impl Viewer {
             // More samples are no worse, and exposure goes on with each.
             request.sample_count += 1;
         }
-        let is_complete = request.sample_index + 1 >= request.sample_count;
+        let is_complete = request.sample_index + 1 >= request.sample_count && !self.renderer.is_finding_light(request);
         if is_complete || self.canvas.size() != (request.width, request.height) {
             return Ok(false);
         }
         // What moved stands now, and a mean with what is smeared would stay smeared: it begins anew.
         let has_moved = request.previous.take().is_some();
-        request.sample_index = if has_moved { 0 } else { request.sample_index + 1 };
+        // As it does until light is found.
+        let is_finding = self.renderer.is_finding_light(request);
+        request.sample_index = if has_moved || is_finding { 0 } else { request.sample_index + 1 };
         request.adaptation = self.frame_times.go_on();
         self.renderer.render_async(scene, request).await?;
-        let is_more_left = request.sample_index + 1 < request.sample_count || is_adapting;
+        let is_more_left = request.sample_index + 1 < request.sample_count || is_adapting || is_finding;
         self.show()?;
         Ok(is_more_left)
     }

@@ -30,6 +30,8 @@ pub(super) struct Case {
     pub tolerance: Tolerance,
     /// How many frames are drawn one after the other, of which the last one is compared; each goes on from those before it.
     pub frames: u32,
+    /// Whether they end in one that stays as it is; otherwise one more is to be another picture.
+    pub settles: bool,
     /// How many frames a full turn of the view takes, of [`turn::MODEL`]; 0 if it stands. A frame is then a tenth of a
     /// second.
     turntable: u32,
@@ -74,6 +76,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         is_dazzling: false,
         tolerance: Tolerance::RASTERIZERS,
         frames: 1,
+        settles: false,
         turntable: 0,
         time_secs: 0.0,
         has_defaults: false,
@@ -104,7 +107,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) const CASES: [Case; 70] = [
+pub(super) const CASES: [Case; 71] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -157,6 +160,15 @@ pub(super) const CASES: [Case; 70] = [
     case("probes", made::PROBES, SQUARE),
     Case { is_forward: true, ..case("probes-forward", made::PROBES, SQUARE) },
     case("ambient-cubes", made::CUBES, SQUARE),
+    // A lamp's light that comes back from walls, found by frames. Here each look finds what others of its round have found, in
+    // a still of the program it does not: after eight rounds that is the same but for a part in a hundred.
+    Case {
+        tolerance: Tolerance { share: 0.97, mean: 0.6, ..together(52, 4) },
+        settings: &[("captures.probes", "32")],
+        frames: 9,
+        settles: true,
+        ..case("live-probes", made::LIVE_PROBES, SQUARE)
+    },
     // Text, lines and a sprite over the picture, from a stage; depth is compared, too.
     case("labels", "docs/examples/labels.stage.toml", WIDE),
     // Others from the page's own calls.
@@ -486,7 +498,7 @@ impl Case {
         if self.settings.iter().any(|(_, value)| *value == made::CUBE) {
             made::write_cube()?;
         }
-        made::write_baked(self.model)?;
+        made::write_cornell(self.model)?;
         if self.model.starts_with("demo:") {
             return Ok(Some(self.model.to_owned()));
         }

@@ -20,15 +20,20 @@ pub(super) const BAKED: &str = "target/browser/baked.glb";
 pub(super) const PROBES: &str = "target/browser/probes.glb";
 pub(super) const CUBES: &str = "target/browser/ambient_cubes.glb";
 
-/// Writes the Cornell box as a case has it, if that is baked and not there.
+/// Another, whose probes frames find the light of.
+pub(super) const LIVE_PROBES: &str = "target/browser/live_probes.stage.toml";
+const LIVE_STAGE: &str = "model = \"demo:cornell\"\n[[probes]]\ncounts = [3, 3, 3]\nbounces = 8\n";
+
+/// Writes the Cornell box as a case has it, if it is one that is made.
 ///
 /// # Errors
 /// It cannot be written.
-pub(super) fn write_baked(model: &str) -> Result<()> {
+pub(super) fn write_cornell(model: &str) -> Result<()> {
     let what = match model {
         BAKED => "lightmap,occlusion",
         PROBES => "probes",
         CUBES => "ambient-cubes",
+        LIVE_PROBES => return write(&root().join(model), LIVE_STAGE.as_bytes()),
         _ => return Ok(()),
     };
     // One of an earlier version would not be replaced.

@@ -143,6 +143,11 @@ impl DrawList {
         list
     }
 
+    /// Opaque surfaces from now on are drawn from behind, too.
+    pub fn show_backs(&mut self) {
+        self.opaque.iter_mut().for_each(|draw| draw.faces = Faces::Both);
+    }
+
     /// All that the eye may meet first, as if it were opaque.
     pub fn first_surfaces(&self) -> Self {
         let opaque = [&self.opaque[..], &self.transmissive, &self.blended].concat();

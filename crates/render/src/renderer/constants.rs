@@ -54,8 +54,8 @@ pub(super) fn constants_of(
         ViewPart::Mirror(MirrorView { of: Reflector::Water(_), is_smooth: false, .. }) => {
             constants.push(("shows_light", 2));
         }
-        // Their suns are known to those who add up what sides show.
-        ViewPart::Probe(_) => constants.push(("shows_light", 2)),
+        // Their suns are known to those who add up what sides show. A probe in a wall sees the wall, and nothing beyond.
+        ViewPart::Probe(_) => constants.extend([("shows_light", 2), ("backs_are_black", 1)]),
         ViewPart::Mirror(MirrorView { of: Reflector::Water(_) | Reflector::Node(_), .. }) | ViewPart::Side(_) => {
             constants.push(("shows_light", 1));
         }

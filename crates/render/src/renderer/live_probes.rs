@@ -74,6 +74,12 @@ fn light_of(scene: &Scene, scene_version: u64, request: &FrameRequest) -> u64 {
 }
 
 impl Renderer {
+    /// Whether frames of a live view as `request` asks for have yet to look around probes ([`ProbeGrid::live`]). Until then each
+    /// has other light than the one before: a mean of several is to begin anew.
+    pub fn is_finding_light(&self, request: &FrameRequest) -> bool {
+        request.settings.captures.enabled && self.surroundings.probes.is_finding()
+    }
+
     /// The views around the probes that a frame of a live view looks around. A still has looked around all before.
     pub(super) fn probe_parts(&mut self, scene: &Scene, request: &FrameRequest, is_plan: bool) -> Vec<Part> {
         let grids = known(scene, request.settings.captures.enabled);
@@ -142,10 +148,6 @@ impl Renderer {
                 let parts = parts_of(&grids, due, true, request);
                 self.run_views(scene, Captures { parts, left_out: 0 }, &mut Purpose::Probes).await?;
                 done += due.len();
-                eprintln!(
-                    "{} drawn {} kept {} ms",
-                    self.stats.shadow_tiles_drawn, self.stats.shadow_tiles_kept, self.stats.culling_ms
-                );
                 if !progress(done, all) {
                     self.surroundings.probes.forget();
                     return Err(RenderError::Stopped);

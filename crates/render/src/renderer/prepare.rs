@@ -337,6 +337,9 @@ impl Renderer {
                     None => uniform,
                 };
                 let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
+                if let ViewPart::Probe(_) = asked.part {
+                    list.show_backs();
+                }
                 if !world.decals.0.boxes.is_empty() {
                     find_touched(&mut list, &world.draws, &world.decals.0.boxes);
                 }

@@ -178,6 +178,11 @@ impl ProbeTexels {
         self.are_of(grids) && self.written.iter().all(|written| written.left == 0)
     }
 
+    /// Whether frames of a live view have yet to look around probes.
+    pub fn is_finding(&self) -> bool {
+        self.written.iter().any(|written| written.left > 0)
+    }
+
     /// Begins anew: light is that which the grids bring.
     pub fn forget(&mut self) {
         self.written.clear();

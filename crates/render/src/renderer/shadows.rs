@@ -7,7 +7,7 @@ use super::prepare::{Asked, Lit, ViewPart, World};
 use crate::gpu::Gpu;
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};
-use crate::shadows::{FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
+use crate::shadows::{AROUND_DIRECTIONAL_PX, FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
 use crate::transparency::Masks;
 use manypass_graph::TextureDesc;
 use manypass_scene::{NodeId, Scene};
@@ -74,7 +74,11 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
         return None;
     }
     let settings = asked.iter().map(|asked| &asked.request.settings.shadows).find(|settings| settings.enabled)?;
-    let longest_px = asked.iter().map(|asked| asked.size.0.max(asked.size.1)).max()?;
+    let of_view = |asked: &Asked| match asked.part {
+        ViewPart::Probe(_) => AROUND_DIRECTIONAL_PX,
+        _ => asked.size.0.max(asked.size.1),
+    };
+    let longest_px = asked.iter().map(of_view).max()?;
     Some((settings, Shadows::side_allowed(settings, limit, longest_px, lights)))
 }
 

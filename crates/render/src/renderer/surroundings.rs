@@ -262,6 +262,7 @@ impl Renderer {
         let grids = probes::known(scene, request.settings.captures.enabled);
         if all.is_empty() && grids.is_empty() {
             self.surroundings.lacks_probes = false;
+            self.surroundings.probes.forget();
             return None;
         }
         let of_environment = environment.map(|view| view.texture().clone());
@@ -270,6 +271,9 @@ impl Renderer {
         let count = grids.len();
         let fitting = fitting(&all, grids, size, limit);
         self.surroundings.lacks_probes = fitting.as_ref().map_or(0, |(_, layout, _)| layout.places.len()) < count;
+        if fitting.is_none() {
+            self.surroundings.probes.forget();
+        }
         let (atlas, layout, grids) = fitting?;
         let state = &mut self.surroundings;
         let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);

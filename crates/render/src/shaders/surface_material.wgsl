@@ -210,6 +210,9 @@ fn put_decals(sample: ptr<function, SurfaceSample>, in: SurfaceVarying, front_fa
     return out;
 }
 
+// 1 if surfaces with one side are drawn from behind, too: black.
+override backs_are_black: u32 = 0u;
+
 fn surface_sample_of(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     var out: SurfaceSample;
     let bias = surface_mip_bias(in);
@@ -255,5 +258,11 @@ fn surface_sample_of(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     out.surface.roughness_perceptual = clamp(roughness, 0.0, 1.0);
     out.surface.f0_dielectric = material_factors.f0_dielectric;
     out.surface.shading_model = select(material_factors.shading_model, SHADING_MODEL_UNLIT, unlit);
+    if backs_are_black != 0u {
+        if !front_facing && material_factors.double_sided < 0.5 {
+            out.emission = vec3f(0.0);
+            out.surface.shading_model = SHADING_MODEL_UNLIT;
+        }
+    }
     return out;
 }

@@ -17,6 +17,7 @@ pub use atlas::Square;
 pub use dealing::Dealing;
 pub(crate) use projection::{TileProjection, looking_along};
 pub use settings::{ShadowFilter, ShadowSettings};
+pub(crate) use wanted::AROUND_DIRECTIONAL_PX;
 pub use wanted::Viewer;
 
 use crate::constants::TEXELS_PER_LIGHT;

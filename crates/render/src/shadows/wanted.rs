@@ -69,7 +69,7 @@ const NEAR_M: [f32; 2] = [1e-4, 0.02];
 const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
 /// The sides in texels of maps for what is around places: of lights at a place, and of directional ones.
 const AROUND_PX: f32 = 64.0;
-const AROUND_DIRECTIONAL_PX: u32 = 512;
+pub(crate) const AROUND_DIRECTIONAL_PX: u32 = 512;
 
 impl Aim {
     pub fn projection(&self, side: u32) -> TileProjection {

@@ -19,7 +19,8 @@ struct ProbeDistances {
 const POWER: f32 = 128.0;
 
 // So many places across a texel, up to so far from its middle, in texels.
-const PLACES: u32 = 5u;
+const ACROSS: u32 = 5u;
+const PLACES: u32 = 25u;
 const REACH: f32 = 0.8;
 
 // The texel that one of the border repeats, or itself.
@@ -39,8 +40,8 @@ fn fs_probe_distances(@builtin(position) position: vec4f) -> @location(0) vec4f 
     let farthest_m = probe_distances.corner.z;
     var sum = vec2f(0.0);
     var weights = 0.0;
-    for (var i = 0u; i < PLACES * PLACES; i++) {
-        let step = (vec2f(vec2u(i % PLACES, i / PLACES)) * (2.0 / f32(PLACES - 1u)) - 1.0) * REACH;
+    for (var i = 0u; i < PLACES; i++) {
+        let step = (vec2f(vec2u(i % ACROSS, i / ACROSS)) * (2.0 / f32(ACROSS - 1u)) - 1.0) * REACH;
         let direction = direction_from_octahedral_border(middle + step * per_texel);
         let seen_m = textureLoad(probe_sides, vec2i(texel_of_direction(probe_distances.sides, direction)), 0).a;
         let distance_m = select(seen_m, farthest_m, seen_m < 0.0);

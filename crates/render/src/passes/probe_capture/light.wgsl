@@ -23,6 +23,9 @@ struct ProbeCapture {
 @group(1) @binding(1) var probe_columns: texture_2d<f32>;
 @group(1) @binding(2) var<uniform> probe_capture: ProbeCapture;
 
+// The columns of all six sides.
+const COLUMNS: u32 = 6u * PROBE_FACE_SIDE;
+
 // So many normals are looked at for the window.
 const NORMALS: u32 = 64u;
 
@@ -106,7 +109,7 @@ fn sun_share(direction: vec3f) -> f32 {
 
 // Radiance of all directions.
 fn add_sides() {
-    for (var x = 0u; x < 6u * PROBE_FACE_SIDE; x++) {
+    for (var x = 0u; x < COLUMNS; x++) {
         light[0] += textureLoad(probe_columns, vec2u(x, 0u), 0).rgb;
         light[1] += textureLoad(probe_columns, vec2u(x, 1u), 0).rgb;
         light[2] += textureLoad(probe_columns, vec2u(x, 2u), 0).rgb;
