@@ -50,7 +50,7 @@ shared_constants! {
     /// The side of a probe's map of distances in texels, without its border.
     PROBE_DISTANCE_SIDE: u32 = 12;
     /// The side of the pictures that frames draw around a probe, in texels.
-    PROBE_FACE_SIDE: u32 = 32;
+    PROBE_FACE_SIDE: u32 = 64;
 
     /// Views of the pass `debug`: how many lights are visited.
     DEBUG_LIGHTS: u32 = 0;

@@ -22,7 +22,7 @@ pub(super) const CUBES: &str = "target/browser/ambient_cubes.glb";
 
 /// Another, whose probes frames find the light of.
 pub(super) const LIVE_PROBES: &str = "target/browser/live_probes.stage.toml";
-const LIVE_STAGE: &str = "model = \"demo:cornell\"\n[[probes]]\ncounts = [3, 3, 3]\nbounces = 8\n";
+const LIVE_STAGE: &str = "model = \"demo:cornell\"\n[[probes]]\ncounts = [2, 2, 2]\nbounces = 8\n";
 
 /// Writes the Cornell box as a case has it, if it is one that is made.
 ///
