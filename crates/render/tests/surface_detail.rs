@@ -110,7 +110,11 @@ fn baked_light_times_base_colour_is_what_is_seen() {
             base_color_texture: has_texture.then_some(base),
             metallic_factor: metallic,
             shading_model: model,
-            light_map: Some(LightMap { light: Mapped { factor: 1.5, texture: Some(light) }, encoding }),
+            light_map: Some(LightMap {
+                light: Mapped { factor: 1.5, texture: Some(light) },
+                encoding,
+                direction: None,
+            }),
             ..Material::default()
         };
         builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
@@ -153,7 +157,7 @@ fn baked_light_of_radiance_files_exceeds_one() {
     // What is linear stays so, whatever a material says of its encoding.
     let light = Mapped { factor: 4.0, texture: Some(TextureRef { uv_set: 1, ..light }) };
     let material = Material {
-        light_map: Some(LightMap { light, encoding: LightEncoding::Srgb }),
+        light_map: Some(LightMap { light, encoding: LightEncoding::Srgb, direction: None }),
         metallic_factor: 0.0,
         ..grey(0.5)
     };
@@ -175,7 +179,8 @@ fn baked_light_of_radiance_files_exceeds_one() {
 fn baked_light_takes_the_place_of_the_environments_diffuse_light_alone() {
     let mut builder = above();
     let black = texture(&mut builder.scene, png(&ImageBuffer::from_pixel(2, 2, Rgba([0u8, 0, 0, 255]))), nearest());
-    let light_map = LightMap { light: Mapped { factor: 1.0, texture: Some(black) }, encoding: LightEncoding::Linear };
+    let light = Mapped { factor: 1.0, texture: Some(black) };
+    let light_map = LightMap { light, encoding: LightEncoding::Linear, direction: None };
     builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), grey(0.8), at(Vec3::ZERO));
     let plain = builder.finish();
     let mut baked = plain.clone();
