@@ -215,7 +215,10 @@ fn normals_bend_baked_light_by_where_it_comes_from() {
     let of_sun = (sun, normal.dot(sun) / sun.y);
     // Behind what is bent.
     let behind = Vec3::new(-0.96, 0.28, 0.0);
-    let cases = [Some(even), Some(of_sun), Some((behind, 0.0)), Some((Vec3::ZERO, 1.0)), None];
+    // Of another surface: no light comes from below.
+    let below = Vec3::new(0.6, -0.7, 0.0);
+    let of_none = [Some((Vec3::ZERO, 1.0)), Some((below, 1.0)), None];
+    let cases = [&[Some(even), Some(of_sun), Some((behind, 0.0))][..], &of_none].concat();
     let paths = [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud];
     for (is_detail, eye_y) in [(false, 5.0), (true, 5.0), (false, -5.0)] {
         for (case, path) in cases.iter().flat_map(|case| paths.map(|path| (*case, path))) {

@@ -140,7 +140,11 @@ fn bent_light_share(direction: vec3f, vertex: vec3f, bent: vec3f) -> f32 {
     let ambient = 3.0 * max(1.0 - k, 0.0);
     // Light that grazes `vertex` may come to what is bent towards it many times over; but bytes and the filter then
     // decide by how much, so that it ends at four times, which is a light 14 degrees above the horizon met head-on.
-    return clamp((ambient + dot(bent, to_light)) / max(ambient + dot(vertex, to_light), 1e-3), 0.0, 4.0);
+    let height = dot(vertex, to_light);
+    let share = clamp((ambient + dot(bent, to_light)) / max(ambient + height, 1e-3), 0.0, 4.0);
+    // No light comes from below the mesh: a texel that says so is of another surface beside this one, for which it is too
+    // coarse. Nothing is known of light on this one but how much it is; over 4 degrees what is known fades in.
+    return mix(1.0, share, clamp(16.0 * height, 0.0, 1.0));
 }
 
 // What a white surface sends back of light that was baked about the mesh's normal `vertex`, where its normal is `bent`.
