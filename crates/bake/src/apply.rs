@@ -1,6 +1,6 @@
 //! Puts light maps into a scene.
 
-use crate::encode::{Encoding, LightFile, emission_png, grey_png, light_file};
+use crate::encode::{Encoding, LightFile, direction_png, emission_png, grey_png, light_file};
 use crate::{BakeError, Baked, Unwrapped};
 use glam::{Vec3, Vec4};
 use manypass_scene::material::{LightEncoding, LightMap};
@@ -76,6 +76,8 @@ fn shines(material: &Material) -> bool {
 pub(crate) struct PageTextures {
     /// With what it is multiplied by.
     pub light: Option<(usize, f32)>,
+    /// Where that comes from.
+    pub direction: Option<usize>,
     pub occlusion: Option<usize>,
 }
 
@@ -114,6 +116,12 @@ impl Baked {
                 let name = format!("light map {page}");
                 let file = MapFile { name, mime_type, bytes, extension: encoding.extension() };
                 of_page.light = Some((add(file), factor));
+            }
+            let direction = self.of_page(&self.direction, page);
+            if !direction.is_empty() {
+                let bytes = direction_png(direction, (width, height))?;
+                let name = format!("light direction {page}");
+                of_page.direction = Some(add(MapFile { name, mime_type: "image/png", bytes, extension: None }));
             }
             let occlusion = self.of_page(&self.occlusion, page);
             if !occlusion.is_empty() {
@@ -160,7 +168,8 @@ impl Baked {
                     }
                 } else if let Some((texture, factor)) = of_page.light {
                     let light = Mapped { factor, texture: Some(reference(texture)) };
-                    baked.light_map = Some(LightMap { light, encoding: LightEncoding::Linear });
+                    let direction = of_page.direction.map(reference);
+                    baked.light_map = Some(LightMap { light, encoding: LightEncoding::Linear, direction });
                 }
                 if let Some(texture) = of_page.occlusion.map(reference) {
                     (baked.occlusion_texture, baked.occlusion_strength) = (Some(texture), 1.0);

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use manypass_scene::{EnvironmentLight, LightKind, LightMode, Scene};
 use std::f32::consts::{PI, TAU};
 use std::hash::Hasher;
+use std::ops::{AddAssign, Div};
 
 /// Radiance from around a scene, by direction, where nothing of the scene is.
 pub trait Around: Sync {
@@ -35,6 +36,37 @@ impl Around for Vec3 {
 /// How light counts.
 pub(crate) fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Irradiance, and where it comes from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Arriving {
+    pub irradiance: Vec3,
+    /// The sum of unit directions towards where it comes from, each times the luminance of its irradiance: divided by
+    /// the luminance of all of it, their mean.
+    pub moment: Vec3,
+}
+
+impl Arriving {
+    /// Irradiance from a unit direction.
+    pub fn from(direction: Vec3, irradiance: Vec3) -> Self {
+        Self { irradiance, moment: direction * luminance(irradiance) }
+    }
+}
+
+impl AddAssign for Arriving {
+    fn add_assign(&mut self, other: Self) {
+        self.irradiance += other.irradiance;
+        self.moment += other.moment;
+    }
+}
+
+impl Div<f32> for Arriving {
+    type Output = Self;
+
+    fn div(self, by: f32) -> Self {
+        Self { irradiance: self.irradiance / by, moment: self.moment / by }
+    }
 }
 
 /// A light of the scene where its node is.
@@ -237,9 +269,9 @@ impl<'a> Emitters<'a> {
 
     /// Irradiance from the scene's lights: of those that maps hold, and of the others. `point` is where on a light that
     /// has a size.
-    pub fn of_lamps(&self, tracer: &Tracer, receiver: &Receiver, point: Vec2) -> [Vec3; 2] {
+    pub fn of_lamps(&self, tracer: &Tracer, receiver: &Receiver, point: Vec2) -> [Arriving; 2] {
         let start = receiver.start();
-        let mut sums = [Vec3::ZERO; 2];
+        let mut sums = [Arriving::default(); 2];
         for lamp in &self.lamps {
             let (to_light, distance_m, intensity) = lamp.towards(receiver.position);
             let cosine = receiver.normal.dot(to_light);
@@ -249,7 +281,7 @@ impl<'a> Emitters<'a> {
             let to_edge = lamp.spot_towards(start, to_light, distance_m, point);
             let is_lit = !lamp.casts_shadows || tracer.is_free(start, to_edge.0, to_edge.1);
             if is_lit {
-                sums[usize::from(!lamp.is_held)] += intensity * cosine;
+                sums[usize::from(!lamp.is_held)] += Arriving::from(to_light, intensity * cosine);
             }
         }
         sums
@@ -331,15 +363,16 @@ impl<'a> Emitters<'a> {
     /// Irradiance from a place of what shines and from a direction of what is around the scene, each chosen by chance, as one
     /// of two samples: the other one is a ray as dense as its cosine, of which [`Self::met`] and [`Self::missed`] say what it
     /// brings.
-    pub fn of_chosen(&self, tracer: &Tracer, receiver: &Receiver, points: [Vec2; 2]) -> Vec3 {
+    pub fn of_chosen(&self, tracer: &Tracer, receiver: &Receiver, points: [Vec2; 2]) -> Arriving {
         let (start, accepts) = (receiver.start(), |direction| receiver.faces(direction));
-        let irradiance = |chosen: Chosen| {
-            let cosine = receiver.normal.dot(chosen.direction);
-            chosen.share(cosine_density(cosine)) * cosine
-        };
         let [of_shining, of_around] = points;
-        self.choose_shining(tracer, start, accepts, of_shining).map_or(Vec3::ZERO, irradiance)
-            + self.choose_around(tracer, start, accepts, of_around).map_or(Vec3::ZERO, irradiance)
+        let of_shining = self.choose_shining(tracer, start, accepts, of_shining);
+        let mut sum = Arriving::default();
+        for chosen in of_shining.into_iter().chain(self.choose_around(tracer, start, accepts, of_around)) {
+            let cosine = receiver.normal.dot(chosen.direction);
+            sum += Arriving::from(chosen.direction, chosen.share(cosine_density(cosine)) * cosine);
+        }
+        sum
     }
 
     /// The radiance that a ray brings from what shines where it ends, as one of two samples, of which the other one is chosen

@@ -19,6 +19,16 @@ pub(crate) fn grey_png(texels: &[[f32; 1]], width: u32, height: u32) -> Result<V
     png(&image.ok_or_else(|| BakeError::Encode("texels are missing".into()))?)
 }
 
+/// A PNG file of vectors whose parts are from -1 to 1, rows from the top: half of each and a half.
+///
+/// # Errors
+/// The encoder fails.
+pub(crate) fn direction_png(texels: &[[f32; 3]], (width, height): (u32, u32)) -> Result<Vec<u8>, BakeError> {
+    let byte = |part: &f32| ((part * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0).round() as u8;
+    let image = image::RgbImage::from_raw(width, height, texels.iter().flatten().map(byte).collect());
+    png(&image.ok_or_else(|| BakeError::Encode("texels are missing".into()))?)
+}
+
 /// How light maps are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Encoding {

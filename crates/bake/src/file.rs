@@ -11,6 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The extension of light maps, which Mozilla Hubs began.
 const LIGHT_MAP: &str = "MOZ_lightmap";
+/// The extension of light maps with directions.
+const LIGHT_DIRECTION: &str = "MANYPASS_light_direction";
 const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
 const INSTANCES: &str = "EXT_mesh_gpu_instancing";
 const DRACO: &str = "KHR_draco_mesh_compression";
@@ -151,10 +153,18 @@ impl Baked {
         if !self.light.is_empty() && !self.is_emission {
             parts.use_extension(LIGHT_MAP);
         }
+        if !self.direction.is_empty() {
+            parts.use_extension(LIGHT_DIRECTION);
+        }
         parts.prune(&unreferenced);
-        for name in
-            [DRACO, LIGHT_MAP, "MOZ_texture_rgbe", "MANYPASS_texture_exr", "KHR_materials_pbrSpecularGlossiness"]
-        {
+        for name in [
+            DRACO,
+            LIGHT_MAP,
+            LIGHT_DIRECTION,
+            "MOZ_texture_rgbe",
+            "MANYPASS_texture_exr",
+            "KHR_materials_pbrSpecularGlossiness",
+        ] {
             if !mentions(&parts.json, name) {
                 parts.forget_extension(name);
             }
@@ -212,6 +222,9 @@ fn with_maps(
         let mut map = json!({ "index": texture, "texCoord": 1, "intensity": factor });
         if encoding.of_material() == LightEncoding::Rgbm {
             map["extras"]["encoding"] = "rgbm".into();
+        }
+        if let Some(texture) = of_page.direction {
+            map["extensions"][LIGHT_DIRECTION]["directionTexture"] = json!({ "index": texture, "texCoord": 1 });
         }
         material["extensions"][LIGHT_MAP] = map;
     }

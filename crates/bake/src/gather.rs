@@ -1,6 +1,6 @@
 //! What a texel sees.
 
-use crate::emitters::{Emitters, Receiver, luminance};
+use crate::emitters::{Arriving, Emitters, Receiver, luminance};
 use crate::fill::Light;
 use crate::sampling::{cosine_density, cosine_direction, hash2, point};
 use crate::surfaces::Surfaces;
@@ -39,25 +39,36 @@ pub(crate) struct Gather<'a> {
 pub(crate) struct Mean {
     pub value: Vec3,
     pub variance: f32,
+    /// Where light comes from, see [`Arriving::moment`].
+    pub moment: Vec3,
 }
 
 /// Sums of samples that are even and of those that are odd: points of both are spread as evenly as all of them.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums([Vec3; 2]);
+struct Sums {
+    halves: [Vec3; 2],
+    moment: Vec3,
+}
 
 impl Sums {
     fn add(&mut self, sample: u32, value: Vec3) {
-        self.0[(sample & 1) as usize] += value;
+        self.halves[(sample & 1) as usize] += value;
+    }
+
+    fn add_arriving(&mut self, sample: u32, arriving: Arriving) {
+        self.add(sample, arriving.irradiance);
+        self.moment += arriving.moment;
     }
 
     fn mean(self, count: u32) -> Mean {
-        let [even, odd] = self.0;
+        let [even, odd] = self.halves;
         let sum = even + odd;
-        if !sum.is_finite() {
+        if !sum.is_finite() || !self.moment.is_finite() {
             return Mean::default();
         }
         let apart = luminance(even - odd) / count as f32;
-        Mean { value: sum / count as f32, variance: if count > 1 { apart * apart } else { 0.0 } }
+        let variance = if count > 1 { apart * apart } else { 0.0 };
+        Mean { value: sum / count as f32, variance, moment: self.moment / count as f32 }
     }
 }
 
@@ -85,8 +96,8 @@ impl Gather<'_> {
     }
 
     /// Irradiance of the scene's lights, of those that maps hold and of the others.
-    pub fn of_lamps(&self, index: usize) -> [Vec3; 2] {
-        let mut sums = [Vec3::ZERO; 2];
+    pub fn of_lamps(&self, index: usize) -> [Arriving; 2] {
+        let mut sums = [Arriving::default(); 2];
         for (sample, receiver, seed) in self.receivers(index, LAMP_SAMPLES, OF_LAMPS) {
             let found = self.emitters.of_lamps(self.tracer, &receiver, point(sample, hash2(seed, 1)));
             sums.iter_mut().zip(found).for_each(|(sum, found)| *sum += found / LAMP_SAMPLES as f32);
@@ -112,26 +123,30 @@ impl Gather<'_> {
         }
         for (sample, receiver, seed) in self.receivers(index, self.samples, OF_SHINING) {
             let place = |which: u32| point(sample, hash2(seed, which));
-            let chosen = self.emitters.of_chosen(self.tracer, &receiver, [place(1), place(2)]);
-            sums.add(sample, chosen + PI * self.emission_met(&receiver, place(3)));
+            let mut arriving = self.emitters.of_chosen(self.tracer, &receiver, [place(1), place(2)]);
+            let (direction, radiance) = self.emission_met(&receiver, place(3));
+            arriving += Arriving::from(direction, PI * radiance);
+            sums.add_arriving(sample, arriving);
         }
         sums.mean(self.samples)
     }
 
-    /// The radiance of what shines along a ray that is as dense as its cosine, see [`Emitters::met`].
-    fn emission_met(&self, receiver: &Receiver, place: Vec2) -> Vec3 {
+    /// The direction of a ray that is as dense as its cosine, and the radiance of what shines along it, see
+    /// [`Emitters::met`].
+    fn emission_met(&self, receiver: &Receiver, place: Vec2) -> (Vec3, Vec3) {
         let direction = cosine_direction(receiver.normal, place);
         let cosine = receiver.normal.dot(direction);
         let Some(hit) = self.tracer.first(receiver.start(), direction) else {
-            return self.emitters.missed(direction, cosine_density(cosine));
+            return (direction, self.emitters.missed(direction, cosine_density(cosine)));
         };
         let (placed, _) = self.surfaces.triangle(hit.spot.triangle);
         if !self.surfaces.surfacing.surface(placed.material).shines || self.tracer.is_black(&hit) {
-            return Vec3::ZERO;
+            return (direction, Vec3::ZERO);
         }
         let (_, facet, _) = self.surfaces.geometry(hit.spot);
         let emission = self.surfaces.shade(hit.spot).emission;
-        self.emitters.met(hit.spot, emission, hit.distance_m, facet.dot(direction).abs(), cosine_density(cosine))
+        let (leaving, density) = (facet.dot(direction).abs(), cosine_density(cosine));
+        (direction, self.emitters.met(hit.spot, emission, hit.distance_m, leaving, density))
     }
 
     /// The irradiance that surfaces send back of `source`, which is the irradiance of all texels divided by π.
@@ -144,7 +159,8 @@ impl Gather<'_> {
                 continue;
             };
             let Some(light) = self.texels.look_up(source, hit.spot) else { continue };
-            sums.add(sample, self.surfaces.shade(hit.spot).reflectance * light * PI);
+            let irradiance = self.surfaces.shade(hit.spot).reflectance * light * PI;
+            sums.add_arriving(sample, Arriving::from(direction, irradiance));
         }
         sums.mean(self.samples)
     }

@@ -3,10 +3,13 @@
 //! One round finds the light that comes straight from where it is made, with as many rays towards what shines as are
 //! dense as their cosine. Each further round sends rays from every texel and looks up, where they end, what the round
 //! before has brought there: so a round costs the same whichever it is, and its noise is spread over all that sees it.
+//!
+//! Directional maps also hold where light comes from, as one direction: the mean, weighted by the share of each in the
+//! irradiance. Frames tell from it how much of the light a bent normal gets. All light that a map holds is in it.
 
 use crate::BakeError;
 use crate::denoise::denoise;
-use crate::emitters::{Around, Emitters};
+use crate::emitters::{Around, Emitters, luminance};
 use crate::fill::{Light, fill};
 use crate::gather::Gather;
 use crate::layout::{Layout, LayoutSettings};
@@ -43,6 +46,8 @@ pub struct BakeSettings {
     pub light: bool,
     /// Whether occlusion is found.
     pub occlusion: bool,
+    /// Whether light maps also hold where light comes from, so that normal maps bend it.
+    pub directional: bool,
     /// Whether light maps become what surfaces send out of that light, for viewers that know no light maps: then they hold
     /// what comes straight from lamps, too, but for dynamic ones. Surfaces that shine stay as they are.
     pub as_emission: bool,
@@ -63,6 +68,7 @@ impl Default for BakeSettings {
             layout: LayoutSettings::default(),
             light: true,
             occlusion: false,
+            directional: false,
             as_emission: false,
             samples: 256,
             bounces: 3,
@@ -87,12 +93,32 @@ impl BakeSettings {
     fn check(&self) -> Result<(), BakeError> {
         let Self { samples, bounces, occlusion_distance_m, .. } = *self;
         check_rays((samples, "from a texel"), bounces)?;
+        if self.directional && (!self.light || self.as_emission) {
+            let message = "where light comes from, without light maps; leave `directional` out, or bake light maps";
+            return Err(BakeError::Setting(message.into()));
+        }
         if occlusion_distance_m.is_nan() || occlusion_distance_m <= 0.0 {
             let message = format!("occlusion within {occlusion_distance_m} m; write a distance above 0");
             return Err(BakeError::Setting(message));
         }
         Ok(())
     }
+}
+
+/// What a texel has of its light: irradiance, and, of six numbers, the moment of its directions.
+fn sum_of<const N: usize>(irradiance: Vec3, moment: Vec3) -> [f32; N] {
+    record(irradiance, &[], moment)
+}
+
+/// `N` numbers of a texel: those of its irradiance, `between`, and those of the moment as far as there is room.
+fn record<const N: usize>(irradiance: Vec3, between: &[f32], moment: Vec3) -> [f32; N] {
+    let mut numbers = irradiance.to_array().into_iter().chain(between.iter().copied()).chain(moment.to_array());
+    std::array::from_fn(|_| numbers.next().unwrap_or(0.0))
+}
+
+/// The moment at the end of the numbers of a texel, none where there are none.
+fn moment_in(numbers: &[f32]) -> Vec3 {
+    if let [x, y, z] = numbers { Vec3::new(*x, *y, *z) } else { Vec3::ZERO }
 }
 
 /// What was found of a scene's surfaces.
@@ -103,6 +129,10 @@ pub struct Baked {
     /// Texels of all pages, one page after the other, rows from the top: irradiance divided by π, which is what a white
     /// surface sends back. Empty if it was not asked for.
     pub light: Vec<[f32; 3]>,
+    /// Where that light comes from, texel by texel, as [`LightMap::direction`](manypass_scene::material::LightMap) has it:
+    /// the mean, in world space, of unit directions towards it, each weighted by the luminance of its irradiance; 0 where
+    /// there is no light. Its length is from 0 to 1. Empty if it was not asked for.
+    pub direction: Vec<[f32; 3]>,
     /// Whether `light` is what surfaces send back in their own colours ([`BakeSettings::as_emission`]).
     pub is_emission: bool,
     /// The share of even light from everywhere that reaches each texel. Empty if it was not asked for.
@@ -142,7 +172,8 @@ impl<'a> Baker<'a> {
         let mut hasher = DefaultHasher::new();
         hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.write_u32(VERSION);
-        hasher.write(format!("{:?}", self.settings).as_bytes());
+        // Files that were baked before there were directions are still up to date.
+        hasher.write(format!("{:?}", self.settings).replace(" directional: false,", "").as_bytes());
         self.surfaces.hash_into(&mut hasher);
         self.emitters.hash_into(&mut hasher);
         hasher.finish()
@@ -161,7 +192,13 @@ impl<'a> Baker<'a> {
         texels.put_inside(&inside);
         drop(inside);
         let gather = self.gather(&tracer, &texels);
-        let light = if self.settings.light { self.light(&gather, progress, keeper)? } else { Vec::new() };
+        let (light, direction) = match self.settings {
+            BakeSettings { light: false, .. } => (Vec::new(), Vec::new()),
+            BakeSettings { directional: false, .. } => {
+                (self.divided(self.light::<3, 7, 4>(&gather, progress, keeper)?, gather.texels), Vec::new())
+            }
+            _ => self.with_directions(self.light::<6, 10, 7>(&gather, progress, keeper)?, gather.texels),
+        };
         let occlusion = if self.settings.occlusion { self.occlusion(&gather, progress, keeper)? } else { Vec::new() };
         let mut notes = self.surfaces.warnings().to_vec();
         notes.extend(self.layout.notes.iter().cloned());
@@ -171,7 +208,7 @@ impl<'a> Baker<'a> {
         }
         drop(texels);
         let is_emission = self.settings.as_emission;
-        Ok(Baked { layout: self.layout, light, is_emission, occlusion, notes })
+        Ok(Baked { layout: self.layout, light, direction, is_emission, occlusion, notes })
     }
 
     fn gather<'g>(&'g self, tracer: &'g Tracer<'g>, texels: &'g Texels<'g>) -> Gather<'g> {
@@ -183,27 +220,35 @@ impl<'a> Baker<'a> {
         (self.layout.width as usize, self.layout.height as usize)
     }
 
-    /// One round after the other. A texel has 36 bytes here at the most: in rounds the sum of light, its variance, and what
-    /// the last round and this one have brought; afterwards light and variance twice, while noise is taken out; and its
-    /// triangle.
-    fn light(&self, gather: &Gather, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Vec<[f32; 3]>, BakeError> {
+    /// One round after the other: irradiance, and where it comes from if a texel has six numbers ([`sum_of`]); of texels
+    /// without a surface nothing. A texel has 36 bytes here at the most, 60 with directions: in rounds the sum of light, its
+    /// variance, and what the last round and this one have brought; afterwards light and variance twice, while noise is taken
+    /// out; and its triangle. Of each texel keepers are given `DIRECT` numbers in the first round, the sum, its variance and
+    /// what surfaces send back; and `BOUNCE` numbers in others, the sum and its variance.
+    fn light<const N: usize, const DIRECT: usize, const BOUNCE: usize>(
+        &self,
+        gather: &Gather,
+        progress: &dyn Progress,
+        keeper: &dyn Keeper,
+    ) -> Result<Vec<[f32; N]>, BakeError> {
         let count = self.layout.texel_count();
         let padding = self.settings.layout.padding;
         let (mut sum, mut source, mut variance) =
-            (vec![[0.0; 3]; count], vec![[f16::ZERO; 3]; count], vec![0.0; count]);
+            (vec![[0.0; N]; count], vec![[f16::ZERO; 3]; count], vec![0.0; count]);
         let direct = |index: usize| {
             let [held, added] = gather.of_lamps(index);
             let others = gather.of_others(index);
-            let all = held + added + others.value;
-            let [a, b, c] = others.value.to_array();
-            [a, b, c, others.variance, all.x, all.y, all.z]
+            let all = held.irradiance + added.irradiance + others.value;
+            let numbers = [others.variance, all.x, all.y, all.z];
+            record::<DIRECT>(others.value, &numbers, others.moment)
         };
         let blocks = sum.chunks_mut(BLOCK).zip(source.chunks_mut(BLOCK)).zip(variance.chunks_mut(BLOCK));
         let stage = (progress, Stage::Direct);
         keep_blocks(blocks, (BLOCK, count), stage, (keeper, 0), direct, |((sum, source), variance), values| {
-            for (index, [a, b, c, of_variance, all @ ..]) in values.iter().enumerate() {
-                (sum[index], variance[index], source[index]) =
-                    ([*a, *b, *c], *of_variance, Light::of(Vec3::from(*all) / PI));
+            for (index, value) in values.iter().map(|value| &value[..]).enumerate() {
+                let [a, b, c, of_variance, red, green, blue, moment @ ..] = value else { continue };
+                sum[index] = sum_of(Vec3::new(*a, *b, *c), moment_in(moment));
+                (variance[index], source[index]) = (*of_variance, Light::of(Vec3::new(*red, *green, *blue) / PI));
             }
         })?;
         for round in 0..self.settings.bounces {
@@ -211,7 +256,7 @@ impl<'a> Baker<'a> {
             let mut next = vec![[f16::ZERO; 3]; count];
             let of_texel = |index: usize| {
                 let mean = gather.bounced(index, round, &source);
-                [mean.value.x, mean.value.y, mean.value.z, mean.variance]
+                record::<BOUNCE>(mean.value, &[mean.variance], mean.moment)
             };
             let blocks = sum.chunks_mut(BLOCK).zip(next.chunks_mut(BLOCK)).zip(variance.chunks_mut(BLOCK));
             let stage = (progress, Stage::Bounce(round + 1));
@@ -222,9 +267,12 @@ impl<'a> Baker<'a> {
                 (keeper, round + 1),
                 of_texel,
                 |((sum, next), variance), values| {
-                    for (index, [a, b, c, of_variance]) in values.iter().enumerate() {
+                    for (index, value) in values.iter().map(|value| &value[..]).enumerate() {
+                        let [a, b, c, of_variance, moment @ ..] = value else { continue };
                         let light = Vec3::new(*a, *b, *c);
-                        sum[index] = (Vec3::from(sum[index]) + light).to_array();
+                        let before = &sum[index];
+                        sum[index] =
+                            sum_of(Vec3::from_slice(before) + light, moment_in(&before[3..]) + moment_in(moment));
                         next[index] = Light::of(light / PI);
                         variance[index] += of_variance;
                     }
@@ -246,16 +294,40 @@ impl<'a> Baker<'a> {
                 for (index, sum) in block.iter_mut().enumerate() {
                     let index = number * BLOCK + index;
                     let [held, added] = gather.of_lamps(index);
-                    let light = Vec3::from(*sum) + held;
-                    let sent_back = || (light + added) * gather.reflectance(index);
-                    *sum = if as_emission { sent_back() } else { light }.to_array();
+                    let light = Vec3::from_slice(sum) + held.irradiance;
+                    let sent_back = || (light + added.irradiance) * gather.reflectance(index);
+                    let moment = moment_in(&sum[3..]) + held.moment;
+                    *sum = sum_of(if as_emission { sent_back() } else { light }, moment);
                 }
             })?;
         }
-        fill(&mut sum, gather.texels, self.size(), padding);
-        stitch(&mut sum, &seams(self.surfaces, &self.layout), self.size());
-        sum.iter_mut().flatten().for_each(|value| *value /= PI);
         Ok(sum)
+    }
+
+    /// Irradiance of all texels as maps have it: spread into what lies around charts, without cuts, and divided by π.
+    fn divided(&self, mut light: Vec<[f32; 3]>, texels: &Texels) -> Vec<[f32; 3]> {
+        fill(&mut light, texels, self.size(), self.settings.layout.padding);
+        stitch(&mut light, &seams(self.surfaces, &self.layout), self.size(), 0.0);
+        light.iter_mut().flatten().for_each(|value| *value /= PI);
+        light
+    }
+
+    /// The same, and the mean directions of light. What is spread and brought together along cuts is their moments, which
+    /// are light that has a direction: only then they are divided.
+    fn with_directions(&self, both: Vec<[f32; 6]>, texels: &Texels) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        let light = both.iter().map(|[a, b, c, ..]| [*a, *b, *c]).collect();
+        let mut moments: Vec<[f32; 3]> = both.iter().map(|[.., x, y, z]| [*x, *y, *z]).collect();
+        drop(both);
+        let light = self.divided(light, texels);
+        fill(&mut moments, texels, self.size(), self.settings.layout.padding);
+        stitch(&mut moments, &seams(self.surfaces, &self.layout), self.size(), f32::NEG_INFINITY);
+        for (moment, light) in moments.iter_mut().zip(&light) {
+            let irradiance = luminance(Vec3::from(*light) * PI);
+            let mean = if irradiance > 0.0 { Vec3::from(*moment) / irradiance } else { Vec3::ZERO };
+            // Where cuts are brought together light and moments change by different shares.
+            *moment = if mean.is_finite() { mean.clamp_length_max(1.0) } else { Vec3::ZERO }.to_array();
+        }
+        (light, moments)
     }
 
     fn occlusion(
@@ -289,7 +361,7 @@ impl<'a> Baker<'a> {
             open = denoise(open, variance, gather.texels, self.size(), (progress, Stage::Finish))?;
         }
         fill(&mut open, gather.texels, self.size(), self.settings.layout.padding);
-        stitch(&mut open, &seams(self.surfaces, &self.layout), self.size());
+        stitch(&mut open, &seams(self.surfaces, &self.layout), self.size(), 0.0);
         Ok(open.into_iter().map(|[value, ..]| [value]).collect())
     }
 }

@@ -82,7 +82,8 @@ impl Paths<'_> {
             let place = |purpose: u32| draw.point(1 + POINTS * bounce + purpose);
             let [held, added] = self.emitters.of_lamps(self.tracer, &receiver, place(0));
             let chosen = self.emitters.of_chosen(self.tracer, &receiver, [place(1), place(2)]);
-            brought.sent_back += throughput * (held + added + chosen) / PI;
+            let irradiance = held.irradiance + added.irradiance + chosen.irradiance;
+            brought.sent_back += throughput * irradiance / PI;
             // Rays as dense as their cosine bring what is sent back of them as it is.
             direction = cosine_direction(receiver.normal, place(3));
             density = cosine_density(receiver.normal.dot(direction));

@@ -95,8 +95,9 @@ fn around(place: Vec2, (width, height): (usize, usize)) -> [(usize, f32); 4] {
     [texel(0.0, 0.0), texel(1.0, 0.0), texel(0.0, 1.0), texel(1.0, 1.0)]
 }
 
-/// Brings the light on both sides of cuts together. Pages are `size` texels wide and high.
-pub(crate) fn stitch<const N: usize>(light: &mut [[f32; N]], seams: &[Seam], size: (usize, usize)) {
+/// Brings the light on both sides of cuts together. Pages are `size` texels wide and high. No number becomes less than
+/// `least`.
+pub(crate) fn stitch<const N: usize>(light: &mut [[f32; N]], seams: &[Seam], size: (usize, usize), least: f32) {
     for _ in 0..ROUNDS {
         for seam in seams {
             let [one, other] = seam.sides;
@@ -105,14 +106,14 @@ pub(crate) fn stitch<const N: usize>(light: &mut [[f32; N]], seams: &[Seam], siz
             for step in 0..=count {
                 let share = step as f32 / count as f32;
                 let texels = [one, other].map(|side| around(side[0].lerp(side[1], share), size));
-                join(light, texels, seam.first);
+                join(light, texels, seam.first, least);
             }
         }
     }
 }
 
 /// Moves the texels around two places so that what is at both is more alike.
-fn join<const N: usize>(light: &mut [[f32; N]], texels: [[(usize, f32); 4]; 2], first: usize) {
+fn join<const N: usize>(light: &mut [[f32; N]], texels: [[(usize, f32); 4]; 2], first: usize, least: f32) {
     let squares: f32 = texels.iter().flatten().map(|(_, share)| share * share).sum();
     let mut apart = [0.0; N];
     for (side, sign) in texels.iter().zip([1.0, -1.0]) {
@@ -125,7 +126,7 @@ fn join<const N: usize>(light: &mut [[f32; N]], texels: [[(usize, f32); 4]; 2], 
         for (texel, share) in side {
             let Some(light) = light.get_mut(first + texel) else { continue };
             let scale = sign * share * RELAXATION / squares.max(1e-6);
-            light.iter_mut().zip(apart).for_each(|(light, apart)| *light = (*light + scale * apart).max(0.0));
+            light.iter_mut().zip(apart).for_each(|(light, apart)| *light = (*light + scale * apart).max(least));
         }
     }
 }
@@ -141,7 +142,7 @@ mod tests {
         let mut light: Vec<[f32; 1]> = (0..128).map(|index| [if index % 16 < 8 { 1.0 } else { 2.0 }]).collect();
         let side = |x: f32| [Vec2::new(x, 1.0), Vec2::new(x, 7.0)];
         let seam = Seam { sides: [side(5.3), side(11.2)], first: 0 };
-        stitch(&mut light, &[seam], size);
+        stitch(&mut light, &[seam], size, 0.0);
         for y in [1.5, 4.0, 6.5] {
             let at =
                 |x: f32| around(Vec2::new(x, y), size).iter().map(|(at, share)| light[*at][0] * share).sum::<f32>();

@@ -68,6 +68,33 @@ fn an_interrupted_bake_ends_as_one_that_was_not() {
 }
 
 #[test]
+fn directions_are_the_same_again_and_leave_light_as_it_is() {
+    let scene = cornell();
+    let plain = bake(&scene, None, &small());
+    assert!(plain.direction.is_empty());
+    let directional = BakeSettings { directional: true, ..small() };
+    let whole = bake(&scene, None, &directional);
+    assert_eq!((&whole.light, &whole.occlusion), (&plain.light, &plain.occlusion));
+    let surfaces = Surfaces::new(&scene);
+    let memory = Memory::default();
+    let mut steps = 20;
+    let again = loop {
+        let baker = Baker::new(&scene, &surfaces, None, &directional, &()).unwrap();
+        if let Ok(baked) = baker.run(&StopAfter(AtomicU32::new(steps)), &memory) {
+            break baked;
+        }
+        steps += 20;
+    };
+    assert!(steps > 20);
+    assert_eq!(again.direction, whole.direction);
+    // Light comes from the side that is lit. What lies within a texel may be round or have two sides.
+    let lengths = whole.direction.iter().map(|of| Vec3::from(*of).length());
+    assert!(lengths.clone().all(|length| length <= 1.0 + 1e-6));
+    let lit = whole.light.iter().zip(lengths).filter(|(light, _)| light[0] > 0.0);
+    assert!(lit.clone().filter(|(_, length)| *length > 0.3).count() as f32 > 0.99 * lit.count() as f32);
+}
+
+#[test]
 fn keys_are_those_of_scene_and_settings() {
     let key = |scene: &Scene, settings: &BakeSettings| {
         let surfaces = Surfaces::new(scene);
@@ -77,6 +104,7 @@ fn keys_are_those_of_scene_and_settings() {
     let first = key(&scene, &small());
     assert_eq!(key(&scene.clone(), &small()), first);
     assert_ne!(key(&scene, &BakeSettings { bounces: 1, ..small() }), first);
+    assert_ne!(key(&scene, &BakeSettings { directional: true, ..small() }), first);
     let mut other = scene.clone();
     other.materials[1].base_color_factor.x += 0.01;
     assert_ne!(key(&other, &small()), first);
@@ -167,13 +195,14 @@ fn lamps_are_in_maps_as_their_mode_says() {
 fn a_written_file_is_the_scene_with_its_maps() {
     for (encoding, extension) in [(Encoding::Exr, "MANYPASS_texture_exr"), (Encoding::Rgbm, "MOZ_lightmap")] {
         let scene = cornell();
-        let baked = bake(&scene, None, &small());
+        let directional = encoding == Encoding::Exr;
+        let baked = bake(&scene, None, &BakeSettings { directional, ..small() });
         let mut in_memory = scene.clone();
         baked.apply(&mut in_memory).unwrap();
         let (mut parts, notes) = Parts::of_scene(&scene);
         assert!(notes.is_empty(), "{notes:?}");
         baked.write(&mut parts, &scene, encoding).unwrap();
-        let bytes = parts.to_glb().unwrap();
+        let bytes = parts.clone().to_glb().unwrap();
         let read = load_bytes(&bytes, &mut |_| unreachable!("it is one file"), "baked.glb").unwrap();
         assert!(read.warnings.is_empty(), "{:?}", read.warnings);
         let read = read.scene;
@@ -187,8 +216,22 @@ fn a_written_file_is_the_scene_with_its_maps() {
                 let of = |scene: &Scene, primitive: &Primitive| scene.materials[primitive.material.unwrap()].clone();
                 let (one, other): (Material, Material) = (of(&in_memory, one), of(&read, other));
                 assert_eq!((one.name, one.base_color_factor), (other.name, other.base_color_factor));
-                let map = other.light_map.unwrap().light;
+                let light_map = other.light_map.unwrap();
+                let map = light_map.light;
                 assert_eq!(map.texture.unwrap().uv_set, 1);
+                assert_eq!(light_map.direction.is_some(), directional);
+                if let Some(direction) = light_map.direction {
+                    assert_eq!(direction.uv_set, 1);
+                    let pixels = read.images[read.textures[direction.texture].image].decode().unwrap();
+                    for (found, expected) in pixels.data.chunks_exact(4).zip(&baked.direction) {
+                        for (byte, part) in found.iter().zip(expected) {
+                            assert!(
+                                (f32::from(*byte) / 127.5 - 1.0 - part).abs() < 0.5 / 127.0,
+                                "{byte} is not {part}"
+                            );
+                        }
+                    }
+                }
                 assert_eq!(other.occlusion_texture.unwrap().uv_set, 1);
                 let image = read.textures[map.texture.unwrap().texture].image;
                 let light = if encoding == Encoding::Rgbm {
@@ -208,6 +251,10 @@ fn a_written_file_is_the_scene_with_its_maps() {
         // Baked again, the file's own second UV set is taken, and its maps are replaced.
         let again = bake(&read, None, &small());
         assert_eq!(again.layout.unwrapped.len(), baked.layout.unwrapped.len());
+        again.write(&mut parts, &read, encoding).unwrap();
+        let used = |name: &str| parts.json["extensionsUsed"].as_array().unwrap().iter().any(|used| used == name);
+        assert!(!used("MANYPASS_light_direction") && used("MOZ_lightmap"));
+        assert_eq!(parts.json["images"].as_array().map(Vec::len), Some(2));
     }
 }
 
@@ -246,6 +293,8 @@ fn nonsense_is_refused_or_passed_over() {
         BakeSettings { samples: 0, ..small() },
         BakeSettings { bounces: 1000, ..small() },
         BakeSettings { occlusion_distance_m: -1.0, ..small() },
+        BakeSettings { directional: true, light: false, ..small() },
+        BakeSettings { directional: true, as_emission: true, ..small() },
     ] {
         assert!(matches!(of(&cornell(), bad), Err(BakeError::Setting(_))), "{bad:?}");
     }

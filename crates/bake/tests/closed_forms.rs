@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{add, at, bake, matte, mean, settings};
-use glam::{Quat, Vec3};
+use common::{add, at, bake, matte, mean, settings, texel};
+use glam::{Quat, Vec2, Vec3};
+use manypass_bake::{Around, BakeSettings, Baked};
 use manypass_scene::{Light, LightKind, LightMode, Material, Node, Primitive, Scene, primitives};
 use std::f32::consts::PI;
 
@@ -94,4 +95,80 @@ fn white_surroundings_are_white_on_what_stands_alone() {
     add(&mut scene, primitives::uv_sphere(1.0, 48, 24), matte(0.5, 0.0), Node::default());
     let maps = bake(&scene, Some(&Vec3::ONE), &settings(8.0, 64, 2));
     assert_near(mean(&maps, 0), 1.0, 0.01);
+}
+
+/// What a bake with directions finds.
+fn bake_directional(scene: &Scene, around: Option<&dyn Around>, of: &BakeSettings) -> Baked {
+    bake(scene, around, &BakeSettings { directional: true, ..*of })
+}
+
+/// The direction at the middle of the first triangle of a surface.
+fn direction(maps: &Baked, which: usize) -> Vec3 {
+    let of = &maps.layout.unwrapped[which];
+    let corners = of.indices[..3].iter().map(|corner| of.vertices[*corner as usize].1);
+    maps.direction[texel(maps, of.page, corners.sum::<Vec2>() / 3.0)].into()
+}
+
+#[test]
+fn even_light_comes_from_along_the_normal_with_two_thirds() {
+    let mut scene = Scene::default();
+    let tilted = Quat::from_rotation_z(0.4) * Quat::from_rotation_x(-0.9);
+    add(&mut scene, primitives::plane(1.0), matte(0.5, 0.0), Node { rotation: tilted, ..Node::default() });
+    let maps = bake_directional(&scene, Some(&Vec3::ONE), &settings(4.0, 1024, 0));
+    let (normal, found) = (tilted * Vec3::Y, direction(&maps, 0));
+    // The integral of cosine squared over that of the cosine.
+    assert_near(found.length(), 2.0 / 3.0, 0.01);
+    assert!(found.normalize().dot(normal) > 0.9999, "{found} is not along {normal}");
+    // Inside a sphere all light has come to and fro, and each bounce is as even as the first. Where noise is taken out, means
+    // of neighbours whose normals differ are shorter.
+    let mut scene = Scene::default();
+    add(&mut scene, hollow(1.0), matte(0.8, 0.7), Node::default());
+    let noisy = BakeSettings { denoise: false, ..settings(12.0, 256, 4) };
+    let maps = bake_directional(&scene, None, &noisy);
+    let mut lengths: Vec<f32> =
+        maps.direction.iter().map(|of| Vec3::from(*of).length()).filter(|length| *length > 0.0).collect();
+    lengths.sort_by(f32::total_cmp);
+    assert_near(lengths[lengths.len() / 2], 2.0 / 3.0, 0.01);
+    assert!(lengths.iter().all(|length| *length <= 1.0 + 1e-6));
+}
+
+#[test]
+fn light_of_what_is_small_comes_from_there() {
+    let to_light = Vec3::new(0.5, 0.7, -0.3).normalize();
+    let floor = || {
+        let mut scene = Scene::default();
+        add(&mut scene, primitives::plane(0.5), matte(0.5, 0.0), Node::default());
+        scene
+    };
+    // A surface that shines, of 2 degrees.
+    let mut shining = floor();
+    let facing =
+        Node { translation: 30.0 * to_light, rotation: Quat::from_rotation_arc(Vec3::Y, -to_light), ..Node::default() };
+    add(&mut shining, primitives::plane(1.0), matte(0.0, 100.0), facing);
+    // A lamp that maps hold.
+    let mut lit = floor();
+    let kind = LightKind::Directional;
+    lit.lights.push(Light { intensity: 3.0, kind, mode: LightMode::Baked, ..Light::default() });
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, -to_light);
+    lit.add_node(None, Node { light: Some(0), rotation, ..Node::default() });
+    lit.update_transforms();
+    for scene in [shining, lit] {
+        let maps = bake_directional(&scene, None, &settings(8.0, 256, 0));
+        let found = direction(&maps, 0);
+        assert!((0.999..=1.0).contains(&found.length()), "{}", found.length());
+        assert!(found.normalize().dot(to_light) > 0.9998, "{found} is not along {to_light}");
+    }
+    // Of two lamps each counts as much as it adds to irradiance.
+    let mut both = floor();
+    let directions = [(Vec3::new(0.8, 0.6, 0.0), 2.0), (Vec3::new(0.0, 0.8, 0.6), 5.0)];
+    for (index, (to_light, intensity)) in directions.into_iter().enumerate() {
+        both.lights.push(Light { intensity, kind, mode: LightMode::Baked, ..Light::default() });
+        let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, -to_light);
+        both.add_node(None, Node { light: Some(index), rotation, ..Node::default() });
+    }
+    both.update_transforms();
+    let moment: Vec3 = directions.iter().map(|(to_light, intensity)| *to_light * (intensity * to_light.y)).sum();
+    let expected = moment / directions.iter().map(|(to_light, intensity)| intensity * to_light.y).sum::<f32>();
+    let found = direction(&bake_directional(&both, None, &settings(8.0, 16, 0)), 0);
+    assert!(found.distance(expected) < 1e-3, "{found} is not {expected}");
 }

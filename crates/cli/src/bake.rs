@@ -285,6 +285,10 @@ fn provenance(
                 "unit": "irradiance / pi: what a white surface sends back, in the units of the lights",
                 "bounces": settings.bounces,
             });
+            if settings.directional {
+                extras["lightMap"]["directions"] =
+                    "the mean of unit directions in world space, weighted by irradiance".into();
+            }
         }
         if settings.occlusion && settings.occlusion_distance_m.is_finite() {
             extras["occlusionDistance"] = settings.occlusion_distance_m.into();
@@ -427,6 +431,7 @@ impl Report<'_> {
             let layout = &maps.layout;
             json!({
                 "light": if maps.light.is_empty() { 0 } else { layout.page_count },
+                "directions": if maps.direction.is_empty() { 0 } else { layout.page_count },
                 "occlusion": if maps.occlusion.is_empty() { 0 } else { layout.page_count },
                 "width": layout.width,
                 "height": layout.height,
@@ -454,7 +459,8 @@ impl Report<'_> {
         let stage = self.outputs.stage.as_ref().map_or(String::new(), |path| format!(" and {}", path.display()));
         let of_maps = self.found.maps.as_ref().map(|maps| {
             let layout = &maps.layout;
-            let each = usize::from(!maps.light.is_empty()) + usize::from(!maps.occlusion.is_empty());
+            let each = [maps.light.is_empty(), maps.direction.is_empty(), maps.occlusion.is_empty()];
+            let each = each.iter().filter(|is_empty| !**is_empty).count();
             let count = each * layout.page_count as usize;
             let (pieces, surfaces) = (layout.chart_count as usize, layout.unwrapped.len());
             format!(

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Folder, Run, has_adapter, run_in};
-use manypass_scene::gltf_file::Parts;
+use manypass_scene::gltf_file::{Parts, load_path};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -40,6 +40,38 @@ fn two_bakes_are_the_same_file_and_a_third_is_not_made() {
     let json = Parts::json_of(&folder.join("b.glb")).expect("a GLB");
     assert_eq!(json["asset"]["extras"]["bake"]["lightMap"]["bounces"], 0);
     assert!(!folder.names().iter().any(|name| name.ends_with(".part")), "{:?}", folder.names());
+}
+
+#[test]
+fn light_maps_have_directions_where_they_are_asked_for() {
+    let folder = Folder::new("directional");
+    let light = ["demo:cornell", "--what", "lightmap", "--bounces", "1"];
+    let run = bake(&folder, &[&light[..], &["-o", "a.glb", "--directional", "--json"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let report: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON");
+    assert_eq!((&report["maps"]["light"], &report["maps"]["directions"]), (&1.into(), &1.into()));
+    bake(&folder, &[&light[..], &["-o", "b.glb"]].concat()).expect(0);
+    let read = |name: &str| {
+        let loaded = load_path(&folder.join(name)).expect("it is read");
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        loaded.scene
+    };
+    let (with, without) = (read("a.glb"), read("b.glb"));
+    assert_eq!((with.images.len(), without.images.len()), (2, 1));
+    assert!(without.materials.iter().all(|of| of.light_map.is_none_or(|map| map.direction.is_none())));
+    let map = with.materials.iter().find_map(|material| material.light_map).expect("a light map");
+    let directions = with.images[with.textures[map.direction.expect("directions").texture].image].decode();
+    let light = with.images[with.textures[map.light.texture.expect("light").texture].image].decode_light();
+    let (directions, light) = (directions.expect("a PNG"), light.expect("OpenEXR"));
+    assert_eq!((directions.width, directions.height), (light.width, light.height));
+    // Where light is, it comes from somewhere: as even as it may be, two thirds along the normal are left.
+    let length = |texel: &[u8]| texel.iter().take(3).map(|part| (f32::from(*part) / 127.5 - 1.0).powi(2)).sum::<f32>();
+    let lit = directions.data.chunks_exact(4).zip(&light.texels).filter(|(_, light)| light[1].to_f32() > 0.0);
+    let lengths: Vec<f32> = lit.map(|(texel, _)| length(texel).sqrt()).collect();
+    let mean = lengths.iter().sum::<f32>() / lengths.len() as f32;
+    assert!(lengths.len() > 1000 && (0.6..0.95).contains(&mean), "{} of {mean}", lengths.len());
+    let run = bake(&folder, &["demo:cornell", "-o", "c.glb", "--what", "occlusion", "--directional"]);
+    assert!(run.code == 2 && run.stderr.contains("--directional is of light maps"), "{}", run.stderr);
 }
 
 #[test]

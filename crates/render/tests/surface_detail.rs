@@ -110,7 +110,11 @@ fn baked_light_times_base_colour_is_what_is_seen() {
             base_color_texture: has_texture.then_some(base),
             metallic_factor: metallic,
             shading_model: model,
-            light_map: Some(LightMap { light: Mapped { factor: 1.5, texture: Some(light) }, encoding }),
+            light_map: Some(LightMap {
+                light: Mapped { factor: 1.5, texture: Some(light) },
+                encoding,
+                direction: None,
+            }),
             ..Material::default()
         };
         builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
@@ -153,7 +157,7 @@ fn baked_light_of_radiance_files_exceeds_one() {
     // What is linear stays so, whatever a material says of its encoding.
     let light = Mapped { factor: 4.0, texture: Some(TextureRef { uv_set: 1, ..light }) };
     let material = Material {
-        light_map: Some(LightMap { light, encoding: LightEncoding::Srgb }),
+        light_map: Some(LightMap { light, encoding: LightEncoding::Srgb, direction: None }),
         metallic_factor: 0.0,
         ..grey(0.5)
     };
@@ -171,11 +175,108 @@ fn baked_light_of_radiance_files_exceeds_one() {
     }
 }
 
+/// Bytes of vectors whose parts are from -1 to 1.
+fn bytes_of(vector: Vec3) -> Rgba<u8> {
+    let [x, y, z] = ((vector * 0.5 + 0.5) * 255.0).round().to_array().map(|part| part as u8);
+    Rgba([x, y, z, 255])
+}
+
+/// A square of one colour of baked light, with directions if they are given, whose normals a texture tilts: one of the
+/// material, or of its detail.
+fn tilted(tilt: Vec3, is_detail: bool, direction: Option<Vec3>, eye_y: f32) -> Scene {
+    let projection = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 10.0 };
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, eye_y, 0.0), Vec3::ZERO, projection);
+    let mut filled = |color: Rgba<u8>, side: u32| {
+        texture(&mut builder.scene, png(&ImageBuffer::from_pixel(side, side, color)), nearest())
+    };
+    let normals = filled(bytes_of(tilt), 2);
+    let light = TextureRef { uv_set: 1, ..filled(Rgba([204, 102, 51, 255]), 4) };
+    let direction = direction.map(|direction| TextureRef { uv_set: 1, ..filled(bytes_of(direction), 4) });
+    let detail = DetailMaps { normal_texture: Some(normals), normal_scale: 1.0, base_color_texture: None };
+    let light = Mapped { factor: 2.0, texture: Some(light) };
+    let material = Material {
+        normal_texture: (!is_detail).then_some(normals),
+        detail: is_detail.then_some(detail),
+        light_map: Some(LightMap { light, encoding: LightEncoding::Linear, direction }),
+        double_sided: true,
+        ..grey(0.5)
+    };
+    builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
+    builder.finish()
+}
+
+#[test]
+fn normals_bend_baked_light_by_where_it_comes_from() {
+    // Tangents run along x and bitangents against z, and normals along y.
+    let tilt = Vec3::new(0.5, -0.2, 0.842_6);
+    let normal = Vec3::new(tilt.x, tilt.z, -tilt.y);
+    let sun = Vec3::new(0.6, 0.8, 0.0);
+    let even = (Vec3::Y * (2.0 / 3.0), 0.5 + 0.5 * normal.y);
+    let of_sun = (sun, normal.dot(sun) / sun.y);
+    // Behind what is bent.
+    let behind = Vec3::new(-0.96, 0.28, 0.0);
+    // Of another surface: no light comes from below.
+    let below = Vec3::new(0.6, -0.7, 0.0);
+    let of_none = [Some((Vec3::ZERO, 1.0)), Some((below, 1.0)), None];
+    let cases = [&[Some(even), Some(of_sun), Some((behind, 0.0))][..], &of_none].concat();
+    let paths = [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud];
+    for (is_detail, eye_y) in [(false, 5.0), (true, 5.0), (false, -5.0)] {
+        for (case, path) in cases.iter().flat_map(|case| paths.map(|path| (*case, path))) {
+            let scene = tilted(tilt, is_detail, case.map(|(direction, _)| direction), eye_y);
+            let request = plain_request(&scene, (16, 16)).with(|settings| settings.render.path = path);
+            let found = radiance(&scene, &request)[8 * 16 + 8];
+            let share = case.map_or(1.0, |(_, share)| share);
+            for (found, texel) in found.iter().zip([204.0, 102.0, 51.0]) {
+                let expected = 0.5 * 2.0 * texel / 255.0 * share;
+                assert!(
+                    (found - expected).abs() <= 0.01 * expected,
+                    "{path:?} {is_detail} {case:?}: {found}, {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn directions_leave_light_as_it_is_where_nothing_is_bent_and_at_its_edges() {
+    let light = |x: u32, y: u32| Rgba([60 + 40 * x as u8, 250 - 60 * y as u8, if y == 3 { 255 } else { 10 }, 255]);
+    let wrap = Wrap::ClampToEdge;
+    let linear = Sampler { wrap_u: wrap, wrap_v: wrap, mip_linear: None, ..Sampler::default() };
+    let seen = |has_directions: bool, path: Path| {
+        let mut builder = above();
+        let mut put = |source: ImageSource| TextureRef { uv_set: 1, ..texture(&mut builder.scene, source, linear) };
+        let normals = put(png(&ImageBuffer::from_pixel(1, 1, Rgba([128u8, 128, 255, 255]))));
+        let direction = put(png(&ImageBuffer::from_fn(4, 4, |x, y| {
+            bytes_of(Vec3::new(0.4 - 0.2 * x as f32, 0.7, 0.3 - 0.2 * y as f32))
+        })));
+        let texture = put(png(&ImageBuffer::from_fn(4, 4, light)));
+        let light = Mapped { factor: 1.0, texture: Some(texture) };
+        let direction = has_directions.then_some(direction);
+        let material = Material {
+            normal_texture: Some(normals),
+            light_map: Some(LightMap { light, encoding: LightEncoding::Linear, direction }),
+            ..grey(0.5)
+        };
+        builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), material, at(Vec3::ZERO));
+        let scene = builder.finish();
+        radiance(&scene, &plain_request(&scene, (64, 64)).with(|settings| settings.render.path = path))
+    };
+    for path in [Path::Deferred, Path::Forward] {
+        for (with, without) in seen(true, path).iter().zip(seen(false, path)) {
+            for (with, without) in with.iter().zip(without) {
+                // Software adapters filter bytes in steps of 1/256, and half floats finer.
+                assert!((with - without).abs() <= 0.01 * without + 0.002, "{path:?}: {with} and {without}");
+            }
+        }
+    }
+}
+
 #[test]
 fn baked_light_takes_the_place_of_the_environments_diffuse_light_alone() {
     let mut builder = above();
     let black = texture(&mut builder.scene, png(&ImageBuffer::from_pixel(2, 2, Rgba([0u8, 0, 0, 255]))), nearest());
-    let light_map = LightMap { light: Mapped { factor: 1.0, texture: Some(black) }, encoding: LightEncoding::Linear };
+    let light = Mapped { factor: 1.0, texture: Some(black) };
+    let light_map = LightMap { light, encoding: LightEncoding::Linear, direction: None };
     builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), grey(0.8), at(Vec3::ZERO));
     let plain = builder.finish();
     let mut baked = plain.clone();

@@ -30,7 +30,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path};
 
 /// The extensions that are read; a file that requires another one is refused.
-pub const SUPPORTED_EXTENSIONS: [&str; 31] = [
+pub const SUPPORTED_EXTENSIONS: [&str; 32] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -56,6 +56,7 @@ pub const SUPPORTED_EXTENSIONS: [&str; 31] = [
     "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
+    "MANYPASS_light_direction",
     "MANYPASS_probes",
     "MANYPASS_surroundings",
     "MANYPASS_texture_exr",

@@ -128,6 +128,40 @@ fn light_maps_lie_on_the_second_uv_set_unless_they_say_another() {
 }
 
 #[test]
+fn directions_of_baked_light_lie_as_the_light_or_are_left_out() {
+    let read_with = |light: Value, direction: Value| {
+        let mut light = light;
+        light["extensions"]["MANYPASS_light_direction"] = direction;
+        let (material, warnings) = read(extension("MOZ_lightmap", light));
+        let warnings: Vec<String> = warnings.into_iter().filter(|line| line.contains("light_direction")).collect();
+        (material.light_map.unwrap(), warnings)
+    };
+    let (light_map, warnings) = read_with(json!({ "index": 1 }), json!({ "directionTexture": { "index": 0 } }));
+    let direction = light_map.direction.unwrap();
+    assert_eq!((direction.texture, direction.uv_set, warnings), (0, 1, Vec::new()));
+    let on_first = json!({ "index": 1, "texCoord": 0 });
+    let (light_map, warnings) = read_with(on_first.clone(), json!({ "directionTexture": { "index": 0 } }));
+    assert_eq!((light_map.direction.unwrap().uv_set, warnings), (0, Vec::new()));
+    let scaled = json!({ "KHR_texture_transform": { "scale": [2, 2] } });
+    for (light, direction) in [
+        (json!({ "index": 1 }), json!({})),
+        (json!({ "index": 1 }), json!(7)),
+        (json!({ "index": 1 }), json!({ "directionTexture": [] })),
+        (json!({ "index": 1 }), json!({ "directionTexture": {} })),
+        (json!({ "index": 1 }), json!({ "directionTexture": { "index": 99 } })),
+        (json!({ "index": 1 }), json!({ "directionTexture": { "index": -1 } })),
+        (json!({ "index": 1 }), json!({ "directionTexture": { "index": 0, "texCoord": 0 } })),
+        (on_first, json!({ "directionTexture": { "index": 0, "texCoord": 1 } })),
+        (json!({ "index": 1 }), json!({ "directionTexture": { "index": 0, "extensions": scaled } })),
+    ] {
+        let (light_map, warnings) = read_with(light, direction.clone());
+        assert_eq!((light_map.direction, light_map.light.texture.map(|of| of.texture)), (None, Some(1)));
+        let is_told = matches!(&warnings[..], [one] if one.contains("normal maps leave the light as it is"));
+        assert!(is_told, "{direction}: {warnings:?}");
+    }
+}
+
+#[test]
 fn specular_glossiness_is_a_dielectric_that_reflects_its_colour() {
     let (material, _) = read(extension(
         "KHR_materials_pbrSpecularGlossiness",

@@ -52,7 +52,12 @@ pub fn mean(maps: &Baked, which: usize) -> f32 {
 
 /// The red of the texel at a place.
 pub fn at(maps: &Baked, page: u32, uv: glam::Vec2) -> f32 {
+    maps.light[texel(maps, page, uv)][0]
+}
+
+/// The texel at a place.
+pub fn texel(maps: &Baked, page: u32, uv: glam::Vec2) -> usize {
     let (width, height) = (maps.layout.width as usize, maps.layout.height as usize);
     let (x, y) = ((uv.x * width as f32) as usize, (uv.y * height as f32) as usize);
-    maps.light[(page as usize * height + y.min(height - 1)) * width + x.min(width - 1)][0]
+    (page as usize * height + y.min(height - 1)) * width + x.min(width - 1)
 }

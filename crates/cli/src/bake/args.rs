@@ -16,6 +16,7 @@ pub const EXAMPLES: &str = "Examples:
   manypass bake room.glb -o baked.glb --density 64 --samples 1024 --bounces 5
   manypass bake room.glb -o baked.glb --lights baked      lamps are in the maps, too, and cost frames nothing
   manypass bake hall.stage.toml -o baked.glb              with the stage's lights; writes baked.stage.toml as well
+  manypass bake room.glb -o baked.glb --directional       normal maps show in the light of maps, too
   manypass bake room.glb -o baked.glb --environment sky.hdr
   manypass bake part.glb -o baked.glb --what occlusion    an occlusion texture, which every viewer shows
   manypass bake room.glb -o baked.glb --what all          with probes, which light what moves among the surfaces
@@ -71,6 +72,10 @@ pub struct BakeArgs {
     /// some 2,000].
     #[arg(long, value_name = "M")]
     pub probe_spacing: Option<f32>,
+    /// Light maps also hold where light comes from, as one direction a texel, so that normal maps, details and bumps of
+    /// surfaces show in baked light. A second image in the file, 8-bit PNG; baking takes 24 bytes a texel more.
+    #[arg(long)]
+    pub directional: bool,
     /// Leave the noise of samples as it is.
     #[arg(long)]
     pub no_denoise: bool,

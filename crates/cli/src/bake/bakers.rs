@@ -45,6 +45,10 @@ impl Wanted {
         if as_emission && args.lights.is_some() {
             return Err(Failure::usage("as emission all lamps are baked", "leave --lights out"));
         }
+        if args.directional && !is_named(&["lightmap", "all"]) {
+            let message = "--directional is of light maps, which are not baked";
+            return Err(Failure::usage(message, "add --what lightmap, or leave --directional out"));
+        }
         let has_cubes = is_named(&["ambient-cubes"]);
         if has_cubes && is_named(&["probes", "all"]) {
             let message = "the light of probes is baked as spherical harmonics or as ambient cubes, not as both";
@@ -55,6 +59,7 @@ impl Wanted {
             light: as_emission || is_named(&["lightmap", "all"]),
             as_emission,
             occlusion: is_named(&["occlusion", "all"]),
+            directional: args.directional,
             samples: args.samples,
             bounces: args.bounces,
             denoise: !args.no_denoise,

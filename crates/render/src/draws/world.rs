@@ -57,6 +57,8 @@ pub(crate) struct Item {
     pub view_layers: u32,
     /// The bits of its material's layers and detail; 0 if it has neither.
     pub layers: u32,
+    /// Whether its baked light has directions.
+    pub has_light_directions: bool,
     /// Whether what lies behind is seen through it.
     pub transmissive: bool,
     /// Whether its material emits light.
@@ -408,6 +410,7 @@ impl Drawn<'_> {
             faces: if has_sides { Faces::Front } else { Faces::Both },
             bounds_world: extent.as_ref().map_or(node.bounds_world, |extent| extent.around(center)),
             layers,
+            has_light_directions: properties.layers.as_ref().is_some_and(|layers| layers.has_light_directions),
             transmissive: layers & LAYER_TRANSMISSION != 0,
             casts_shadow: node.casts_shadow && properties.casts_shadow,
             view_layers: node.layers,

@@ -3,7 +3,8 @@
 use super::mips::{MipChain, half};
 use super::packing::{ImageSource, LayerImage, layer_images, layer_samplers_differ, layer_size};
 use super::{baked, heights};
-use manypass_scene::{BlockFormat, Blocks, Heights, PixelFormat, Pixels, Scene};
+use manypass_scene::material::LightEncoding;
+use manypass_scene::{BlockFormat, Blocks, HalfFloats, Heights, PixelFormat, Pixels, Scene};
 use std::num::NonZeroU32;
 
 /// An image for the device, with what there is to say about it.
@@ -72,8 +73,15 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
             warnings.extend(shrinking_warning(scene, index, is_srgb, &images, &decoded));
             return Decoded { chain: layers(decoded, is_srgb), warnings };
         }
-        ImageSource::Light { image, is_rgbm } => {
-            let chain = decode_light(scene, (image, is_rgbm), limits, &mut warnings);
+        ImageSource::Light { image, encoding, direction } => {
+            let light = decode_light(scene, (image, encoding), (limits, direction.is_some()), &mut warnings);
+            let chain = light.map(|light| match direction {
+                Some(direction) => {
+                    let size = (light.width, light.height);
+                    baked::with_directions(light, decode_directions(scene, direction, size, &mut warnings))
+                }
+                None => baked::mip_chain(light),
+            });
             return Decoded { chain, warnings };
         }
         ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limits, &mut warnings), is_srgb),
@@ -158,16 +166,22 @@ fn decode_heights(scene: &Scene, image: usize, limits: Limits, warnings: &mut Ve
     Some(heights.resized(width, height))
 }
 
-/// Light that was baked; none, with a warning, if it cannot be decoded.
+/// Light that was baked, no larger than `limits` have it, with room below it for where it comes from if it has directions;
+/// none, with a warning, if it cannot be decoded.
 fn decode_light(
     scene: &Scene,
-    (image, is_rgbm): (usize, bool),
-    limits: Limits,
+    (image, encoding): (usize, LightEncoding),
+    (limits, has_directions): (Limits, bool),
     warnings: &mut Vec<String>,
-) -> Option<MipChain> {
+) -> Option<HalfFloats> {
     let source = scene.images.get(image)?;
     let name = &source.name;
-    let light = match if is_rgbm { source.decode_rgbm() } else { source.decode_light() } {
+    let light = match (source.holds_light(), encoding) {
+        (true, _) => source.decode_light(),
+        (false, LightEncoding::Rgbm) => source.decode_rgbm(),
+        (false, encoding) => source.decode().map(|pixels| baked::of_bytes(&pixels, encoding == LightEncoding::Srgb)),
+    };
+    let light = match light {
         Ok(light) => light,
         Err(error) => {
             warnings.push(format!("image {image} `{name}` cannot be decoded, and materials do without it: {error}"));
@@ -180,8 +194,36 @@ fn decode_light(
             "image {image} `{name}`: {count} values are no light, or too bright; what is no number is 0"
         ));
     }
-    warnings.extend(halving_warning(image, name, (light.width, light.height), limits.side));
-    Some(baked::mip_chain(light, limits.side_max()))
+    let halves = if has_directions { 2 } else { 1 };
+    warnings.extend(halving_warning(image, name, (light.width, halves * light.height), limits.side));
+    Some(baked::limited(light, limits.side_max(), halves))
+}
+
+/// Where light comes from, in the size of the light; none, with a warning, if that cannot be decoded.
+fn decode_directions(
+    scene: &Scene,
+    image: usize,
+    (width, height): (u32, u32),
+    warnings: &mut Vec<String>,
+) -> Option<Pixels> {
+    let source = scene.images.get(image)?;
+    let name = &source.name;
+    let pixels = match source.decode() {
+        Ok(pixels) => pixels,
+        Err(error) => {
+            let message = "cannot be decoded, and normal maps leave the light as it is";
+            warnings.push(format!("image {image} `{name}` {message}: {error}"));
+            return None;
+        }
+    };
+    warnings.extend(color_warning(scene, image, false));
+    if (pixels.width, pixels.height) != (width, height) {
+        let (from_width, from_height) = (pixels.width, pixels.height);
+        warnings.push(format!(
+            "image {image} `{name}`: directions of {from_width}x{from_height} are made as large as their light, {width}x{height}"
+        ));
+    }
+    Some(pixels.resized(width, height))
 }
 
 /// What becomes a layer of a texture.
@@ -343,6 +385,43 @@ pub(super) fn decode_all(
 mod tests {
     use super::*;
     use manypass_scene::Image;
+
+    #[test]
+    fn directions_lie_below_their_light_whatever_their_files_are() {
+        let limits = Limits { side: 64, wanted: None, blocks: None };
+        let image = |width: u32, height: u32, byte: u8| {
+            let data = vec![byte; width as usize * height as usize * 4];
+            let pixels = Pixels { width, height, format: PixelFormat::Rgba8, data };
+            Image { name: "a".into(), source: manypass_scene::ImageSource::Pixels(pixels.into()) }
+        };
+        let broken = Image { name: "a".into(), source: manypass_scene::ImageSource::Encoded(vec![0; 9].into()) };
+        let scene = Scene {
+            images: vec![image(4, 3, 51), image(4, 3, 255), image(2, 9, 0), broken, image(8, 48, 51)],
+            ..Scene::default()
+        };
+        // Directions, their first part below the light, and what is said of them.
+        for (light, direction, part, said) in [
+            (0, 1, 1.0, ""),
+            (0, 2, -1.0, "directions of 2x9 are made as large as their light, 4x3"),
+            (0, 3, 0.0, "normal maps leave the light as it is"),
+            (4, 1, 1.0, "8x96 is larger than the adapter's 64 texels a side"),
+        ] {
+            let source =
+                ImageSource::Light { image: light, encoding: LightEncoding::Linear, direction: Some(direction) };
+            let Decoded { chain: Some(chain), warnings } = decode(&scene, source, limits) else {
+                panic!("{light} {direction}");
+            };
+            assert_eq!(chain.levels.len(), 1);
+            let level = &chain.levels[0];
+            let size = if light == 4 { (4, 48) } else { (4, 6) };
+            assert_eq!((level.width, level.height), size);
+            let texels: Vec<half::f16> = bytemuck::pod_collect_to_vec(&level.data);
+            let [first, middle] = [0, texels.len() / 2].map(|at| texels[at].to_f32());
+            assert!((first - 0.2).abs() < 1e-3 && middle == part, "{first} {middle}");
+            let is_said = |warning: &String| !said.is_empty() && warning.contains(said);
+            assert_eq!(warnings.iter().any(is_said), !said.is_empty(), "{warnings:?}");
+        }
+    }
 
     #[test]
     fn images_that_declare_other_colours_are_warned_of_whether_they_stay_packed_or_not() {

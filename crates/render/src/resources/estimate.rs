@@ -18,7 +18,8 @@ pub fn upload_bytes(scene: &Scene) -> u64 {
         let images = source.images(scene);
         let sizes: Vec<_> = images.iter().filter_map(|image| scene.images.get(*image)?.dimensions().ok()).collect();
         let (width, height) = layer_size(&sizes)?;
-        let layers = if source.has_layers() { images.len() as u64 } else { 1 };
+        // Where light comes from lies below it.
+        let layers = if source.has_layers() || source.is_light() { images.len() as u64 } else { 1 };
         // Mips add a third.
         let bytes_a_texel = if source.is_light() { 8 } else { 4 };
         Some(u64::from(width) * u64::from(height) * layers * bytes_a_texel * 4 / 3)

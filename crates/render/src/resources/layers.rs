@@ -56,6 +56,9 @@ pub(crate) const DETAIL: u32 = RELIEF
     | bit_of(LayerMap::DetailNormal)
     | bit_of(LayerMap::DetailColor);
 
+/// The bits of what bends normals, beside normal maps.
+pub(crate) const BENDS: u32 = LAYER_BUMP | bit_of(LayerMap::DetailNormal);
+
 /// The bits by which shadow maps hold relief.
 pub(crate) const CAST_RELIEF: u32 = RELIEF | bit_of(LayerMap::Height);
 
@@ -103,6 +106,8 @@ pub(crate) struct Layers {
     pub textures: [Sampled; 2],
     /// Light that was baked.
     pub light_map: Sampled,
+    /// Whether that has where it comes from below it.
+    pub has_light_directions: bool,
 }
 
 /// Reflectance at normal incidence, seen from a vacuum (Fresnel).
@@ -260,7 +265,9 @@ impl Layers {
         if bits & bit_of(LayerMap::Height) == 0 {
             bits &= !(RELIEF | LAYER_BUMP | LAYER_SELF_SHADOW);
         }
+        let mut has_light_directions = false;
         let baked = light_map(scene, material).and_then(|(reference, sampler, source)| {
+            has_light_directions = matches!(source, ImageSource::Light { direction: Some(_), .. });
             Some((reference, (textures.view(scene, source)?.clone(), sampler)))
         });
         match &baked {
@@ -276,7 +283,7 @@ impl Layers {
             let view = array.map_or_else(|| textures.white_layer().clone(), |(view, _)| view);
             (view, samplers.next().unwrap_or_default())
         });
-        Some(Self { bits, factors, textures, light_map })
+        Some(Self { bits, factors, textures, light_map, has_light_directions })
     }
 }
 

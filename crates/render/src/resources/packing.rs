@@ -22,12 +22,16 @@ pub(crate) enum ImageSource {
         /// The image whose green and blue channels are roughness and metallic.
         metallic_roughness: usize,
     },
-    /// Light that was baked, of half floats.
+    /// Light that was baked, of half floats; where it comes from lies below it in the same texture, which has no mips
+    /// then. So it needs no texture unit of its own, of which WebGL 2 has none left, and light without directions has the
+    /// texture that it had: of layers, which WebGL 2 has no less than two of, it would be twice as large there.
     Light {
         /// The image's index.
         image: usize,
-        /// Whether it is none of half floats yet: colours that alpha multiplies.
-        is_rgbm: bool,
+        /// How its texels are written, if it is no file of light.
+        encoding: LightEncoding,
+        /// The image of directions.
+        direction: Option<usize>,
     },
     /// An image, as colour or as data. One that is used as both is there twice.
     Image {
@@ -48,7 +52,8 @@ impl ImageSource {
                 layers.into_iter().map(|layer| layer.image).collect()
             }
             Self::Packed { occlusion, metallic_roughness } => vec![occlusion, metallic_roughness],
-            Self::Image { image, .. } | Self::Light { image, .. } => vec![image],
+            Self::Light { image, direction, .. } => direction.into_iter().chain([image]).collect(),
+            Self::Image { image, .. } => vec![image],
         }
     }
 
@@ -138,10 +143,19 @@ pub(super) fn light_map(scene: &Scene, material: &Material) -> Option<(TextureRe
     let baked = material.light_map?;
     let reference = baked.light.texture?;
     let Texture { image, sampler } = *scene.textures.get(reference.texture)?;
-    let source = match (scene.images.get(image)?.holds_light(), baked.encoding) {
-        (true, _) => ImageSource::Light { image, is_rgbm: false },
-        (false, LightEncoding::Rgbm) => ImageSource::Light { image, is_rgbm: true },
-        (false, encoding) => ImageSource::Image { image, is_srgb: encoding == LightEncoding::Srgb },
+    let encoding = if scene.images.get(image)?.holds_light() { None } else { Some(baked.encoding) };
+    // What a monitor shows changes, and what is still on its way has none.
+    let has_texels = |image: usize| {
+        use manypass_scene::ImageSource::{Encoded, Pixels};
+        scene.images.get(image).is_some_and(|image| matches!(image.source, Encoded(_) | Pixels(_)))
+    };
+    let direction = baked.direction.and_then(|direction| scene.textures.get(direction.texture));
+    let direction = direction.map(|texture| texture.image).filter(|of| has_texels(*of) && has_texels(image));
+    let source = match encoding {
+        Some(encoding) if encoding != LightEncoding::Rgbm && direction.is_none() => {
+            ImageSource::Image { image, is_srgb: encoding == LightEncoding::Srgb }
+        }
+        encoding => ImageSource::Light { image, encoding: encoding.unwrap_or_default(), direction },
     };
     Some((reference, sampler, source))
 }

@@ -8,6 +8,7 @@ use super::{Followed, STAGED_BYTES, WRITE_BYTES};
 use crate::gpu::Gpu;
 use manypass_graph::TextureDesc;
 use manypass_scene::capture::MONITOR_SIDE_MAX;
+use manypass_scene::material::LightEncoding;
 use manypass_scene::simulation::SimulatedImage;
 use manypass_scene::{BlockFormat, Pixels, Sampler, Scene, Wrap};
 use std::cell::RefCell;
@@ -40,8 +41,8 @@ enum Content {
     },
     Light {
         image: Address,
-        /// See [`ImageSource::Light`].
-        is_rgbm: bool,
+        encoding: LightEncoding,
+        direction: Option<Address>,
     },
     Packed {
         occlusion: Address,
@@ -343,7 +344,10 @@ fn content_of(scene: &Scene, source: ImageSource) -> Option<Content> {
             (None, Some(simulated)) => Content::Simulation(simulated),
             (None, None) => Content::Image { image: address(image)?, is_srgb },
         },
-        ImageSource::Light { image, is_rgbm } => Content::Light { image: address(image)?, is_rgbm },
+        ImageSource::Light { image, encoding, direction } => {
+            let direction = direction.map(|of| address(of).ok_or(())).transpose().ok()?;
+            Content::Light { image: address(image)?, encoding, direction }
+        }
         ImageSource::Packed { occlusion, metallic_roughness } => {
             Content::Packed { occlusion: address(occlusion)?, metallic_roughness: address(metallic_roughness)? }
         }

@@ -43,6 +43,8 @@ struct LayerFactors {
 
 // The layers that there are, by the bits of `constants.rs`, and below these the maps, by the order of `LayerMap`.
 override material_layers: u32 = 0u;
+// 1 if the lower half of the light map holds where the light of its upper half comes from.
+override directed_light: u32 = 0u;
 
 const MAP_SPECULAR: u32 = 0u;
 const MAP_SPECULAR_COLOR: u32 = 1u;
@@ -121,11 +123,44 @@ fn color_map(in: SurfaceVarying, map: u32) -> vec4f {
     }
 }
 
-// What a white surface sends back of light that was baked.
-fn baked_light(in: SurfaceVarying) -> vec3f {
+// How much of light that was baked about the normal `vertex` comes to a normal `bent`, of which `direction` is the mean
+// of unit vectors towards it, each weighted by its share of irradiance. With k its length and d its unit vector, light on
+// a normal m is taken for proportional to a + m·d, a = 3 (1 - k), and divided by that of `vertex`, so that what is not
+// bent stays exactly as it was baked (after the dominant direction of Enlighten's and Unity's directional light maps,
+// whose half Lambert is divided by its own value in the same way). Two points make a: light of one distant place has k = 1
+// and goes by m·d; even light of half a sphere has k = 2/3 about its axis d, the integral of cosine squared over that of
+// the cosine, and goes by (1 + m·d) / 2. In between it is a line; the less light has one direction, the less is bent.
+fn bent_light_share(direction: vec3f, vertex: vec3f, bent: vec3f) -> f32 {
+    let k = length(direction);
+    // Bytes tell directions apart by 1/127: less than that has none.
+    if k < 1.0 / 64.0 {
+        return 1.0;
+    }
+    let to_light = direction / k;
+    let ambient = 3.0 * max(1.0 - k, 0.0);
+    // Light that grazes `vertex` may come to what is bent towards it many times over; but bytes and the filter then
+    // decide by how much, so that it ends at four times, which is a light 14 degrees above the horizon met head-on.
+    let height = dot(vertex, to_light);
+    let share = clamp((ambient + dot(bent, to_light)) / max(ambient + height, 1e-3), 0.0, 4.0);
+    // No light comes from below the mesh: a texel that says so is of another surface beside this one, for which it is too
+    // coarse. Nothing is known of light on this one but how much it is; over 4 degrees what is known fades in.
+    return mix(1.0, share, clamp(16.0 * height, 0.0, 1.0));
+}
+
+// What a white surface sends back of light that was baked about the mesh's normal `vertex`, where its normal is `bent`.
+fn baked_light(in: SurfaceVarying, vertex: vec3f, bent: vec3f) -> vec3f {
     let row0 = layer_factors.light_map_rows[0];
     let row1 = layer_factors.light_map_rows[1];
     let uv = placed_uv(in.uv, 1.0, row0, row1);
+    if directed_light != 0u {
+        // Half a texel inside each half, so that the filter mixes nothing of the other one. There are no mips.
+        let margin = 1.0 / f32(textureDimensions(light_map_texture).y);
+        let upper = vec2f(uv.x, 0.5 * clamp(uv.y, margin, 1.0 - margin));
+        let light = textureSampleLevel(light_map_texture, light_map_sampler, upper, 0.0).rgb;
+        let lower = upper + vec2f(0.0, 0.5);
+        let direction = textureSampleLevel(light_map_texture, light_map_sampler, lower, 0.0).xyz;
+        return light * (layer_factors.detail.y * bent_light_share(direction, vertex, bent));
+    }
     @if(relief) {
         let sharper = exp2(-view.mip_gain);
         let texel = textureSampleGrad(light_map_texture, light_map_sampler, uv,

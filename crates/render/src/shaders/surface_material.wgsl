@@ -203,7 +203,9 @@ fn put_decals(sample: ptr<function, SurfaceSample>, in: SurfaceVarying, front_fa
         put_decals(&out, in, front_facing, facet.position_dx, facet.position_dy);
     }
     if has_layer(LAYER_LIGHT_MAP) {
-        let light = baked_light(in);
+        // Maps are of the front, and what is unlit has no normals.
+        let bent = select(out.surface.normal_world, vertex, is_unlit);
+        let light = baked_light(in, vertex * facing, bent * facing);
         let reflected = out.surface.base_color * (1.0 - out.surface.metallic) * light;
         out.emission = select(out.emission + reflected, out.emission * light, is_unlit);
     }

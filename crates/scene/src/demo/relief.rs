@@ -27,6 +27,7 @@ pub fn relief() -> Scene {
     let light_map = LightMap {
         light: Mapped { factor: 1.6, texture: Some(TextureRef { uv_set: 1, ..window }) },
         encoding: LightEncoding::Linear,
+        direction: None,
     };
     let wall = Material { name: "wall".into(), light_map: Some(light_map), ..surface(bricks, 0.035) };
     let floor = Material { name: "floor".into(), ..surface(cobbles, 0.045) };

@@ -728,6 +728,11 @@ pub(super) const MATERIALS: StageTable = StageTable {
             StageType::Word(super::materials::ENCODINGS),
             "Whether its texels are linear or sRGB; linear, as those of .hdr and .exr always are.",
         ),
+        key(
+            "light_map_direction",
+            StageType::Text,
+            "Where the light of the light map comes from, so that normal maps bend it: an image of linear 8 bits, placed as the light map is, as `manypass bake --directional` writes it.",
+        ),
         key("occlusion_map", StageType::Text, "Baked occlusion, in red and linear: an image in place of the model's."),
         key("occlusion_texcoord", UV_SET, "The UV set of `occlusion_map`; 1."),
         key(

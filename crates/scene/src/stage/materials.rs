@@ -16,7 +16,7 @@ pub(super) const ENCODINGS: &[&str] = &LightEncoding::NAMES;
 pub(super) const CONVENTIONS: &[&str] = &["opengl", "directx"];
 
 /// Keys that say how a map is used, and the key of that map.
-const OF_MAPS: [(&str, &[&str]); 10] = [
+const OF_MAPS: [(&str, &[&str]); 11] = [
     ("occlusion_texcoord", &["occlusion_map"]),
     ("emissive_texcoord", &["emissive_map"]),
     ("height_depth_m", &["height_map"]),
@@ -27,11 +27,19 @@ const OF_MAPS: [(&str, &[&str]); 10] = [
     ("light_map_texcoord", &["light_map"]),
     ("light_map_intensity", &["light_map"]),
     ("light_map_encoding", &["light_map"]),
+    ("light_map_direction", &["light_map"]),
 ];
 
 /// Keys that name an image.
-pub(super) const MAPS: [&str; 6] =
-    ["occlusion_map", "emissive_map", "height_map", "detail_normal_map", "detail_color_map", "light_map"];
+pub(super) const MAPS: [&str; 7] = [
+    "occlusion_map",
+    "emissive_map",
+    "height_map",
+    "detail_normal_map",
+    "detail_color_map",
+    "light_map",
+    "light_map_direction",
+];
 
 /// What changes of the materials that have a name.
 #[derive(Clone, Debug)]
@@ -44,6 +52,7 @@ pub(super) struct MaterialChange {
     height: Option<(Placed<String>, HeightMap)>,
     detail: Option<Detail>,
     light_map: Option<(Placed<String>, LightMap, u32)>,
+    light_direction: Option<Placed<String>>,
 }
 
 #[derive(Clone, Debug)]
@@ -86,7 +95,7 @@ impl MaterialChange {
             let encoding = table.text("light_map_encoding").and_then(|word| LightEncoding::named(&word.value));
             let encoding = encoding.unwrap_or_default();
             let factor = table.number("light_map_intensity").unwrap_or(1.0);
-            (image, LightMap { light: Mapped { factor, texture: Some(unplaced(set)) }, encoding }, set)
+            (image, LightMap { light: Mapped { factor, texture: Some(unplaced(set)) }, encoding, direction: None }, set)
         });
         let (normal, color) = (table.text("detail_normal_map"), table.text("detail_color_map"));
         let detail = (normal.is_some() || color.is_some()).then(|| Detail {
@@ -104,6 +113,7 @@ impl MaterialChange {
             height,
             detail,
             light_map,
+            light_direction: table.text("light_map_direction"),
         })
     }
 
@@ -113,7 +123,7 @@ impl MaterialChange {
         let others = self.occlusion.iter().chain(&self.emissive).map(|(image, _)| image);
         let of_height = self.height.iter().map(|(image, _)| image);
         let of_light = self.light_map.iter().map(|(image, ..)| image);
-        others.chain(of_height).chain(of_detail).chain(of_light)
+        others.chain(of_height).chain(of_detail).chain(of_light).chain(&self.light_direction)
     }
 
     /// Files of light are for light maps alone, and linear.
@@ -195,9 +205,11 @@ impl MaterialChange {
             });
         }
         if let Some((image, light_map, uv_set)) = &self.light_map {
-            let texture = TextureRef { texture: texture(image, Wrap::ClampToEdge), ..unplaced(*uv_set) };
-            let light = Mapped { texture: Some(texture), ..light_map.light };
-            material.light_map = Some(LightMap { light, ..*light_map });
+            let mut placed =
+                |image| Some(TextureRef { texture: texture(image, Wrap::ClampToEdge), ..unplaced(*uv_set) });
+            let light = Mapped { texture: placed(image), ..light_map.light };
+            let direction = self.light_direction.as_ref().and_then(placed);
+            material.light_map = Some(LightMap { light, direction, ..*light_map });
         }
     }
 

@@ -85,7 +85,7 @@ const TEXEL: &[u8] = &[
 #[test]
 fn materials_get_maps_that_the_model_has_not() {
     let text = "model = \"m.glb\"\n[[materials]]\nname = \"glass\"\nnormal_convention = \"directx\"\n\
-                light_map = \"a.png\"\nlight_map_intensity = 2\nlight_map_encoding = \"srgb\"\n\
+                light_map = \"a.png\"\nlight_map_intensity = 2\nlight_map_encoding = \"srgb\"\nlight_map_direction = \"d.png\"\n\
                 occlusion_map = \"b.png\"\nocclusion_texcoord = 0\nemissive_map = \"a.png\"\n\
                 height_map = \"c.png\"\nheight_depth_m = 0.25\nheight_method = \"steep\"\n\
                 detail_normal_map = \"d.png\"\ndetail_color_map = \"a.png\"\ndetail_scale = 4\n";
@@ -110,6 +110,7 @@ fn materials_get_maps_that_the_model_has_not() {
         (image(baked.light.texture), baked.light.factor, baked.encoding),
         (("a.png", 1), 2.0, LightEncoding::Srgb)
     );
+    assert_eq!(image(baked.direction), ("d.png", 1));
     assert_eq!((image(material.occlusion_texture), image(material.emissive_texture)), (("b.png", 0), ("a.png", 1)));
     assert_eq!((material.emissive_factor, material.has_normals_down), (Vec3::ONE, true));
     let height = material.height.unwrap();
@@ -140,6 +141,7 @@ fn files_of_light_are_for_light_maps_alone() {
     for (keys, expected) in [
         ("emissive_map = \"a.hdr\"", "4:16: error: `a.hdr` holds light, which `light_map` alone takes"),
         ("light_map = \"a.hdr\"\ndetail_color_map = \"a.hdr\"\ndetail_scale = 2", "5:20: error: `a.hdr` holds light"),
+        ("light_map = \"a.hdr\"\nlight_map_direction = \"b.hdr\"", "5:23: error: `b.hdr` holds light"),
         ("light_map = \"a.hdr\"\nlight_map_encoding = \"srgb\"", "4:13: error: `a.hdr` holds linear light"),
     ] {
         let error = apply(keys).unwrap_err();
@@ -276,6 +278,11 @@ const WRONG: &[(&str, &str, &str)] = &[
     ),
     ("[[materials]]\nname = \"glass\"\nlight_map = \"a.png\"", "4:13: error:", "`a.png` was not given"),
     ("[[materials]]\nname = \"glass\"\nlight_map = \"\"", "4:13: error: the name of `light_map` is empty", ""),
+    (
+        "[[materials]]\nname = \"glass\"\nlight_map_direction = \"a.png\"",
+        "4:23: error: `light_map_direction` needs",
+        "",
+    ),
     ("[[materials]]\nname = \"glass\"\nlight_map_intensity = 2", "4:23: error: `light_map_intensity` needs", ""),
     (
         "[[materials]]\nname = \"glass\"\nlight_map = \"a.png\"\nlight_map_texcoord = 0.5",

@@ -1,8 +1,8 @@
 //! What tells the pipelines of one pass apart: the shape of a draw, and the programs that draw special materials.
 
-use crate::constants::{LAYER_STEPS, LAYER_TRANSMISSION};
-use crate::draws::{AXES, Axes, DEFORMED, Draw, Faces, Item, MASKED, PLACES_UVS, TEXTURED};
-use crate::resources::layers::{CAST_RELIEF, DETAIL, RELIEF};
+use crate::constants::{LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION};
+use crate::draws::{AXES, Axes, DEFORMED, Draw, Faces, Item, MASKED, NORMAL_MAP, PLACES_UVS, TEXTURED};
+use crate::resources::layers::{BENDS, CAST_RELIEF, DETAIL, RELIEF};
 use crate::shader::compose;
 use manypass_scene::Topology;
 
@@ -14,6 +14,8 @@ pub(super) struct Shape {
     pub mirrored: bool,
     /// The bits of layers, if the program is another one where a material has some.
     pub layers: u32,
+    /// Whether normals bend baked light. Only of what has layers.
+    pub directs_light: bool,
     /// Whether two levels fade into each other.
     pub fades: bool,
     /// Whether decals are shown on it.
@@ -68,7 +70,16 @@ impl Shape {
         let is_tested = item.masked || is_blended || layers != 0;
         let tested = if is_tested { (item.axes & (TEXTURED | PLACES_UVS)) | MASKED } else { 0 };
         let axes = tested | item.axes & DEFORMED;
-        Self { axes, topology: item.topology, faces, mirrored: item.mirrored, layers, fades: false, is_decaled: false }
+        Self {
+            axes,
+            topology: item.topology,
+            faces,
+            mirrored: item.mirrored,
+            layers,
+            directs_light: false,
+            fades: false,
+            is_decaled: false,
+        }
     }
 
     pub fn of(item: &Item, draw: &Draw, is_reflected: bool, layers: u32, tests_alpha: bool) -> Self {
@@ -76,7 +87,9 @@ impl Shape {
         let mirrored = (item.mirrored && item.topology != Topology::Points) != is_reflected;
         let Draw { faces, fades, form, is_decaled, .. } = *draw;
         let axes = item.axes_in(form.surface) | if tests_alpha { MASKED } else { 0 };
-        Self { axes, topology: item.topology, faces, mirrored, layers, fades, is_decaled }
+        let bends = axes & NORMAL_MAP != 0 || layers & BENDS != 0 || is_decaled;
+        let directs_light = item.has_light_directions && layers & LAYER_LIGHT_MAP != 0 && bends;
+        Self { axes, topology: item.topology, faces, mirrored, layers, directs_light, fades, is_decaled }
     }
 
     pub fn index(&self) -> usize {

@@ -2,6 +2,7 @@
 
 use super::super::{LoadError, json::Json};
 use super::Slots;
+use crate::TextureRef;
 use crate::material::{
     Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LightEncoding, LightMap, Mapped, Material, Sheen,
     Specular, Volume,
@@ -77,14 +78,36 @@ pub(super) fn read(json: &Json, slots: &mut Slots, material: &mut Material) -> R
         // Hubs, whose extension it is, samples it as it is and on the second UV set.
         let factor = slots.document.clamped_number(&baked, "intensity", 1.0, f32::MAX)?;
         let encoding = baked.extra("encoding").and_then(LightEncoding::named).unwrap_or_default();
-        let texture = slots.read_info(&baked, 1)?;
-        material.light_map =
-            texture.map(|texture| LightMap { light: Mapped { factor, texture: Some(texture) }, encoding });
+        if let Some(texture) = slots.read_info(&baked, 1)? {
+            let direction = read_direction(&baked, &texture, slots);
+            material.light_map =
+                Some(LightMap { light: Mapped { factor, texture: Some(texture) }, encoding, direction });
+        }
     }
     if let Some(gloss) = json.extension("KHR_materials_pbrSpecularGlossiness")? {
         read_specular_glossiness(&gloss, slots, material)?;
     }
     Ok(())
+}
+
+/// Where the light of a map comes from, on the UV set of `light` unless it says another one. What is wrong with it is told,
+/// and the map has no directions then.
+fn read_direction(baked: &Json, light: &TextureRef, slots: &mut Slots) -> Option<TextureRef> {
+    const EXTENSION: &str = "MANYPASS_light_direction";
+    let mut read = || -> Result<Option<TextureRef>, LoadError> {
+        let Some(extension) = baked.extension(EXTENSION)? else { return Ok(None) };
+        slots.read_info(&extension.require_object("directionTexture")?, light.uv_set as usize)
+    };
+    let message = match read() {
+        Ok(Some(found)) if (found.uv_set, found.transform) != (light.uv_set, light.transform) => {
+            "it lies on another UV set than the light, or is transformed otherwise".to_owned()
+        }
+        Ok(found) => return found,
+        Err(error) => error.into_message(),
+    };
+    let place = format!("{}/{EXTENSION}/directionTexture", baked.at("extensions"));
+    slots.document.warn(&place, &format!("{message}; normal maps leave the light as it is"));
+    None
 }
 
 fn read_transmission(json: &Json, slots: &mut Slots, material: &mut Material) -> Result<(), LoadError> {
