@@ -196,7 +196,7 @@ fn a_ball_has_the_light_of_the_environment_with_its_sun() {
 
 /// A white room lit by a lamp, whose walls send light back again and again, with a grid of probes.
 fn lit_room(bounces: u32) -> (Scene, FrameRequest, NodeId) {
-    let grid = live([3, 3, 3], 2.0);
+    let grid = live([2, 2, 2], 2.0);
     let live = grid.live.map(|live| LiveProbes { bounces, ..live });
     let (mut scene, request) = scene_of(ProbeGrid { live, ..grid });
     for (normal, _) in WALLS {
@@ -228,7 +228,7 @@ fn every_bounce_adds_half_as_much_as_the_one_before() {
         .collect();
     let steps: Vec<f32> = of_bounces.windows(2).map(|two| two[1] - two[0]).collect();
     // In a closed grey room all light comes back by half; before the second time it is not everywhere yet.
-    assert!((0.3..0.55).contains(&(steps[1] / steps[0])), "{of_bounces:?}");
+    assert!((0.3..0.65).contains(&(steps[1] / steps[0])), "{of_bounces:?}");
     assert!((steps[2] / steps[1] - 0.5).abs() < 0.06, "{of_bounces:?}");
     assert!((steps[3] / steps[2] - 0.875).abs() < 0.1, "{of_bounces:?}");
 }
@@ -290,10 +290,10 @@ fn finding_light_can_be_followed_and_stopped() {
     let mut told = Vec::new();
     let stopped = renderer.find_probe_light(&scene, &request, &mut |done, all| {
         told.push((done, all));
-        done < 20
+        done < 8
     });
     assert_eq!(stopped.unwrap_err().to_string(), "stopped");
-    assert_eq!(told, [(8, 2 * count), (16, 2 * count), (24, 2 * count)]);
+    assert_eq!(told, [(8, 2 * count)]);
     renderer.find_probe_light(&scene, &request, &mut |_, _| true).unwrap();
     renderer.find_probe_light(&scene, &request, &mut |_, _| panic!("it is known")).unwrap();
     let shown = radiance(&mut renderer, &scene, &request);
