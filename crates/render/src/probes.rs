@@ -46,6 +46,8 @@ pub struct ProbesUniform {
     pub half_m: Vec4,
     /// One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
     pub inverse: Vec4,
+    /// How far probes were moved along each axis at the most, in metres; zero.
+    pub moved: Vec4,
 }
 
 /// As many uniforms as shaders have room for.
@@ -253,6 +255,8 @@ impl ProbesUniform {
     /// `scale`.
     pub(crate) fn new(grid: &ProbeGrid, place: &GridPlace, [x, y]: [u32; 2], (light, scale): (usize, f32)) -> Self {
         let spacing_m = grid.spacing_m();
+        let probes = grid.probes.iter().flat_map(|probes| probes.iter()).filter(|probe| probe.is_on);
+        let moved_m = probes.fold(Vec3::ZERO, |most, probe| most.max(probe.offset_m.abs()));
         let (half_m, per_fade_m) = fading_box(&grid.region, grid.fade_m);
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
         let (of_light, of_distances) = (corner(place.light[light.min(1)]), corner(place.distances));
@@ -266,6 +270,7 @@ impl ProbesUniform {
             center: grid.region.center_world.extend(is_cube),
             half_m: half_m.extend(BIAS_SHARE * spacing_m.min_element()),
             inverse: spacing_m.recip().extend((2.0 * SIDE_SHARE * spacing_m.min_element()).recip()),
+            moved: moved_m.extend(0.0),
         }
     }
 }
@@ -296,7 +301,7 @@ mod tests {
             "forward",
             "ProbeGrid",
             ProbesUniform,
-            [first, spacing, counts, corners, center, half_m, inverse]
+            [first, spacing, counts, corners, center, half_m, inverse, moved]
         );
     }
 

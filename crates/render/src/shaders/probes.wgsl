@@ -133,6 +133,23 @@ fn cell_corner(index: u32) -> vec3f {
     return vec3f(vec3u(index, index >> 1u, index >> 2u) & vec3u(1u));
 }
 
+// The number of the lowest bit that is set, for which GLSL ES 3.00 has no function.
+fn lowest_bit(bits: u32) -> u32 {
+    return u32(log2(f32(bits & (~bits + 1u))) + 0.5);
+}
+
+// A bit for each corner of a cell whose probe is not behind a surface in any case; all where all are. `to_first` goes from the
+// surface to where the first of them is if it was not moved.
+fn corners_before(grid: ProbeGrid, to_first: vec3f, normal: vec3f) -> u32 {
+    let along = normal * grid.spacing.xyz;
+    let near_m = dot(to_first, normal) + vec4f(0.0, along.x, along.y, along.x + along.y);
+    let limit_m = vec4f(-0.5 / grid.inverse.w - dot(abs(normal), grid.moved.xyz));
+    let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), near_m > limit_m)
+        | select(vec4u(0u), vec4u(16u, 32u, 64u, 128u), near_m + along.z > limit_m);
+    let before = bits.x | bits.y | bits.z | bits.w;
+    return select(before, 255u, before == 0u);
+}
+
 // Irradiance divided by pi of a grid at a place, about a direction; 0 where all probes around are off, else 1.
 fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
     let last = grid.counts.xyz - 1.0;
@@ -141,14 +158,21 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: 
     let along = place - before;
     var weights: array<f32, 8>;
     var all = 0.0;
+    // Those whose weights are not known yet: software adapters run every branch, but end loops.
+    var unknown = corners_before(grid, grid.first.xyz + before * grid.spacing.xyz - position_world, normal);
     for (var i = 0u; i < 8u; i++) {
-        let corner = cell_corner(i);
+        if unknown == 0u {
+            break;
+        }
+        let index = lowest_bit(unknown);
+        unknown &= unknown - 1u;
+        let corner = cell_corner(index);
         let shares = mix(1.0 - along, along, corner);
         let at = min(before + corner, last);
         let cell = probe_cell(grid, at);
         let weight = probe_weight(grid, probe_place(probe_texel(grid, cell)), at, cell, position_world, normal)
             * shares.x * shares.y * shares.z;
-        weights[i] = weight;
+        weights[index] = weight;
         all += weight;
     }
     // A bit for each that counts.
@@ -162,10 +186,8 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: 
         if left == 0u {
             break;
         }
-        // The lowest bit and its number, for which GLSL ES 3.00 has no function.
-        let rest = left & (left - 1u);
-        let index = u32(log2(f32(left ^ rest)) + 0.5);
-        left = rest;
+        let index = lowest_bit(left);
+        left &= left - 1u;
         let at = min(before + cell_corner(index), last);
         let texel = probe_texel(grid, probe_cell(grid, at));
         // Less by as much as others lack, so that none of them begins to count at once.
